@@ -1,0 +1,278 @@
+/* curvopt.h - the fairest surface of a control cage.
+ *
+ * Catmull-Clark limit surfaces evaluated exactly to third derivatives, curvature energies integrated over
+ * them with exact gradients, and minimized over the control cage, level by level.
+ *
+ * Conventions, for every function below:
+ *   - Real numbers are `double`, indices and counts `int32_t`, in every build. Vectors of points are packed
+ *     x y z, one point after the other; [n] after a pointer's name is the number of elements it must hold.
+ *   - A fallible function returns a curvopt_status (0 is success) and, if `error` is not NULL, fills it. Nothing
+ *     else is written on failure, except that `*out` becomes NULL.
+ *   - The caller owns every array it passes and every handle it is given; each `_destroy` accepts NULL.
+ *   - No global state, no output, no signal handlers. A curvopt_mesh never changes after its creation and may be
+ *     used from several threads; every other handle from one thread at a time, curvopt_cancel excepted.
+ *   - Energies are dimensionless and invariant under similarities, unless their line says otherwise.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#ifndef CURVOPT_H
+#define CURVOPT_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define CURVOPT_API __attribute__((visibility("default")))
+#else
+#define CURVOPT_API
+#endif
+
+#define CURVOPT_VERSION_MAJOR 0
+#define CURVOPT_VERSION_MINOR 1
+#define CURVOPT_VERSION_PATCH 0
+
+/* ------------------------------------------------------------------------------------------------ errors -- */
+
+/* X(name, value, text): every status there is; curvopt_status_text() gives the text. */
+#define CURVOPT_STATUS_LIST(X)                                                                                         \
+    X(OK, 0, "done")                                                                                                   \
+    X(ERROR_ARGUMENT, 1, "an argument is out of its range")                                                            \
+    X(ERROR_MEMORY, 2, "out of memory")                                                                                \
+    X(ERROR_SIZE, 3, "the input is larger than 32-bit indices allow")                                                  \
+    X(ERROR_TOPOLOGY, 4, "the cage is not a closed, consistently oriented surface")                                    \
+    X(ERROR_GEOMETRY, 5, "the cage's coordinates do not make a surface")                                               \
+    X(ERROR_SURFACE, 6, "the chosen surface cannot carry the chosen energy")                                           \
+    X(ERROR_UNSUPPORTED, 7, "this build cannot do that")                                                               \
+    X(ERROR_RESOLUTION, 8, "the energy of this surface cannot be resolved")
+
+typedef enum curvopt_status {
+#define CURVOPT_STATUS_ENUM(name, value, text) CURVOPT_##name = value,
+    CURVOPT_STATUS_LIST(CURVOPT_STATUS_ENUM)
+#undef CURVOPT_STATUS_ENUM
+        CURVOPT_STATUS_FORCE_INT = 0x7fffffff
+} curvopt_status;
+
+/* What went wrong: `message` is one sentence that names the element and the value. */
+typedef struct curvopt_error {
+    int32_t code;      /* curvopt_status */
+    int32_t element;   /* index of the offending vertex, face or field, or -1 */
+    char message[248]; /* zero-terminated UTF-8 */
+} curvopt_error;
+
+/* The text of a status; never NULL, also for an unknown code. */
+CURVOPT_API const char *curvopt_status_text(int32_t status);
+/* "major.minor.patch" of the library that is loaded; compare with CURVOPT_VERSION_* of the header. */
+CURVOPT_API const char *curvopt_version(void);
+
+/* ------------------------------------------------------------------------------------------------- meshes -- */
+
+/* A polygon cage's connectivity: immutable, shareable. */
+typedef struct curvopt_mesh curvopt_mesh;
+
+typedef struct curvopt_mesh_info {
+    int32_t n_vertices;
+    int32_t n_edges;
+    int32_t n_faces;
+    int32_t n_corners; /* sum of all face sizes */
+    int32_t n_components;
+    int32_t n_boundary_edges;
+    int32_t n_extraordinary; /* interior vertices of valence other than 4 */
+    int32_t max_valence;
+    int32_t euler; /* V - E + F */
+    int32_t all_quads;
+} curvopt_mesh_info;
+
+/* Checks polygons and builds their half-edges.
+ *   face_sizes [n_faces]         corners of each face, >= 3
+ *   face_vertices [sum of sizes] vertex indices, face after face, counter-clockwise seen from outside
+ * ERROR_ARGUMENT (NULL, counts < 1), ERROR_SIZE, ERROR_TOPOLOGY (a face too small, an index out of range, a repeated
+ * vertex, a non-manifold edge, flipped faces, an isolated vertex, a vertex joining two fans), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                                        const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
+CURVOPT_API void curvopt_mesh_destroy(curvopt_mesh *mesh);
+CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info);
+/* Copies the polygons out: face_sizes [n_faces], face_vertices [n_corners]. */
+CURVOPT_API void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices);
+
+/* One Catmull-Clark subdivision. Vertices of the result: the cage's vertices, then its edges, then its faces
+ * (n_vertices + n_edges + n_faces of them); child k of a face starts at the face's corner k.
+ *   xyz [3 n_vertices], fine_xyz [3 (n_vertices + n_edges + n_faces)]: both NULL for connectivity alone. */
+CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *xyz, curvopt_mesh **out,
+                                        double *fine_xyz, curvopt_error *error);
+
+/* ------------------------------------------------------------------------------------------------ options -- */
+
+/* The surface that a cage stands for. */
+typedef enum curvopt_surface {
+    CURVOPT_SURFACE_AUTO = 0,      /* limit where every term accepts it, else the smoothest the build has */
+    CURVOPT_SURFACE_LIMIT = 1,     /* the Catmull-Clark limit surface itself */
+    CURVOPT_SURFACE_PLANE = 2,     /* blended into the tangent plane at extraordinary vertices (the report's) */
+    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there */
+} curvopt_surface;
+
+/* The terms of the objective, which is sum of weights[i] * term i. With A the area, k1, k2 the principal curvatures,
+ * e1, e2 their directions, and C = grad h the covariant derivative of the second fundamental form: */
+typedef enum curvopt_term {
+    CURVOPT_TERM_WILLMORE = 0,      /* int (k1^2 + k2^2) dA */
+    CURVOPT_TERM_MVS = 1,           /* A int ((dk1/de1)^2 + (dk2/de2)^2) dA */
+    CURVOPT_TERM_MVS_CROSS = 2,     /* A int (|grad k1|^2 + |grad k2|^2) dA */
+    CURVOPT_TERM_VARIATION = 3,     /* A int |grad h|^2 dA */
+    CURVOPT_TERM_MEHLUM_TARROU = 4, /* A int (1/pi) int_0^{2 pi} kappa'(theta)^2 dtheta dA */
+    CURVOPT_N_TERMS = 5
+} curvopt_term;
+
+typedef enum curvopt_method {
+    CURVOPT_METHOD_AUTO = 0, /* the best the build has */
+    CURVOPT_METHOD_LMVM = 1  /* limited-memory variable metric on all coordinates, the report's */
+} curvopt_method;
+
+/* Fill with curvopt_options_init(), then change what you want. */
+typedef struct curvopt_options {
+    int32_t struct_size;       /* sizeof(curvopt_options) of the caller's header, set by the init */
+    int32_t surface;           /* curvopt_surface; default AUTO */
+    int32_t method;            /* curvopt_method; default AUTO */
+    int32_t levels;            /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
+    int32_t max_iterations;    /* per level; >= 0, default 1000 */
+    int32_t threads;           /* 0: all cores; default 0 */
+    int32_t as_report;         /* nonzero: the report's settings (plane, LMVM, fixed quadrature); default 0 */
+    int32_t reserved;          /* 0 */
+    double weights[8];         /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
+                                  default Willmore 1, the others 0 */
+    double tolerance;          /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
+    double gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; default 1e-6 */
+    double max_step;           /* longest step of a vertex, in mean edge lengths; default 0.5 */
+} curvopt_options;
+
+CURVOPT_API void curvopt_options_init(curvopt_options *options);
+/* OK, or ERROR_ARGUMENT with a message that names the field and its value. */
+CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, curvopt_error *error);
+
+/* ----------------------------------------------------------------------------------------------- energies -- */
+
+/* What an evaluation found. NAN stands for an energy that the surface cannot give (third order on `limit` with an
+ * extraordinary vertex). */
+typedef struct curvopt_energies {
+    double objective;           /* weighted sum of terms, as the options say */
+    double area;                /* in squared units of the cage */
+    double term[8];             /* every term by curvopt_term, whatever its weight */
+    double h2;                  /* int H^2 dA, H = (k1 + k2) / 2 */
+    double gauss;               /* int K dA */
+    double gauss_bonnet_defect; /* |int K dA - 2 pi chi|: 0 for a resolved closed surface */
+    double objective_error;     /* estimated |objective - exact integral|, as the next two: from a finer rule */
+    double area_error;          /* in squared units of the cage */
+    double term_error[8];       /* by curvopt_term */
+    double min_jacobian;        /* least |S_u x S_v| over its face's mean; near 0 the surface folds or pinches */
+    int32_t surface;            /* curvopt_surface that was used, never AUTO */
+    int32_t n_samples;          /* quadrature points */
+} curvopt_energies;
+
+/* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */
+typedef struct curvopt_problem curvopt_problem;
+
+/* ERROR_ARGUMENT, ERROR_TOPOLOGY (open cages), ERROR_SURFACE (third order on `limit`), ERROR_UNSUPPORTED, ERROR_MEMORY.
+ * Keeps its own copy of the connectivity. */
+CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options,
+                                           curvopt_problem **out, curvopt_error *error);
+CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
+/* Energies at xyz [3 n_vertices]; the objective's exact gradient into gradient [3 n_vertices] unless it is NULL.
+ * Quadrature is refined until options.tolerance is met. ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area),
+ * ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
+                                             double *gradient, curvopt_error *error);
+
+/* Points of the surface and their derivatives.
+ *   face [n], corner [n], uv [2 n]   corner k of a face with m corners: for m = 4 only corner 0, u towards corner 1 and v
+ *                                    towards corner 3, both in 0..1 over the face; for other m the quarter at corner k,
+ *                                    u towards the middle of the edge to corner k + 1, v of the edge to corner k - 1
+ *   jets [30 n]                      S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu, S_uuv, S_uvv, S_vvv of each point
+ * `surface` is limit or plane. Exactly at an extraordinary vertex derivatives do not exist: NAN.
+ * ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n,
+                                         const int32_t *face, const int32_t *corner, const double *uv, double *jets,
+                                         curvopt_error *error);
+
+/* --------------------------------------------------------------------------------------------- minimizing -- */
+
+/* Why a run or a level stopped; none of these is an error, all return the best iterate. */
+typedef enum curvopt_stop {
+    CURVOPT_STOP_CONVERGED = 0, /* the gradient is below its tolerance */
+    CURVOPT_STOP_STALLED = 1,   /* no further decrease is possible in floating point */
+    CURVOPT_STOP_LIMIT = 2,     /* max_iterations */
+    CURVOPT_STOP_CANCELLED = 3, /* by the callback or curvopt_cancel_request */
+    CURVOPT_STOP_UNRESOLVED = 4 /* the surface develops features that the finest quadrature cannot resolve */
+} curvopt_stop;
+/* "converged", "stalled", "limit", "cancelled", "unresolved"; never NULL. */
+CURVOPT_API const char *curvopt_stop_text(int32_t stop);
+
+/* Shown to the callback after every accepted step; pointers are valid during the call only. */
+typedef struct curvopt_progress {
+    double energy;            /* objective now */
+    double start_energy;      /* objective of the input cage */
+    double gradient_norm;     /* |gradient| * size / energy, dimensionless */
+    double seconds;           /* since the start */
+    const double *xyz;        /* [3 n_vertices] the current cage, of the current level */
+    const curvopt_mesh *mesh; /* its connectivity */
+    int32_t level;            /* 1 .. levels */
+    int32_t levels;
+    int32_t iteration; /* within the level */
+    int32_t evaluations;
+    int32_t n_vertices;
+    int32_t reserved;
+} curvopt_progress;
+
+/* Called on the thread that called curvopt_minimize. Nonzero cancels. */
+typedef int32_t (*curvopt_progress_fn)(const curvopt_progress *progress, void *user);
+
+/* A flag that any thread may raise to stop a run. */
+typedef struct curvopt_cancel curvopt_cancel;
+CURVOPT_API int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error);
+CURVOPT_API void curvopt_cancel_request(curvopt_cancel *cancel);
+CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
+
+typedef struct curvopt_result curvopt_result;
+
+typedef struct curvopt_level_report {
+    double energy;        /* objective at the end of the level */
+    double gradient_norm; /* as in curvopt_progress */
+    double seconds;
+    int32_t level; /* 1 .. */
+    int32_t n_vertices;
+    int32_t iterations;
+    int32_t evaluations;
+    int32_t stop; /* curvopt_stop */
+    int32_t reserved;
+} curvopt_level_report;
+
+typedef struct curvopt_summary {
+    curvopt_energies start; /* of the input cage */
+    curvopt_energies end;   /* of the result */
+    double seconds;
+    int32_t n_levels; /* levels that were worked on, the last one perhaps not to its end */
+    int32_t stop;     /* curvopt_stop of the last of them */
+    int32_t n_vertices;
+    int32_t n_faces;
+} curvopt_summary;
+
+/* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held.
+ *   progress, user, cancel may be NULL.
+ * Errors as curvopt_problem_create and _evaluate. A cancelled or stalled run is OK and has a result. */
+CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                     curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
+                                     curvopt_result **out, curvopt_error *error);
+CURVOPT_API void curvopt_result_destroy(curvopt_result *result);
+/* The optimized cage's connectivity, owned by the result, alive as long as it. */
+CURVOPT_API const curvopt_mesh *curvopt_result_mesh(const curvopt_result *result);
+/* Copies its positions into xyz [3 n_vertices]. */
+CURVOPT_API void curvopt_result_get_positions(const curvopt_result *result, double *xyz);
+CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvopt_summary *summary);
+/* Report of level index 0 .. n_levels - 1; ERROR_ARGUMENT outside. */
+CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
+                                             curvopt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
