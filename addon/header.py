@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""curvopt.h as Python sees it: versions, names of enumerations, struct mirrors, one table of signatures. No bpy."""
+
+import ctypes as C
+
+HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that this file mirrors
+
+TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou")  # by curvopt_term
+SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")  # by curvopt_stop
+
+MAX_TERMS = 8
+
+# ---------------------------------------------------------------------------------------------- mirrored structs --
+
+
+class CError(C.Structure):
+    """curvopt_error"""
+
+    _fields_ = [("code", C.c_int32), ("element", C.c_int32), ("message", C.c_char * 248)]
+
+
+class CMeshInfo(C.Structure):
+    """curvopt_mesh_info"""
+
+    _fields_ = [
+        (name, C.c_int32)
+        for name in (
+            "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence euler all_quads"
+        ).split()
+    ]
+
+
+class COptions(C.Structure):
+    """curvopt_options"""
+
+    _fields_ = [
+        *(
+            (name, C.c_int32)
+            for name in "struct_size surface method levels max_iterations threads as_report reserved".split()
+        ),
+        ("weights", C.c_double * MAX_TERMS),
+        ("tolerance", C.c_double),
+        ("gradient_tolerance", C.c_double),
+        ("max_step", C.c_double),
+    ]
+
+
+class CEnergies(C.Structure):
+    """curvopt_energies"""
+
+    _fields_ = [
+        ("objective", C.c_double),
+        ("area", C.c_double),
+        ("term", C.c_double * MAX_TERMS),
+        ("h2", C.c_double),
+        ("gauss", C.c_double),
+        ("gauss_bonnet_defect", C.c_double),
+        ("objective_error", C.c_double),
+        ("area_error", C.c_double),
+        ("term_error", C.c_double * MAX_TERMS),
+        ("min_jacobian", C.c_double),
+        ("surface", C.c_int32),
+        ("n_samples", C.c_int32),
+    ]
+
+
+class CProgress(C.Structure):
+    """curvopt_progress"""
+
+    _fields_ = [
+        ("energy", C.c_double),
+        ("start_energy", C.c_double),
+        ("gradient_norm", C.c_double),
+        ("seconds", C.c_double),
+        ("xyz", C.POINTER(C.c_double)),
+        ("mesh", C.c_void_p),
+        *((name, C.c_int32) for name in "level levels iteration evaluations n_vertices reserved".split()),
+    ]
+
+
+class CLevelReport(C.Structure):
+    """curvopt_level_report"""
+
+    _fields_ = [
+        *((name, C.c_double) for name in "energy gradient_norm seconds".split()),
+        *((name, C.c_int32) for name in "level n_vertices iterations evaluations stop reserved".split()),
+    ]
+
+
+class CSummary(C.Structure):
+    """curvopt_summary"""
+
+    _fields_ = [
+        ("start", CEnergies),
+        ("end", CEnergies),
+        ("seconds", C.c_double),
+        *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces".split()),
+    ]
+
+
+# Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
+STRUCT_SIZES = {
+    CError: 256,
+    CMeshInfo: 40,
+    COptions: 120,
+    CEnergies: 200,
+    CProgress: 72,
+    CLevelReport: 48,
+    CSummary: 424,
+}
+
+# ------------------------------------------------------------------------------------------------ signature table --
+
+PROGRESS_FN = C.CFUNCTYPE(C.c_int32, C.POINTER(CProgress), C.c_void_p)
+
+_I = C.c_int32
+INTS = C.POINTER(C.c_int32)
+REALS = C.POINTER(C.c_double)
+_HANDLE = C.c_void_p
+_OUT = C.POINTER(C.c_void_p)
+_ERROR = C.POINTER(CError)
+
+# name: (result, arguments). Functions whose last argument is an error are called through Library.call().
+SIGNATURES = {
+    "curvopt_status_text": (C.c_char_p, (_I,)),
+    "curvopt_version": (C.c_char_p, ()),
+    "curvopt_mesh_create": (_I, (_I, _I, INTS, INTS, _OUT, _ERROR)),
+    "curvopt_mesh_destroy": (None, (_HANDLE,)),
+    "curvopt_mesh_get_info": (None, (_HANDLE, C.POINTER(CMeshInfo))),
+    "curvopt_mesh_get_faces": (None, (_HANDLE, INTS, INTS)),
+    "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
+    "curvopt_options_init": (None, (C.POINTER(COptions),)),
+    "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
+    "curvopt_problem_create": (_I, (_HANDLE, C.POINTER(COptions), _OUT, _ERROR)),
+    "curvopt_problem_destroy": (None, (_HANDLE,)),
+    "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), REALS, _ERROR)),
+    "curvopt_surface_jets": (_I, (_HANDLE, REALS, _I, _I, INTS, INTS, REALS, REALS, _ERROR)),
+    "curvopt_stop_text": (C.c_char_p, (_I,)),
+    "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
+    "curvopt_cancel_request": (None, (_HANDLE,)),
+    "curvopt_cancel_destroy": (None, (_HANDLE,)),
+    "curvopt_minimize": (_I, (_HANDLE, REALS, C.POINTER(COptions), PROGRESS_FN, _HANDLE, _HANDLE, _OUT, _ERROR)),
+    "curvopt_result_destroy": (None, (_HANDLE,)),
+    "curvopt_result_mesh": (_HANDLE, (_HANDLE,)),
+    "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
+    "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary))),
+    "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _ERROR)),
+}

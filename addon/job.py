@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One optimization: synchronously (`solve`), on a worker thread (`Job`), and as a modal operator sees it (`ModalRun`).
+
+No bpy. The worker touches arrays and the library only; whatever it has to say is read by polling from the main thread.
+"""
+
+from __future__ import annotations
+
+import enum
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from . import native
+from .native import Cage, Energies, LevelReport, Progress
+
+ENERGY_LABELS = {
+    "willmore": "Willmore",
+    "mvs": "MVS",
+    "mvs_cross": "MVS_cross",
+    "variation": "Variation",
+    "mehlum_tarrou": "Mehlum-Tarrou",
+}
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to minimize. `energy` is a name of native.TERMS; `limits` are further fields of curvopt_options."""
+
+    energy: str = "mvs"
+    levels: int = 4
+    limits: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        return ENERGY_LABELS[self.energy]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The optimized cage, the energies of the first and of this one, and how the run went."""
+
+    cage: Cage
+    start: Energies
+    end: Energies
+    euler: int
+    stop: str
+    seconds: float
+    levels: tuple[LevelReport, ...]
+
+
+OnProgress = Callable[[Progress], object]
+
+
+def solve(
+    cage: Cage, request: Request, on_progress: OnProgress | None = None, cancel: native.Cancel | None = None
+) -> Solution:
+    """Run here and now. `on_progress` may return a true value to cancel; a cancelled run has `stop == "cancelled"`.
+
+    LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
+    library = native.library()
+    options = library.options({request.energy: 1.0}, levels=request.levels, **request.limits)
+    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+        with native.minimize(mesh, cage.positions, options, on_progress, cancel) as result:
+            summary = result.summary()
+            levels = tuple(result.level(index) for index in range(summary.n_levels))
+            euler = result.mesh().info().euler
+            return Solution(
+                result.cage(), summary.start, summary.end, euler, summary.stop, summary.seconds, levels
+            )  # fmt: skip
+
+
+class Job:
+    """A worker thread running `work(on_progress) -> Solution`. Every method is for the main thread and returns at once,
+    `join` excepted. `latest` is the newest Progress or None; after the end, `solution` or `error` is set."""
+
+    def __init__(self, work: Callable[[OnProgress], Solution], on_cancel: Callable[[], None] = lambda: None) -> None:
+        self.latest: Progress | None = None
+        self.solution: Solution | None = None
+        self.error: BaseException | None = None
+        self._work = work
+        self._on_cancel = on_cancel
+        self._cancelled = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="curvopt", daemon=True)
+
+    @classmethod
+    def minimize(cls, cage: Cage, request: Request) -> Job:
+        """A job that runs `solve`. LibraryError if there is no usable library."""
+        flag = native.Cancel.create(native.library())
+        return cls(lambda on_progress: solve(cage, request, on_progress, flag), flag.request)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ask the worker to stop; may be called at any time and more than once."""
+        self._cancelled.set()
+        self._on_cancel()
+
+    @property
+    def running(self) -> bool:
+        return self._thread.is_alive()
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait for the worker, `timeout` seconds at most; whether it has ended."""
+        self._thread.join(timeout)
+        return not self.running
+
+    def _run(self) -> None:
+        try:
+            self.solution = self._work(self._on_progress)
+        except BaseException as error:  # a thread has nobody to raise to; the main thread reads it
+            self.error = error
+
+    def _on_progress(self, progress: Progress) -> bool:
+        self.latest = progress  # one reference, replaced whole: a reader sees the old or the new one, never a mixture
+        return self._cancelled.is_set()
+
+
+class Phase(enum.Enum):
+    """Where a modal run is; the last three are ends."""
+
+    RUNNING = "running"
+    CANCELLING = "cancelling"
+    FINISHED = "finished"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+    @property
+    def ended(self) -> bool:
+        return self in (Phase.FINISHED, Phase.CANCELLED, Phase.FAILED)
+
+
+class ModalRun:
+    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, until `phase.ended`.
+
+    After ESC the run ends as CANCELLED even if the worker was about to finish, but only once the worker has stopped."""
+
+    def __init__(self, job: Job, label: str) -> None:
+        self.job = job
+        self.label = label
+        self.phase = Phase.RUNNING
+        job.start()
+
+    def escape(self) -> None:
+        """The user wants out: nothing of this run is to be kept."""
+        if self.phase is Phase.RUNNING:
+            self.phase = Phase.CANCELLING
+            self.job.cancel()
+
+    def tick(self) -> Phase:
+        """Look at the worker; the phase now."""
+        if self.phase.ended or self.job.running:
+            return self.phase
+        if self.phase is Phase.CANCELLING:
+            self.phase = Phase.CANCELLED
+        elif self.job.error is not None:
+            self.phase = Phase.FAILED
+        else:
+            self.phase = Phase.FINISHED
+        return self.phase
+
+    def abandon(self, timeout: float) -> bool:
+        """Cancel and wait up to `timeout` seconds (Blender quits, loads a file): whether the worker has ended."""
+        self.escape()
+        ended = self.job.join(timeout)
+        self.tick()
+        return ended
+
+    @property
+    def status(self) -> str:
+        """One line for the status bar."""
+        if self.phase is Phase.CANCELLING:
+            return f"Minimizing {self.label}: cancelling"
+        progress = self.job.latest
+        if progress is None:
+            return f"Minimizing {self.label}: preparing   |   ESC: cancel"
+        return f"Minimizing {self.label}: {progress_text(progress)}   |   ESC: cancel"
+
+
+def progress_text(progress: Progress) -> str:
+    """Level, iteration and energy in words."""
+    return (
+        f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
+        f"energy {progress.energy:.6g} (from {progress.start_energy:.6g})"
+    )
+
+
+_STOP_WORDS = {
+    "converged": "converged",
+    "stalled": "stopped early: no further decrease was found",
+    "limit": "stopped early: iteration limit reached, still falling",
+    "cancelled": "cancelled",
+    "unresolved": "stopped early: the surface develops features too fine to resolve",
+}
+
+
+def solution_text(request: Request, solution: Solution) -> str:
+    """The outcome in one sentence."""
+    before, after = solution.start.terms[request.energy], solution.end.terms[request.energy]
+    return (
+        f"{request.label} {before:.6g} to {after:.6g}, {_STOP_WORDS[solution.stop]} "
+        f"({len(solution.cage.positions)} vertices, {solution.seconds:.1f} s)"
+    )
+
+
+def failure_text(error: BaseException) -> str:
+    """An error of `solve` as one sentence; anything unforeseen with its type, so that it can be reported."""
+    if isinstance(error, (native.LibraryError, native.CurvoptError, ValueError)):
+        text = str(error)
+        return text if text.endswith((".", "!", "?")) else text + "."
+    return f"Unexpected {type(error).__name__}: {error}."

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
+neither saving nor undo touches."""
+
+from dataclasses import dataclass
+
+import bpy
+
+ENERGIES = (
+    ("WILLMORE", "Willmore", "Bending: the integral of both principal curvatures squared. Spheres are best"),
+    ("MVS", "MVS", "Variation of each principal curvature along its own direction. Spheres, tori, cyclides are best"),
+    ("MVS_CROSS", "MVS_cross", "Variation of both principal curvatures in every direction"),
+)
+
+
+def energy_property() -> object:
+    """The choice of energy, for settings and operator alike; identifiers are native.TERMS in capitals."""
+    return bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
+
+
+def levels_property() -> object:
+    """The number of optimizations, for settings and operator alike."""
+    return bpy.props.IntProperty(
+        name="Levels",
+        description="Optimizations, with a subdivision of the cage before each but the first: 1 keeps the cage's faces",
+        default=4,
+        min=1,
+        max=12,
+        soft_max=6,
+    )
+
+
+class CURVOPT_PG_settings(bpy.types.PropertyGroup):
+    """Settings of the next run."""
+
+    energy: energy_property()
+    levels: levels_property()
+
+
+@dataclass
+class State:
+    """What the sidebar reports. `running` is true from the start of a modal run to its end."""
+
+    message: str = ""
+    running: bool = False
+    failed: bool = False
+
+
+state = State()
+
+
+def register() -> None:
+    bpy.utils.register_class(CURVOPT_PG_settings)
+    bpy.types.Scene.curvopt = bpy.props.PointerProperty(type=CURVOPT_PG_settings)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.curvopt
+    bpy.utils.unregister_class(CURVOPT_PG_settings)

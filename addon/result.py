@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From arrays to the new object beside the original, and the energies that it remembers.
+
+The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
+the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
+with scale 1; a Subdivision Surface modifier shows the limit surface; materials are those of the original; energies are
+custom properties `curvopt_before_<term>` and `curvopt_after_<term>`. Selected and active, as new objects are. UV maps,
+vertex groups and the like belong to the old cage and are not carried over.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from .cage import Source
+from .job import ENERGY_LABELS, Request, Solution
+from .native import TERMS, Cage
+
+_GAP = 0.1  # between original and result, in sizes of the larger
+_SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
+_MAX_SHOWN_LEVELS = 5
+_QUALITY = 10  # vertices are on the limit surface if quality >= levels
+
+
+def add_result(context: bpy.types.Context, source: Source, request: Request, solution: Solution) -> bpy.types.Object:
+    """Create the object, link it where the original is, place, select and activate it."""
+    name = f"{source.name} {request.label}"
+    original = next((o for o in bpy.data.objects if o.name == source.name and o.library is None), None)
+    mesh = make_mesh(name, solution.cage)
+    result = bpy.data.objects.new(name, mesh)
+    result.matrix_world = _beside(context.scene, source, solution.cage) @ source.frame
+    if original is not None:
+        _carry_materials(original, result, face_parents(source.cage, solution.cage), source.face_material)
+    add_subdivision(result)
+    _store(result, source.name, request, solution)
+    _link(context, original, result)
+    if context.mode == "OBJECT":
+        for other in list(context.view_layer.objects.selected):
+            other.select_set(False)
+        result.select_set(True)
+        context.view_layer.objects.active = result
+    return result
+
+
+def make_mesh(name: str, cage: Cage) -> bpy.types.Mesh:
+    """A smooth-shaded mesh of the cage."""
+    mesh = bpy.data.meshes.new(name)
+    sizes = cage.face_sizes
+    mesh.vertices.add(len(cage.positions))
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(cage.positions, np.float32).reshape(-1))
+    mesh.loops.add(len(cage.face_vertices))
+    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(cage.face_vertices, np.int32))
+    mesh.polygons.add(len(sizes))
+    mesh.polygons.foreach_set("loop_start", (np.cumsum(sizes) - sizes).astype(np.int32))
+    if bpy.app.version < (3, 6, 0):  # later it follows from loop_start
+        mesh.polygons.foreach_set("loop_total", np.ascontiguousarray(sizes, np.int32))
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(sizes), bool))
+    mesh.update(calc_edges=True)
+    return mesh
+
+
+def add_subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier:
+    """A Subdivision Surface modifier that shows the limit surface finely enough to look smooth."""
+    modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+    modifier.subdivision_type = "CATMULL_CLARK"
+    modifier.use_limit_surface = True
+    modifier.boundary_smooth = "ALL"
+    modifier.quality = _QUALITY
+    modifier.levels = modifier.render_levels = shown_levels(len(obj.data.polygons))
+    return modifier
+
+
+def shown_levels(n_faces: int) -> int:
+    """Subdivisions after which a cage of `n_faces` looks smooth, 1 .. 5."""
+    levels = 1
+    while levels < _MAX_SHOWN_LEVELS and n_faces * 4**levels < _SHOWN_FACES:
+        levels += 1
+    return levels
+
+
+def face_parents(coarse: Cage, fine: Cage) -> np.ndarray:
+    """For each face of `fine`, the face of `coarse` that it came from (Catmull-Clark, any number of times)."""
+    parents, sizes = np.arange(len(coarse.face_sizes)), coarse.face_sizes
+    while len(parents) < len(fine.face_sizes):
+        parents = np.repeat(parents, sizes)
+        sizes = np.full(len(parents), 4)
+    return parents
+
+
+def _carry_materials(
+    original: bpy.types.Object, result: bpy.types.Object, parents: np.ndarray, face_material: np.ndarray
+) -> None:
+    for slot in original.material_slots:
+        result.data.materials.append(slot.material)
+    if original.material_slots:
+        result.data.polygons.foreach_set("material_index", face_material[parents].astype(np.int32))
+
+
+def _beside(scene: bpy.types.Scene, source: Source, cage: Cage) -> Matrix:
+    """The translation along world X that puts `cage` past the original and its earlier results."""
+    row = np.array(source.frame)[0]
+    before, after = source.cage.positions @ row[:3] + row[3], cage.positions @ row[:3] + row[3]
+    edge = before.max()
+    for other in scene.objects:
+        if other.get("curvopt_source") == source.name:
+            edge = max(edge, *((other.matrix_world @ Vector(corner)).x for corner in other.bound_box))
+    gap = _GAP * max(np.ptp(before), np.ptp(after))
+    return Matrix.Translation((edge + gap - after.min(), 0.0, 0.0))
+
+
+def _link(context: bpy.types.Context, original: bpy.types.Object | None, result: bpy.types.Object) -> None:
+    """Into the original's first collection that this view layer shows, else the scene's own."""
+    for collection in original.users_collection if original is not None else ():
+        collection.objects.link(result)
+        if result.name in context.view_layer.objects:
+            return
+        collection.objects.unlink(result)
+    context.scene.collection.objects.link(result)
+
+
+def _store(result: bpy.types.Object, source_name: str, request: Request, solution: Solution) -> None:
+    result["curvopt_source"] = source_name
+    result["curvopt_energy"] = request.energy
+    result["curvopt_surface"] = solution.end.surface
+    result["curvopt_stop"] = solution.stop
+    for when, energies in (("before", solution.start), ("after", solution.end)):
+        for term, value in energies.terms.items():
+            if np.isfinite(value):
+                result[f"curvopt_{when}_{term}"] = value
+
+
+def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, float]]:
+    """(label, before, after) of every energy that a result object remembers; empty for any other object."""
+    if obj is None:
+        return []
+    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in TERMS)
+    return [(ENERGY_LABELS[term], obj[b], obj[a]) for term, b, a in keys if b in obj and a in obj]
