@@ -191,7 +191,7 @@ def _numbered(
 # Chosen by eye under subdivision: round arms of even thickness, hubs neither pointed nor dented.
 LAWSON_SHAPES = {
     1: Frame(thickness=0.5, crotch=0.33, outer_pole=1.1, inner_pole=0.88),
-    2: Frame(thickness=0.55, crotch=0.45, rings=3, first_ring=0.52, outer_pole=0.85, inner_pole=0.8, bow=0.95),
+    2: Frame(thickness=0.55, crotch=0.45, rings=3, first_ring=0.52, outer_pole=0.72, inner_pole=0.8, bow=0.95),
     3: Frame(0.47, 0.47, 3, "split", first_ring=0.62, outer_pole=0.25, inner_pole=0.7, bow=0.95, shoulder=0.25),
     4: Frame(0.4, 0.48, 3, "split", first_ring=0.66, outer_pole=0.35, inner_pole=0.75, bow=0.95, shoulder=0.25),
     5: Frame(0.34, 0.48, 3, "split", first_ring=0.68, outer_pole=0.45, inner_pole=0.75, bow=0.95, shoulder=0.28),

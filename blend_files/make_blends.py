@@ -89,7 +89,7 @@ def make_material() -> bpy.types.Material:
 
 
 def add_camera(centre: Vector, radius: float) -> None:
-    """A camera that sees a ball of this centre and radius whole; the surface shrinks from its cage, so fill the frame."""
+    """A camera that sees a ball of this centre and radius whole, but for what the surface shrinks from its cage."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.lens = 70
     direction = Vector(VIEW_FROM).normalized()
