@@ -23,10 +23,10 @@ from .result import add_subdivision, make_mesh
 LOOKS = ("clay", "zebra")
 ENGINES = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}
 
-_CLAY = (0.42, 0.50, 0.60)
+_CLAY = (0.40, 0.46, 0.54)
 _PAPER = (0.90, 0.90, 0.90)
 _INK = (0.05, 0.05, 0.06)
-_STRIPES = 26.0  # radians of stripe per unit of the reflected direction
+_STRIPES = 18.0  # radians of stripe per unit of the reflected direction
 _ZEBRA_MATCAPS = ("reflection_check_horizontal.exr", "check_reflection_horizontal.exr")  # until 4.x, from 5.x
 _MARGIN, _CAPTION = 1.12, 0.16  # of the larger shape's extent
 _FLAT = 0.8  # a shape is flat if its least extent is below this part of the middle one
@@ -75,7 +75,10 @@ def _temporary_scene() -> Iterator[bpy.types.Scene]:
 
 def _set_up_render(scene: bpy.types.Scene, path: Path, picture: Picture) -> None:
     render = scene.render
-    render.engine = ENGINES[picture.engine]
+    try:
+        render.engine = ENGINES[picture.engine]
+    except TypeError as error:
+        raise RenderError(f"This Blender has no {picture.engine} engine.") from error
     render.resolution_x, render.resolution_y, render.resolution_percentage = picture.width, picture.height, 100
     render.image_settings.file_format = "PNG"
     render.image_settings.color_mode = "RGB"
@@ -119,7 +122,7 @@ def _paper_world(world: bpy.types.World) -> None:
     seen, light = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeBackground")
     seen.inputs[0].default_value = (*_PAPER, 1.0)
     light.inputs[0].default_value = (1.0, 1.0, 1.0, 1.0)
-    light.inputs[1].default_value = 0.45
+    light.inputs[1].default_value = 0.30
     links.new(nodes.new("ShaderNodeLightPath").outputs["Is Camera Ray"], mix.inputs[0])
     links.new(light.outputs[0], mix.inputs[1])
     links.new(seen.outputs[0], mix.inputs[2])

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Minimize without a window:
+
+    blender -b FILE.blend --python-exit-code 1 -P batch.py -- --energy mvs --levels 4 --output OUT.blend --render OUT.png
+
+Exit code 0: done, 1: could not (one sentence on stderr, nothing written), 2: wrong usage. Every output is first made
+beside its place under a temporary name, and all are moved there at the end. Progress goes to stderr, and only to a
+terminal. Run with -P this file is no part of a package, so it loads its own folder as one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import json
+import math
+import os
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+import bpy
+import numpy as np
+
+
+class BatchError(RuntimeError):
+    """The request cannot be carried out; the message is a sentence."""
+
+
+def _part(name: str) -> ModuleType:
+    """Another file of the add-on, by name."""
+    package = __package__
+    if not package:
+        package, here = "curvopt_batch", Path(__file__).resolve().parent
+        if package not in sys.modules:
+            spec = importlib.util.spec_from_file_location(
+                package, here / "__init__.py", submodule_search_locations=[str(here)]
+            )
+            sys.modules[package] = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(sys.modules[package])
+    return importlib.import_module(f"{package}.{name}")
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """The command line behind `--`. Exits with 2 if it is wrong."""
+    parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
+    terms = _part("native").TERMS
+    parser.add_argument("--energy", choices=terms, default="mvs", help="what to minimize (default %(default)s)")
+    parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
+    parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
+    parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
+    parser.add_argument("--render", type=Path, metavar="OUT.png", help="picture, before and after side by side")
+    parser.add_argument("--json", type=Path, metavar="OUT.json", help="report of energies, levels and times")
+    parser.add_argument("--threads", type=int, help="threads of the optimization (default: all cores)")
+    parser.add_argument("--max-iterations", type=int, help="iterations per level")
+    picture = parser.add_argument_group("picture")
+    picture.add_argument("--look", choices=("clay", "zebra"), default="clay", help="surface (default %(default)s)")
+    picture.add_argument("--engine", choices=("cycles", "workbench"), default="cycles", help="(default %(default)s)")
+    picture.add_argument("--samples", type=_count, default=64, help="Cycles samples per pixel (default %(default)s)")
+    picture.add_argument("--size", type=_size, default=(1400, 700), metavar="WxH", help="pixels (default 1400x700)")
+    options = parser.parse_args(arguments)
+    if not (options.output or options.render or options.json):
+        parser.error("nothing to do: give --output, --render or --json")
+    return options
+
+
+def _count(text: str) -> int:
+    if not (text.isdigit() and 1 <= int(text) <= 1_000_000):
+        raise argparse.ArgumentTypeError(f"{text!r} is no count")
+    return int(text)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit() and 1 <= int(width) <= 20000 and 1 <= int(height) <= 20000):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size such as 1400x700")
+    return int(width), int(height)
+
+
+def run(options: argparse.Namespace) -> str:
+    """Minimize and write everything that was asked for; what happened, in a sentence. Raises if anything fails."""
+    job, cage, result = _part("job"), _part("cage"), _part("result")
+    limits = {"threads": options.threads, "max_iterations": options.max_iterations}
+    request = job.Request(options.energy, options.levels, {k: v for k, v in limits.items() if v is not None})
+    wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
+    with _all_or_nothing(wanted) as place:
+        source = cage.read_source(bpy.context, chosen_object(options.object))
+        solution = job.solve(source.cage, request, _progress_to_terminal())
+        new = result.add_result(bpy.context, source, request, solution)
+        if "render" in place:
+            _render(source, request, solution, options, place["render"])
+        if "json" in place:
+            place["json"].write_text(json.dumps(report(source, new.name, request, solution), indent=2) + "\n")
+        if "output" in place:
+            bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
+    return job.solution_text(request, solution)
+
+
+def chosen_object(name: str | None) -> bpy.types.Object:
+    """The object called `name`, else the active mesh object, else the only one. BatchError if there is none."""
+    if name is not None:
+        obj = bpy.context.scene.objects.get(name)
+        if obj is None:
+            raise BatchError(f"There is no object '{name}' in scene '{bpy.context.scene.name}'.")
+        return obj
+    active = bpy.context.view_layer.objects.active
+    if active is not None and active.type == "MESH":
+        return active
+    meshes = [obj for obj in bpy.context.scene.objects if obj.type == "MESH"]
+    if len(meshes) != 1:
+        raise BatchError(f"Scene '{bpy.context.scene.name}' has {len(meshes)} mesh objects, none active: give --object.")
+    return meshes[0]
+
+
+@contextmanager
+def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
+    """Temporary paths beside the wanted ones; moved there if all goes well and removed if not.
+
+    BatchError, before any work is done, if a file cannot be made there."""
+    place = {}
+    for name, path in wanted.items():
+        path = path.resolve()
+        place[name] = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+        try:
+            if path.is_dir():
+                raise IsADirectoryError(0, "it is a folder")
+            place[name].touch(exist_ok=False)
+            place[name].unlink()
+        except OSError as error:
+            raise BatchError(f"{path} cannot be written: {error.strerror}.") from error
+    try:
+        yield place
+        for name, temporary in place.items():
+            if not temporary.is_file() or temporary.stat().st_size == 0:
+                raise BatchError(f"{wanted[name]} could not be written.")
+        for name, temporary in place.items():
+            os.replace(temporary, wanted[name])
+    finally:
+        for temporary in place.values():
+            temporary.unlink(missing_ok=True)
+
+
+def _render(source, request, solution, options: argparse.Namespace, path: Path) -> None:
+    native, render = _part("native"), _part("render")
+    rotation = np.array(source.frame.to_3x3(), np.float64)
+    shapes = []
+    for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
+        world = native.Cage(cage.positions @ rotation.T, cage.face_sizes, cage.face_vertices)
+        shapes.append((world, f"{when}: {request.label} {energies.terms[request.energy]:.5g}"))
+    picture = render.Picture(*options.size, options.samples, options.engine, options.look)
+    render.render_side_by_side(shapes, path, picture)
+
+
+def report(source, result_name: str, request, solution) -> dict[str, object]:
+    """What --json writes: the command line's keys for the result, `before` the same for the original."""
+    return {
+        "object": source.name,
+        "result": result_name,
+        "energy": request.energy,
+        **_energies(solution.end, solution.cage, solution.euler),
+        "before": _energies(solution.start, source.cage, solution.euler),
+        "levels": [_level(level) for level in solution.levels],
+        "stop": solution.stop,
+        "seconds": solution.seconds,
+    }
+
+
+def _level(level) -> dict[str, object]:
+    values = dict(vars(level))
+    return {"level": values.pop("level"), "vertices": values.pop("n_vertices"), **values}
+
+
+def _energies(energies, cage, euler: int) -> dict[str, object]:
+    values = {
+        "area": energies.area,
+        **energies.terms,
+        "h2": energies.h2,
+        "gauss": energies.gauss,
+        "gauss_bonnet_defect": energies.gauss_bonnet_defect,
+        "quadrature_error": energies.objective_error,
+    }
+    return {
+        "vertices": len(cage.positions),
+        "faces": len(cage.face_sizes),
+        "euler": euler,
+        **{name: value if math.isfinite(value) else None for name, value in values.items()},
+        "surface": energies.surface,
+    }
+
+
+def _progress_to_terminal():
+    """A callback that keeps one line of stderr up to date, or None if stderr is no terminal."""
+    if not sys.stderr.isatty():
+        return None
+    text = _part("job").progress_text
+
+    def show(progress) -> None:
+        print(f"\r\033[K{text(progress)}", end="", file=sys.stderr, flush=True)
+
+    return show
+
+
+def main(arguments: list[str]) -> int:
+    """The exit code."""
+    options = parse(arguments)
+    native, cage, render = _part("native"), _part("cage"), _part("render")
+    foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
+    try:
+        print(run(options))
+    except foreseen as error:
+        print(str(error), file=sys.stderr)
+        return 1
+    except (OSError, RuntimeError) as error:  # the system's and Blender's own refusals
+        print(f"Could not finish: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    except Exception:
+        traceback.print_exc()
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []))

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small cages as plain arrays: positions (n, 3), faces a list of index lists, counter-clockwise seen from outside."""
+
+import numpy as np
+
+
+def torus(around: int = 8, across: int = 4, major: float = 1.0, minor: float = 0.5) -> tuple[np.ndarray, list[list[int]]]:
+    """A grid of around x across quads."""
+    u, v = np.meshgrid(np.arange(around) / around, np.arange(across) / across, indexing="ij")
+    u, v = 2 * np.pi * u, 2 * np.pi * v
+    radius = major + minor * np.cos(v)
+    points = np.stack([radius * np.cos(u), radius * np.sin(u), minor * np.sin(v)], -1).reshape(-1, 3)
+
+    def index(i: int, j: int) -> int:
+        return i % around * across + j % across
+
+    faces = [
+        [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)] for i in range(around) for j in range(across)
+    ]
+    return points, faces
+
+
+def cube() -> tuple[np.ndarray, list[list[int]]]:
+    """The cube of edge length 2."""
+    points = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    return points, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+
+def packed(faces: list[list[int]]) -> tuple[list[int], list[int]]:
+    """(face sizes, face vertices)."""
+    return [len(face) for face in faces], [vertex for face in faces for vertex in face]
+
+
+def enclosed_volume(points: np.ndarray, faces: list[list[int]]) -> float:
+    """Positive if the faces are counter-clockwise seen from outside."""
+    points = np.asarray(points)
+    return sum(
+        float(np.dot(points[f[0]], np.cross(points[f[i]], points[f[i + 1]]))) / 6 for f in faces for i in range(1, len(f) - 1)
+    )

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worker and modal state machine: with invented work where order matters, with the library where energies do."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+import shapes
+from addon import job, native
+
+
+def progress(iteration: int) -> native.Progress:
+    return native.Progress(90.0 - iteration, 100.0, 0.5, 1.0, 2, 4, iteration, 2 * iteration, 32)
+
+
+class Gated:
+    """Work that reports one step per `allow()` and ends when allowed `steps` times or told to cancel."""
+
+    def __init__(self, steps: int, outcome: object = "solution") -> None:
+        self.steps, self.outcome = steps, outcome
+        self.gate, self.reported = threading.Semaphore(0), threading.Semaphore(0)
+        self.saw_cancel = False
+
+    def __call__(self, on_progress):
+        for step in range(self.steps):
+            assert self.gate.acquire(timeout=20)
+            self.saw_cancel = bool(on_progress(progress(step)))
+            self.reported.release()
+            if self.saw_cancel:
+                break
+        if isinstance(self.outcome, BaseException):
+            raise self.outcome
+        return self.outcome
+
+    def allow(self) -> None:
+        self.gate.release()
+        assert self.reported.acquire(timeout=20)
+
+
+def test_ticks_follow_the_worker_to_its_end():
+    work = Gated(2)
+    run = job.ModalRun(job.Job(work), "MVS")
+    assert run.tick() is job.Phase.RUNNING and "preparing" in run.status
+    work.allow()
+    assert run.tick() is job.Phase.RUNNING
+    assert "MVS: level 2 of 4, iteration 0, energy 90 (from 100)" in run.status and "ESC" in run.status
+    work.allow()
+    assert run.job.join(20)
+    assert run.tick() is job.Phase.FINISHED
+    assert run.job.solution == "solution" and run.job.error is None
+
+
+def test_escape_ends_as_cancelled_only_when_the_worker_has_stopped():
+    work, asked = Gated(5), []
+    run = job.ModalRun(job.Job(work, lambda: asked.append(1)), "MVS")
+    work.allow()
+    run.escape()
+    run.escape()
+    assert asked == [1]
+    assert run.tick() is job.Phase.CANCELLING and run.status.endswith("cancelling")
+    work.allow()
+    assert work.saw_cancel and run.job.join(20)
+    assert run.tick() is job.Phase.CANCELLED
+
+
+def test_escape_wins_over_a_worker_that_has_just_finished():
+    work = Gated(1)
+    run = job.ModalRun(job.Job(work), "MVS")
+    work.allow()
+    assert run.job.join(20)
+    run.escape()
+    assert run.tick() is job.Phase.CANCELLED
+
+
+def test_escape_after_the_end_changes_nothing():
+    work = Gated(0)
+    run = job.ModalRun(job.Job(work), "MVS")
+    assert run.job.join(20) and run.tick() is job.Phase.FINISHED
+    run.escape()
+    assert run.tick() is job.Phase.FINISHED
+
+
+def test_failure_is_kept_for_the_main_thread():
+    error = native.CurvoptError(4, 3, "Face 3 is flipped.")
+    run = job.ModalRun(job.Job(Gated(0, error)), "MVS")
+    assert run.job.join(20)
+    assert run.tick() is job.Phase.FAILED
+    assert run.job.error is error and run.job.solution is None
+
+
+def test_failure_while_cancelling_is_a_cancellation():
+    work = Gated(1, RuntimeError("late"))
+    run = job.ModalRun(job.Job(work), "MVS")
+    run.escape()
+    work.allow()
+    assert run.job.join(20)
+    assert run.tick() is job.Phase.CANCELLED
+
+
+def test_abandoning_waits_for_the_worker_but_not_for_ever():
+    work = Gated(1)
+    run = job.ModalRun(job.Job(work), "MVS")
+    start = time.monotonic()
+    assert run.abandon(0.05) is False and time.monotonic() - start < 5
+    assert run.phase is job.Phase.CANCELLING
+    work.allow()
+    assert run.abandon(20) is True
+    assert run.phase is job.Phase.CANCELLED
+
+
+def torus_cage() -> native.Cage:
+    points, faces = shapes.torus()
+    sizes, vertices = shapes.packed(faces)
+    return native.Cage(points, np.array(sizes), np.array(vertices))
+
+
+def test_solve_carries_everything_that_the_result_object_needs():
+    solution = job.solve(torus_cage(), job.Request("willmore", 2, {"max_iterations": 30}))
+    assert solution.cage.positions.shape == (128, 3)
+    assert solution.end.terms["willmore"] < solution.start.terms["willmore"]
+    assert [level.level for level in solution.levels] == [1, 2] and solution.euler == 0
+    text = job.solution_text(job.Request("willmore", 2), solution)
+    assert text.startswith("Willmore ") and "128 vertices" in text
+
+
+def test_job_runs_the_library_beside_this_thread_and_cancels_fast():
+    work = job.Job.minimize(torus_cage(), job.Request("mvs", 6))
+    work.start()
+    deadline = time.monotonic() + 30
+    while work.latest is None and work.running and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert work.latest is not None and work.latest.levels == 6
+    start = time.monotonic()
+    work.cancel()
+    assert work.join(30)
+    assert time.monotonic() - start < 2.0
+    assert work.solution.stop == "cancelled" and work.error is None
+
+
+def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
+    monkeypatch.setenv(native.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    with pytest.raises(native.LibraryError, match="missing"):
+        job.Job.minimize(torus_cage(), job.Request())
+
+
+def test_failures_become_one_sentence():
+    assert job.failure_text(native.CurvoptError(4, 1, "Face 1 is bad")) == "Face 1 is bad."
+    assert job.failure_text(native.LibraryError("Gone.")) == "Gone."
+    assert job.failure_text(KeyError("x")) == "Unexpected KeyError: 'x'."

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The binding against the real library and the real header; no Blender."""
+
+import ctypes as C
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapes
+from addon import header, native
+
+ROOT = Path(__file__).resolve().parents[2]
+HEADER = ROOT / "libcurvopt" / "include" / "curvopt.h"
+
+
+@pytest.fixture(scope="module")
+def lib():
+    return native.library()
+
+
+def torus_mesh(lib):
+    points, faces = shapes.torus()
+    return native.Mesh.create(lib, len(points), *shapes.packed(faces)), points
+
+
+def compiled(tmp_path, source, *flags):
+    """Path of `source` compiled against the header."""
+    code, out = tmp_path / "t.c", tmp_path / "t.bin"
+    code.write_text(source)
+    subprocess.run(["cc", f"-I{HEADER.parent}", *flags, str(code), "-o", str(out)], check=True)
+    return out
+
+
+# ------------------------------------------------------------------------------------------ header and mirrors --
+
+
+def test_struct_layouts_are_those_of_the_header(tmp_path):
+    mirrors = {struct.__doc__: struct for struct in header.STRUCT_SIZES}
+    lines = []
+    for name, struct in mirrors.items():
+        lines.append(f'printf("{name} %zu\\n", sizeof({name}));')
+        for field, _ in struct._fields_:
+            place = f"offsetof({name}, {field}), sizeof((({name} *)0)->{field})"
+            lines.append(f'printf("{name}.{field} %zu %zu\\n", {place});')
+    includes = "#include <stddef.h>\n#include <stdio.h>\n#include <curvopt.h>\n"
+    program = compiled(tmp_path, f"{includes}int main(void) {{ {' '.join(lines)} return 0; }}")
+    seen = subprocess.run([str(program)], check=True, capture_output=True, text=True).stdout.split("\n")
+    expected = []
+    for name, struct in mirrors.items():
+        assert C.sizeof(struct) == header.STRUCT_SIZES[struct]
+        expected.append(f"{name} {C.sizeof(struct)}")
+        expected += [f"{name}.{f} {getattr(struct, f).offset} {getattr(struct, f).size}" for f, _ in struct._fields_]
+    assert seen[:-1] == expected
+
+
+def test_no_struct_field_of_the_header_is_left_out():
+    text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
+    for struct in header.STRUCT_SIZES:
+        body = re.search(rf"typedef struct {struct.__doc__} {{(.*?)}} {struct.__doc__};", text, re.S).group(1)
+        fields = re.findall(r"\*?(\w+)(?:\[\d+\])?;", body)
+        assert fields == [name for name, _ in struct._fields_], struct.__doc__
+
+
+def test_signature_table_covers_every_prototype():
+    text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
+    prototypes = dict(re.findall(r"CURVOPT_API [^;(]*?(curvopt_\w+)\(([^;]*)\);", text))
+    assert set(prototypes) == set(header.SIGNATURES)
+    for name, arguments in prototypes.items():
+        count = 0 if arguments.strip() == "void" else arguments.count(",") + 1
+        assert count == len(header.SIGNATURES[name][1]), name
+
+
+def test_names_of_enumerations_follow_the_header():
+    text = HEADER.read_text()
+    for prefix, names in (("TERM", header.TERMS), ("SURFACE", header.SURFACES), ("STOP", header.STOPS)):
+        values = dict(re.findall(rf"CURVOPT_{prefix}_(\w+) = (\d+)", text))
+        assert [values[name.upper()] for name in names] == [str(i) for i in range(len(values))]
+    version = tuple(int(re.search(rf"VERSION_{part} (\d+)", text).group(1)) for part in ("MAJOR", "MINOR"))
+    assert version == header.HEADER_VERSION
+
+
+# ------------------------------------------------------------------------------------------------- the library --
+
+
+def test_missing_library_names_the_places(tmp_path, monkeypatch):
+    monkeypatch.setenv(native.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    with pytest.raises(native.LibraryError, match="missing.*none.so"):
+        native.library()
+
+
+def test_the_environment_comes_before_the_addon_and_the_build(monkeypatch):
+    monkeypatch.setenv(native.LIBRARY_VARIABLE, "/somewhere/libcurvopt.so")
+    assert native.library_candidates() == [Path("/somewhere/libcurvopt.so")]
+    monkeypatch.delenv(native.LIBRARY_VARIABLE)
+    inside, build = native.library_candidates()
+    assert inside == ROOT / "addon" / "lib" / "libcurvopt.so"
+    assert build == ROOT / "build" / "release" / "libcurvopt.so"
+
+
+def test_a_file_that_is_no_library_is_refused(tmp_path):
+    path = tmp_path / "libcurvopt.so"
+    path.write_bytes(b"not an ELF file")
+    with pytest.raises(native.LibraryError, match="cannot be loaded"):
+        native.Library(path)
+
+
+def test_older_library_is_refused(tmp_path):
+    source = '#include <curvopt.h>\nconst char *curvopt_version(void) { return "0.0.9"; }'
+    with pytest.raises(native.LibraryError, match=r"version 0\.0\.9.*needs 0\.1"):
+        native.Library(compiled(tmp_path, source, "-shared", "-fPIC"))
+
+
+def test_library_without_a_function_is_refused(tmp_path):
+    source = '#include <curvopt.h>\nconst char *curvopt_version(void) { return "0.1.7"; }'
+    with pytest.raises(native.LibraryError, match="has no function curvopt_status_text"):
+        native.Library(compiled(tmp_path, source, "-shared", "-fPIC"))
+
+
+def test_loaded_once(lib):
+    assert native.library() is lib
+    assert lib.version.startswith("0.1.")
+
+
+# ------------------------------------------------------------------------------------------------------ arrays --
+
+
+def test_indices_refuse_what_int32_cannot_hold():
+    assert native.indices(np.array([1, 2], np.int64), "x").dtype == np.int32
+    with pytest.raises(ValueError, match="beyond 32 bits"):
+        native.indices([2**31], "x")
+    with pytest.raises(ValueError, match="must be integers"):
+        native.indices([0.5], "x")
+
+
+def test_reals_are_copied_contiguous_and_counted():
+    strided = np.arange(12, dtype=np.float32).reshape(2, 6)[:, ::2]
+    out = native.reals(strided, 6, "x")
+    assert out.flags.c_contiguous and out.dtype == np.float64 and out.tolist() == [0, 2, 4, 6, 8, 10]
+    with pytest.raises(ValueError, match="holds 6 numbers, expected 9"):
+        native.reals(strided, 9, "x")
+
+
+def test_lengths_are_checked_before_c_reads(lib):
+    with pytest.raises(ValueError, match="add up to 5"):
+        native.Mesh.create(lib, 4, [5], [0, 1, 2, 3])
+    mesh, points = torus_mesh(lib)
+    with mesh, pytest.raises(ValueError, match="xyz holds 93"):
+        mesh.refine(points[:-1])
+
+
+# ----------------------------------------------------------------------------------------------------- handles --
+
+
+def test_mesh_gives_back_its_faces(lib):
+    _, faces = shapes.torus()
+    mesh, _ = torus_mesh(lib)
+    with mesh:
+        info = mesh.info()
+        assert (info.n_vertices, info.n_edges, info.n_faces, info.n_corners) == (32, 64, 32, 128)
+        assert (info.euler, info.n_boundary_edges, info.all_quads) == (0, 0, 1)
+        sizes, vertices = mesh.faces()
+    assert sizes.tolist() == [4] * 32
+    assert vertices.reshape(-1, 4).tolist() == faces
+
+
+def test_closed_handle_is_refused_and_closing_twice_is_harmless(lib):
+    mesh, _ = torus_mesh(lib)
+    mesh.close()
+    mesh.close()
+    with pytest.raises(ValueError, match="This Mesh is closed"):
+        mesh.info()
+
+
+def test_refined_faces_lie_face_after_face(lib):
+    points, faces = shapes.cube()
+    triangle_prism = [[0, 1, 2], [5, 4, 3], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]]
+    for count, polygons in ((len(points), faces), (6, triangle_prism)):
+        with native.Mesh.create(lib, count, *shapes.packed(polygons)) as mesh:
+            fine, _ = mesh.refine(np.random.default_rng(1).normal(size=(count, 3)))
+            with fine:
+                children = fine.faces()[1].reshape(-1, 4)
+        assert children[:, 0].tolist() == [vertex for face in polygons for vertex in face]
+
+
+def test_refinement_of_a_cube(lib):
+    points, faces = shapes.cube()
+    with native.Mesh.create(lib, 8, *shapes.packed(faces)) as mesh:
+        fine, xyz = mesh.refine(points)
+        with fine:
+            assert fine.info().n_vertices == 26
+    assert np.allclose(np.abs(xyz[:8]), 5 / 9)  # (F + 2 R + (n - 3) P) / n
+    assert np.allclose(xyz[20:], [points[face].mean(0) for face in faces])
+
+
+def test_topology_error_has_code_element_and_sentence(lib):
+    with pytest.raises(native.CurvoptError, match="7") as caught:
+        native.Mesh.create(lib, 4, [3, 3], [0, 1, 2, 0, 7, 1])
+    assert caught.value.code == 4 and caught.value.element >= 0
+    assert str(caught.value) == caught.value.message
+
+
+def test_options_defaults_and_refusals(lib):
+    options = lib.options({"mvs": 2.0})
+    assert list(options.weights) == [0, 2, 0, 0, 0, 0, 0, 0]
+    assert (options.levels, options.max_iterations, options.surface) == (4, 1000, 0)
+    with pytest.raises(ValueError, match="no energy 'mvx'"):
+        lib.options({"mvx": 1.0})
+    with pytest.raises(ValueError, match="no option 'level'"):
+        lib.options({"mvs": 1.0}, level=3)
+    with pytest.raises(ValueError, match="levels = 8589934592 is beyond"):
+        lib.options({"mvs": 1.0}, levels=2**33)
+    with pytest.raises(native.CurvoptError, match="levels.*13"):
+        lib.options({"mvs": 1.0}, levels=13)
+
+
+def test_evaluation_and_gradient(lib):
+    mesh, points = torus_mesh(lib)
+    with mesh, native.Problem.create(mesh, lib.options({"willmore": 1.0})) as problem:
+        energies, gradient = problem.evaluate(points, with_gradient=True)
+        direction = np.random.default_rng(2).normal(size=points.shape)
+        h = 1e-5
+        ahead, behind = (problem.evaluate(points + s * h * direction)[0].objective for s in (1, -1))
+    assert energies.objective == pytest.approx(energies.terms["willmore"], rel=1e-12)
+    assert energies.gauss_bonnet_defect < 1e-2
+    assert float((gradient * direction).sum()) == pytest.approx((ahead - behind) / (2 * h), rel=1e-5)
+
+
+def test_jets_of_a_regular_corner_are_the_limit_point(lib):
+    mesh, points = torus_mesh(lib)
+    grid = points.reshape(8, 4, 3)
+    with mesh:
+        jets = mesh.jets(points, [0], [0], [[0.0, 0.0]])
+    mask = np.array([1, 4, 1]) / 6
+    expected = sum(mask[i + 1] * mask[j + 1] * grid[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1))
+    assert jets.shape == (1, 10, 3)
+    assert np.allclose(jets[0, 0], expected, atol=1e-13)
+
+
+# -------------------------------------------------------------------------------------------------- minimizing --
+
+
+def test_minimize_reports_every_level(lib):
+    mesh, points = torus_mesh(lib)
+    seen = []
+    with mesh:
+        options = lib.options({"willmore": 1.0}, levels=2, max_iterations=30)
+        with native.minimize(mesh, points, options, seen.append) as result:
+            summary, cage = result.summary(), result.cage()
+            levels = [result.level(i) for i in range(summary.n_levels)]
+            with pytest.raises(native.CurvoptError):
+                result.level(2)
+    assert cage.positions.shape == (128, 3) and len(cage.face_sizes) == 128
+    assert summary.end.terms["willmore"] < summary.start.terms["willmore"]
+    assert [level.level for level in levels] == [1, 2] and [level.n_vertices for level in levels] == [32, 128]
+    assert seen[0].start_energy == pytest.approx(summary.start.objective, rel=1e-6)
+    assert {progress.level for progress in seen} == {1, 2} and seen[-1].n_vertices == 128
+
+
+def test_callback_exception_comes_back_and_the_library_stays_usable(lib):
+    class Mine(BaseException):
+        pass
+
+    def raising(progress):
+        raise Mine(progress.iteration)
+
+    mesh, points = torus_mesh(lib)
+    with mesh:
+        options = lib.options({"willmore": 1.0}, levels=1, max_iterations=50)
+        with pytest.raises(Mine):
+            native.minimize(mesh, points, options, raising)
+        with native.minimize(mesh, points, options) as result:
+            assert result.summary().stop != "cancelled"
+
+
+def test_true_from_the_callback_cancels(lib):
+    calls = []
+    mesh, points = torus_mesh(lib)
+    with mesh:
+        options = lib.options({"willmore": 1.0}, levels=1)
+        with native.minimize(mesh, points, options, lambda p: calls.append(p) or len(calls) == 2) as result:
+            assert result.summary().stop == "cancelled"
+            assert np.isfinite(result.cage().positions).all()
+    assert len(calls) == 2
+
+
+def test_cancel_from_another_thread(lib):
+    mesh, points = torus_mesh(lib)
+    going = threading.Event()
+    with mesh, native.Cancel.create(lib) as cancel:
+        canceller = threading.Thread(target=lambda: going.wait(20) and cancel.request())
+        canceller.start()
+        options = lib.options({"mvs": 1.0}, levels=6)
+        with native.minimize(mesh, points, options, lambda p: going.set(), cancel) as result:
+            assert result.summary().stop == "cancelled"
+        canceller.join()
+
+
+def test_open_cage_is_refused_by_the_library(lib):
+    points, faces = shapes.torus()
+    with native.Mesh.create(lib, len(points), *shapes.packed(faces[1:])) as mesh:
+        assert mesh.info().n_boundary_edges == 4
+        with pytest.raises(native.CurvoptError) as caught:
+            native.minimize(mesh, points, lib.options({"willmore": 1.0}))
+    assert caught.value.code == 4
+
+
+def test_positions_that_are_no_numbers_are_refused_by_vertex(lib):
+    mesh, points = torus_mesh(lib)
+    points[5, 1] = np.nan
+    with mesh, pytest.raises(native.CurvoptError, match="5") as caught:
+        native.minimize(mesh, points, lib.options({"willmore": 1.0}))
+    assert (caught.value.code, caught.value.element) == (5, 5)
+
+
+def test_the_addon_imports_nothing_of_blender_outside_register():
+    python = shutil.which("python3", path="/usr/bin") or "python3"
+    code = "import sys; import addon.job; assert 'bpy' not in sys.modules; print('clean')"
+    out = subprocess.run([python, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "clean"
