@@ -13,6 +13,7 @@ outside, symmetric to rounding. CATALOGUE names them; make_blends.py turns them 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,12 +36,17 @@ def torus(ratio: float, around: int = 8, tube: int = 4, interpolate: bool = Fals
     the limit surface passes through these points (for two closed cubic splines that is a scaling of each circle).
     """
     shrink_around, shrink_tube = ((2 + np.cos(2 * np.pi / n)) / 3 if interpolate else 1.0 for n in (around, tube))
-    big, small = (2 * np.pi * np.arange(n) / n for n in (around, tube))
-    radius = (1 + ratio * np.cos(small) / shrink_tube) / shrink_around
-    height = ratio * np.sin(small) / shrink_tube
-    x, y = (np.outer(trig(big), radius) for trig in (np.cos, np.sin))
-    vertices = np.stack([x, y, np.broadcast_to(height, x.shape)], axis=-1).reshape(-1, 3)
+    big, small = _circle(around), _circle(tube) * ratio / shrink_tube
+    radius = (1 + small[:, 0]) / shrink_around
+    x, y = np.outer(big[:, 0], radius), np.outer(big[:, 1], radius)
+    vertices = np.stack([x, y, np.broadcast_to(small[:, 1], x.shape)], axis=-1).reshape(-1, 3)
     return _without_dust(vertices), _grid_faces(around, tube)
+
+
+def _circle(n: int) -> np.ndarray:
+    """Corners (n, 2) of the regular polygon in the unit circle, the first at (1, 0)."""
+    angles = [2 * math.pi * i / n for i in range(n)]
+    return np.array([[math.cos(angle), math.sin(angle)] for angle in angles])
 
 
 def _grid_faces(rows: int, columns: int) -> list[Face]:
@@ -206,6 +212,13 @@ def write_obj(path: Path, name: str, cage: Cage) -> None:
     lines += ["v " + " ".join(repr(float(x)) for x in vertex) for vertex in vertices]
     lines += ["f " + " ".join(str(i + 1) for i in face) for face in faces]
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+def read_obj(path: Path) -> Cage:
+    """Reads what write_obj wrote."""
+    rows = [line.split() for line in path.read_text(encoding="ascii").splitlines()]
+    vertices = np.array([[float(x) for x in row[1:]] for row in rows if row[0] == "v"])
+    return vertices, [tuple(int(i) - 1 for i in row[1:]) for row in rows if row[0] == "f"]
 
 
 def check_all(names: list[str]) -> int:

@@ -2,9 +2,11 @@
 """Writes the gallery's .blend files from the cages in cages.py, and their OBJ twins.
 
     blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- [--only NAME ...] [--output DIR]
+    blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- --check
 
 Each file holds one mesh object, the cage, with a Subdivision Surface modifier that shows the limit surface, a
-camera and a light. Blender writes addresses into its files, so two runs differ in bytes, never in content.
+camera and a light. Blender writes addresses into its files, so two runs differ in bytes, never in content;
+--check compares the files that are there with the cages.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from mathutils import Matrix, Vector
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from cages import CATALOGUE, Cage, write_obj
+from cages import CATALOGUE, Cage, read_obj, write_obj
 
 COMMITTED = (
     "torus_015",
@@ -41,6 +43,8 @@ COMMITTED = (
     "pretzel_g2",
 )
 MAX_BYTES = 300_000
+ROUNDING = 1e-14  # sines differ in their last digit from machine to machine
+SINGLE_ROUNDING = 1e-7  # a mesh in Blender keeps single precision
 VIEW_FROM = (1.0, -1.5, 0.9)
 COLOUR = (0.62, 0.30, 0.16, 1.0)
 
@@ -51,6 +55,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="make_blends.py", description="Writes the gallery's .blend files.")
     parser.add_argument("--only", nargs="+", metavar="NAME", choices=list(CATALOGUE), default=list(COMMITTED))
     parser.add_argument("--output", type=Path, default=HERE, metavar="DIR", help="default: beside this script")
+    parser.add_argument("--check", action="store_true", help="write nothing, compare with the files in DIR")
     return parser.parse_args(own)
 
 
@@ -164,9 +169,50 @@ def make_blend(name: str, output: Path) -> Path:
     return path
 
 
+def check_blend(name: str, output: Path) -> list[str]:
+    """What is wrong with a .blend file and its OBJ twin, one sentence per fault."""
+    vertices, faces = CATALOGUE[name].make()
+    path, twin = output / f"{name}.blend", output / "obj" / f"{name}.obj"
+    missing = [f"{file} is missing" for file in (path, twin) if not file.is_file()]
+    if missing:
+        return missing
+    written, polygons = read_obj(twin)
+    same = polygons == faces and written.shape == vertices.shape and np.abs(written - vertices).max() < ROUNDING
+    faults = [] if same else [f"{twin} has another cage"]
+    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    cages = [thing for thing in bpy.data.objects if thing.type == "MESH"]
+    if [cage.name for cage in cages] != [name]:
+        return [*faults, f"{path} holds the meshes {[cage.name for cage in cages]}"]
+    mesh = cages[0].data
+    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", points)
+    if [tuple(polygon.vertices) for polygon in mesh.polygons] != faces:
+        faults.append(f"{path} has other faces than its cage")
+    elif np.abs(points.reshape(-1, 3) - vertices).max() > SINGLE_ROUNDING * np.abs(vertices).max():
+        faults.append(f"{path} has other vertices than its cage")
+    modifiers = [(modifier.type, modifier.use_limit_surface) for modifier in cages[0].modifiers]
+    if modifiers != [("SUBSURF", True)]:
+        faults.append(f"{path} has the modifiers {modifiers}")
+    return faults
+
+
+def check_blends(names: list[str], output: Path) -> int:
+    """Checks files against their cages, prints the outcome, and returns how many are wrong."""
+    wrong = 0
+    for name in names:
+        faults = check_blend(name, output)
+        for fault in faults:
+            print(f"make_blends: {fault}", file=sys.stderr)
+        wrong += bool(faults)
+    print(f"{len(names) - wrong} passed, {wrong} failed")
+    return wrong
+
+
 def main() -> None:
-    """Writes every .blend file asked for and its OBJ twin."""
+    """Writes, or checks, every .blend file asked for and its OBJ twin."""
     options = parse_arguments(sys.argv)
+    if options.check:
+        sys.exit(1 if check_blends(options.only, options.output) else 0)
     bpy.context.preferences.filepaths.save_version = 0
     twins = options.output / "obj"
     twins.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,75 @@
+# shellcheck shell=bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Functions that the project's scripts share; to be sourced. They run on a fresh Debian with nothing but apt, and on
+# any Linux that has the tools already.
+
+# What a build, the batch and a picture need; what the tests need besides. PACKAGE, or PACKAGE:COMMAND where having the
+# command, from wherever, will do.
+# shellcheck disable=SC2034
+{
+    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-dev)
+    BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
+    TEST_PACKAGES=(g++:g++ libcmocka-dev python3-pytest clang-format:clang-format clang-tidy:clang-tidy
+        cppcheck:cppcheck libosd-dev xvfb:Xvfb xauth:xauth)
+}
+
+# The script that sources this file, in front of every message.
+ME=$(basename "$0" .sh)
+
+say() {
+    printf '%s: %s\n' "$ME" "$*"
+}
+
+die() {
+    printf '%s: %s\n' "$ME" "$*" >&2
+    exit 1
+}
+
+# installed PACKAGE[:COMMAND]
+installed() {
+    local package=${1%%:*} command=
+    [[ $1 != *:* ]] || command=${1#*:}
+    if [[ -n $command ]] && command -v "$command" >/dev/null; then
+        return 0
+    fi
+    command -v dpkg-query >/dev/null || return 1
+    [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) == installed* ]]
+}
+
+# need PACKAGE[:COMMAND]...: installs from Debian whatever is missing; needs root only then.
+need() {
+    local entry missing=()
+    for entry in "$@"; do
+        installed "$entry" || missing+=("${entry%%:*}")
+    done
+    if ((${#missing[@]} == 0)); then
+        return 0
+    fi
+    command -v apt-get >/dev/null ||
+        die "there is no apt-get to install these packages of Debian: ${missing[*]}"
+    [[ $(id -u) == 0 ]] ||
+        die "packages are missing; as root, run: apt-get install --no-install-recommends ${missing[*]}"
+    say "installing from Debian: ${missing[*]}"
+    export DEBIAN_FRONTEND=noninteractive
+    apt-get update -qq || say "the package lists could not all be refreshed; going on with those at hand"
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
+        die "apt-get could not install: ${missing[*]}"
+}
+
+# build PRESET: configures and builds in build/PRESET, quietly unless it fails; to be called in the project's folder.
+build() {
+    local log=build/$1.log
+    mkdir -p build
+    say "building build/$1"
+    if ! { cmake --preset "$1" && cmake --build --preset "$1"; } >"$log" 2>&1; then
+        tail -n 40 "$log" >&2
+        printf '%s: the build of preset %s failed; all of its output is in %s\n' "$ME" "$1" "$log" >&2
+        return 1
+    fi
+}
+
+# run_blender ARGUMENT...: Blender without a window, without this user's settings and Python paths; a script that
+# fails makes it fail.
+run_blender() {
+    env -u PYTHONPATH -u PYTHONHOME blender -b --factory-startup --python-exit-code 1 "$@"
+}
