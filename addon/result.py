@@ -114,6 +114,7 @@ def _link(context: bpy.types.Context, original: bpy.types.Object | None, result:
     """Into the original's first collection that this view layer shows, else the scene's own."""
     for collection in original.users_collection if original is not None else ():
         collection.objects.link(result)
+        context.view_layer.update()
         if result.name in context.view_layer.objects:
             return
         collection.objects.unlink(result)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every test starts in an empty file with the add-on on."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import shapes  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def empty_file():
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert hasattr(bpy.types.Scene, "curvopt") and len(bpy.data.objects) == 0
+
+
+@pytest.fixture
+def part():
+    """A file of the installed add-on, by name."""
+    return lambda name: importlib.import_module(f"curvopt.{name}")
+
+
+@pytest.fixture
+def add():
+    """Adds a mesh object of points and faces to the scene and makes it the active and only selected one."""
+
+    def add_object(points, faces, name="Cage", scene=None):
+        mesh = bpy.data.meshes.new(name)
+        mesh.from_pydata([tuple(map(float, p)) for p in points], [], [list(f) for f in faces])
+        obj = bpy.data.objects.new(name, mesh)
+        (scene or bpy.context.scene).collection.objects.link(obj)
+        for other in bpy.context.selected_objects:
+            other.select_set(False)
+        obj.select_set(True)
+        bpy.context.view_layer.objects.active = obj
+        return obj
+
+    return add_object
+
+
+@pytest.fixture
+def torus(add):
+    """The active object: an 8 x 4 torus cage."""
+    return add(*shapes.torus(), name="Torus")
+
+
+@pytest.fixture
+def contents():
+    """All that a run could change, as comparable values."""
+
+    def snapshot():
+        bpy.context.view_layer.update()
+        return {
+            "objects": {
+                obj.name: (
+                    [tuple(v.co) for v in obj.data.vertices] if obj.type == "MESH" else None,
+                    [tuple(p.vertices) for p in obj.data.polygons] if obj.type == "MESH" else None,
+                    [tuple(row) for row in obj.matrix_world],
+                    [modifier.name for modifier in obj.modifiers],
+                    obj.hide_get(), obj.hide_render, obj.mode, dict(obj.items()),
+                )
+                for obj in bpy.context.scene.objects
+            },
+            "data": {kind: sorted(d.name for d in getattr(bpy.data, kind)) for kind in DATA},
+            "active": bpy.context.view_layer.objects.active and bpy.context.view_layer.objects.active.name,
+            "selected": sorted(obj.name for obj in bpy.context.view_layer.objects.selected),
+        }  # fmt: skip
+
+    return snapshot
+
+
+DATA = ("scenes", "objects", "meshes", "materials", "worlds", "cameras", "lights", "curves", "collections")

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The batch command as people run it: another Blender, exit codes, and what lies on disk afterwards."""
+
+import json
+import os
+import pty
+import subprocess
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+QUICK_PICTURE = ["--size", "240x120", "--samples", "4"]
+
+
+@pytest.fixture
+def cage_file(torus, tmp_path):
+    """A .blend with the active object Torus and another mesh, Spare; nothing else in its folder."""
+    folder = tmp_path / "work"
+    folder.mkdir()
+    spare = bpy.data.objects.new("Spare", torus.data.copy())
+    bpy.context.scene.collection.objects.link(spare)
+    path = folder / "cage.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    return path
+
+
+@pytest.fixture
+def batch(cage_file, part):
+    """Runs the installed add-on's batch.py on the file: (exit code, lines of stderr, new files in its folder)."""
+    program = Path(part("native").__file__).with_name("batch.py")
+
+    def run(*arguments, stderr=subprocess.PIPE):
+        command = [bpy.app.binary_path, "-b", "--factory-startup", str(cage_file), "--python-exit-code", "1"]
+        done = subprocess.run(
+            [*command, "-P", str(program), "--", *map(str, arguments)],
+            stdout=subprocess.PIPE, stderr=stderr, text=True, cwd=cage_file.parent,
+        )  # fmt: skip
+        new = sorted(path.name for path in cage_file.parent.iterdir() if path != cage_file)
+        return done.returncode, (done.stderr or "").strip().split("\n"), new
+
+    return run
+
+
+def pixels(path):
+    """(height, width, 3), bottom row first, 0 .. 1."""
+    image = bpy.data.images.load(str(path))
+    width, height = image.size
+    return np.array(image.pixels[:]).reshape(height, width, 4)[:, :, :3]
+
+
+def test_blend_picture_and_report_are_written(batch, cage_file):
+    original = cage_file.read_bytes()
+    arguments = ["--energy", "mvs", "--levels", "2", "--output", "out.blend", "--render", "out.png", "--json", "out.json"]
+    code, errors, new = batch(*arguments, *QUICK_PICTURE)
+    assert (code, errors, new) == (0, [""], ["out.blend", "out.json", "out.png"])
+    assert cage_file.read_bytes() == original
+    _check_report(json.loads((cage_file.parent / "out.json").read_text()))
+    _check_picture(pixels(cage_file.parent / "out.png"))
+    bpy.ops.wm.open_mainfile(filepath=str(cage_file.parent / "out.blend"))
+    assert sorted(obj.name for obj in bpy.data.objects) == ["Spare", "Torus", "Torus MVS"]
+    assert [scene.name for scene in bpy.data.scenes] == ["Scene"] and not bpy.data.materials
+    assert len(bpy.data.objects["Torus MVS"].data.vertices) == 128
+
+
+def _check_report(report):
+    assert (report["object"], report["result"], report["energy"]) == ("Torus", "Torus MVS", "mvs")
+    assert (report["vertices"], report["faces"], report["euler"]) == (128, 128, 0)
+    keys = {"area", "willmore", "h2", "mvs", "mvs_cross", "gauss", "gauss_bonnet_defect", "quadrature_error", "surface"}
+    assert keys <= set(report) and keys <= set(report["before"])
+    assert report["mvs"] < report["before"]["mvs"]
+    assert [level["vertices"] for level in report["levels"]] == [32, 128]
+    level = {"level", "vertices", "iterations", "evaluations", "energy", "gradient_norm", "seconds", "stop"}
+    assert set(report["levels"][0]) == level
+
+
+def _check_picture(image):
+    assert image.shape == (120, 240, 3)
+    paper = image[-1, 0]
+    drawn = np.abs(image - paper).max(axis=2) > 0.1
+    for half in (drawn[:, :120], drawn[:, 120:]):
+        assert 0.1 < half.mean() < 0.7
+    assert not drawn[[0, -1]].any() and not drawn[:, [0, 119, 120, 239]].any()  # both are whole and apart
+
+
+def test_zebra_picture_has_stripes(batch, cage_file):
+    code, _, new = batch("--energy", "willmore", "--levels", 1, "--render", "z.png", "--look", "zebra", *QUICK_PICTURE)
+    assert (code, new) == (0, ["z.png"])
+    middle = pixels(cage_file.parent / "z.png")[:, 60, 0]
+    assert (np.abs(np.diff((middle > 0.5).astype(int)))).sum() >= 8
+
+
+def test_object_is_chosen_by_name(batch, cage_file):
+    code, _, _ = batch("--energy", "willmore", "--levels", "1", "--object", "Spare", "--json", "out.json")
+    assert code == 0
+    assert json.loads((cage_file.parent / "out.json").read_text())["result"] == "Spare Willmore"
+
+
+@pytest.mark.parametrize(
+    "arguments, sentence",
+    [
+        (["--object", "Nobody", "--output", "out.blend"], "There is no object 'Nobody'"),
+        (["--levels", "0", "--output", "out.blend", "--json", "out.json"], "levels"),
+        (["--levels", "99999999999", "--output", "out.blend"], "levels = 99999999999"),
+        (["--output", "missing/out.blend", "--json", "out.json"], "missing/out.blend cannot be written"),
+        (["--json", "out.json", "--output", "."], "it is a folder"),
+    ],
+)
+def test_failure_is_exit_1_one_sentence_and_nothing_written(batch, arguments, sentence):
+    code, errors, new = batch(*arguments)
+    assert (code, len(errors), new) == (1, 1, [])
+    assert sentence in errors[0] and errors[0].endswith(".")
+
+
+def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
+    torus.modifiers.new("Mirror", "MIRROR")
+    bpy.ops.wm.save_as_mainfile(filepath=str(cage_file), copy=True)
+    for left in cage_file.parent.glob("*.blend1"):
+        left.unlink()
+    (cage_file.parent / "out.json").write_text("older")
+    code, errors, new = batch("--json", "out.json", "--output", "out.blend")
+    assert (code, new) == (1, ["out.json"]) and "Modifier 'Mirror' of object 'Torus'" in errors[0]
+    assert (cage_file.parent / "out.json").read_text() == "older"
+
+
+@pytest.mark.parametrize("arguments", [["--energy", "bending", "--json", "x"], ["--energy", "mvs"], ["--sise", "1x1"]])
+def test_wrong_usage_is_exit_2(batch, arguments):
+    code, errors, new = batch(*arguments)
+    assert (code, new) == (2, []) and errors[0].startswith("usage:") and "error:" in errors[-1]
+
+
+def test_progress_goes_to_a_terminal(batch):
+    reader, writer = pty.openpty()
+    code, _, _ = batch("--energy", "willmore", "--levels", "1", "--json", "out.json", stderr=writer)
+    os.close(writer)
+    shown = os.read(reader, 1 << 20).decode()
+    os.close(reader)
+    assert code == 0 and "\rlevel 1 of 1, iteration" in shown.replace("\033[K", "")

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each input that cannot be used gives one sentence that names what and where, and changes nothing."""
+
+import bpy
+import pytest
+import shapes
+
+
+@pytest.fixture
+def refused(contents, part):
+    """Runs the operator, expects the sentence `pattern`, and that nothing in the file changed."""
+
+    def run(pattern):
+        before = contents()
+        with pytest.raises(RuntimeError, match=pattern) as caught:
+            bpy.ops.curvopt.minimize(energy="WILLMORE", levels=2)
+        sentence = str(caught.value).removeprefix("Error: ").strip()
+        assert "\n" not in sentence and sentence.endswith(".") and "Traceback" not in sentence
+        assert contents() == before
+        state = part("properties").state
+        assert state.failed and state.message == sentence and not state.running
+
+    return run
+
+
+def test_nothing_active(refused):
+    refused("Select a mesh object first: nothing is active")
+
+
+def test_active_object_is_no_mesh(refused):
+    camera = bpy.data.objects.new("Cam", bpy.data.cameras.new("Cam"))
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.view_layer.objects.active = camera
+    refused("Select a mesh object first: 'Cam' is a camera")
+
+
+def test_edit_mode(torus, refused):
+    bpy.ops.object.mode_set(mode="EDIT")
+    refused("'Torus' is in Edit Mode")
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_sculpt_mode(torus, refused):
+    bpy.ops.object.mode_set(mode="SCULPT")
+    refused("'Torus' is in Sculpt Mode")
+
+
+def test_modifier_below_the_subdivision(torus, refused):
+    torus.modifiers.new("My mirror", "MIRROR")
+    torus.modifiers.new("Subdivision", "SUBSURF")
+    refused("Modifier 'My mirror' of object 'Torus'")
+
+
+def test_modifier_above_the_subdivision(torus, refused):
+    torus.modifiers.new("Subdivision", "SUBSURF")
+    torus.modifiers.new("Bend", "SIMPLE_DEFORM")
+    refused("Modifier 'Bend' of object 'Torus'")
+
+
+def test_multiresolution(torus, refused):
+    torus.modifiers.new("Multires", "MULTIRES")
+    refused("Modifier 'Multires' of object 'Torus'")
+
+
+def test_simple_subdivision(torus, refused):
+    torus.modifiers.new("Subdivision", "SUBSURF").subdivision_type = "SIMPLE"
+    refused("Modifier 'Subdivision' of object 'Torus' is set to Simple")
+
+
+def test_shape_keys(torus, refused):
+    torus.shape_key_add(name="Basis")
+    refused("'Torus' has shape keys")
+
+
+def test_edge_crease(torus, refused):
+    if bpy.app.version >= (4, 0, 0):
+        torus.data.attributes.new("crease_edge", "FLOAT", "EDGE").data[7].value = 0.5
+    else:
+        torus.data.edges[7].crease = 0.5
+    refused("Edge 7 of object 'Torus' has a crease of 0.5")
+
+
+def test_vertex_crease(torus, refused):
+    if bpy.app.version >= (4, 0, 0):
+        torus.data.attributes.new("crease_vert", "FLOAT", "POINT").data[3].value = 1.0
+    else:
+        torus.data.vertex_creases_ensure() if hasattr(torus.data, "vertex_creases_ensure") else None
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.vert_crease(value=1.0)
+        bpy.ops.object.mode_set(mode="OBJECT")
+    refused("Vertex [0-9]+ of object 'Torus' has a crease of 1")
+
+
+@pytest.fixture
+def library_file(tmp_path, torus):
+    """A .blend with the object Torus; the open file is empty again."""
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    return path
+
+
+def test_linked_object(library_file, refused):
+    with bpy.data.libraries.load(library_file, link=True) as (_, into):
+        into.objects = ["Torus"]
+    bpy.context.scene.collection.objects.link(into.objects[0])
+    bpy.context.view_layer.objects.active = into.objects[0]
+    refused("'Torus' or its mesh is linked")
+
+
+def test_linked_mesh(library_file, refused):
+    with bpy.data.libraries.load(library_file, link=True) as (_, into):
+        into.meshes = ["Torus"]
+    local = bpy.data.objects.new("Local", into.meshes[0])
+    bpy.context.scene.collection.objects.link(local)
+    bpy.context.view_layer.objects.active = local
+    refused("'Local' or its mesh is linked")
+
+
+def test_no_faces(add, refused):
+    add([(0, 0, 0), (1, 0, 0)], [], "Empty")
+    refused("'Empty' has no faces")
+
+
+def test_loose_edge(add, refused):
+    points, faces = shapes.torus()
+    obj = add(points, faces)
+    obj.data.edges.add(1)
+    obj.data.edges[64].vertices = (0, 9)
+    refused("Edge 64 of object 'Cage' belongs to no face")
+
+
+def test_zero_scale(torus, refused):
+    torus.scale.z = 0
+    refused("'Torus' is scaled to zero")
+
+
+def test_open_cage(add, refused):
+    points, faces = shapes.torus()
+    add(points, faces[1:])
+    refused("(?i)open|boundary|closed")
+
+
+def test_isolated_vertex(add, refused):
+    points, faces = shapes.torus()
+    add([*points, (9, 9, 9)], faces)
+    refused("32")
+
+
+def test_flipped_face(add, refused):
+    points, faces = shapes.torus()
+    faces[6] = faces[6][::-1]
+    add(points, faces)
+    refused("(?i)flip|orient|same direction")
+
+
+def test_edge_of_three_faces(add, refused):
+    points, faces = shapes.cube()
+    add([*points, (0, 0, 5)], [*faces, [0, 1, 8]])
+    refused("(?i)edge")
+
+
+def test_vertex_that_joins_two_fans(add, refused):
+    points, faces = shapes.cube()
+    touching = [[v + 7 if v else 7 for v in face] for face in faces]  # the second cube's vertex 0 is the first one's 7
+    add([*points, *(points[1:] + 2)], touching + faces)
+    refused("7")
+
+
+def test_position_that_is_no_number(torus, refused, contents):
+    torus.data.vertices[5].co.x = float("inf")
+    refused("5")
+
+
+def test_cage_without_area(add, refused):
+    points, faces = shapes.cube()
+    add(points * 0, faces)
+    refused("(?i)area|size|point|extent")
+
+
+def test_missing_library(torus, refused, monkeypatch, tmp_path):
+    monkeypatch.setenv("CURVOPT_LIBRARY", str(tmp_path / "libcurvopt.so"))
+    refused("The curvopt library is missing: looked for .*libcurvopt.so")
+
+
+def test_older_library(torus, refused, monkeypatch, tmp_path):
+    import subprocess
+
+    code, old = tmp_path / "old.c", tmp_path / "libcurvopt.so"
+    code.write_text('const char *curvopt_version(void) { return "0.0.9"; }')
+    subprocess.run(["cc", "-shared", "-fPIC", str(code), "-o", str(old)], check=True)
+    monkeypatch.setenv("CURVOPT_LIBRARY", str(old))
+    refused("version 0.0.9, but this add-on needs 0.1")
+
+
+def test_addon_registers_without_a_library(torus, monkeypatch, tmp_path):
+    import addon_utils
+
+    monkeypatch.setenv("CURVOPT_LIBRARY", str(tmp_path / "libcurvopt.so"))
+    addon_utils.disable("curvopt")
+    assert addon_utils.enable("curvopt") is not None
+    with pytest.raises(RuntimeError, match="library is missing"):
+        bpy.ops.curvopt.minimize()

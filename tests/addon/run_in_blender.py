@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run tests/addon/blender inside a real Blender in background, with the add-on installed for the occasion.
+
+    python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP] [pytest arguments ...]
+
+The add-on goes into a temporary user folder (a zip by Blender's own installer), so nothing of the user's Blender is
+touched. The exit code is pytest's. The same file, run by Blender, is the inner half.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+NAME = "curvopt"  # of the installed add-on
+ZIP_VARIABLE = "CURVOPT_TEST_ZIP"
+
+
+def install_folder(source: Path, scripts: Path) -> Path:
+    """Copy the add-on to where Blender looks for it, with the built library inside unless it has one; its place."""
+    place = scripts / "addons" / NAME
+    shutil.copytree(source, place, ignore=shutil.ignore_patterns("__pycache__"))
+    library = place / "lib" / "libcurvopt.so"
+    built = Path(os.environ.get("CURVOPT_LIBRARY") or ROOT / "build" / "release" / "libcurvopt.so")
+    if not library.exists():
+        library.parent.mkdir(exist_ok=True)
+        shutil.copy(built, library)
+    return place
+
+
+def blender_environment(scripts: Path, extra: dict[str, str]) -> dict[str, str]:
+    """The environment of a Blender that knows only the add-ons in `scripts`. The system's programs come first: Debian's
+    Blender takes its Python's library from beside the first python3 on PATH, which may be another version's."""
+    env = {k: v for k, v in os.environ.items() if k not in ("CURVOPT_LIBRARY", "PYTHONPATH")}
+    env["PATH"] = f"/usr/bin{os.pathsep}{env['PATH']}"
+    return {**env, "BLENDER_USER_SCRIPTS": str(scripts), "PYTHONDONTWRITEBYTECODE": "1", **extra}
+
+
+def outer() -> int:
+    parser = argparse.ArgumentParser(description="Run the add-on's tests inside Blender.")
+    parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
+    parser.add_argument("--addon", type=Path, default=ROOT / "addon")
+    options, pytest_arguments = parser.parse_known_args()
+    with tempfile.TemporaryDirectory(prefix="curvopt-test-") as folder:
+        scripts, extra = Path(folder) / "scripts", {}
+        (scripts / "addons").mkdir(parents=True)
+        if options.addon.is_dir():
+            install_folder(options.addon, scripts)
+        else:
+            extra[ZIP_VARIABLE] = str(options.addon.resolve())
+        command = [options.blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P", __file__, "--"]
+        return subprocess.run([*command, *pytest_arguments], env=blender_environment(scripts, extra)).returncode
+
+
+def inner(arguments: list[str]) -> int:
+    import addon_utils
+    import bpy
+    import pytest
+
+    if ZIP_VARIABLE in os.environ:
+        bpy.ops.preferences.addon_install(filepath=os.environ[ZIP_VARIABLE])
+    if addon_utils.enable(NAME, default_set=True) is None or not hasattr(bpy.types.Scene, "curvopt"):
+        print("The add-on could not be enabled.", file=sys.stderr)
+        return 1
+    return int(pytest.main(["-p", "no:cacheprovider", "--rootdir", str(HERE), str(HERE / "blender"), *arguments]))
+
+
+if __name__ == "__main__":
+    inside = "bpy" in sys.modules
+    sys.exit(inner(sys.argv[sys.argv.index("--") + 1 :]) if inside else outer())
