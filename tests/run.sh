@@ -62,6 +62,10 @@ ctest_of() {
         --parallel "$(nproc)"
 }
 
+run_install() {
+    bash tests/install/run.sh
+}
+
 run_numeric() {
     env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/numeric
 }
@@ -130,7 +134,7 @@ presets() {
     local part
     for part in "$@"; do
         case $part in
-        tidy | release | numeric | addon) echo release ;;
+        tidy | release | install | numeric | addon) echo release ;;
         asan) echo asan ;;
         esac
     done | sort -ru
