@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs osd_eval.cpp: builds it once per checkout state and parses its output."""
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ccref import Mesh
+from nets import write_obj
+
+SOURCE = Path(__file__).resolve().parent / "osd_eval.cpp"
+
+
+class OsdResult(NamedTuple):
+    """jets [n, 6, 3]: S, S_u, S_v, S_uu, S_uv, S_vv; limit and normal [n_vertices, 3]."""
+
+    jets: np.ndarray
+    limit: np.ndarray
+    normal: np.ndarray
+
+
+def program() -> Path:
+    """The compiled osd_eval, kept in the temporary folder under a name that holds the source's hash."""
+    digest = hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]
+    target = Path(tempfile.gettempdir()) / f"curvopt_osd_eval_{digest}"
+    if not target.exists():
+        with tempfile.TemporaryDirectory() as folder:
+            built = Path(folder) / "osd_eval"
+            subprocess.run(["g++", "-O2", "-std=c++14", str(SOURCE), "-o", str(built), "-losdCPU"], check=True)
+            partial = target.with_suffix(f".{digest}.{Path(folder).name}")
+            partial.write_bytes(built.read_bytes())
+            partial.chmod(0o755)
+            partial.replace(target)
+    return target
+
+
+def osd_jets(mesh: Mesh, face, corner, uv, boundary: str = "all", level: int = 10) -> OsdResult:
+    """OpenSubdiv's positions and derivatives at (face, corner, u, v) and its limit at the cage's vertices."""
+    uv = np.asarray(uv, float).reshape(-1, 2)
+    with tempfile.TemporaryDirectory() as folder:
+        cage = write_obj(Path(folder) / "cage.obj", mesh)
+        command = [str(program()), str(cage), "-", "--boundary", boundary, "--level", str(level)]
+        lines = [f"e {a} {b} {s}" for (a, b), s in zip(mesh.creases, mesh.crease_sharpness)]
+        if mesh.vertex_sharpness is not None:
+            lines += [f"v {i} {s}" for i, s in enumerate(mesh.vertex_sharpness) if s > 0]
+        if lines:
+            creases = Path(folder) / "creases.txt"
+            creases.write_text("\n".join(lines) + "\n", encoding="ascii")
+            command += ["--creases", str(creases)]
+        points = "\n".join(f"{f} {c} {u:.17g} {v:.17g}" for f, c, (u, v) in zip(face, corner, uv))
+        run = subprocess.run(command, input=points, capture_output=True, text=True, check=True)
+    rows = {"P": [], "V": []}
+    for line in run.stdout.splitlines():
+        kind, *numbers = line.split()
+        rows[kind].append([float(x) for x in numbers])
+    vertices = np.array(rows["V"])
+    return OsdResult(np.array(rows["P"]).reshape(-1, 6, 3), vertices[:, :3], vertices[:, 3:])
