@@ -71,5 +71,6 @@ build() {
 # run_blender ARGUMENT...: Blender without a window, without this user's settings and Python paths; a script that
 # fails makes it fail.
 run_blender() {
-    env -u PYTHONPATH -u PYTHONHOME blender -b --factory-startup --python-exit-code 1 "$@"
+    # Debian's Blender looks for its Python beside the first python3 of the path.
+    PATH=$(dirname "$(command -v blender)"):$PATH env -u PYTHONPATH -u PYTHONHOME blender -b --factory-startup --python-exit-code 1 "$@"
 }
