@@ -72,5 +72,6 @@ build() {
 # fails makes it fail.
 run_blender() {
     # Debian's Blender looks for its Python beside the first python3 of the path.
-    PATH=$(dirname "$(command -v blender)"):$PATH env -u PYTHONPATH -u PYTHONHOME blender -b --factory-startup --python-exit-code 1 "$@"
+    PATH=$(dirname "$(command -v blender)"):$PATH env -u PYTHONPATH -u PYTHONHOME \
+        blender -b --factory-startup --python-exit-code 1 "$@"
 }
