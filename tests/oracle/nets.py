@@ -393,6 +393,17 @@ def prism(n: int) -> tuple[np.ndarray, list[list[int]]]:
     return points, [list(range(n))[::-1], list(range(n, 2 * n))] + sides
 
 
+def trapezohedron(n: int) -> Mesh:
+    """2 n kites: two vertices of valence n, the others of valence 3 (n = 3 is a cube)."""
+    a = np.pi * np.arange(2 * n) / n
+    ring = np.stack([np.cos(a), np.sin(a), 0.25 * (-1.0) ** np.arange(2 * n)], axis=1)
+    faces = []
+    for i in range(0, 2 * n, 2):
+        faces.append([2 * n, i, i + 1, (i + 2) % (2 * n)])
+        faces.append([2 * n + 1, (i + 1) % (2 * n), i, (i - 1) % (2 * n)])
+    return mesh_from_faces([*ring, [0, 0, 1.0], [0, 0, -1.0]], faces)
+
+
 def genus_cage(genus: int) -> Mesh:
     """A frame of the given genus 1..5: prisms with holed sides, tetrahedron (3) and cube (5)."""
     if genus == 3:
@@ -413,6 +424,8 @@ def named_cages() -> dict[str, Mesh]:
         "mixed_quads": quad_cage(mixed, 1, 0.05),
         "star_xyz_4": sphere_like(4, "star_xyz"),
     }
+    for n in (5, 6, 7):
+        cages[f"kites_{n}_quads"] = quad_cage(trapezohedron(n), n, 0.08)
     for genus in range(1, 6):
         cages[f"frame_{genus}"] = genus_cage(genus)
         cages[f"frame_{genus}_quads"] = quad_cage(genus_cage(genus), genus, 0.05)

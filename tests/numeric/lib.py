@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The library and the command line as the numeric tests call them: a ctypes binding of their own, from the header.
+
+Both are taken from build/release, or from the folder that CURVOPT_BUILD names.
+"""
+from __future__ import annotations
+
+import ctypes as C
+import json
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+
+from ccref import Mesh
+from nets import read_obj, write_obj
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("CURVOPT_BUILD", ROOT / "build" / "release"))
+LONG = os.environ.get("CURVOPT_LONG") == "1"
+
+TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou")
+SURFACES = {"auto": 0, "limit": 1, "plane": 2, "polynomial": 3}
+METHODS = {"auto": 0, "lmvm": 1}
+I32, F64, PTR = C.c_int32, C.c_double, C.c_void_p
+
+
+class Error(C.Structure):
+    """curvopt_error"""
+
+    _fields_ = [("code", I32), ("element", I32), ("message", C.c_char * 248)]
+
+
+class MeshInfo(C.Structure):
+    """curvopt_mesh_info"""
+
+    _fields_ = [(name, I32) for name in ("n_vertices", "n_edges", "n_faces", "n_corners", "n_components",
+                                         "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads")]
+
+
+class Options(C.Structure):
+    """curvopt_options"""
+
+    _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
+                                         "as_report", "reserved")] + [
+        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64)]
+
+
+class Energies(C.Structure):
+    """curvopt_energies"""
+
+    _fields_ = [("objective", F64), ("area", F64), ("term", F64 * 8), ("h2", F64), ("gauss", F64),
+                ("gauss_bonnet_defect", F64), ("objective_error", F64), ("area_error", F64), ("term_error", F64 * 8),
+                ("min_jacobian", F64), ("surface", I32), ("n_samples", I32)]
+
+    def value(self, name: str) -> float:
+        """A term or field by name."""
+        return self.term[TERMS.index(name)] if name in TERMS else getattr(self, name)
+
+
+class Progress(C.Structure):
+    """curvopt_progress"""
+
+    _fields_ = [("energy", F64), ("start_energy", F64), ("gradient_norm", F64), ("seconds", F64),
+                ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, I32) for name in (
+                    "level", "levels", "iteration", "evaluations", "n_vertices", "reserved")]
+
+
+class LevelReport(C.Structure):
+    """curvopt_level_report"""
+
+    _fields_ = [("energy", F64), ("gradient_norm", F64), ("seconds", F64)] + [(name, I32) for name in (
+        "level", "n_vertices", "iterations", "evaluations", "stop", "reserved")]
+
+
+class Summary(C.Structure):
+    """curvopt_summary"""
+
+    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("n_levels", I32), ("stop", I32),
+                ("n_vertices", I32), ("n_faces", I32)]
+
+
+PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")
+
+SIGNATURES = {
+    "curvopt_mesh_create": (I32, [I32, I32, PTR, PTR, PTR, PTR]),
+    "curvopt_mesh_destroy": (None, [PTR]),
+    "curvopt_mesh_get_info": (None, [PTR, PTR]),
+    "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
+    "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_options_init": (None, [PTR]),
+    "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR]),
+    "curvopt_problem_destroy": (None, [PTR]),
+    "curvopt_problem_evaluate": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_surface_jets": (I32, [PTR, PTR, I32, I32, PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_minimize": (I32, [PTR, PTR, PTR, PROGRESS_FN, PTR, PTR, PTR, PTR]),
+    "curvopt_cancel_create": (I32, [PTR, PTR]),
+    "curvopt_cancel_request": (None, [PTR]),
+    "curvopt_cancel_destroy": (None, [PTR]),
+    "curvopt_result_destroy": (None, [PTR]),
+    "curvopt_result_mesh": (PTR, [PTR]),
+    "curvopt_result_get_positions": (None, [PTR, PTR]),
+    "curvopt_result_get_summary": (None, [PTR, PTR]),
+    "curvopt_result_get_level": (I32, [PTR, I32, PTR, PTR]),
+}
+_library = None
+
+
+class CurvoptError(Exception):
+    """A nonzero status with the library's message."""
+
+
+def library() -> C.CDLL:
+    """The loaded library with typed functions."""
+    global _library
+    if _library is None:
+        _library = C.CDLL(str(BUILD / "libcurvopt.so"))
+        for name, (result, arguments) in SIGNATURES.items():
+            function = getattr(_library, name)
+            function.restype, function.argtypes = result, arguments
+    return _library
+
+
+def call(name: str, *arguments) -> None:
+    """Call a fallible function; CurvoptError unless it returns 0."""
+    error = Error()
+    code = getattr(library(), name)(*arguments, C.byref(error))
+    if code:
+        raise CurvoptError(f"{name}: {code}: {error.message.decode('utf-8', 'replace')}")
+
+
+def _pointer(array: np.ndarray) -> int:
+    return array.ctypes.data
+
+
+class Handle:
+    """An opaque pointer that is destroyed with its owner."""
+
+    def __init__(self, destroy: str):
+        self.pointer, self._destroy = PTR(), destroy
+
+    def __del__(self):
+        getattr(library(), self._destroy)(self.pointer)
+
+
+def make_mesh(mesh: Mesh) -> Handle:
+    """curvopt_mesh of the connectivity."""
+    handle = Handle("curvopt_mesh_destroy")
+    sizes, flat = mesh.sizes.astype(np.int32), np.ascontiguousarray(mesh.flat, np.int32)
+    call("curvopt_mesh_create", mesh.n_vertices, mesh.n_faces, _pointer(sizes), _pointer(flat), C.byref(handle.pointer))
+    return handle
+
+
+def positions(mesh: Mesh) -> np.ndarray:
+    """Contiguous doubles."""
+    return np.ascontiguousarray(mesh.xyz, np.float64)
+
+
+def read_mesh(pointer, xyz: np.ndarray | None = None) -> Mesh:
+    """Connectivity of a curvopt_mesh, with positions if given."""
+    info = MeshInfo()
+    library().curvopt_mesh_get_info(pointer, C.byref(info))
+    sizes, flat = np.empty(info.n_faces, np.int32), np.empty(info.n_corners, np.int32)
+    library().curvopt_mesh_get_faces(pointer, _pointer(sizes), _pointer(flat))
+    xyz = np.zeros((info.n_vertices, 3)) if xyz is None else xyz
+    return Mesh(sizes.astype(np.int64), flat.astype(np.int64), xyz)
+
+
+def refine(mesh: Mesh) -> Mesh:
+    """curvopt_mesh_refine."""
+    handle, fine = make_mesh(mesh), Handle("curvopt_mesh_destroy")
+    info = MeshInfo()
+    library().curvopt_mesh_get_info(handle.pointer, C.byref(info))
+    xyz = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
+    call("curvopt_mesh_refine", handle.pointer, _pointer(positions(mesh)), C.byref(fine.pointer), _pointer(xyz))
+    return read_mesh(fine.pointer, xyz)
+
+
+def options(weights: dict[str, float] | str = "willmore", surface: str = "auto", **fields) -> Options:
+    """Defaults, changed: weights by term name or the name of one term; any other field by its name."""
+    out = Options()
+    library().curvopt_options_init(C.byref(out))
+    weights = {weights: 1.0} if isinstance(weights, str) else weights
+    for i, name in enumerate(TERMS):
+        out.weights[i] = weights.get(name, 0.0)
+    out.surface = SURFACES[surface]
+    for name, value in fields.items():
+        setattr(out, name, METHODS[value] if name == "method" else value)
+    return out
+
+
+class Problem:
+    """A cage made ready for evaluation."""
+
+    def __init__(self, mesh: Mesh, opts: Options):
+        self._mesh = make_mesh(mesh)
+        self._handle = Handle("curvopt_problem_destroy")
+        call("curvopt_problem_create", self._mesh.pointer, C.byref(opts), C.byref(self._handle.pointer))
+
+    def evaluate(self, xyz: np.ndarray, gradient: bool = False):
+        """Energies, or (Energies, gradient [n, 3])."""
+        xyz = np.ascontiguousarray(xyz, np.float64)
+        out = Energies()
+        slope = np.empty_like(xyz)
+        call("curvopt_problem_evaluate", self._handle.pointer, _pointer(xyz), C.byref(out),
+             _pointer(slope) if gradient else None)
+        return (out, slope) if gradient else out
+
+
+def evaluate(mesh: Mesh, weights="willmore", surface: str = "auto", **fields) -> Energies:
+    """Energies of a cage."""
+    return Problem(mesh, options(weights, surface, **fields)).evaluate(mesh.xyz)
+
+
+def jets(mesh: Mesh, face, corner, uv, surface: str = "limit") -> np.ndarray:
+    """curvopt_surface_jets: [n, 10, 3]."""
+    handle = make_mesh(mesh)
+    face, corner = (np.ascontiguousarray(a, np.int32) for a in (face, corner))
+    uv = np.ascontiguousarray(uv, np.float64).reshape(-1, 2)
+    out = np.empty((len(face), 10, 3))
+    call("curvopt_surface_jets", handle.pointer, _pointer(positions(mesh)), SURFACES[surface], len(face), _pointer(face),
+         _pointer(corner), _pointer(uv), _pointer(out))
+    return out
+
+
+class Result:
+    """What a run returned: cage, summary and level reports."""
+
+    def __init__(self, handle: Handle):
+        self.summary = Summary()
+        library().curvopt_result_get_summary(handle.pointer, C.byref(self.summary))
+        xyz = np.empty((self.summary.n_vertices, 3))
+        library().curvopt_result_get_positions(handle.pointer, _pointer(xyz))
+        self.mesh = read_mesh(library().curvopt_result_mesh(handle.pointer), xyz)
+        self.stop = STOPS[self.summary.stop]
+        self.levels = []
+        for i in range(self.summary.n_levels):
+            report = LevelReport()
+            call("curvopt_result_get_level", handle.pointer, i, C.byref(report))
+            self.levels.append(report)
+
+
+def minimize(mesh: Mesh, weights="willmore", surface: str = "auto", progress: Callable[[Progress], bool] | None = None,
+             cancel: Handle | None = None, **fields) -> Result:
+    """curvopt_minimize; `progress` returns true to cancel. What it raises is raised again here."""
+    raised: list[BaseException] = []
+
+    def trampoline(report, _user) -> int:
+        try:
+            return int(bool(progress(report.contents)))
+        except BaseException as error:  # must not cross the C frame
+            raised.append(error)
+            return 1
+
+    handle, out = make_mesh(mesh), Handle("curvopt_result_destroy")
+    opts = options(weights, surface, **fields)
+    call("curvopt_minimize", handle.pointer, _pointer(positions(mesh)), C.byref(opts),
+         PROGRESS_FN(trampoline) if progress else PROGRESS_FN(0), None, cancel.pointer if cancel else None,
+         C.byref(out.pointer))
+    if raised:
+        raise raised[0]
+    return Result(out)
+
+
+def make_cancel() -> Handle:
+    """curvopt_cancel; raise it with library().curvopt_cancel_request(handle.pointer)."""
+    handle = Handle("curvopt_cancel_destroy")
+    call("curvopt_cancel_create", C.byref(handle.pointer))
+    return handle
+
+
+def run_cli(*arguments: str, timeout: float = 600) -> subprocess.CompletedProcess:
+    """Run the command line."""
+    return subprocess.run([str(BUILD / "curvopt"), *arguments], capture_output=True, text=True, timeout=timeout)
+
+
+def cli_evaluate(mesh: Mesh, *arguments: str) -> dict:
+    """JSON of `curvopt evaluate`."""
+    with tempfile.TemporaryDirectory() as folder:
+        cage = write_obj(Path(folder) / "cage.obj", mesh)
+        run = run_cli("evaluate", str(cage), "--json", "-", *arguments)
+    assert run.returncode == 0, run.stderr
+    return json.loads(run.stdout)
+
+
+def cli_minimize(mesh: Mesh, *arguments: str) -> tuple[dict, Mesh]:
+    """JSON and output cage of `curvopt minimize`."""
+    with tempfile.TemporaryDirectory() as folder:
+        cage = write_obj(Path(folder) / "cage.obj", mesh)
+        out = Path(folder) / "out.obj"
+        report = Path(folder) / "report.json"
+        run = run_cli("minimize", str(cage), "-o", str(out), "--json", str(report), "--quiet", *arguments)
+        assert run.returncode == 0, run.stderr
+        return json.loads(report.read_text(encoding="utf-8")), read_obj(out)
