@@ -12,7 +12,7 @@ cd "$(dirname "$0")/.."
 source tests/setup.sh
 
 need "${BUILD_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}"
-build release || exit 1
+build release addon || exit 1
 mkdir -p "$output" || die "the folder $output cannot be made"
 
 blend=$output/lawson_g2_mvs.blend

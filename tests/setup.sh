@@ -7,7 +7,7 @@
 # command, from wherever, will do.
 # shellcheck disable=SC2034
 {
-    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-dev)
+    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     TEST_PACKAGES=(g++:g++ libcmocka-dev python3-pytest clang-format:clang-format clang-tidy:clang-tidy
         cppcheck:cppcheck libosd-dev xvfb:Xvfb xauth:xauth)
@@ -56,14 +56,17 @@ need() {
         die "apt-get could not install: ${missing[*]}"
 }
 
-# build PRESET: configures and builds in build/PRESET, quietly unless it fails; to be called in the project's folder.
+# build PRESET [TARGET...]: configures and builds in build/PRESET, quietly unless it fails; to be called in the
+# project's folder.
 build() {
-    local log=build/$1.log
+    local preset=$1 log=build/$1.log targets=()
+    shift
+    (($# == 0)) || targets=(--target "$@")
     mkdir -p build
-    say "building build/$1"
-    if ! { cmake --preset "$1" && cmake --build --preset "$1"; } >"$log" 2>&1; then
+    say "building build/$preset"
+    if ! { cmake --preset "$preset" && cmake --build --preset "$preset" "${targets[@]}"; } >"$log" 2>&1; then
         tail -n 40 "$log" >&2
-        printf '%s: the build of preset %s failed; all of its output is in %s\n' "$ME" "$1" "$log" >&2
+        printf '%s: the build of preset %s failed; all of its output is in %s\n' "$ME" "$preset" "$log" >&2
         return 1
     fi
 }
