@@ -8,7 +8,7 @@ import bpy
 from .properties import state
 from .result import stored_energies
 
-_LINE = 40  # characters of a message per line
+_CHARACTER = 6.5  # pixels, about, at interface scale 1
 
 
 class CURVOPT_PT_minimize(bpy.types.Panel):
@@ -29,24 +29,26 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
         settings.prop(context.scene.curvopt, "levels")
         layout.operator("curvopt.minimize", icon="SPHERECURVE")
         self._draw_energies(context)
-        self._draw_message()
+        self._draw_message(context)
 
     def _draw_energies(self, context):
         rows = stored_energies(context.view_layer.objects.active)
         if not rows:
             return
-        grid = self.layout.box().grid_flow(row_major=True, columns=3, align=True)
-        for text in ("Energy", "Before", "After"):
-            grid.label(text=text)
-        for label, before, after in rows:
-            for text in (label, f"{before:.6g}", f"{after:.6g}"):
-                grid.label(text=text)
+        table = self.layout.box().column(align=True)
+        for label, *values in (("Energy", "Before", "After"), *rows):
+            split = table.split(factor=0.4)
+            split.label(text=label)
+            pair = split.row()
+            for value in values:
+                pair.label(text=value if isinstance(value, str) else f"{value:.5g}")
 
-    def _draw_message(self):
+    def _draw_message(self, context):
         icon = "ERROR" if state.failed else "NONE"
         column = self.layout.column(align=True)
         column.alert = state.failed
-        for line in textwrap.wrap(state.message, _LINE):
+        width = context.region.width / context.preferences.system.ui_scale - 60
+        for line in textwrap.wrap(state.message, max(16, int(width / _CHARACTER))):
             column.label(text=line, icon=icon)
             icon = "BLANK1" if state.failed else "NONE"
 

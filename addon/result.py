@@ -133,8 +133,8 @@ def _store(result: bpy.types.Object, source_name: str, request: Request, solutio
 
 
 def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, float]]:
-    """(label, before, after) of every energy that a result object remembers; empty for any other object."""
+    """(label, before, after) of the panel's energies, as a result object remembers them; empty for other objects."""
     if obj is None:
         return []
-    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in TERMS)
+    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in TERMS[:3])
     return [(ENERGY_LABELS[term], obj[b], obj[a]) for term, b, a in keys if b in obj and a in obj]

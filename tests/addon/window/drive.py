@@ -55,6 +55,41 @@ def press(key, **modifiers):
         window().event_simulate(type=key, value=value, x=x, y=y, **modifiers)
 
 
+def click(x, y):
+    """The left button at window coordinates; a generator, for the mouse has to arrive before it is pressed."""
+    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    yield from turns(2)
+    for value in ("PRESS", "RELEASE"):
+        window().event_simulate(type="LEFTMOUSE", value=value, x=x, y=y)
+    yield from turns(2)
+
+
+def turns(count):
+    """Let Blender's event loop turn `count` times."""
+    for _ in range(count):
+        yield lambda: True
+
+
+def open_sidebar_tab():
+    """Click down the tabs at the sidebar's right edge until our panel is drawn."""
+    panel, drawn = bpy.types.CURVOPT_PT_minimize, []
+    draw = panel.draw
+
+    def noticed(self, context):
+        drawn.append(True)
+        draw(self, context)
+
+    panel.draw = noticed
+    region = next(region for region in viewport()[0].regions if region.type == "UI")
+    yield lambda: region.width > 50
+    for y in range(region.height - 40, 40, -25):
+        yield from click(region.x + region.width - 9, region.y + y)
+        if drawn:
+            break
+    panel.draw = draw
+    assert drawn, "the tab was not found"
+
+
 def part(name):
     return sys.modules[f"curvopt.{name}"]
 
@@ -119,6 +154,27 @@ def undo_takes_one_step_and_redo_brings_it_back():
     assert bpy.context.view_layer.objects.active.name == "Torus" and contents()["Torus"][2]
     press("Z", ctrl=True, shift=True)
     yield lambda: "Torus Willmore" in bpy.data.objects
+
+
+@check
+def the_button_in_the_sidebar_starts_a_run():
+    setup()
+    bpy.context.scene.curvopt.energy, bpy.context.scene.curvopt.levels = "WILLMORE", 2
+    yield from open_sidebar_tab()
+    region = next(region for region in viewport()[0].regions if region.type == "UI")
+    for y in range(10, region.height, 10):  # from below, where there are labels and, behind them, the viewport
+        before = contents()
+        yield from click(region.x + region.width // 2 - 10, region.y + y)
+        if state().running or "Torus Willmore" in bpy.data.objects:
+            break
+    yield lambda: not state().running
+    assert set(contents()) == {"Torus", "Torus Willmore"}
+    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=300, y=300)
+    yield from turns(6)
+    screenshot("panel")
+    press("Z", ctrl=True)
+    yield lambda: "Torus Willmore" not in bpy.data.objects
+    assert contents() == before
 
 
 @check

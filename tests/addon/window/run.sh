@@ -18,14 +18,14 @@ fi
 unset CURVOPT_LIBRARY PYTHONPATH
 
 mkfifo "$work/display"
-Xvfb -displayfd 3 -screen 0 1024x768x24 -nolisten tcp 3>"$work/display" 2>"$work/xvfb.log" &
+Xvfb -displayfd 3 -screen 0 1000x700x24 -nolisten tcp 3>"$work/display" 2>"$work/xvfb.log" &
 xvfb=$!
 trap 'kill "$xvfb" 2>/dev/null; wait "$xvfb" 2>/dev/null; rm -rf "$work"' EXIT
 read -r number <"$work/display" || { echo "Xvfb did not start"; cat "$work/xvfb.log"; exit 1; }
 
 export CURVOPT_WINDOW_RESULTS="$out/results.txt" BLENDER_USER_SCRIPTS="$work/scripts" DISPLAY=":$number"
 rm -f "$CURVOPT_WINDOW_RESULTS"
-timeout 240 "${BLENDER:-blender}" --factory-startup --enable-event-simulate -p 0 0 800 600 \
+timeout 240 "${BLENDER:-blender}" --factory-startup --enable-event-simulate -p 0 0 1000 700 \
     --python-exit-code 1 -P "$here/drive.py"
 code=$?
 

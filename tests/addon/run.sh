@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# All tests of the add-on: binding and worker without Blender, operator and batch in a background Blender, the add-on
+# installed from a zip, the modal operator in a window. Needs the built library (or CURVOPT_LIBRARY), blender, pytest,
+# Xvfb and imagemagick; a missing one is a failure. Last line: "N passed, N failed". BLENDER names another Blender.
+set -u
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+export PATH="/usr/bin:$PATH" PYTHONDONTWRITEBYTECODE=1
+work=$(mktemp -d -t curvopt-addon-XXXXXX)
+trap 'rm -rf "$work"' EXIT
+passed=0
+failed=0
+
+# part NAME COMMAND...: runs it, shows its output, and adds the counts of its last pytest or "N passed, N failed" line.
+# A part that dies, or that ran no test, counts as one more failure.
+part() {
+    local name=$1 log="$work/$1.log" code line ok bad
+    shift
+    echo "== $name"
+    "$@" >"$log" 2>&1
+    code=$?
+    cat "$log"
+    line=$(grep -E '(^|[^0-9])[0-9]+ (passed|failed|errors?)' "$log" | tail -n 1)
+    ok=$(grep -oE '[0-9]+ passed' <<<"$line" | grep -oE '[0-9]+')
+    bad=$(grep -oE '[0-9]+ (failed|errors?)' <<<"$line" | grep -oE '[0-9]+' | paste -sd+ | sed 's/$/+0/;s/^+//')
+    ok=${ok:-0}
+    bad=$((${bad:-0}))
+    if [ "$ok" -eq 0 ] || { [ "$code" -ne 0 ] && [ "$bad" -eq 0 ]; }; then
+        echo "FAIL $name: exit code $code after $ok passed"
+        bad=$((bad + 1))
+    fi
+    passed=$((passed + ok))
+    failed=$((failed + bad))
+}
+
+# A zip as users install it: one folder with the add-on and the library inside.
+make_zip() {
+    mkdir -p "$work/zip"
+    cp -r "$root/addon" "$work/zip/curvopt"
+    rm -rf "$work/zip/curvopt/__pycache__"
+    if [ ! -e "$work/zip/curvopt/lib/libcurvopt.so" ]; then
+        mkdir -p "$work/zip/curvopt/lib"
+        cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/zip/curvopt/lib/libcurvopt.so"
+    fi
+    (cd "$work/zip" && /usr/bin/python3 -m zipfile -c "$work/curvopt.zip" curvopt)
+}
+
+start=$SECONDS
+part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here/test_native.py" "$here/test_job.py"
+part background /usr/bin/python3 "$here/run_in_blender.py" -q
+make_zip
+part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$work/curvopt.zip" -q -k "new_object or off_and_on"
+part window bash "$here/window/run.sh"
+echo "add-on tests took $((SECONDS - start)) s"
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
