@@ -1,0 +1,298 @@
+/* The exported functions: arguments are checked here, work is done elsewhere. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "hierarchy.h"
+#include "memory.h"
+#include "refine.h"
+#include "sample.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+
+struct curvopt_problem {
+    co_assembly assembly;
+    double tolerance;
+};
+
+static int32_t null_argument(curvopt_error *error, const char *name) {
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is NULL", name);
+}
+
+const char *curvopt_status_text(int32_t status) {
+    switch (status) {
+#define STATUS_CASE(name, value, text)                                                                                 \
+    case value:                                                                                                        \
+        return text;
+        CURVOPT_STATUS_LIST(STATUS_CASE)
+#undef STATUS_CASE
+    default:
+        return "unknown status";
+    }
+}
+
+const char *curvopt_stop_text(int32_t stop) {
+    static const char *const text[] = {"converged", "stalled", "limit", "cancelled", "unresolved"};
+    return stop >= 0 && stop < (int32_t)(sizeof text / sizeof *text) ? text[stop] : "unknown";
+}
+
+const char *curvopt_version(void) {
+    return STRING(CURVOPT_VERSION_MAJOR) "." STRING(CURVOPT_VERSION_MINOR) "." STRING(CURVOPT_VERSION_PATCH);
+}
+
+/* ------------------------------------------------------------------------------------------------- meshes -- */
+
+int32_t curvopt_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                            const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error) {
+    return co_mesh_create(n_vertices, n_faces, face_sizes, face_vertices, out, error);
+}
+
+void curvopt_mesh_destroy(curvopt_mesh *mesh) {
+    co_mesh_destroy(mesh);
+}
+
+void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info) {
+    *info = mesh->info;
+}
+
+void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices) {
+    for (int32_t f = 0; f < mesh->info.n_faces; f++)
+        face_sizes[f] = co_mesh_face_size(mesh, f);
+    memcpy(face_vertices, mesh->corner_vertex, sizeof(int32_t) * (size_t)mesh->info.n_corners);
+}
+
+int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *xyz, curvopt_mesh **out, double *fine_xyz,
+                            curvopt_error *error) {
+    co_rows rows = {0};
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!mesh)
+        return null_argument(error, "mesh");
+    if (!xyz != !fine_xyz)
+        return null_argument(error, xyz ? "fine_xyz" : "xyz");
+    int32_t status = co_refine(mesh, out, xyz ? &rows : NULL, error);
+    if (status == CURVOPT_OK && xyz)
+        co_rows_apply(&rows, xyz, fine_xyz);
+    co_rows_free(&rows);
+    return status;
+}
+
+/* ------------------------------------------------------------------------------------------------ options -- */
+
+void curvopt_options_init(curvopt_options *options) {
+    memset(options, 0, sizeof *options);
+    options->struct_size = (int32_t)sizeof *options;
+    options->levels = 4;
+    options->max_iterations = 1000;
+    options->weights[CURVOPT_TERM_WILLMORE] = 1;
+    options->tolerance = 1e-4;
+    options->gradient_tolerance = 1e-6;
+    options->max_step = 0.5;
+}
+
+static int32_t check_integer(const char *name, int32_t value, int32_t low, int32_t high, curvopt_error *error) {
+    if (value >= low && value <= high)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %d; it must be %d to %d", name, value, low, high);
+}
+
+static int32_t check_real(const char *name, double value, double low, double high, curvopt_error *error) {
+    if (value >= low && value <= high)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %g; it must be %g to %g", name, value, low, high);
+}
+
+static int32_t check_weights(const double *weights, curvopt_error *error) {
+    double sum = 0;
+    for (int t = 0; t < 8; t++) {
+        if (!(weights[t] >= 0) || !isfinite(weights[t]) || (t >= CURVOPT_N_TERMS && weights[t] != 0))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t,
+                                  "weights[%d] is %g; it must be %s", t, weights[t],
+                                  t >= CURVOPT_N_TERMS ? "0: there is no such term" : "finite and not negative");
+        sum += weights[t];
+    }
+    if (!(sum > 0) || !isfinite(sum))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "weights add up to %g: nothing to minimize", sum);
+    return CURVOPT_OK;
+}
+
+int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error) {
+    if (!o)
+        return null_argument(error, "options");
+    int32_t status = check_integer("struct_size", o->struct_size, sizeof *o, sizeof *o, error);
+    if (status == CURVOPT_OK && o->surface == CURVOPT_SURFACE_POLYNOMIAL)
+        status = co_status_fail(error, CURVOPT_ERROR_UNSUPPORTED, -1, "surface `polynomial` is not in this build");
+    if (status == CURVOPT_OK)
+        status = check_integer("surface", o->surface, CURVOPT_SURFACE_AUTO, CURVOPT_SURFACE_POLYNOMIAL, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("method", o->method, CURVOPT_METHOD_AUTO, CURVOPT_METHOD_LMVM, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("levels", o->levels, 1, 12, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("max_iterations", o->max_iterations, 0, INT32_MAX, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("threads", o->threads, 0, 1024, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("as_report", o->as_report, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("reserved", o->reserved, 0, 0, error);
+    if (status == CURVOPT_OK)
+        status = check_weights(o->weights, error);
+    if (status == CURVOPT_OK)
+        status = check_real("tolerance", o->tolerance, 1e-12, 0.5, error);
+    if (status == CURVOPT_OK)
+        status = check_real("gradient_tolerance", o->gradient_tolerance, 1e-15, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_real("max_step", o->max_step, 1e-6, 100, error);
+    return status;
+}
+
+/* Options with AUTO resolved for this mesh. */
+static curvopt_options settle_options(const curvopt_options *options) {
+    curvopt_options o = *options;
+    int third = 0;
+    for (int t = CURVOPT_TERM_WILLMORE + 1; t < CURVOPT_N_TERMS; t++)
+        third |= o.weights[t] > 0;
+    if (o.as_report) {
+        o.surface = CURVOPT_SURFACE_AUTO;
+        o.method = CURVOPT_METHOD_LMVM;
+        o.levels = 4;
+    }
+    if (o.surface == CURVOPT_SURFACE_AUTO)
+        o.surface = third ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_LIMIT;
+    return o;
+}
+
+/* ----------------------------------------------------------------------------------------------- energies -- */
+
+int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options, curvopt_problem **out,
+                               curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!mesh)
+        return null_argument(error, "mesh");
+    int32_t status = curvopt_options_validate(options, error);
+    if (status != CURVOPT_OK)
+        return status;
+    curvopt_options settled = settle_options(options);
+    curvopt_problem *p = CO_NEW(curvopt_problem, 1);
+    if (!p)
+        return co_status_no_memory(error);
+    p->tolerance = settled.as_report ? (double)INFINITY : settled.tolerance;
+    status = co_assembly_create(mesh, &settled, &p->assembly, error);
+    if (status != CURVOPT_OK) {
+        free(p);
+        return status;
+    }
+    *out = p;
+    return CURVOPT_OK;
+}
+
+void curvopt_problem_destroy(curvopt_problem *problem) {
+    if (!problem)
+        return;
+    co_assembly_free(&problem->assembly);
+    free(problem);
+}
+
+int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out, double *gradient,
+                                 curvopt_error *error) {
+    curvopt_energies energies;
+    int resolved, changed;
+    if (!problem || !xyz || !out)
+        return null_argument(error, !problem ? "problem" : !xyz ? "xyz" : "out");
+    co_assembly *a = &problem->assembly;
+    int32_t status = co_assembly_check_positions(a->patches.n_cage, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_resolve(a, xyz, problem->tolerance, 1, &energies, &resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (!isfinite(energies.objective) || !(energies.area > 0)) {
+        co_values values;
+        co_assembly_evaluate(a, xyz, &(co_request){0}, &values);
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, values.worst_face,
+                              "the energy is %g: the surface is degenerate at face %d", energies.objective,
+                              values.worst_face);
+    }
+    if (gradient) {
+        co_values values;
+        co_assembly_evaluate(a, xyz, &(co_request){.gradient = gradient}, &values);
+    }
+    *out = energies;
+    return CURVOPT_OK;
+}
+
+int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n,
+                             const int32_t *face, const int32_t *corner, const double *uv, double *jets,
+                             curvopt_error *error) {
+    if (!mesh || !xyz || !face || !corner || !uv || !jets)
+        return null_argument(error, "an array");
+    if (surface != CURVOPT_SURFACE_LIMIT && surface != CURVOPT_SURFACE_PLANE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "surface is %d; points are given of limit (%d) and "
+                              "plane (%d)", surface, CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE);
+    if (n < 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n is %d", n);
+    int32_t status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
+    return status == CURVOPT_OK ? co_sample_jets(mesh, xyz, surface, n, face, corner, uv, jets, error) : status;
+}
+
+/* --------------------------------------------------------------------------------------------- minimizing -- */
+
+int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = CO_NEW(curvopt_cancel, 1);
+    return *out ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+void curvopt_cancel_request(curvopt_cancel *cancel) {
+    atomic_store_explicit(&cancel->requested, 1, memory_order_relaxed);
+}
+
+void curvopt_cancel_destroy(curvopt_cancel *cancel) {
+    free(cancel);
+}
+
+int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                         curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel, curvopt_result **out,
+                         curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!mesh || !xyz)
+        return null_argument(error, mesh ? "xyz" : "mesh");
+    int32_t status = curvopt_options_validate(options, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
+    if (status != CURVOPT_OK)
+        return status;
+    curvopt_options settled = settle_options(options);
+    return co_hierarchy_minimize(mesh, xyz, &settled, progress, user, cancel, out, error);
+}
+
+void curvopt_result_destroy(curvopt_result *result) {
+    co_hierarchy_result_destroy(result);
+}
+
+const curvopt_mesh *curvopt_result_mesh(const curvopt_result *result) {
+    return result->mesh;
+}
+
+void curvopt_result_get_positions(const curvopt_result *result, double *xyz) {
+    memcpy(xyz, result->xyz, sizeof(double) * 3 * (size_t)result->mesh->info.n_vertices);
+}
+
+void curvopt_result_get_summary(const curvopt_result *result, curvopt_summary *summary) {
+    *summary = result->summary;
+}
+
+int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
+                                 curvopt_error *error) {
+    if (index < 0 || index >= result->summary.n_levels)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "level %d of %d", index, result->summary.n_levels);
+    *report = result->level[index];
+    return CURVOPT_OK;
+}

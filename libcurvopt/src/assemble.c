@@ -1,0 +1,348 @@
+/* Sums over faces: a surface's energies and their gradients. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "assemble.h"
+
+#include "memory.h"
+#include "placement.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rule of every face at first; and of the report's settings, which never refine. */
+static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
+enum { FIRST_RULE = 0, REPORT_RULE = 1 };
+
+static int needs_area_gradient(const co_assembly *a) {
+    return a->functional.has_third;
+}
+
+
+static int32_t ensure_work(co_assembly *a, const co_layout *l, curvopt_error *error) {
+    size_t stride = 9 * (size_t)l->max_points * (size_t)l->lanes;
+    if (stride <= a->work_stride)
+        return CURVOPT_OK;
+    free(a->work);
+    a->work_stride = 0;
+    a->work = CO_NEW_ALIGNED(double, stride * (size_t)a->n_threads);
+    if (!a->work)
+        return co_status_no_memory(error);
+    a->work_stride = stride;
+    return CURVOPT_OK;
+}
+
+/* The layout that goes with the present rules; empty on failure. */
+static int32_t renew_layout(co_assembly *a, curvopt_error *error) {
+    co_layout_free(&a->layout);
+    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 1, needs_area_gradient(a),
+                                      &a->layout, error);
+    if (status == CURVOPT_OK)
+        status = ensure_work(a, &a->layout, error);
+    if (status != CURVOPT_OK)
+        co_layout_free(&a->layout);
+    return status;
+}
+
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_assembly *a,
+                           curvopt_error *error) {
+    *a = (co_assembly){.surface = options->surface, .euler = mesh->info.euler};
+    a->functional = co_functional_of_weights(options->weights);
+    memcpy(a->weights, options->weights, sizeof a->weights);
+    a->third_allowed = options->surface != CURVOPT_SURFACE_LIMIT;
+    a->kernel = co_sweep_select(NULL);
+    a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
+    int32_t status = co_patches_create(mesh, &a->patches, error), max_valence = 4;
+    if (status != CURVOPT_OK)
+        return status;
+    int has_extraordinary = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        has_extraordinary |= a->patches.valence[p] != 4;
+        max_valence = a->patches.valence[p] > max_valence ? a->patches.valence[p] : max_valence;
+    }
+    a->third_allowed |= !has_extraordinary;
+    if (a->functional.has_third && !a->third_allowed)
+        status = co_status_fail(error, CURVOPT_ERROR_SURFACE, -1,
+                                "the `limit` surface has no finite third-order energy at extraordinary vertices, and "
+                                "this cage has %d; use another surface",
+                                mesh->info.n_extraordinary);
+    if (status == CURVOPT_OK)
+        status = co_table_cache_create(a->surface, max_valence, &a->cache, error);
+    if (status == CURVOPT_OK) {
+        a->rule = CO_NEW(uint8_t, a->patches.n_patches);
+        a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
+        a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
+        if (!a->rule || !a->points || !a->point_gradient)
+            status = co_status_no_memory(error);
+    }
+    if (status == CURVOPT_OK) {
+        memset(a->rule, options->as_report ? REPORT_RULE : FIRST_RULE, (size_t)a->patches.n_patches);
+        status = renew_layout(a, error);
+    }
+    if (status != CURVOPT_OK)
+        co_assembly_free(a);
+    return status;
+}
+
+void co_assembly_free(co_assembly *a) {
+    co_patches_free(&a->patches);
+    co_table_cache_free(&a->cache);
+    co_layout_free(&a->layout);
+    free(a->rule);
+    free(a->points);
+    free(a->point_gradient);
+    free(a->work);
+    *a = (co_assembly){0};
+}
+
+int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error) {
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0, far = 0;
+    for (int32_t v = 0; v < n_vertices; v++)
+        for (int c = 0; c < 3; c++) {
+            double x = xyz[3 * (size_t)v + (size_t)c];
+            if (!isfinite(x) || fabs(x) > LARGEST)
+                return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
+                                      "vertex %d has coordinate %c = %g; it must be finite and at most %g", v, "xyz"[c],
+                                      x, LARGEST);
+            low[c] = fmin(low[c], x);
+            high[c] = fmax(high[c], x);
+            far = fmax(far, fabs(x));
+        }
+    for (int c = 0; c < 3; c++)
+        extent = fmax(extent, high[c] - low[c]);
+    if (extent < 1 / LARGEST || extent < 1e-10 * far)
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
+                              "the cage has zero area: its vertices all lie within %g of %g %g %g", extent, low[0],
+                              low[1], low[2]);
+    return CURVOPT_OK;
+}
+
+/* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */
+static double normalize(co_assembly *a, const double *xyz) {
+    size_t n = (size_t)a->patches.n_cage;
+    double centroid[3], radius = co_placement_frame(n, xyz, centroid);
+    for (size_t i = 0; i < 3 * n; i++)
+        a->points[i] = (xyz[i] - centroid[i % 3]) / radius;
+    if (a->patches.derived.n_rows)
+        co_rows_apply(&a->patches.derived, a->points, a->points + 3 * n);
+    return radius;
+}
+
+/* Gradient with respect to positions from that with respect to normalized ones: what would change centroid and radius
+ * drops out, the rest scales. */
+static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
+    size_t n = (size_t)a->patches.n_cage;
+    double mean[3] = {0, 0, 0}, radial = 0;
+    for (size_t i = 0; i < 3 * n; i++) {
+        mean[i % 3] += gradient[i] / (double)n;
+        radial += gradient[i] * a->points[i] / (double)n;
+    }
+    for (size_t i = 0; i < 3 * n; i++)
+        gradient[i] = (gradient[i] - mean[i % 3] - radial * a->points[i]) / radius;
+}
+
+/* All blocks of a layout; `integrand` is what gradients are of. */
+static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *integrand, int third, int gradient) {
+    int area = gradient && needs_area_gradient(a);
+#pragma omp parallel for schedule(dynamic, 4) num_threads(a->n_threads)
+    for (int32_t b = 0; b < l->n_blocks; b++) {
+        const co_block *block = &l->block[b];
+        co_sweep sweep = {.table = block->table,
+                          .points = l->points + block->points,
+                          .xyz = a->points,
+                          .eps2 = CO_UMBILIC * CO_UMBILIC,
+                          .integrand = *integrand,
+                          .third = third,
+                          .gradient = gradient,
+                          .area_gradient = area,
+                          .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                          .gradients = gradient ? l->gradients + block->gradient : NULL,
+                          .work = a->work + (size_t)omp_get_thread_num() * a->work_stride};
+        a->kernel->run(&sweep);
+    }
+}
+
+static double patch_sum(const co_layout *l, int32_t b, int32_t lane, int which) {
+    return l->sums[((size_t)b * CO_N_SUMS + (size_t)which) * (size_t)l->lanes + (size_t)lane];
+}
+
+static void total(const co_assembly *a, const co_layout *l, co_values *out) {
+    *out = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
+            for (int i = 0; i < CO_N_INTEGRALS; i++)
+                out->integral[i] += patch_sum(l, b, lane, i);
+            double jacobian =
+                patch_sum(l, b, lane, CO_SUM_MIN_JACOBIAN) / patch_sum(l, b, lane, CO_SUM_MEAN_JACOBIAN);
+            if (!isnan(out->min_jacobian) && !(jacobian >= out->min_jacobian)) {
+                out->min_jacobian = jacobian;
+                out->worst_face = a->patches.place[l->patch[b * l->lanes + lane]].face;
+            }
+        }
+    out->objective = co_functional_value(&a->functional, out->integral);
+}
+
+/* Adds up each point's shares, factor * integrand's + area_factor * area's, and takes derived points' to the cage. */
+static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
+    const co_layout *l = &a->layout;
+    size_t lanes = (size_t)l->lanes;
+    int area = needs_area_gradient(a);
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (int32_t p = 0; p < a->patches.n_points; p++) {
+        double sum[3] = {0, 0, 0};
+        for (size_t e = l->incident_start[p]; e < l->incident_start[p + 1]; e++) {
+            const double *share = l->gradients + l->incident[e];
+            for (size_t c = 0; c < 3; c++) {
+                sum[c] += factor * share[c * lanes];
+                if (area)
+                    sum[c] += area_factor * share[(3 + c) * lanes];
+            }
+        }
+        memcpy(a->point_gradient + 3 * (size_t)p, sum, sizeof sum);
+    }
+    memcpy(gradient, a->point_gradient, sizeof(double) * 3 * (size_t)a->patches.n_cage);
+    if (a->patches.derived.n_rows)
+        co_rows_add_transposed(&a->patches.derived, a->point_gradient + 3 * (size_t)a->patches.n_cage, gradient);
+}
+
+void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *request, co_values *out) {
+    const co_functional *f = &a->functional;
+    int third = f->has_third || (request->all_terms && a->third_allowed);
+    co_integrand integrand = f->has_third ? f->third : f->second;
+    double factor = 1, area_factor = 0;
+    double radius = normalize(a, xyz);
+    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
+        run_blocks(a, &a->layout, &f->second, 0, 0);
+        total(a, &a->layout, out);
+        double area = out->integral[CO_INT_AREA];
+        integrand = (co_integrand){f->second.h2, area * f->third.f1, area * f->third.f3, area * f->third.x};
+    }
+    run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
+    total(a, &a->layout, out);
+    out->radius = radius;
+    if (!request->gradient)
+        return;
+    if (f->has_third) {
+        area_factor = f->third.f1 * out->integral[CO_INT_F1] + f->third.f3 * out->integral[CO_INT_F3] +
+                      f->third.x * out->integral[CO_INT_X];
+        factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
+    }
+    collect_gradient(a, factor, area_factor, request->gradient);
+    gradient_of_normalized(a, radius, request->gradient);
+}
+
+/* Per patch: its share in every term and in the area. */
+typedef struct patch_share {
+    double term[CURVOPT_N_TERMS]; /* third order multiplied by the whole area */
+    double area;
+} patch_share;
+
+static void store_shares(const co_layout *l, double area, int third, patch_share *out) {
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
+            double term[8], integral[CO_N_INTEGRALS];
+            patch_share *share = &out[l->patch[b * l->lanes + lane]];
+            for (int i = 0; i < CO_N_INTEGRALS; i++)
+                integral[i] = patch_sum(l, b, lane, i);
+            share->area = integral[CO_INT_AREA];
+            integral[CO_INT_AREA] = area;
+            co_functional_terms(integral, third, term);
+            memcpy(share->term, term, sizeof share->term);
+        }
+}
+
+/* Difference of the objective's shares, in absolute value. */
+static double objective_difference(const co_assembly *a, const patch_share *x, const patch_share *y) {
+    double sum = 0;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (a->weights[t] > 0)
+            sum += a->weights[t] * (x->term[t] - y->term[t]);
+    return fabs(sum);
+}
+
+/* Values of the rules one step finer, per patch. */
+static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, patch_share *shares,
+                              curvopt_error *error) {
+    co_layout finer;
+    int32_t status =
+        co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &finer, error);
+    if (status == CURVOPT_OK)
+        status = ensure_work(a, &finer, error);
+    if (status == CURVOPT_OK) {
+        run_blocks(a, &finer, &a->functional.second, third, 0);
+        total(a, &finer, values);
+        store_shares(&finer, values->integral[CO_INT_AREA], third, shares);
+    }
+    co_layout_free(&finer);
+    return status;
+}
+
+static void report_energies(const co_assembly *a, const co_values *v, int third, const patch_share *coarse,
+                            const patch_share *fine, curvopt_energies *out) {
+    const double pi = 3.14159265358979323846;
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
+    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
+    co_functional_terms(v->integral, third, out->term);
+    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->gauss_bonnet_defect = fabs(gauss - 2 * pi * a->euler);
+    out->min_jacobian = v->min_jacobian;
+    out->surface = a->surface;
+    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
+    for (int t = 0; t < 8; t++)
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        out->objective_error += objective_difference(a, &coarse[p], &fine[p]);
+        out->area_error += unit * fabs(coarse[p].area - fine[p].area);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            out->term_error[t] += fabs(coarse[p].term[t] - fine[p].term[t]);
+    }
+}
+
+/* Raises the rule of every patch whose error is above its share; returns how many were. */
+static int32_t refine_rules(co_assembly *a, const patch_share *coarse, const patch_share *fine, double wanted) {
+    int32_t raised = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (!(objective_difference(a, &coarse[p], &fine[p]) <= wanted / a->patches.n_patches) &&
+            a->rule[p] + 2 < CO_N_RULES) {
+            a->rule[p]++;
+            raised++;
+        }
+    return raised;
+}
+
+int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, int all_terms,
+                            curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    int third = a->functional.has_third || (all_terms && a->third_allowed);
+    int32_t status = CURVOPT_ERROR_MEMORY;
+    patch_share *coarse = CO_NEW(patch_share, n), *fine = CO_NEW(patch_share, n);
+    *resolved = *changed = 0;
+    if (!coarse || !fine) {
+        co_status_no_memory(error);
+        goto done;
+    }
+    status = a->layout.n_blocks ? CURVOPT_OK : renew_layout(a, error); /* memory was out last time */
+    while (status == CURVOPT_OK) {
+        co_request request = {.all_terms = third};
+        co_values values, finer;
+        double difference = 0;
+        co_assembly_evaluate(a, xyz, &request, &values);
+        store_shares(&a->layout, values.integral[CO_INT_AREA], third, coarse);
+        status = evaluate_finer(a, third, &finer, fine, error);
+        if (status != CURVOPT_OK)
+            break;
+        for (size_t p = 0; p < n; p++)
+            difference += objective_difference(a, &coarse[p], &fine[p]);
+        double wanted = tolerance * fabs(finer.objective);
+        *resolved = difference <= wanted;
+        if (*resolved || !isfinite(values.objective) || refine_rules(a, coarse, fine, wanted) == 0) {
+            report_energies(a, &values, third, coarse, fine, energies);
+            break;
+        }
+        *changed = 1;
+        status = renew_layout(a, error);
+    }
+done:
+    free(coarse);
+    free(fine);
+    return status;
+}

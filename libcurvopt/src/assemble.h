@@ -1,0 +1,61 @@
+/* Sums over faces: a surface's energies and their gradients, with quadrature fine enough for a wanted error.
+ *
+ * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too large
+ * or too small and the energies' invariance under translation and scaling is exact.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_ASSEMBLE_H
+#define CO_ASSEMBLE_H
+
+#include "layout.h"
+
+typedef struct co_assembly {
+    co_patches patches;
+    co_table_cache cache;
+    const co_sweep_kernel *kernel;
+    co_functional functional;
+    double weights[CURVOPT_N_TERMS]; /* what it is made of */
+    int32_t surface;
+    int32_t euler;
+    int32_t n_threads;
+    int third_allowed; /* the surface can carry third-order energies */
+    uint8_t *rule;     /* [n_patches] */
+    co_layout layout;  /* of these rules */
+    double *points;    /* [3 n_points] */
+    double *point_gradient;
+    double *work;      /* [n_threads][work_stride] */
+    size_t work_stride;
+} co_assembly;
+
+/* What an evaluation is asked for. */
+typedef struct co_request {
+    int all_terms;    /* third-order integrals even if the objective has none */
+    double *gradient; /* [3 n_cage] or NULL */
+} co_request;
+
+typedef struct co_values {
+    double objective;
+    double integral[CO_N_INTEGRALS];
+    double radius; /* integrals of area are in its square */
+    double min_jacobian;
+    int32_t worst_face; /* cage face that has it */
+} co_values;
+
+/* options->surface is not AUTO. As curvopt_problem_create. */
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_assembly *out,
+                           curvopt_error *error);
+void co_assembly_free(co_assembly *assembly);
+
+/* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
+int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error);
+/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no component
+ * along translations and scaling. Never fails; a surface that degenerates gives values that are not finite. */
+void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
+
+/* Refines rules where needed until the estimated relative error of the objective is below `tolerance`, or rules are at
+ * their finest. `energies` gets values and error estimates, of every term if `all_terms`; *resolved whether the tolerance
+ * was met, *changed whether any rule was. */
+int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, int all_terms,
+                            curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
+
+#endif

@@ -1,0 +1,50 @@
+/* The energies as weights over a few integrals of curvature.
+ *
+ * With the first and second fundamental forms in an orthonormal tangent frame, C = grad h (symmetric, Codazzi), the
+ * derivative of normal curvature along direction theta is A1 cos + B1 sin + A3 cos 3 theta + B3 sin 3 theta, and with
+ * F1 = A1 - i B1, F3 = A3 - i B3, q = (h11 - h22) / 2 + i h12 every third-order energy here is a combination of
+ * |F1|^2, |F3|^2 and X = Re(F1 F3 q^2) / |q|^2.
+ *
+ * At an umbilic, q = 0, X is bounded but has no limit, and its gradient none either. It is replaced by
+ * Re(F1 F3 q^2) / (|q|^2 + eps^2), smooth, with an error below |F1 F3| eps^2 / (|q|^2 + eps^2); eps is
+ * CO_UMBILIC / (root mean square distance of the cage's vertices from their centroid), so energies stay invariant.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_FUNCTIONAL_H
+#define CO_FUNCTIONAL_H
+
+#include "status.h"
+
+#define CO_UMBILIC 1e-3
+
+/* What a sweep integrates. */
+typedef enum co_integral {
+    CO_INT_AREA, /* dA */
+    CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */
+    CO_INT_K,    /* Gauss curvature */
+    CO_INT_F1,   /* |F1|^2 */
+    CO_INT_F3,   /* |F3|^2 */
+    CO_INT_X,    /* X, regularized */
+    CO_INT_DX,   /* dX / d(eps^2) */
+    CO_N_INTEGRALS
+} co_integral;
+
+/* Weights of an integrand over h2, F1, F3, X. */
+typedef struct co_integrand {
+    double h2, f1, f3, x;
+} co_integrand;
+
+/* Objective = second + area * third, each an integrand. */
+typedef struct co_functional {
+    co_integrand second;
+    co_integrand third;
+    int has_second, has_third;
+} co_functional;
+
+co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
+/* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
+void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);
+/* The objective's value. */
+double co_functional_value(const co_functional *functional, const double integral[CO_N_INTEGRALS]);
+
+#endif

@@ -1,0 +1,356 @@
+/* Optimize, subdivide, repeat (the report, section 3.2), on an energy that is kept resolved.
+ *
+ * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out. Here every
+ * accepted step is looked at: Gauss-Bonnet's defect is free, and when it grows, or after RESOLVE_EVERY steps, the rules
+ * are held against finer ones. A step that looked like progress only to a rule too coarse is taken back.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "hierarchy.h"
+
+#include "lmvm.h"
+#include "memory.h"
+#include "placement.h"
+#include "refine.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12 };
+static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total curvature */
+
+/* The whole run. */
+typedef struct run {
+    const curvopt_options *options;
+    curvopt_progress_fn progress;
+    void *user;
+    const curvopt_cancel *cancel;
+    double started;
+    double start_energy, start_area;
+    curvopt_result *result;
+    double *xyz;         /* of the present level, in the user's units */
+    double *level_start; /* what the level began with */
+} run;
+
+/* One level's function, as the optimizer sees it. */
+typedef struct level_problem {
+    run *r;
+    const curvopt_mesh *mesh;
+    co_assembly assembly;
+    double tolerance;
+    double centroid[3], radius; /* of the level's first cage, held */
+    double edge;                /* mean length, normalized */
+    double defect;              /* Gauss-Bonnet's, when last resolved, */
+    co_values last;             /* and what was evaluated last */
+    int32_t number;
+    int32_t failed; /* status of a call that cannot report it */
+    curvopt_error *error;
+} level_problem;
+
+static double now_seconds(void) {
+    struct timespec t;
+    timespec_get(&t, TIME_UTC);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int is_cancelled(const run *r) {
+    return r->cancel && atomic_load_explicit(&r->cancel->requested, memory_order_relaxed);
+}
+
+static double evaluate(void *context, const double *x, double *gradient) {
+    level_problem *p = context;
+    co_request request = {.gradient = gradient};
+    co_assembly_evaluate(&p->assembly, x, &request, &p->last);
+    return p->last.objective;
+}
+
+static double mean_edge(const curvopt_mesh *m, const double *x) {
+    double sum = 0;
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        const double *a = x + 3 * (size_t)m->corner_vertex[m->edge_corner[e]];
+        const double *b = x + 3 * (size_t)co_mesh_destination(m, m->edge_corner[e]);
+        sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    }
+    return sum / m->info.n_edges;
+}
+
+/* Longest vertex displacement in mean edges. */
+static double step_length(void *context, const double *d) {
+    const level_problem *p = context;
+    double longest = 0;
+    for (int32_t v = 0; v < p->mesh->info.n_vertices; v++, d += 3)
+        longest = fmax(longest, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    return sqrt(longest) / p->edge;
+}
+
+/* Back to centroid 0 and radius 1, where the function is the same and the gradient scales. */
+static void hold_placement(const level_problem *p, co_iterate *now) {
+    size_t n = (size_t)p->mesh->info.n_vertices;
+    double centroid[3], radius = co_placement_frame(n, now->x, centroid);
+    for (size_t i = 0; i < 3 * n; i++) {
+        now->x[i] = (now->x[i] - centroid[i % 3]) / radius;
+        now->gradient[i] *= radius;
+    }
+}
+
+static co_settlement step_back(level_problem *p, const co_iterate *before, co_iterate *now, co_settlement verdict) {
+    memcpy(now->x, before->x, sizeof(double) * 3 * (size_t)p->mesh->info.n_vertices);
+    now->value = evaluate(p, now->x, now->gradient);
+    return verdict;
+}
+
+static double defect(const level_problem *p) {
+    const double pi = 3.14159265358979323846;
+    return fabs(p->last.integral[CO_INT_K] - 2 * pi * p->mesh->info.euler);
+}
+
+static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
+    level_problem *p = context;
+    curvopt_energies energies;
+    int resolved, changed;
+    int suspicious = !(defect(p) <= DEFECT_GROWTH * p->defect + DEFECT_FLOOR); /* of `now`, evaluated last */
+    hold_placement(p, now);
+    p->edge = mean_edge(p->mesh, now->x);
+    if (p->r->options->as_report || (iteration % RESOLVE_EVERY != 0 && !suspicious))
+        return CO_SETTLE_KEEP;
+    p->failed = co_assembly_resolve(&p->assembly, now->x, p->tolerance, 0, &energies, &resolved, &changed, p->error);
+    if (p->failed != CURVOPT_OK)
+        return step_back(p, before, now, CO_SETTLE_STOP);
+    if (!resolved)
+        return step_back(p, before, now, CO_SETTLE_REJECT);
+    p->defect = energies.gauss_bonnet_defect;
+    if (!changed)
+        return CO_SETTLE_KEEP;
+    double value_before = evaluate(p, before->x, now->gradient);
+    now->value = evaluate(p, now->x, now->gradient);
+    if (!(now->value <= value_before))
+        return step_back(p, before, now, CO_SETTLE_REJECT);
+    return CO_SETTLE_CHANGED;
+}
+
+/* Positions in the user's units: the level's centroid and radius held. */
+static void to_user(const level_problem *p, const double *x, double *xyz) {
+    for (size_t i = 0; i < 3 * (size_t)p->mesh->info.n_vertices; i++)
+        xyz[i] = p->centroid[i % 3] + p->radius * x[i];
+}
+
+static double relative_gradient(size_t n, const co_iterate *now) {
+    return co_vector_norm(n, now->gradient) / fabs(now->value);
+}
+
+static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
+    level_problem *p = context;
+    run *r = p->r;
+    to_user(p, now->x, r->xyz);
+    if (is_cancelled(r))
+        return 1;
+    if (!r->progress)
+        return 0;
+    curvopt_progress progress = {.energy = now->value,
+                                 .start_energy = r->start_energy,
+                                 .gradient_norm = relative_gradient(3 * (size_t)p->mesh->info.n_vertices, now),
+                                 .seconds = now_seconds() - r->started,
+                                 .xyz = r->xyz,
+                                 .mesh = p->mesh,
+                                 .level = p->number,
+                                 .levels = r->options->levels,
+                                 .iteration = iteration,
+                                 .evaluations = evaluations,
+                                 .n_vertices = p->mesh->info.n_vertices};
+    return r->progress(&progress, r->user) != 0;
+}
+
+static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, level_problem *p, double *x,
+                            curvopt_error *error) {
+    size_t n = (size_t)mesh->info.n_vertices;
+    *p = (level_problem){.r = r, .mesh = mesh, .number = number, .error = error};
+    p->tolerance = r->options->as_report ? INFINITY : r->options->tolerance;
+    p->radius = co_placement_frame(n, r->xyz, p->centroid);
+    for (size_t i = 0; i < 3 * n; i++)
+        x[i] = (r->xyz[i] - p->centroid[i % 3]) / p->radius;
+    p->edge = mean_edge(mesh, x);
+    return co_assembly_create(mesh, r->options, &p->assembly, error);
+}
+
+/* Energies at the level's start; refuses what has none. */
+static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
+    run *r = p->r;
+    curvopt_energies energies;
+    int resolved, changed;
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, p->number == 1, &energies, &resolved,
+                                         &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (p->number == 1) {
+        energies.area *= p->radius * p->radius;
+        energies.area_error *= p->radius * p->radius;
+        r->result->summary.start = energies;
+        r->start_energy = energies.objective;
+        r->start_area = energies.area;
+    }
+    p->defect = energies.gauss_bonnet_defect;
+    now->value = evaluate(p, now->x, now->gradient);
+    if (!isfinite(now->value) || !isfinite(co_vector_norm(3 * (size_t)p->mesh->info.n_vertices, now->gradient)))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, p->last.worst_face,
+                              "the energy is not finite: the surface is degenerate at face %d", p->last.worst_face);
+    return CURVOPT_OK;
+}
+
+/* Energies at the level's end, and its cage into r->xyz: turned and scaled back to where the run started. */
+static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_result *solved, double started,
+                         curvopt_error *error) {
+    run *r = p->r;
+    size_t n = (size_t)p->mesh->info.n_vertices;
+    curvopt_energies *end = &r->result->summary.end;
+    int resolved, changed;
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, 1, end, &resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    curvopt_level_report *report = &r->result->level[r->result->summary.n_levels++];
+    *report = (curvopt_level_report){.energy = end->objective,
+                                     .gradient_norm = relative_gradient(3 * n, now),
+                                     .level = p->number,
+                                     .n_vertices = (int32_t)n,
+                                     .iterations = solved->iterations,
+                                     .evaluations = solved->evaluations,
+                                     .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
+                                     .seconds = now_seconds() - started};
+    double *x = CO_NEW(double, 3 * n);
+    if (!x)
+        return co_status_no_memory(error);
+    p->radius = sqrt(r->start_area / end->area);
+    to_user(p, now->x, x);
+    co_placement_align(n, r->level_start, x);
+    memcpy(r->xyz, x, sizeof(double) * 3 * n);
+    free(x);
+    end->area = r->start_area;
+    end->area_error *= p->radius * p->radius;
+    return CURVOPT_OK;
+}
+
+static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, curvopt_error *error) {
+    size_t n = 3 * (size_t)mesh->info.n_vertices;
+    double started = now_seconds();
+    level_problem p = {0};
+    co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
+    int32_t status = CURVOPT_ERROR_MEMORY;
+    if (!now.x || !now.gradient) {
+        co_status_no_memory(error);
+        goto done;
+    }
+    status = level_create(r, mesh, number, &p, now.x, error);
+    if (status == CURVOPT_OK)
+        status = start_level(&p, &now, error);
+    if (status != CURVOPT_OK)
+        goto done;
+    co_minimand f = {.context = &p,
+                     .n = n,
+                     .evaluate = evaluate,
+                     .step_length = step_length,
+                     .settle = settle,
+                     .report = report};
+    co_lmvm_options lmvm = {.memory = LMVM_MEMORY,
+                            .max_iterations = r->options->max_iterations,
+                            .gradient_tolerance = r->options->gradient_tolerance,
+                            .max_step = r->options->max_step};
+    co_lmvm_result solved = {0};
+    if (report(&p, &now, 0, 1))
+        solved.stop = CURVOPT_STOP_CANCELLED;
+    else
+        status = co_lmvm(&f, &lmvm, &now, &solved, error);
+    if (status == CURVOPT_OK)
+        status = p.failed;
+    if (status == CURVOPT_OK)
+        status = end_level(&p, &now, &solved, started, error);
+done:
+    co_assembly_free(&p.assembly);
+    free(now.x);
+    free(now.gradient);
+    return status;
+}
+
+/* The next level's cage: r->result->mesh and r->xyz subdivided. */
+static int32_t subdivide(run *r, curvopt_error *error) {
+    curvopt_mesh *fine = NULL;
+    co_rows rows = {0};
+    int32_t status = co_refine(r->result->mesh, &fine, &rows, error);
+    if (status != CURVOPT_OK)
+        return status;
+    double *xyz = CO_NEW(double, 3 * (size_t)rows.n_rows), *start = CO_NEW(double, 3 * (size_t)rows.n_rows);
+    if (!xyz || !start) {
+        free(xyz);
+        free(start);
+        co_mesh_destroy(fine);
+        status = co_status_no_memory(error);
+    } else {
+        co_rows_apply(&rows, r->xyz, xyz);
+        memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
+        free(r->xyz);
+        free(r->level_start);
+        co_mesh_destroy(r->result->mesh);
+        r->xyz = xyz;
+        r->level_start = start;
+        r->result->mesh = fine;
+    }
+    co_rows_free(&rows);
+    return status;
+}
+
+static int32_t run_levels(run *r, curvopt_error *error) {
+    curvopt_summary *summary = &r->result->summary;
+    for (int32_t number = 1; number <= r->options->levels; number++) {
+        int32_t status = number > 1 ? subdivide(r, error) : CURVOPT_OK;
+        if (status == CURVOPT_OK)
+            status = solve_level(r, r->result->mesh, number, error);
+        if (status != CURVOPT_OK)
+            return status;
+        summary->stop = r->result->level[number - 1].stop;
+        if (summary->stop == CURVOPT_STOP_CANCELLED || summary->stop == CURVOPT_STOP_UNRESOLVED)
+            break;
+    }
+    summary->seconds = now_seconds() - r->started;
+    summary->n_vertices = r->result->mesh->info.n_vertices;
+    summary->n_faces = r->result->mesh->info.n_faces;
+    return CURVOPT_OK;
+}
+
+int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                              curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
+                              curvopt_result **out, curvopt_error *error) {
+    size_t n = 3 * (size_t)mesh->info.n_vertices;
+    run r = {.options = options, .progress = progress, .user = user, .cancel = cancel, .started = now_seconds()};
+    int32_t status = CURVOPT_ERROR_MEMORY;
+    r.result = CO_NEW(curvopt_result, 1);
+    if (r.result)
+        r.result->level = CO_NEW(curvopt_level_report, options->levels);
+    r.xyz = CO_NEW(double, n);
+    r.level_start = CO_NEW(double, n);
+    if (!r.result || !r.result->level || !r.xyz || !r.level_start) {
+        co_status_no_memory(error);
+    } else {
+        memcpy(r.xyz, xyz, n * sizeof(double));
+        memcpy(r.level_start, xyz, n * sizeof(double));
+        status = co_mesh_copy(mesh, &r.result->mesh, error);
+        if (status == CURVOPT_OK)
+            status = run_levels(&r, error);
+    }
+    free(r.level_start);
+    if (status != CURVOPT_OK) {
+        free(r.xyz);
+        co_hierarchy_result_destroy(r.result);
+        return status;
+    }
+    r.result->xyz = r.xyz;
+    *out = r.result;
+    return CURVOPT_OK;
+}
+
+void co_hierarchy_result_destroy(curvopt_result *result) {
+    if (!result)
+        return;
+    co_mesh_destroy(result->mesh);
+    free(result->xyz);
+    free(result->level);
+    free(result);
+}

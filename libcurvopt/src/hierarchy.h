@@ -1,0 +1,26 @@
+/* Optimize, subdivide, repeat. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_HIERARCHY_H
+#define CO_HIERARCHY_H
+
+#include "assemble.h"
+
+#include <stdatomic.h>
+
+struct curvopt_cancel {
+    atomic_int requested;
+};
+
+struct curvopt_result {
+    curvopt_mesh *mesh;
+    double *xyz;
+    curvopt_summary summary;
+    curvopt_level_report *level; /* [options.levels] */
+};
+
+/* As curvopt_minimize, whose arguments have been checked; options->surface is not AUTO. */
+int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                              curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
+                              curvopt_result **out, curvopt_error *error);
+void co_hierarchy_result_destroy(curvopt_result *result);
+
+#endif

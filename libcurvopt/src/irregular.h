@@ -1,0 +1,53 @@
+/* The limit surface near an extraordinary vertex, as rows over its two-ring (numbered as in ring.h).
+ *
+ * Follows: Stam, "Exact evaluation of Catmull-Clark subdivision surfaces at arbitrary parameter values", SIGGRAPH 1998.
+ * Differs in that the powers of the subdivision matrix are formed by repeated sparse products, in long double and once
+ * per table, not by an eigenbasis: our parameter values are known when the table is built, and nothing then depends on
+ * the conditioning of eigenvectors. The face, parameters (0,0) at the vertex, is cut into rings: ring n = 1, 2, ... has
+ * three cells of side 2^-n, at (1,0), (1,1), (0,1) in units of that side, each a bicubic patch.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_IRREGULAR_H
+#define CO_IRREGULAR_H
+
+#include "bspline.h"
+#include "ring.h"
+#include "rows.h"
+
+enum { CO_RING_CELLS = 3 };
+
+/* Places of a ring's cells in units of their side. */
+extern const int co_irregular_cell_place[CO_RING_CELLS][2];
+
+typedef struct co_disc {
+    int32_t valence;
+    int32_t n_points;                  /* 6 N + 1 */
+    int32_t ring;                      /* which ring's cells co_disc_cell() gives; starts at 1 */
+    co_rows refine;                    /* the disc's refined points over the two-ring */
+    int32_t *inner;                    /* [n_points] refined points that are the next ring's two-ring */
+    int32_t cell[CO_RING_CELLS][16];   /* refined points of each cell's bicubic patch */
+    co_real *power;                    /* [n_points][n_points] two-ring of this ring over the original one */
+    co_real *next_power;               /* work */
+    co_real lambda;                    /* subdominant eigenvalue: the ring's geometric shrinking */
+    co_real mu;                        /* the largest eigenvalue after it */
+} co_disc;
+
+int32_t co_disc_create(int32_t valence, co_disc *disc, curvopt_error *error);
+void co_disc_free(co_disc *disc);
+/* To the next ring. */
+void co_disc_advance(co_disc *disc);
+/* Control points of a cell of the current ring over the two-ring: out [16][n_points]. */
+void co_disc_cell(const co_disc *disc, int cell, co_real *out);
+
+/* Limit position and two tangents (their cross product points outward) over the two-ring: masks [3][n_points].
+ * Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark surfaces", SIGGRAPH 1993. */
+void co_irregular_limit_masks(int32_t valence, co_real *masks);
+
+/* Whether the limit patch of sector 0 depends on point i of the two-ring (2 N + 8 of them do). */
+int co_irregular_in_support(int32_t valence, int32_t i);
+
+/* Eigenvectors of the subdominant eigenvalue over the two-ring: the characteristic map's control points, x y
+ * [2 n_points], scaled to mean distance 1 of the first-ring edge points. */
+void co_irregular_characteristic_map(const co_disc *disc, co_real *xy);
+
+#endif

@@ -1,0 +1,38 @@
+/* Patches dealt out to blocks: as many of one kind (valence and quadrature rule) at once as there are vector lanes.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_LAYOUT_H
+#define CO_LAYOUT_H
+
+#include "patches.h"
+#include "sweep.h"
+
+typedef struct co_block {
+    const co_table *table;
+    size_t points;   /* of co_layout.points: [table->n_points][lanes] */
+    size_t gradient; /* of co_layout.gradients: [table->n_points][1 + area][3][lanes] */
+    int32_t n_used;  /* lanes in use */
+} co_block;
+
+typedef struct co_layout {
+    int32_t lanes;
+    int32_t n_blocks;
+    int32_t max_points; /* of any table */
+    int64_t n_samples;
+    co_block *block;
+    int32_t *patch;     /* [n_blocks][lanes] */
+    int32_t *points;
+    double *sums;       /* [n_blocks][CO_N_SUMS][lanes] */
+    /* for gradients only, else NULL: */
+    double *gradients;
+    size_t *incident_start; /* [n_points + 1] */
+    size_t *incident;       /* where in `gradients` each share of a point begins; shares of one point stand in the order
+                               of blocks, which makes sums the same for any number of threads */
+} co_layout;
+
+/* rule [n_patches]; raised by `finer` for every patch. With `gradients`, room and incidence for those too, two
+ * gradients a point if `area`. Free after failure as well. */
+int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int finer,
+                         int gradients, int area, co_layout *out, curvopt_error *error);
+void co_layout_free(co_layout *layout);
+
+#endif

@@ -1,0 +1,177 @@
+/* Limited-memory variable metric minimization.
+ *
+ * Follows: Nocedal, "Updating quasi-Newton matrices with limited storage", Math. Comp. 35, 1980 (two-loop recursion;
+ * initial scaling s.y / y.y), the method of the report (TAO's LMVM). The ladder when a step fails: drop the history and
+ * try a scaled gradient step; if that fails as well, stay where we are and stop.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "lmvm.h"
+
+#include "linesearch.h"
+#include "memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double SHORTEST_CAP = 1e-7; /* of the first one */
+static const double STALLED_DECREASE = 1e-15;
+enum { STALLED_STEPS = 10 };
+
+typedef struct history {
+    int memory, n_pairs, newest;
+    double *s, *y;       /* [memory][n] */
+    double *inverse_sy;  /* [memory] */
+    double *alpha;       /* [memory] work */
+} history;
+
+typedef struct solver {
+    const co_minimand *f;
+    const co_lmvm_options *options;
+    co_lmvm_result *result;
+    history h;
+    co_iterate trial;
+    double *direction;
+    double cap;
+    int quiet_steps; /* in a row without a decrease worth the name */
+} solver;
+
+static void history_update(history *h, size_t n, const co_iterate *before, const co_iterate *after) {
+    int slot = h->n_pairs ? (h->newest + 1) % h->memory : 0;
+    double *s = h->s + (size_t)slot * n, *y = h->y + (size_t)slot * n;
+    for (size_t i = 0; i < n; i++) {
+        s[i] = after->x[i] - before->x[i];
+        y[i] = after->gradient[i] - before->gradient[i];
+    }
+    double sy = co_vector_dot(n, s, y);
+    if (!(sy > 1e-12 * co_vector_norm(n, s) * co_vector_norm(n, y)))
+        return; /* would spoil positive definiteness; can happen at the step cap */
+    h->inverse_sy[slot] = 1 / sy;
+    h->newest = slot;
+    if (h->n_pairs < h->memory)
+        h->n_pairs++;
+}
+
+/* direction = -H gradient; without pairs, the gradient scaled to a tenth of the cap. */
+static void find_direction(solver *s, const double *gradient) {
+    size_t n = s->f->n;
+    history *h = &s->h;
+    double *d = s->direction;
+    for (size_t i = 0; i < n; i++)
+        d[i] = -gradient[i];
+    if (h->n_pairs == 0) {
+        double length = s->f->step_length(s->f->context, d), scale = length > 0 ? 0.1 * s->cap / length : 1;
+        for (size_t i = 0; i < n; i++)
+            d[i] *= scale;
+        return;
+    }
+    for (int k = 0, slot = h->newest; k < h->n_pairs; k++, slot = (slot + h->memory - 1) % h->memory) {
+        h->alpha[slot] = h->inverse_sy[slot] * co_vector_dot(n, h->s + (size_t)slot * n, d);
+        co_vector_add(n, -h->alpha[slot], h->y + (size_t)slot * n, d);
+    }
+    const double *y = h->y + (size_t)h->newest * n;
+    double scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
+    for (size_t i = 0; i < n; i++)
+        d[i] *= scale;
+    int oldest = (h->newest + 1 + h->memory - h->n_pairs) % h->memory;
+    for (int k = 0, slot = oldest; k < h->n_pairs; k++, slot = (slot + 1) % h->memory) {
+        double beta = h->inverse_sy[slot] * co_vector_dot(n, h->y + (size_t)slot * n, d);
+        co_vector_add(n, h->alpha[slot] - beta, h->s + (size_t)slot * n, d);
+    }
+}
+
+/* One accepted step into s->trial; 0 if there is none to be had. */
+static int find_step(solver *s, const co_iterate *now) {
+    for (;;) {
+        int had_history = s->h.n_pairs > 0;
+        find_direction(s, now->gradient);
+        double slope = co_vector_dot(s->f->n, s->direction, now->gradient);
+        if (slope < 0) {
+            double length = s->f->step_length(s->f->context, s->direction);
+            co_linesearch search = {.step = 1, .max_step = s->cap / length};
+            int ok = co_linesearch_wolfe(s->f, now, s->direction, &search, &s->trial);
+            s->result->evaluations += search.evaluations;
+            if (ok)
+                return 1;
+        }
+        if (!had_history)
+            return 0;
+        s->h.n_pairs = 0;
+        s->result->restarts++;
+    }
+}
+
+/* What the settled step means for history and cap; a stop reason, or -1 to go on. */
+static int take_step(solver *s, co_iterate *now) {
+    double before = now->value;
+    co_settlement verdict = s->f->settle(s->f->context, now, &s->trial, s->result->iterations + 1);
+    if (verdict == CO_SETTLE_KEEP)
+        history_update(&s->h, s->f->n, now, &s->trial);
+    else
+        s->h.n_pairs = 0;
+    co_iterate swap = *now;
+    *now = s->trial;
+    s->trial = swap;
+    if (verdict == CO_SETTLE_STOP)
+        return CURVOPT_STOP_UNRESOLVED;
+    if (verdict == CO_SETTLE_REJECT) {
+        s->cap *= 0.25;
+        return s->cap < SHORTEST_CAP * s->options->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
+    }
+    s->cap = fmin(2 * s->cap, s->options->max_step);
+    s->result->iterations++;
+    s->quiet_steps = before - now->value > STALLED_DECREASE * fabs(before) ? 0 : s->quiet_steps + 1;
+    if (s->f->report(s->f->context, now, s->result->iterations, s->result->evaluations))
+        return CURVOPT_STOP_CANCELLED;
+    return s->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
+}
+
+static int iterate(solver *s, co_iterate *now) {
+    for (;;) {
+        double norm = co_vector_norm(s->f->n, now->gradient);
+        if (norm <= s->options->gradient_tolerance * fabs(now->value))
+            return CURVOPT_STOP_CONVERGED;
+        if (s->result->iterations >= s->options->max_iterations)
+            return CURVOPT_STOP_LIMIT;
+        if (!find_step(s, now))
+            return CURVOPT_STOP_STALLED;
+        int stop = take_step(s, now);
+        if (stop >= 0)
+            return stop;
+    }
+}
+
+int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+                curvopt_error *error) {
+    size_t n = f->n, memory = (size_t)options->memory;
+    int32_t status = CURVOPT_OK;
+    *result = (co_lmvm_result){0};
+    solver s = {.f = f, .options = options, .result = result, .cap = options->max_step};
+    s.h = (history){.memory = options->memory,
+                    .s = CO_NEW(double, memory *n),
+                    .y = CO_NEW(double, memory *n),
+                    .inverse_sy = CO_NEW(double, memory),
+                    .alpha = CO_NEW(double, memory)};
+    double *trial_x = CO_NEW(double, n), *trial_gradient = CO_NEW(double, n), *x = now->x, *gradient = now->gradient;
+    s.trial = (co_iterate){.x = trial_x, .gradient = trial_gradient};
+    s.direction = CO_NEW(double, n);
+    if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction) {
+        status = co_status_no_memory(error);
+    } else {
+        result->stop = iterate(&s, now);
+        if (now->x != x) { /* iterates change places; hand back the caller's arrays */
+            memcpy(x, now->x, n * sizeof(double));
+            memcpy(gradient, now->gradient, n * sizeof(double));
+            now->x = x;
+            now->gradient = gradient;
+        }
+    }
+    free(s.h.s);
+    free(s.h.y);
+    free(s.h.inverse_sy);
+    free(s.h.alpha);
+    free(trial_x);
+    free(trial_gradient);
+    free(s.direction);
+    return status;
+}

@@ -1,0 +1,26 @@
+/* Limited-memory variable metric minimization (L-BFGS). SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_LMVM_H
+#define CO_LMVM_H
+
+#include "minimand.h"
+#include "status.h"
+
+typedef struct co_lmvm_options {
+    int memory;                /* pairs kept */
+    int max_iterations;
+    double gradient_tolerance; /* converged when |gradient| <= this * |value| */
+    double max_step;           /* cap, in the minimand's step_length() */
+} co_lmvm_options;
+
+typedef struct co_lmvm_result {
+    int stop; /* curvopt_stop */
+    int iterations;
+    int evaluations;
+    int restarts; /* times the history was dropped */
+} co_lmvm_result;
+
+/* From `now` (value and gradient filled in) to the last accepted iterate, in place. ERROR_MEMORY only. */
+int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+                curvopt_error *error);
+
+#endif

@@ -1,0 +1,39 @@
+/* What an optimizer sees of a problem: vectors and callbacks, no geometry. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_MINIMAND_H
+#define CO_MINIMAND_H
+
+#include <stddef.h>
+
+typedef enum co_settlement {
+    CO_SETTLE_KEEP,    /* the step stands */
+    CO_SETTLE_CHANGED, /* the step stands; the function itself has changed, so what was learnt of it is void */
+    CO_SETTLE_REJECT,  /* go back to the iterate before: it was put into x, value, gradient; take shorter steps */
+    CO_SETTLE_STOP     /* go back likewise, and give up */
+} co_settlement;
+
+typedef struct co_iterate {
+    double *x;        /* [n] */
+    double *gradient; /* [n] */
+    double value;
+} co_iterate;
+
+typedef struct co_minimand {
+    void *context;
+    size_t n;
+    /* Value and gradient [n] at x; not finite where the function is not defined. */
+    double (*evaluate)(void *context, const double *x, double *gradient);
+    /* Length of a step d in units in which the step cap is given. */
+    double (*step_length)(void *context, const double *d);
+    /* Looks at an accepted step; may move `now` along directions that do not change the function (then its gradient
+     * moves along), or replace it by `before`. */
+    co_settlement (*settle)(void *context, const co_iterate *before, co_iterate *now, int iteration);
+    /* After every settled step; nonzero cancels. */
+    int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);
+} co_minimand;
+
+double co_vector_dot(size_t n, const double *a, const double *b);
+double co_vector_norm(size_t n, const double *a);
+/* y += s x */
+void co_vector_add(size_t n, double s, const double *x, double *y);
+
+#endif

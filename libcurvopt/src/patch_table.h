@@ -1,0 +1,49 @@
+/* Quadrature points and basis rows of a kind of face: built once, shared by all faces of that kind.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_PATCH_TABLE_H
+#define CO_PATCH_TABLE_H
+
+#include "irregular.h"
+
+/* Rules grow finer with their number; which face gets which is decided by assemble.h. */
+enum { CO_N_RULES = 6 };
+
+/* Derivatives are with respect to the cell's own parameters, which range over 0..1 (energies do not care); this keeps
+ * every number of the order of the cell's own points, however close to an extraordinary vertex. */
+typedef struct co_table {
+    int32_t surface; /* curvopt_surface; regular faces are the same on all */
+    int32_t valence; /* 4: regular */
+    int32_t n_points;
+    int32_t n_samples;
+    int32_t *support;   /* [n_points] which of a patch's points (ring.h) the rows stand on */
+    double *area_weight;  /* [n_samples] for integrals of smooth functions */
+    double *weight;       /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
+    double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
+    double *rows;       /* [n_samples][n_points][CO_JET] */
+    double *blend;      /* plane: [n_samples][CO_JET], the weight w(u) w(v); else NULL */
+    double *masks;      /* plane: [3][n_points] limit position and tangents at the vertex; else NULL */
+} co_table;
+
+int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table **out, curvopt_error *error);
+void co_table_destroy(co_table *table);
+
+/* Rows of one point of a patch, at (u, v) of the patch: rows [n_points][CO_JET] over the patch's points (16 or the
+ * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's. (u, v) = (0, 0) of an
+ * irregular patch gives NAN derivatives. */
+int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
+                       curvopt_error *error);
+
+/* Tables made so far, by valence and rule. */
+typedef struct co_table_cache {
+    int32_t surface;
+    int32_t max_valence;
+    co_table **table; /* [(max_valence + 1) * CO_N_RULES] */
+} co_table_cache;
+
+int32_t co_table_cache_create(int32_t surface, int32_t max_valence, co_table_cache *cache, curvopt_error *error);
+void co_table_cache_free(co_table_cache *cache);
+/* Builds what is not there yet. */
+int32_t co_table_cache_get(co_table_cache *cache, int32_t valence, int32_t rule, const co_table **out,
+                           curvopt_error *error);
+
+#endif

@@ -1,0 +1,303 @@
+/* A cage as a list of patches: local subdivision where a face cannot be evaluated as it is.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "patches.h"
+
+#include "memory.h"
+#include "refine.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* One subdivision separates n-gons, the second one extraordinary vertices. */
+enum { MAX_LEVEL = 2, GUARD_RINGS = 2 };
+
+/* The part of the cage that is still being subdivided, at one level. */
+typedef struct level {
+    const curvopt_mesh *mesh;
+    curvopt_mesh *owned; /* mesh, if it is this level's own */
+    co_rows rows;        /* mesh's points over the cage; empty at level 0, where they are the cage's */
+    uint8_t *active;     /* [n_faces] 1: to be covered by patches; 2: must be split */
+    co_place *place;     /* [n_faces] */
+    int32_t *point_of;   /* [n_vertices] number in co_patches, or -1 */
+} level;
+
+static void level_free(level *l) {
+    co_mesh_destroy(l->owned);
+    co_rows_free(&l->rows);
+    free(l->active);
+    free(l->place);
+    free(l->point_of);
+    *l = (level){0};
+}
+
+static int32_t level_allocate(level *l, curvopt_error *error) {
+    l->active = CO_NEW(uint8_t, l->mesh->info.n_faces);
+    l->place = CO_NEW(co_place, l->mesh->info.n_faces);
+    l->point_of = CO_NEW(int32_t, l->mesh->info.n_vertices);
+    return l->active && l->place && l->point_of ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+/* Moves a place's frame to the corner of its square: origin there, s along the edge that leaves it. */
+static co_place at_corner(co_place p, int corner) {
+    static const double corner_at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    double scale = 1.0 / (1 << p.level), x = corner_at[corner][0], y = corner_at[corner][1];
+    for (int turn = 0; turn < p.rotation; turn++) {
+        double old_x = x;
+        x = -y;
+        y = old_x;
+    }
+    p.origin[0] += scale * x;
+    p.origin[1] += scale * y;
+    p.rotation = (p.rotation + corner) % 4;
+    return p;
+}
+
+/* The corner of a face from which it can be evaluated: its extraordinary one, or 0; -1 if it cannot. */
+static int evaluable_corner(const curvopt_mesh *m, int32_t f, const uint8_t *kind) {
+    int corner = 0;
+    if (co_mesh_face_size(m, f) != 4)
+        return -1;
+    for (int k = 0; k < 4; k++) {
+        uint8_t at = kind[m->corner_vertex[m->face_start[f] + k]];
+        if (at == CO_VERTEX_UNREADY)
+            return -1;
+        if (at == CO_VERTEX_EXTRAORDINARY)
+            corner = k;
+    }
+    return corner;
+}
+
+/* Appends the rows of the points that got numbers from `first_new` on. */
+static int32_t append_derived(const level *l, co_patches *out, int32_t first_new, curvopt_error *error) {
+    size_t n_entries = 0;
+    int32_t n_old = out->derived.n_rows, n_rows = out->n_points - out->n_cage;
+    co_rows bigger;
+    if (n_rows == n_old)
+        return CURVOPT_OK;
+    int32_t *vertex = CO_NEW(int32_t, out->n_points - first_new);
+    if (!vertex)
+        return co_status_no_memory(error);
+    for (int32_t v = 0; v < l->mesh->info.n_vertices; v++)
+        if (l->point_of[v] >= first_new) {
+            vertex[l->point_of[v] - first_new] = v;
+            n_entries += l->rows.start[v + 1] - l->rows.start[v];
+        }
+    size_t old_entries = n_old ? out->derived.start[n_old] : 0;
+    int32_t status = co_rows_allocate(&bigger, n_rows, out->n_cage, old_entries + n_entries, error);
+    if (status == CURVOPT_OK) {
+        if (n_old) {
+            memcpy(bigger.start, out->derived.start, sizeof(size_t) * ((size_t)n_old + 1));
+            memcpy(bigger.column, out->derived.column, sizeof(int32_t) * old_entries);
+            memcpy(bigger.value, out->derived.value, sizeof(double) * old_entries);
+        }
+        for (int32_t r = n_old; r < n_rows; r++) {
+            int32_t v = vertex[r - n_old];
+            size_t begin = l->rows.start[v], length = l->rows.start[v + 1] - begin;
+            memcpy(bigger.column + bigger.start[r], l->rows.column + begin, sizeof(int32_t) * length);
+            memcpy(bigger.value + bigger.start[r], l->rows.value + begin, sizeof(double) * length);
+            bigger.start[r + 1] = bigger.start[r] + length;
+        }
+        co_rows_free(&out->derived);
+        out->derived = bigger;
+    }
+    free(vertex);
+    return status;
+}
+
+static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt_error *error) {
+    int32_t *valence = realloc(out->valence, sizeof(int32_t) * (size_t)(n_patches + 1));
+    if (valence)
+        out->valence = valence;
+    size_t *start = realloc(out->start, sizeof(size_t) * ((size_t)n_patches + 1));
+    if (start)
+        out->start = start;
+    int32_t *points = realloc(out->points, sizeof(int32_t) * (n_points + 1));
+    if (points)
+        out->points = points;
+    co_place *place = realloc(out->place, sizeof(co_place) * (size_t)(n_patches + 1));
+    if (place)
+        out->place = place;
+    return valence && start && points && place ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+static void emit_patch(level *l, co_patches *out, int32_t f, int corner, const uint8_t *kind) {
+    const curvopt_mesh *m = l->mesh;
+    int32_t h = m->face_start[f] + corner, v = m->corner_vertex[h], p = out->n_patches++;
+    int32_t valence = kind[v] == CO_VERTEX_EXTRAORDINARY ? m->valence[v] : 4, size = co_patches_size(valence);
+    int32_t *points = out->points + out->start[p];
+    out->valence[p] = valence;
+    out->place[p] = at_corner(l->place[f], corner);
+    out->start[p + 1] = out->start[p] + (size_t)size;
+    if (valence == 4)
+        co_ring_regular(m, h, points);
+    else
+        co_ring_two_ring(m, h, points);
+    for (int32_t i = 0; i < size; i++) {
+        int32_t *number = &l->point_of[points[i]];
+        if (*number < 0)
+            *number = out->n_points++;
+        points[i] = *number;
+    }
+}
+
+/* Turns the active faces that can be evaluated into patches and marks the others 2; *n_split counts those. */
+static int32_t emit_patches(level *l, co_patches *out, int32_t *n_split, curvopt_error *error) {
+    const curvopt_mesh *m = l->mesh;
+    int32_t status = CURVOPT_ERROR_MEMORY, n_patches = out->n_patches, first_new = out->n_points;
+    size_t n_points = out->start ? out->start[n_patches] : 0;
+    uint8_t *kind = CO_NEW(uint8_t, m->info.n_vertices);
+    *n_split = 0;
+    if (!kind) {
+        co_status_no_memory(error);
+        goto done;
+    }
+    co_ring_classify(m, kind);
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        int corner = l->active[f] ? evaluable_corner(m, f, kind) : -1;
+        if (corner >= 0) {
+            int32_t v = m->corner_vertex[m->face_start[f] + corner];
+            n_patches++;
+            n_points += (size_t)co_patches_size(m->valence[v]);
+        }
+    }
+    status = grow(out, n_patches, n_points, error);
+    if (status != CURVOPT_OK)
+        goto done;
+    if (out->n_patches == 0)
+        out->start[0] = 0;
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        if (!l->active[f])
+            continue;
+        int corner = evaluable_corner(m, f, kind);
+        if (corner >= 0) {
+            emit_patch(l, out, f, corner, kind);
+        } else {
+            l->active[f] = 2;
+            ++*n_split;
+        }
+    }
+    status = append_derived(l, out, first_new, error);
+done:
+    free(kind);
+    return status;
+}
+
+/* keep [n_faces]: the faces to be split and GUARD_RINGS rings of faces round them. */
+static int32_t faces_to_refine(const level *l, uint8_t *keep, curvopt_error *error) {
+    const curvopt_mesh *m = l->mesh;
+    uint8_t *touched = CO_NEW(uint8_t, m->info.n_vertices);
+    if (!touched)
+        return co_status_no_memory(error);
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        keep[f] = l->active[f] == 2;
+    for (int ring = 0; ring < GUARD_RINGS; ring++) {
+        for (int32_t h = 0; h < m->info.n_corners; h++)
+            touched[m->corner_vertex[h]] |= keep[m->corner_face[h]];
+        for (int32_t h = 0; h < m->info.n_corners; h++)
+            keep[m->corner_face[h]] |= touched[m->corner_vertex[h]];
+    }
+    free(touched);
+    return CURVOPT_OK;
+}
+
+/* Places of the children, from their parents'. Kept faces and their corners keep their order. */
+static void place_children(const level *l, const uint8_t *keep, level *next) {
+    int32_t child = 0;
+    for (int32_t f = 0; f < l->mesh->info.n_faces; f++) {
+        if (!keep[f])
+            continue;
+        int32_t size = co_mesh_face_size(l->mesh, f);
+        for (int32_t k = 0; k < size; k++, child++) {
+            next->active[child] = l->active[f] == 2;
+            if (size == 4) {
+                next->place[child] = at_corner(l->place[f], k);
+                next->place[child].level++;
+            } else { /* only cage faces are not quads: their quarters are where (u, v) start anew */
+                next->place[child] = (co_place){.face = l->place[f].face, .quarter = k};
+            }
+        }
+    }
+}
+
+static int32_t subdivide(const level *l, level *next, curvopt_error *error) {
+    curvopt_mesh *part = NULL;
+    int32_t *vertex_of = NULL, status = CURVOPT_ERROR_MEMORY;
+    co_rows rows = {0};
+    uint8_t *keep = CO_NEW(uint8_t, l->mesh->info.n_faces);
+    if (!keep) {
+        co_status_no_memory(error);
+        goto done;
+    }
+    if ((status = faces_to_refine(l, keep, error)) != CURVOPT_OK ||
+        (status = co_mesh_extract(l->mesh, keep, &part, &vertex_of, error)) != CURVOPT_OK ||
+        (status = co_refine(part, &next->owned, &rows, error)) != CURVOPT_OK)
+        goto done;
+    next->mesh = next->owned;
+    for (size_t e = 0; e < rows.start[rows.n_rows]; e++)
+        rows.column[e] = vertex_of[rows.column[e]];
+    rows.n_columns = l->mesh->info.n_vertices;
+    if (l->rows.n_rows) {
+        status = co_rows_multiply(&rows, &l->rows, &next->rows, error);
+    } else {
+        next->rows = rows;
+        rows = (co_rows){0};
+    }
+    if (status == CURVOPT_OK)
+        status = level_allocate(next, error);
+    if (status == CURVOPT_OK) {
+        place_children(l, keep, next);
+        for (int32_t v = 0; v < next->mesh->info.n_vertices; v++)
+            next->point_of[v] = -1;
+    }
+done:
+    co_mesh_destroy(part);
+    co_rows_free(&rows);
+    free(vertex_of);
+    free(keep);
+    return status;
+}
+
+int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_error *error) {
+    level l = {.mesh = mesh}, next = {0};
+    *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
+    if (mesh->info.n_boundary_edges > 0)
+        return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1,
+                              "the cage is open: %d of its edges have a face on one side only; close it first",
+                              mesh->info.n_boundary_edges);
+    int32_t status = level_allocate(&l, error), n_split = 0;
+    if (status == CURVOPT_OK) {
+        for (int32_t f = 0; f < mesh->info.n_faces; f++) {
+            l.active[f] = 1;
+            l.place[f].face = f;
+        }
+        for (int32_t v = 0; v < mesh->info.n_vertices; v++)
+            l.point_of[v] = v;
+        status = emit_patches(&l, out, &n_split, error);
+    }
+    for (int depth = 0; status == CURVOPT_OK && n_split > 0; depth++) {
+        if (depth == MAX_LEVEL) {
+            status = co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1, "%d faces cannot be evaluated after %d "
+                                    "subdivisions", n_split, MAX_LEVEL);
+            break;
+        }
+        status = subdivide(&l, &next, error);
+        level_free(&l);
+        l = next;
+        next = (level){0};
+        if (status == CURVOPT_OK)
+            status = emit_patches(&l, out, &n_split, error);
+    }
+    level_free(&l);
+    if (status != CURVOPT_OK)
+        co_patches_free(out);
+    return status;
+}
+
+void co_patches_free(co_patches *p) {
+    co_rows_free(&p->derived);
+    free(p->valence);
+    free(p->start);
+    free(p->points);
+    free(p->place);
+    *p = (co_patches){0};
+}

@@ -1,0 +1,56 @@
+/* Where a cage lies: rigid motions and scale, which energies do not see. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "placement.h"
+
+#include <math.h>
+
+double co_placement_frame(size_t n, const double *xyz, double centroid[3]) {
+    double squares = 0;
+    centroid[0] = centroid[1] = centroid[2] = 0;
+    for (size_t i = 0; i < 3 * n; i++)
+        centroid[i % 3] += xyz[i] / (double)n;
+    for (size_t i = 0; i < 3 * n; i++)
+        squares += (xyz[i] - centroid[i % 3]) * (xyz[i] - centroid[i % 3]) / (double)n;
+    return sqrt(squares);
+}
+
+static double cofactor(double m[3][3], int i, int j) {
+    int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+    return m[a][c] * m[b][d] - m[a][d] * m[b][c];
+}
+
+/* The rotation nearest to m: Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986). 0 where m has
+ * none, being singular or mirrored. */
+static int nearest_rotation(double m[3][3]) {
+    for (int step = 0; step < 60; step++) {
+        double next[3][3], change = 0, det = 0;
+        for (int j = 0; j < 3; j++)
+            det += m[0][j] * cofactor(m, 0, j);
+        if (!(det > 1e-12))
+            return 0;
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) {
+                next[i][j] = (m[i][j] + cofactor(m, i, j) / det) / 2;
+                change = fmax(change, fabs(next[i][j] - m[i][j]));
+            }
+        for (int i = 0; i < 9; i++)
+            m[i / 3][i % 3] = next[i / 3][i % 3];
+        if (change < 1e-15)
+            break;
+    }
+    return 1;
+}
+
+void co_placement_align(size_t n, const double *reference, double *xyz) {
+    double to[3], from[3], m[3][3] = {{0}};
+    double scale = co_placement_frame(n, reference, to) * co_placement_frame(n, xyz, from);
+    for (size_t p = 0; p < n; p++)
+        for (size_t i = 0; i < 3; i++)
+            for (size_t j = 0; j < 3; j++)
+                m[i][j] += (reference[3 * p + i] - to[i]) * (xyz[3 * p + j] - from[j]) / (scale * (double)n);
+    int turn = nearest_rotation(m);
+    for (size_t p = 0; p < n; p++) {
+        double x[3] = {xyz[3 * p] - from[0], xyz[3 * p + 1] - from[1], xyz[3 * p + 2] - from[2]};
+        for (size_t i = 0; i < 3; i++)
+            xyz[3 * p + i] = to[i] + (turn ? m[i][0] * x[0] + m[i][1] * x[1] + m[i][2] * x[2] : x[i]);
+    }
+}

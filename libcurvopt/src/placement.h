@@ -1,0 +1,12 @@
+/* Where a cage lies: rigid motions and scale, which energies do not see. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_PLACEMENT_H
+#define CO_PLACEMENT_H
+
+#include <stddef.h>
+
+/* Mean of n points, and root mean square distance from it. */
+double co_placement_frame(size_t n, const double *xyz, double centroid[3]);
+/* Rotates xyz [3 n] about its centroid to lie closest to `reference` [3 n] and moves its centroid there; no scaling. */
+void co_placement_align(size_t n, const double *reference, double *xyz);
+
+#endif

@@ -1,0 +1,152 @@
+/* Catmull-Clark subdivision as rows over the coarse points.
+ *
+ * Follows: Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10(6), 1978;
+ * boundaries as uniform cubic B-spline curves (the rule of Blender's and OpenSubdiv's smooth boundaries).
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "refine.h"
+
+#include "memory.h"
+
+#include <stdlib.h>
+
+/* Collects one row: entries on the same column are added up. Rows are as short as a one-ring, so a linear search of the
+ * entries that are there would be quadratic at poles; `slot` (one per vertex) finds them at once. */
+typedef struct row_builder {
+    co_rows *rows;
+    size_t *slot;
+    int32_t row;
+    size_t begin, end;
+} row_builder;
+
+static void row_begin(row_builder *b, int32_t row) {
+    b->row = row;
+    b->begin = b->end = b->rows->start[row];
+}
+
+static void row_add(row_builder *b, int32_t column, double value) {
+    size_t at = b->slot[column];
+    if (at < b->begin || at >= b->end || b->rows->column[at] != column) {
+        at = b->slot[column] = b->end++;
+        b->rows->column[at] = column;
+        b->rows->value[at] = 0;
+    }
+    b->rows->value[at] += value;
+}
+
+static void row_end(row_builder *b) {
+    b->rows->start[b->row + 1] = b->end;
+}
+
+/* `weight` times the centroid of a face. */
+static void row_add_face(row_builder *b, const curvopt_mesh *m, int32_t f, double weight) {
+    double share = weight / co_mesh_face_size(m, f);
+    for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+        row_add(b, m->corner_vertex[h], share);
+}
+
+/* Interior vertex of valence n: (F + 2 R + (n - 3) P) / n with F the mean of face points, R of edge midpoints. */
+static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
+    int32_t first = m->vertex_corner[v], h = first;
+    if (co_mesh_is_boundary_vertex(m, v)) {
+        while (m->twin[co_mesh_prev(m, h)] >= 0)
+            h = co_mesh_rotate(m, h);
+        row_add(b, v, 0.75);
+        row_add(b, co_mesh_destination(m, first), 0.125);
+        row_add(b, m->corner_vertex[co_mesh_prev(m, h)], 0.125);
+        return;
+    }
+    double n = m->valence[v];
+    row_add(b, v, (n - 3) / n + 1 / n);
+    do {
+        row_add(b, co_mesh_destination(m, h), 1 / (n * n));
+        row_add_face(b, m, m->corner_face[h], 1 / (n * n));
+        h = co_mesh_rotate(m, h);
+    } while (h != first);
+}
+
+static void edge_row(row_builder *b, const curvopt_mesh *m, int32_t h) {
+    double end_weight = m->twin[h] < 0 ? 0.5 : 0.25;
+    row_add(b, m->corner_vertex[h], end_weight);
+    row_add(b, co_mesh_destination(m, h), end_weight);
+    if (m->twin[h] >= 0) {
+        row_add_face(b, m, m->corner_face[h], 0.25);
+        row_add_face(b, m, m->corner_face[m->twin[h]], 0.25);
+    }
+}
+
+/* No more entries than this are ever needed: every face once a vertex, twice an edge, once itself. */
+static size_t entries_bound(const curvopt_mesh *m) {
+    size_t n = (size_t)m->info.n_vertices + 2 * (size_t)m->info.n_edges;
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        size_t size = (size_t)co_mesh_face_size(m, f);
+        n += size * size + size * size + size + size;
+    }
+    return n;
+}
+
+static int32_t build_rows(const curvopt_mesh *m, co_rows *rows, curvopt_error *error) {
+    const curvopt_mesh_info *n = &m->info;
+    size_t *slot = CO_NEW(size_t, n->n_vertices);
+    if (!slot)
+        return co_status_no_memory(error);
+    int32_t status = co_rows_allocate(rows, n->n_vertices + n->n_edges + n->n_faces, n->n_vertices, entries_bound(m),
+                                      error);
+    if (status == CURVOPT_OK) {
+        row_builder b = {.rows = rows, .slot = slot};
+        for (int32_t v = 0; v < n->n_vertices; v++) {
+            row_begin(&b, v);
+            vertex_row(&b, m, v);
+            row_end(&b);
+        }
+        for (int32_t e = 0; e < n->n_edges; e++) {
+            row_begin(&b, n->n_vertices + e);
+            edge_row(&b, m, m->edge_corner[e]);
+            row_end(&b);
+        }
+        for (int32_t f = 0; f < n->n_faces; f++) {
+            row_begin(&b, n->n_vertices + n->n_edges + f);
+            row_add_face(&b, m, f, 1);
+            row_end(&b);
+        }
+    }
+    free(slot);
+    return status;
+}
+
+static int32_t build_faces(const curvopt_mesh *m, curvopt_mesh **fine, curvopt_error *error) {
+    const curvopt_mesh_info *n = &m->info;
+    int32_t status, *sizes = CO_NEW(int32_t, n->n_corners), *vertices = CO_NEW(int32_t, 4 * (size_t)n->n_corners);
+    if (!sizes || !vertices) {
+        status = co_status_no_memory(error);
+        goto done;
+    }
+    for (int32_t h = 0; h < n->n_corners; h++) {
+        sizes[h] = 4;
+        vertices[4 * h] = m->corner_vertex[h];
+        vertices[4 * h + 1] = n->n_vertices + m->edge[h];
+        vertices[4 * h + 2] = n->n_vertices + n->n_edges + m->corner_face[h];
+        vertices[4 * h + 3] = n->n_vertices + m->edge[co_mesh_prev(m, h)];
+    }
+    status = co_mesh_create_loose(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
+done:
+    free(sizes);
+    free(vertices);
+    return status;
+}
+
+int32_t co_refine(const curvopt_mesh *mesh, curvopt_mesh **fine, co_rows *rows, curvopt_error *error) {
+    *fine = NULL;
+    if (mesh->info.n_corners > INT32_MAX / 32)
+        return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d face corners is too large to subdivide",
+                              mesh->info.n_corners);
+    int32_t status = build_faces(mesh, fine, error);
+    if (status == CURVOPT_OK && rows) {
+        status = build_rows(mesh, rows, error);
+        if (status != CURVOPT_OK) {
+            co_mesh_destroy(*fine);
+            *fine = NULL;
+        }
+    }
+    return status;
+}

@@ -1,0 +1,28 @@
+/* Sparse rows: linear maps from cage points to derived points. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_ROWS_H
+#define CO_ROWS_H
+
+#include "status.h"
+
+#include <stddef.h>
+
+/* Compressed rows; row r has entries start[r] .. start[r + 1] - 1. */
+typedef struct co_rows {
+    int32_t n_rows;
+    int32_t n_columns;
+    size_t *start;
+    int32_t *column;
+    double *value;
+} co_rows;
+
+/* Room for n_rows rows and n_entries entries, to be filled by the caller; all NULL on failure. */
+int32_t co_rows_allocate(co_rows *rows, int32_t n_rows, int32_t n_columns, size_t n_entries, curvopt_error *error);
+void co_rows_free(co_rows *rows);
+/* out [3 n_rows] = rows * in [3 n_columns] */
+void co_rows_apply(const co_rows *rows, const double *in, double *out);
+/* out [3 n_columns] += transpose(rows) * in [3 n_rows] */
+void co_rows_add_transposed(const co_rows *rows, const double *in, double *out);
+/* out = a * b; entries of a row in ascending column. */
+int32_t co_rows_multiply(const co_rows *a, const co_rows *b, co_rows *out, curvopt_error *error);
+
+#endif

@@ -1,0 +1,21 @@
+/* Status codes and the caller's message. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "status.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+int32_t co_status_fail(curvopt_error *error, int32_t code, int32_t element, const char *format, ...) {
+    if (!error)
+        return code;
+    error->code = code;
+    error->element = element;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message, sizeof error->message, format, arguments);
+    va_end(arguments);
+    return code;
+}
+
+int32_t co_status_no_memory(curvopt_error *error) {
+    return co_status_fail(error, CURVOPT_ERROR_MEMORY, -1, "out of memory");
+}

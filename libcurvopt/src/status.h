@@ -1,0 +1,13 @@
+/* Status codes and the caller's message. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_STATUS_H
+#define CO_STATUS_H
+
+#include "curvopt.h"
+
+/* Fills `error` (may be NULL) with a printf-formatted sentence and returns `code`, for `return co_status_fail(...)`. */
+__attribute__((format(printf, 4, 5))) int32_t co_status_fail(curvopt_error *error, int32_t code, int32_t element,
+                                                             const char *format, ...);
+/* The one sentence for a failed allocation. */
+int32_t co_status_no_memory(curvopt_error *error);
+
+#endif

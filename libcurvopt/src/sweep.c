@@ -1,0 +1,276 @@
+/* Energies and gradients of a block of faces of one kind, one face per vector lane.
+ * Compiled once per instruction set, with CO_LANES and CO_SWEEP_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "sweep.h"
+
+#include "curvature.h"
+
+#include <string.h>
+
+/* Points of the block, relative to each face's first one: derivatives then lose no digits to the face's distance from
+ * the origin. Gradients with respect to them, and to the area's. */
+typedef struct block {
+    lane (*P)[3];
+    lane (*G)[3];
+    lane (*G_area)[3];
+} block;
+
+/* The report's surface: S' = S - w ((S - V).n_V) n_V with limit position V and normal n_V. */
+typedef struct plane_state {
+    lane V[3], n[3], tangent[2][3], inv_length;
+    lane V_bar[3], n_bar[3];
+    lane phi[CO_JET], psi[CO_JET]; /* jets of (S - V).n and of w times it */
+} plane_state;
+
+CO_LANE_INLINE void gather(const co_sweep *s, block *b) {
+    int32_t n = s->table->n_points;
+    for (int l = 0; l < CO_LANES; l++) {
+        const double *origin = s->xyz + 3 * (size_t)s->points[l];
+        for (int32_t p = 0; p < n; p++) {
+            const double *x = s->xyz + 3 * (size_t)s->points[p * CO_LANES + l];
+            for (int c = 0; c < 3; c++)
+                b->P[p][c][l] = x[c] - origin[c];
+        }
+    }
+}
+
+/* S [first..last] of one sample from its rows; a coordinate at a time, so that the sums stay in registers. */
+CO_LANE_INLINE void jets(const double *rows, int32_t n_points, lane (*P)[3], int first, int last, lane S[CO_JET][3]) {
+    for (int c = 0; c < 3; c++) {
+        lane sum[CO_JET];
+        for (int k = first; k <= last; k++)
+            sum[k] = lane_all(0);
+        for (int32_t p = 0; p < n_points; p++)
+            for (int k = first; k <= last; k++)
+                sum[k] += rows[p * CO_JET + k] * P[p][c];
+        for (int k = first; k <= last; k++)
+            S[k][c] = sum[k];
+    }
+}
+
+/* The transpose: G += rows^T S_bar. */
+CO_LANE_INLINE void scatter_jets(const double *rows, int32_t n_points, lane S_bar[CO_JET][3], int first, int last,
+                                 lane (*G)[3]) {
+    for (int32_t p = 0; p < n_points; p++)
+        for (int c = 0; c < 3; c++) {
+            lane sum = G[p][c];
+            for (int k = first; k <= last; k++)
+                sum += rows[p * CO_JET + k] * S_bar[k][c];
+            G[p][c] = sum;
+        }
+}
+
+CO_LANE_INLINE void plane_begin(const co_table *t, const block *b, plane_state *m) {
+    lane sums[3][3], normal[3];
+    memset(sums, 0, sizeof sums);
+    for (int i = 0; i < 3; i++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            lane_add_scaled(sums[i], lane_all(t->masks[i * t->n_points + p]), b->P[p]);
+    memcpy(m->V, sums[0], sizeof m->V);
+    memcpy(m->tangent, sums[1], sizeof m->tangent);
+    memset(m->V_bar, 0, sizeof m->V_bar);
+    memset(m->n_bar, 0, sizeof m->n_bar);
+    lane_cross(m->tangent[0], m->tangent[1], normal);
+    m->inv_length = 1.0 / lane_sqrt(lane_dot(normal, normal));
+    for (int c = 0; c < 3; c++)
+        m->n[c] = normal[c] * m->inv_length;
+}
+
+/* Adjoint of V and n_V back to the points. */
+CO_LANE_INLINE void plane_end(const co_table *t, const plane_state *m, lane (*G)[3]) {
+    lane normal_bar[3], bar[3][3];
+    lane along = lane_dot(m->n_bar, m->n);
+    for (int c = 0; c < 3; c++) {
+        normal_bar[c] = (m->n_bar[c] - along * m->n[c]) * m->inv_length;
+        bar[0][c] = m->V_bar[c];
+    }
+    lane_cross(m->tangent[1], normal_bar, bar[1]);
+    lane_cross(normal_bar, m->tangent[0], bar[2]);
+    for (int i = 0; i < 3; i++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            lane_add_scaled(G[p], lane_all(t->masks[i * t->n_points + p]), bar[i]);
+}
+
+/* Orders of jet entries and binomials of Leibniz' rule, as bspline.h numbers them. */
+static const int order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
+static const int order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
+static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
+
+CO_LANE_INLINE int jet_index(int p, int q) {
+    return (p + q) * (p + q + 1) / 2 + q;
+}
+
+/* psi = w phi; or, transposed, phi from psi. */
+CO_LANE_INLINE void leibniz(const double w[CO_JET], int transposed, const lane in[CO_JET], lane out[CO_JET]) {
+    for (int k = 0; k < CO_JET; k++)
+        out[k] = lane_all(0);
+    for (int k = 0; k < CO_JET; k++)
+        for (int i = 0; i <= order_u[k]; i++)
+            for (int j = 0; j <= order_v[k]; j++) {
+                int from = jet_index(i, j), with = jet_index(order_u[k] - i, order_v[k] - j);
+                double factor = binomial[order_u[k]][i] * binomial[order_v[k]][j] * w[with];
+                if (transposed)
+                    out[from] += factor * in[k];
+                else
+                    out[k] += factor * in[from];
+            }
+}
+
+/* S -> S' in place. */
+CO_LANE_INLINE void plane_forward(plane_state *m, const double w[CO_JET], lane S[CO_JET][3]) {
+    for (int k = 0; k < CO_JET; k++)
+        m->phi[k] = lane_dot(S[k], m->n);
+    m->phi[0] -= lane_dot(m->V, m->n);
+    leibniz(w, 0, m->phi, m->psi);
+    for (int k = 0; k < CO_JET; k++)
+        lane_add_scaled(S[k], -m->psi[k], m->n);
+}
+
+/* S'_bar -> S_bar in place; S is S'. */
+CO_LANE_INLINE void plane_adjoint(plane_state *m, const double w[CO_JET], lane S[CO_JET][3], lane S_bar[CO_JET][3]) {
+    lane psi_bar[CO_JET], phi_bar[CO_JET];
+    for (int k = 0; k < CO_JET; k++) {
+        psi_bar[k] = -lane_dot(S_bar[k], m->n);
+        lane_add_scaled(m->n_bar, -m->psi[k], S_bar[k]);
+    }
+    leibniz(w, 1, psi_bar, phi_bar);
+    for (int k = 0; k < CO_JET; k++) {
+        lane original[3];
+        for (int c = 0; c < 3; c++) {
+            original[c] = S[k][c] + m->psi[k] * m->n[c] - (k == 0 ? m->V[c] : lane_all(0));
+            S_bar[k][c] += phi_bar[k] * m->n[c];
+        }
+        lane_add_scaled(m->n_bar, phi_bar[k], original);
+    }
+    for (int c = 0; c < 3; c++)
+        m->V_bar[c] -= phi_bar[0] * m->n[c];
+}
+
+CO_LANE_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
+    memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
+    lane_cross(S[2], m->n, S_bar[1]);
+    lane_cross(m->n, S[1], S_bar[2]);
+    for (int c = 0; c < 3; c++) {
+        S_bar[1][c] *= weight;
+        S_bar[2][c] *= weight;
+    }
+}
+
+CO_LANE_INLINE void accumulate(const co_table *t, int32_t sample, int third, const sample_state *m,
+                               const sample_values *value, lane sums[CO_N_SUMS]) {
+    lane weight = t->weight[sample] * m->J, jacobian = t->jacobian_scale[sample] * m->J;
+    sums[CO_INT_AREA] += t->area_weight[sample] * m->J;
+    sums[CO_INT_H2] += weight * value->h2;
+    sums[CO_INT_K] += weight * value->gauss;
+    if (third) {
+        sums[CO_INT_F1] += weight * value->f1;
+        sums[CO_INT_F3] += weight * value->f3;
+        sums[CO_INT_X] += weight * value->x;
+        sums[CO_INT_DX] += weight * value->dx;
+    }
+    sums[CO_SUM_MIN_JACOBIAN] = lane_min(sums[CO_SUM_MIN_JACOBIAN], jacobian);
+    sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
+}
+
+/* The sweep over all samples; `third` and `plane` are constants where this is called, so that each combination is
+ * compiled without the others' work. */
+CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, int plane, lane sums[CO_N_SUMS]) {
+    const co_table *t = s->table;
+    const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
+    plane_state plane_of_block;
+    if (plane)
+        plane_begin(t, b, &plane_of_block);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET;
+        const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value = {0};
+        jets(rows, t->n_points, b->P, first, last_read, S);
+        if (plane)
+            plane_forward(&plane_of_block, w, S);
+        forward_second(S, &state, &value);
+        if (third)
+            forward_third(S, s->eps2, &state, &value);
+        accumulate(t, i, third, &state, &value, sums);
+        if (!s->gradient)
+            continue;
+        lane density = s->integrand.h2 * value.h2;
+        if (third)
+            density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
+        adjoint_sample(S, &state, &s->integrand, s->eps2, third, lane_all(t->weight[i]), density, S_bar);
+        if (plane) {
+            memset(S_bar[0], 0, sizeof S_bar[0]);
+            plane_adjoint(&plane_of_block, w, S, S_bar);
+        }
+        scatter_jets(rows, t->n_points, S_bar, first, last_read, b->G);
+        if (s->area_gradient && !plane) {
+            area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+            scatter_jets(rows, t->n_points, S_bar, 1, 2, b->G_area);
+        }
+    }
+    if (plane && s->gradient)
+        plane_end(t, &plane_of_block, b->G);
+}
+
+/* The area's gradient on `plane`, whose V and n_V need an adjoint of their own: a sweep for it alone. */
+CO_LANE_INLINE void sweep_plane_area(const co_sweep *s, const block *b) {
+    const co_table *t = s->table;
+    plane_state m;
+    plane_begin(t, b, &m);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET, *w = t->blend + (size_t)i * CO_JET;
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value;
+        jets(rows, t->n_points, b->P, 0, 9, S);
+        plane_forward(&m, w, S);
+        forward_second(S, &state, &value);
+        area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+        plane_adjoint(&m, w, S, S_bar);
+        scatter_jets(rows, t->n_points, S_bar, 0, 9, b->G_area);
+    }
+    plane_end(t, &m, b->G_area);
+}
+
+static void store(const co_sweep *s, const block *b, const lane sums[CO_N_SUMS]) {
+    memcpy(s->sums, sums, sizeof(lane) * CO_N_SUMS);
+    if (!s->gradient)
+        return;
+    double *out = s->gradients;
+    for (int32_t p = 0; p < s->table->n_points; p++) {
+        memcpy(out, b->G[p], sizeof b->G[p]);
+        out += 3 * CO_LANES;
+        if (s->area_gradient) {
+            memcpy(out, b->G_area[p], sizeof b->G_area[p]);
+            out += 3 * CO_LANES;
+        }
+    }
+}
+
+static void run(const co_sweep *s) {
+    size_t n = (size_t)s->table->n_points;
+    block b = {.P = (lane(*)[3])(void *)s->work};
+    b.G = b.P + n;
+    b.G_area = b.G + n;
+    lane sums[CO_N_SUMS];
+    memset(sums, 0, sizeof sums);
+    sums[CO_SUM_MIN_JACOBIAN] = lane_all(1e300);
+    gather(s, &b);
+    if (s->gradient)
+        memset(b.G, 0, sizeof *b.G * 2 * n);
+    if (s->table->blend) {
+        sweep_samples(s, &b, 1, 1, sums);
+        if (s->gradient && s->area_gradient)
+            sweep_plane_area(s, &b);
+    } else if (s->third) {
+        sweep_samples(s, &b, 1, 0, sums);
+    } else {
+        sweep_samples(s, &b, 0, 0, sums);
+    }
+    sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
+    store(s, &b, sums);
+}
+
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+const co_sweep_kernel CO_SWEEP_KERNEL = {.lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run};

@@ -1,0 +1,38 @@
+/* Energies and gradients of a block of faces of one kind, one face per vector lane.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SWEEP_H
+#define CO_SWEEP_H
+
+#include "functional.h"
+#include "patch_table.h"
+
+enum { CO_MAX_LANES = 8 };
+
+/* Per-face results beside the integrals: least and mean |S_u x S_v| over the samples, rings' shrinking undone. */
+enum { CO_SUM_MIN_JACOBIAN = CO_N_INTEGRALS, CO_SUM_MEAN_JACOBIAN, CO_N_SUMS };
+
+/* One block: n_used faces in L lanes; unused lanes repeat a used one and are ignored by the caller. */
+typedef struct co_sweep {
+    const co_table *table;
+    const int32_t *points; /* [table->n_points][L] */
+    const double *xyz;     /* [3 n_points of the whole surface] */
+    double eps2;           /* functional.h's regularization */
+    co_integrand integrand; /* whose gradient is wanted */
+    int third;             /* whether third-order integrals are wanted */
+    int gradient;          /* whether the gradient is wanted, */
+    int area_gradient;     /* and the area's */
+    double *sums;          /* [CO_N_SUMS][L] out */
+    double *gradients;     /* [n_points][1 + area_gradient][3][L] out: of int integrand dA, then of the area */
+    double *work;          /* [9 n_points][L], 64-byte aligned */
+} co_sweep;
+
+typedef struct co_sweep_kernel {
+    int lanes;
+    const char *name;
+    void (*run)(const co_sweep *sweep);
+} co_sweep_kernel;
+
+/* The widest kernel that this processor can run; `wanted` (may be NULL) names one instead. NULL if there is none such. */
+const co_sweep_kernel *co_sweep_select(const char *wanted);
+
+#endif

@@ -1,0 +1,357 @@
+/* The command line. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "curvopt.h"
+
+#include "json.h"
+#include "obj.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { EXIT_DONE = 0, EXIT_COULD_NOT = 1, EXIT_USAGE = 2 };
+
+static const char help_text[] =
+    "curvopt - the fairest surface of a control cage\n"
+    "\n"
+    "usage: curvopt evaluate CAGE.obj [options]              energies of a cage's limit surface\n"
+    "       curvopt minimize CAGE.obj -o OUT.obj [options]   the cage that minimizes one\n"
+    "       curvopt --version | --help\n"
+    "\n"
+    "CAGE.obj is a closed polygon mesh (any face sizes, any valence from 3); `-` reads standard input.\n"
+    "\n"
+    "options\n"
+    "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, or a mix by weights such as\n"
+    "                       mvs:1,willmore:0.1 (default willmore)\n"
+    "  --surface S          limit or plane (default limit for willmore alone, else plane)\n"
+    "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
+    "  --threads N          default all cores\n"
+    "  --json FILE|-        write all figures as JSON\n"
+    "  --quiet              print nothing but errors\n"
+    "for minimize\n"
+    "  -o, --output FILE    the optimized cage, written whole or not at all\n"
+    "  --levels N           optimizations, the cage being subdivided between them (default 4; 1 keeps the cage's own\n"
+    "                       vertices)\n"
+    "  --method lmvm        limited-memory variable metric (the only one in this build)\n"
+    "  --max-iterations N   a level (default 1000)\n"
+    "  --as-report          the settings of the report: plane, lmvm, fixed quadrature, 4 levels\n"
+    "\n"
+    "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
+    "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
+
+typedef struct arguments {
+    const char *command, *input, *output, *json, *energy;
+    curvopt_options options;
+    int quiet;
+} arguments;
+
+static int usage_error(const char *what, const char *which) {
+    fprintf(stderr, "curvopt: %s%s%s (see curvopt --help)\n", what, which ? " " : "", which ? which : "");
+    return EXIT_USAGE;
+}
+
+static int could_not(const char *path, const char *message) {
+    fprintf(stderr, "curvopt: %s: %s\n", path, message);
+    return EXIT_COULD_NOT;
+}
+
+/* ---------------------------------------------------------------------------------------------- arguments -- */
+
+static int parse_integer(const char *text, int32_t *out) {
+    char *end;
+    errno = 0;
+    long value = strtol(text, &end, 10);
+    if (end == text || *end || errno || value < INT32_MIN || value > INT32_MAX)
+        return 1;
+    *out = (int32_t)value;
+    return 0;
+}
+
+static int parse_real(const char *text, double *out) {
+    char *end;
+    *out = strtod(text, &end);
+    return end == text || *end;
+}
+
+static int find_name(const char *const *names, int n, const char *text, size_t length) {
+    for (int i = 0; i < n; i++)
+        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
+            return i;
+    return -1;
+}
+
+/* "mvs" or "mvs:1,willmore:0.1". */
+static int parse_energy(const char *text, double *weights) {
+    for (int t = 0; t < 8; t++)
+        weights[t] = 0;
+    for (const char *at = text;;) {
+        size_t name_length = strcspn(at, ":,"), length = strcspn(at, ",");
+        int term = find_name(json_term_name, CURVOPT_N_TERMS, at, name_length);
+        double weight = 1;
+        if (term < 0)
+            return 1;
+        if (name_length < length) {
+            char number[64], *end;
+            size_t digits = length - name_length - 1;
+            if (digits == 0 || digits >= sizeof number)
+                return 1;
+            memcpy(number, at + name_length + 1, digits);
+            number[digits] = 0;
+            weight = strtod(number, &end);
+            if (*end)
+                return 1;
+        }
+        weights[term] += weight;
+        if (!at[length])
+            return 0;
+        at += length + 1;
+    }
+}
+
+/* An option with a value; 0 if understood. */
+static int parse_valued(arguments *a, const char *name, const char *value) {
+    curvopt_options *o = &a->options;
+    int surface;
+    if (!strcmp(name, "--json"))
+        a->json = value;
+    else if (!strcmp(name, "--energy"))
+        return parse_energy(a->energy = value, o->weights);
+    else if (!strcmp(name, "--surface")) {
+        surface = find_name(json_surface_name, 4, value, strlen(value));
+        o->surface = surface;
+        return surface < CURVOPT_SURFACE_LIMIT;
+    } else if (!strcmp(name, "--tolerance"))
+        return parse_real(value, &o->tolerance);
+    else if (!strcmp(name, "--threads"))
+        return parse_integer(value, &o->threads);
+    else if (!strcmp(name, "-o") || !strcmp(name, "--output"))
+        a->output = value;
+    else if (!strcmp(name, "--levels"))
+        return parse_integer(value, &o->levels);
+    else if (!strcmp(name, "--max-iterations"))
+        return parse_integer(value, &o->max_iterations);
+    else if (!strcmp(name, "--method")) {
+        o->method = CURVOPT_METHOD_LMVM;
+        return strcmp(value, "lmvm") != 0;
+    }
+    return 0;
+}
+
+static int is_valued(const char *name, int minimize) {
+    static const char *const both[] = {"--json", "--energy", "--surface", "--tolerance", "--threads"};
+    static const char *const only_minimize[] = {"-o", "--output", "--levels", "--max-iterations", "--method"};
+    size_t length = strlen(name);
+    return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
+           (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
+}
+
+static int parse_arguments(int argc, char **argv, arguments *a) {
+    *a = (arguments){.command = argv[1], .energy = "willmore"};
+    int minimize = !strcmp(a->command, "minimize");
+    if (!minimize && strcmp(a->command, "evaluate") != 0)
+        return usage_error("unknown command", a->command);
+    curvopt_options_init(&a->options);
+    for (int i = 2; i < argc; i++) {
+        const char *arg = argv[i];
+        if (is_valued(arg, minimize)) {
+            if (++i == argc)
+                return usage_error("a value is missing after", arg);
+            if (parse_valued(a, arg, argv[i])) {
+                fprintf(stderr, "curvopt: %s cannot be %s (see curvopt --help)\n", arg, argv[i]);
+                return EXIT_USAGE;
+            }
+        } else if (!strcmp(arg, "--quiet")) {
+            a->quiet = 1;
+        } else if (minimize && !strcmp(arg, "--as-report")) {
+            a->options.as_report = 1;
+        } else if (!strcmp(arg, "--pin") || !strcmp(arg, "--symmetry")) {
+            return usage_error("this build does not know yet:", arg);
+        } else if (arg[0] == '-' && arg[1]) {
+            return usage_error("unknown option", arg);
+        } else if (a->input) {
+            return usage_error("more than one cage:", arg);
+        } else {
+            a->input = arg;
+        }
+    }
+    if (!a->input)
+        return usage_error("no cage was named", NULL);
+    if (minimize && !a->output)
+        return usage_error("no output was named: -o OUT.obj", NULL);
+    curvopt_error error;
+    if (curvopt_options_validate(&a->options, &error) == CURVOPT_OK)
+        return EXIT_DONE;
+    usage_error(error.message, NULL);
+    return error.code == CURVOPT_ERROR_UNSUPPORTED ? EXIT_COULD_NOT : EXIT_USAGE;
+}
+
+/* ----------------------------------------------------------------------------------------------- reporting -- */
+
+static int write_json(const arguments *a, const json_report *report) {
+    if (!a->json)
+        return EXIT_DONE;
+    int standard_output = !strcmp(a->json, "-");
+    FILE *file = standard_output ? stdout : fopen(a->json, "wb");
+    int failed = !file || json_write(file, report);
+    if (file)
+        failed |= standard_output ? fflush(file) != 0 : fclose(file) != 0;
+    return failed ? could_not(a->json, errno ? strerror(errno) : "could not be written") : EXIT_DONE;
+}
+
+static void print_number(const char *name, double value, double error) {
+    if (!isfinite(value))
+        printf("%-22s -\n", name);
+    else if (error > 0)
+        printf("%-22s %.10g  (quadrature error %.1e)\n", name, value, error);
+    else
+        printf("%-22s %.10g\n", name, value);
+}
+
+static void print_energies(const curvopt_mesh_info *info, const curvopt_energies *e) {
+    printf("%-22s %d vertices, %d faces, Euler characteristic %d\n", "cage", info->n_vertices, info->n_faces,
+           info->euler);
+    printf("%-22s %s\n", "surface", json_surface_name[e->surface]);
+    print_number("area", e->area, e->area_error);
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        print_number(json_term_name[t], e->term[t], e->term_error[t]);
+    print_number("integral of H^2", e->h2, 0);
+    print_number("integral of K", e->gauss, 0);
+    print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
+}
+
+/* Says to people, not to programs, what the run did. */
+static void print_run(const curvopt_summary *s, const char *energy) {
+    printf("%s: %.10g -> %.10g in %.2f s, %s\n", energy, s->start.objective, s->end.objective, s->seconds,
+           curvopt_stop_text(s->stop));
+}
+
+/* ------------------------------------------------------------------------------------------------ commands -- */
+
+static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
+    char message[256];
+    curvopt_error error;
+    *mesh = NULL;
+    if (obj_read(a->input, cage, message, sizeof message))
+        return could_not(a->input, message);
+    if (curvopt_mesh_create(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, mesh, &error) ==
+        CURVOPT_OK)
+        return EXIT_DONE;
+    obj_free(cage);
+    return could_not(a->input, error.message);
+}
+
+static int run_evaluate(const arguments *a) {
+    obj_cage cage;
+    curvopt_mesh *mesh;
+    curvopt_problem *problem = NULL;
+    curvopt_energies energies;
+    curvopt_error error;
+    int result = load(a, &cage, &mesh);
+    if (result != EXIT_DONE)
+        return result;
+    if (curvopt_problem_create(mesh, &a->options, &problem, &error) != CURVOPT_OK ||
+        curvopt_problem_evaluate(problem, cage.xyz, &energies, NULL, &error) != CURVOPT_OK) {
+        result = could_not(a->input, error.message);
+    } else {
+        curvopt_mesh_info info;
+        curvopt_mesh_get_info(mesh, &info);
+        if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
+            print_energies(&info, &energies);
+        result = write_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy});
+    }
+    curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    obj_free(&cage);
+    return result;
+}
+
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int number) {
+    interrupted = 1;
+    signal(number, SIG_DFL);
+}
+
+static int32_t on_progress(const curvopt_progress *p, void *user) {
+    const arguments *a = user;
+    if (!a->quiet && isatty(STDERR_FILENO))
+        fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", p->level, p->levels,
+                p->iteration, p->energy, p->gradient_norm, p->seconds);
+    return interrupted;
+}
+
+/* The result as a cage; 0 if memory is out. */
+static int take_result(const curvopt_result *result, const curvopt_mesh_info *info, obj_cage *cage) {
+    *cage = (obj_cage){.n_vertices = info->n_vertices, .n_faces = info->n_faces};
+    cage->xyz = malloc(sizeof(double) * 3 * (size_t)info->n_vertices);
+    cage->face_sizes = malloc(sizeof(int32_t) * (size_t)info->n_faces);
+    cage->face_vertices = malloc(sizeof(int32_t) * (size_t)info->n_corners);
+    if (!cage->xyz || !cage->face_sizes || !cage->face_vertices) {
+        obj_free(cage);
+        return 0;
+    }
+    curvopt_result_get_positions(result, cage->xyz);
+    curvopt_mesh_get_faces(curvopt_result_mesh(result), cage->face_sizes, cage->face_vertices);
+    return 1;
+}
+
+static int deliver(const arguments *a, const curvopt_result *result) {
+    char message[256] = "out of memory";
+    obj_cage cage;
+    curvopt_mesh_info info;
+    curvopt_summary summary;
+    curvopt_mesh_get_info(curvopt_result_mesh(result), &info);
+    curvopt_result_get_summary(result, &summary);
+    int failed = !take_result(result, &info, &cage) || obj_write(a->output, &cage, message, sizeof message);
+    obj_free(&cage);
+    if (failed)
+        return could_not(a->output, message);
+    if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
+        print_run(&summary, a->energy);
+    return write_json(a, &(json_report){.info = &info,
+                                        .energies = &summary.end,
+                                        .summary = &summary,
+                                        .result = result,
+                                        .energy = a->energy,
+                                        .method = "lmvm"});
+}
+
+static int run_minimize(const arguments *a) {
+    obj_cage cage;
+    curvopt_mesh *mesh;
+    curvopt_result *result = NULL;
+    curvopt_error error;
+    int status = load(a, &cage, &mesh);
+    if (status != EXIT_DONE)
+        return status;
+    signal(SIGINT, on_interrupt);
+    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, (void *)(uintptr_t)a, NULL, &result, &error) !=
+        CURVOPT_OK)
+        status = could_not(a->input, error.message);
+    if (!a->quiet && isatty(STDERR_FILENO))
+        fprintf(stderr, "\n");
+    if (status == EXIT_DONE)
+        status = deliver(a, result);
+    curvopt_result_destroy(result);
+    curvopt_mesh_destroy(mesh);
+    obj_free(&cage);
+    return status;
+}
+
+int main(int argc, char **argv) {
+    arguments a;
+    if (argc < 2)
+        return usage_error("no command", NULL);
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
+        return fputs(help_text, stdout) < 0 ? EXIT_COULD_NOT : EXIT_DONE;
+    if (!strcmp(argv[1], "--version")) {
+        printf("curvopt %s\n", curvopt_version());
+        return EXIT_DONE;
+    }
+    int status = parse_arguments(argc, argv, &a);
+    if (status != EXIT_DONE)
+        return status;
+    return strcmp(a.command, "minimize") ? run_evaluate(&a) : run_minimize(&a);
+}

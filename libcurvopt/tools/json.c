@@ -1,0 +1,69 @@
+/* Results as JSON. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "json.h"
+
+#include <math.h>
+
+const char *const json_surface_name[4] = {"auto", "limit", "plane", "polynomial"};
+const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou"};
+
+static void put_number(FILE *f, const char *key, double x, const char *after) {
+    if (isfinite(x))
+        fprintf(f, "\"%s\": %.17g%s", key, x, after);
+    else
+        fprintf(f, "\"%s\": null%s", key, after);
+}
+
+static void put_terms(FILE *f, const double *term, const char *after) {
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        put_number(f, json_term_name[t], term[t], t + 1 < CURVOPT_N_TERMS ? ", " : after);
+}
+
+static void put_energies(FILE *f, const curvopt_energies *e, const char *indent) {
+    fputs(indent, f);
+    put_number(f, "area", e->area, ", ");
+    put_terms(f, e->term, ",\n");
+    fputs(indent, f);
+    put_number(f, "h2", e->h2, ", ");
+    put_number(f, "gauss", e->gauss, ", ");
+    put_number(f, "gauss_bonnet_defect", e->gauss_bonnet_defect, ",\n");
+    fputs(indent, f);
+    put_number(f, "objective", e->objective, ", ");
+    put_number(f, "quadrature_error", e->objective_error, ", ");
+    put_number(f, "min_jacobian", e->min_jacobian, ",\n");
+    fprintf(f, "%s\"quadrature_errors\": {", indent);
+    put_number(f, "area", e->area_error, ", ");
+    put_terms(f, e->term_error, "},\n");
+    fprintf(f, "%s\"samples\": %d, \"surface\": \"%s\"", indent, e->n_samples, json_surface_name[e->surface]);
+}
+
+static void put_levels(FILE *f, const json_report *r) {
+    fprintf(f, "  \"levels\": [");
+    for (int32_t i = 0; i < r->summary->n_levels; i++) {
+        curvopt_level_report l;
+        curvopt_result_get_level(r->result, i, &l, NULL);
+        fprintf(f, "%s\n    {\"level\": %d, \"vertices\": %d, \"iterations\": %d, \"evaluations\": %d, ", i ? "," : "",
+                l.level, l.n_vertices, l.iterations, l.evaluations);
+        put_number(f, "energy", l.energy, ", ");
+        put_number(f, "gradient_norm", l.gradient_norm, ", ");
+        put_number(f, "seconds", l.seconds, ", ");
+        fprintf(f, "\"stop\": \"%s\"}", curvopt_stop_text(l.stop));
+    }
+    fprintf(f, "\n  ],\n  \"stop\": \"%s\", ", curvopt_stop_text(r->summary->stop));
+    put_number(f, "seconds", r->summary->seconds, ",\n");
+    fprintf(f, "  \"start\": {\n");
+    put_energies(f, &r->summary->start, "    ");
+    fprintf(f, "\n  },\n");
+}
+
+int json_write(FILE *f, const json_report *r) {
+    fprintf(f, "{\n  \"vertices\": %d, \"faces\": %d, \"euler\": %d,\n", r->info->n_vertices, r->info->n_faces,
+            r->info->euler);
+    fprintf(f, "  \"energy\": \"%s\",\n", r->energy);
+    if (r->summary) {
+        fprintf(f, "  \"method\": \"%s\",\n", r->method);
+        put_levels(f, r);
+    }
+    put_energies(f, r->energies, "  ");
+    fprintf(f, "\n}\n");
+    return ferror(f);
+}

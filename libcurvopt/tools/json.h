@@ -1,0 +1,26 @@
+/* Results as JSON. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CURVOPT_TOOL_JSON_H
+#define CURVOPT_TOOL_JSON_H
+
+#include "curvopt.h"
+
+#include <stdio.h>
+
+/* Names of surfaces and terms, as on the command line. */
+extern const char *const json_surface_name[4];
+extern const char *const json_term_name[CURVOPT_N_TERMS];
+
+/* What a report is made of; `summary` is NULL for an evaluation. */
+typedef struct json_report {
+    const curvopt_mesh_info *info;
+    const curvopt_energies *energies;
+    const curvopt_summary *summary;
+    const curvopt_result *result;
+    const char *energy; /* as asked for */
+    const char *method;
+} json_report;
+
+/* One object, keys as the README lists them; numbers that do not exist are null. Nonzero if writing failed. */
+int json_write(FILE *file, const json_report *report);
+
+#endif

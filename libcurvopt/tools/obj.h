@@ -1,0 +1,24 @@
+/* Wavefront OBJ cages: vertices and polygons. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CURVOPT_TOOL_OBJ_H
+#define CURVOPT_TOOL_OBJ_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct obj_cage {
+    int32_t n_vertices, n_faces;
+    double *xyz;            /* [3 n_vertices] */
+    int32_t *face_sizes;    /* [n_faces] */
+    int32_t *face_vertices; /* [sum of sizes] */
+} obj_cage;
+
+/* Parses `length` bytes of text (no zero needed at the end). 0, or nonzero with one sentence in message [size] that names
+ * the line. Texture and normal indices, groups and materials are passed over. */
+int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size);
+/* Reads a file; `-` is standard input. */
+int obj_read(const char *path, obj_cage *cage, char *message, size_t size);
+/* Writes a file whole or not at all: beside its destination first, then renamed. Coordinates to 17 digits. */
+int obj_write(const char *path, const obj_cage *cage, char *message, size_t size);
+void obj_free(obj_cage *cage);
+
+#endif
