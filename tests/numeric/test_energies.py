@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Energies of whole cages against the oracle's integrals and closed forms, with the orders of convergence."""
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from math import log2, pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import energy_ref
+import lib
+from nets import bumpy_torus, cyclide, periodic_net, read_obj, sphere_like, torus, torus_cage
+
+ORACLE = Path(energy_ref.__file__).parent
+CAGES = ORACLE.parent / "cages" / "numeric"
+REFS = json.loads((ORACLE / "cage_refvals.json").read_text(encoding="utf-8"))
+REFVALS = json.loads((ORACLE / "refvals.json").read_text(encoding="utf-8"))
+PLANE = sorted(name for name in REFS if "plane" in REFS[name])
+TORUS_W = 4 * pi ** 2 / (0.5 * sqrt(0.75))
+TORUS_CROSS = 8 * pi ** 4 * 0.75 ** -1.5
+THIRD = ("mvs", "mvs_cross", "variation", "mehlum_tarrou")
+
+
+def check(got: lib.Energies, name: str, ref: dict, relative: float) -> None:
+    """One value against the oracle's, whose own error is allowed besides."""
+    scale = max(abs(ref["value"]), 1.0)
+    assert abs(got.value(name) - ref["value"]) <= relative * scale + 2 * ref["error"], (
+        f"{name}: {got.value(name)!r}, oracle {ref['value']!r} +- {ref['error']:.1e}")
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
+@pytest.mark.parametrize("name", REFS)
+def test_limit_energies_are_the_oracles(name, tolerance):
+    """At the default tolerance and at a tight one; the certificate must be as good as what was asked."""
+    mesh = read_obj(CAGES / f"{name}.obj")
+    got = lib.evaluate(mesh, "willmore", "limit", tolerance=tolerance)
+    for key in ("area", "willmore", "h2", "gauss"):
+        check(got, key, REFS[name]["limit"][key], tolerance)
+    assert got.gauss_bonnet_defect == pytest.approx(abs(got.gauss - 2 * pi * REFS[name]["euler"]), abs=1e-12)
+    assert got.objective == pytest.approx(got.value("willmore"), rel=1e-14)
+    if "mvs" not in REFS[name]["limit"]:
+        assert all(np.isnan(got.value(term)) for term in THIRD)
+
+
+@pytest.mark.parametrize("name", PLANE)
+def test_plane_energies_are_the_oracles(name):
+    mesh = read_obj(CAGES / f"{name}.obj")
+    got = lib.evaluate(mesh, "mvs", "plane", tolerance=1e-4)
+    for key in ("area", "willmore", "h2", "gauss", *THIRD):
+        check(got, key, REFS[name]["plane"][key], 2e-4 if key in THIRD else 1e-4)
+
+
+@pytest.mark.parametrize("name", PLANE)
+def test_third_order_identities_on_plane(name):
+    got = lib.evaluate(read_obj(CAGES / f"{name}.obj"), "mvs", "plane")
+    assert 3 * got.value("mvs_cross") == pytest.approx(got.value("variation") + 2 * got.value("mvs"), rel=1e-10)
+
+
+@pytest.mark.parametrize("n_u, n_v, rho", [(8, 6, 0.4), (12, 8, 0.5), (16, 16, 0.6)])
+def test_identities_on_a_regular_cage(n_u, n_v, rho):
+    """3 MVS_cross = |grad h|^2 + 2 MVS; W = 4 int H^2 - 2 int K; int K = 0."""
+    got = lib.evaluate(torus_cage(n_u, n_v, rho), "mvs", "limit", tolerance=1e-8)
+    assert 3 * got.value("mvs_cross") == pytest.approx(got.value("variation") + 2 * got.value("mvs"), rel=1e-10)
+    assert got.value("willmore") == pytest.approx(4 * got.h2 - 2 * got.gauss, rel=1e-12)
+    assert abs(got.gauss) <= 1e-7 and got.gauss_bonnet_defect <= 1e-7
+
+
+@lru_cache(maxsize=None)
+def net_energies(kind: str, n: int) -> lib.Energies:
+    """Energies of an n x n (tori) or 6 n^2 (spheres) net at a tight tolerance."""
+    surface = {"torus": torus(0.5), "bumpy": bumpy_torus, "cyclide": cyclide}.get(kind)
+    if surface is None:
+        return lib.evaluate(sphere_like(n, kind), "willmore", "limit", tolerance=1e-9)
+    return lib.evaluate(periodic_net(surface, n, n), {"willmore": 1, "mvs": 1}, "limit", tolerance=1e-9)
+
+
+def test_torus_nets_have_the_known_errors():
+    nets = {n: net_energies("torus", n) for n in (8, 16, 32)}
+    for n, bound, mvs in ((8, 1e-1, 427.0), (16, 5e-3, 92.0), (32, 3e-4, 22.2)):
+        assert abs(nets[n].value("willmore") - TORUS_W) <= bound
+        assert nets[n].value("mvs") == pytest.approx(mvs, rel=0.01)
+        assert nets[n].value("mvs_cross") - TORUS_CROSS == pytest.approx(mvs, rel=0.01)
+        oracle = energy_ref.energies(periodic_net(torus(0.5), n, n), n_gauss=8, levels=0)
+        for key in ("willmore", *THIRD):
+            assert nets[n].value(key) == pytest.approx(oracle[key], rel=1e-6), key
+
+
+def test_torus_nets_have_the_known_errors_on_the_command_line():
+    for n, bound, mvs in ((8, 1e-1, 427.0), (16, 5e-3, 92.0), (32, 3e-4, 22.2)):
+        got = lib.cli_evaluate(periodic_net(torus(0.5), n, n))
+        assert abs(got["willmore"] - TORUS_W) <= bound
+        assert got["mvs"] == pytest.approx(mvs, rel=0.01)
+        assert got["mvs_cross"] - TORUS_CROSS == pytest.approx(mvs, rel=0.01)
+
+
+def order(errors: list[float]) -> list[float]:
+    """Observed orders between consecutive doublings."""
+    return [log2(abs(a) / abs(b)) for a, b in zip(errors, errors[1:])]
+
+
+@pytest.mark.parametrize("kind, sizes, key", [("torus", (8, 16, 32), None), ("bumpy", (16, 32, 64), "torus_bumpy3"),
+                                              ("cyclide", (16, 32, 64), "cyclide_a5_c3_mu4")])
+def test_orders_on_regular_nets(kind, sizes, key):
+    """W h^4 and the third order h^2, bounded from both sides; judged on the finer pair."""
+    ref = REFVALS["surfaces"][key] if key else {"W": TORUS_W, "MVS": 0.0, "MVScross": TORUS_CROSS}
+    nets = [net_energies(kind, n) for n in sizes]
+    observed = {}
+    for term, name, low, high in (("willmore", "W", 3.8, 4.5), ("mvs", "MVS", 1.9, 2.3),
+                                  ("mvs_cross", "MVScross", 1.9, 2.3)):
+        observed[term] = order([net.value(term) - float(ref[name]) for net in nets])
+        assert low <= observed[term][-1] <= high, observed
+
+
+@pytest.mark.parametrize("kind", ["ellipsoid_1_1_2", "star_P2"])
+def test_willmore_converges_on_nets_with_extraordinary_vertices(kind):
+    """Limit surface, no blend: W converges, at an order that the extraordinary vertices lower."""
+    ref = REFVALS["ellipsoids"].get(kind) or REFVALS["surfaces"][kind]
+    errors = [abs(net_energies(kind, n).value("willmore") - float(ref["W"])) for n in (4, 8, 16)]
+    assert errors[2] < errors[1] < errors[0] and errors[2] <= 0.02 * float(ref["W"]), errors
+    assert 1.0 <= order(errors)[-1] <= 4.5, order(errors)
+
+
+def test_command_line_prints_what_the_library_computes():
+    mesh = read_obj(CAGES / "star_xyz_2.obj")
+    got = lib.cli_evaluate(mesh, "--surface", "plane")
+    wanted = lib.evaluate(mesh, "mvs", "plane")
+    keys = "vertices faces euler area willmore h2 mvs mvs_cross gauss gauss_bonnet_defect quadrature_error surface"
+    assert set(keys.split()) <= set(got)
+    assert (got["vertices"], got["faces"], got["euler"], got["surface"]) == (26, 24, 2, "plane")
+    for key in ("area", "willmore", "h2", "mvs", "mvs_cross", "gauss"):
+        assert got[key] == pytest.approx(wanted.value(key), rel=2e-4), key
+    limit = lib.cli_evaluate(mesh, "--surface", "limit")
+    assert limit["mvs"] is None and limit["mvs_cross"] is None
+    assert limit["willmore"] == pytest.approx(REFS["star_xyz_2"]["limit"]["willmore"]["value"], rel=1e-4)
+
+
+def test_area_and_curvature_of_small_and_large_copies():
+    mesh = read_obj(CAGES / "mixed.obj")
+    one = lib.evaluate(mesh, tolerance=1e-6)
+    for scale in (1e-6, 1e6):
+        got = lib.evaluate(mesh.with_xyz(mesh.xyz * scale), tolerance=1e-6)
+        assert got.area == pytest.approx(one.area * scale ** 2, rel=1e-12)
+        assert got.value("willmore") == pytest.approx(one.value("willmore"), rel=1e-10)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exact gradients against central differences, coordinate by coordinate.
+
+The difference is extrapolated from steps h and h / 2, error O(h^4) and rounding eps E / h. h is chosen per coordinate:
+of a ladder of steps, that one whose two neighbours agree best. Rules as by default; the report's fixed rule apart.
+"""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lib
+from ccref import topology
+from nets import mixed_cage, perturbed, quad_cage, sphere_like, torus_cage, trapezohedron, valences
+
+CAGES = {
+    "torus": perturbed(torus_cage(8, 6, 0.45), 0.15, 1),
+    "valence_3": perturbed(sphere_like(3, "star_xyz"), 0.1, 3),
+    "valence_5": quad_cage(trapezohedron(5), 5, 0.1),
+    "valence_6": quad_cage(trapezohedron(6), 6, 0.1),
+    "valence_7": quad_cage(trapezohedron(7), 7, 0.1),
+    "n_gons": mixed_cage(0),
+}
+LADDER = [10.0 ** -k for k in (2.0, 2.5, 3.0, 3.5, 4.0)]  # in mean edges
+CASES = [(name, "limit", "willmore") for name in CAGES]
+CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou")]
+CASES += [(name, "plane", term) for name in CAGES for term in ("willmore", "mvs", "mvs_cross")]
+TRIED = 24 if lib.LONG else 8
+
+
+def mean_edge(mesh) -> float:
+    """Mean edge length."""
+    ends = topology(mesh).ends
+    return float(np.linalg.norm(mesh.xyz[ends[:, 0]] - mesh.xyz[ends[:, 1]], axis=1).mean())
+
+
+def difference(problem: lib.Problem, xyz: np.ndarray, at: tuple[int, int], edge: float) -> float:
+    """Extrapolated central difference with the step chosen from the ladder."""
+    def central(h: float) -> float:
+        values = []
+        for sign in (1, -1):
+            moved = xyz.copy()
+            moved[at] += sign * h
+            values.append((problem.evaluate(moved).objective, moved[at]))
+        return (values[0][0] - values[1][0]) / (values[0][1] - values[1][1])
+
+    steps = [h * edge for h in LADDER]
+    found = [(4 * central(h / 2) - central(h)) / 3 for h in steps]
+    gaps = [abs(a - b) for a, b in zip(found, found[1:])]
+    best = int(np.argmin(gaps))
+    return found[best] if best == 0 or gaps[best - 1] < gaps[min(best + 1, len(gaps) - 1)] else found[best + 1]
+
+
+def coordinates(mesh, gradient: np.ndarray, n: int) -> list[tuple[int, int]]:
+    """Coordinates to try: those of extraordinary vertices first, then random ones; no vanishing component."""
+    rng = np.random.default_rng(4)
+    odd = np.flatnonzero(valences(mesh) != 4)
+    order = np.r_[rng.permutation(odd)[:n // 2], rng.permutation(mesh.n_vertices)]
+    floor = 1e-3 * np.abs(gradient).max()  # below it a relative error says nothing in double precision
+    out = []
+    for vertex in order:
+        axis = int(rng.integers(0, 3))
+        if abs(gradient[vertex, axis]) > floor and (int(vertex), axis) not in out:
+            out.append((int(vertex), axis))
+    assert len(out) >= n
+    return out[:n]
+
+
+def compare(mesh, problem: lib.Problem) -> str:
+    """Assert 1e-6 in every coordinate tried; returns the worst in words."""
+    energies, gradient = problem.evaluate(mesh.xyz, gradient=True)
+    assert np.isfinite(gradient).all() and energies.objective > 0
+    edge = mean_edge(mesh)
+    worst = (0.0, None)
+    for at in coordinates(mesh, gradient, TRIED):
+        wanted = difference(problem, mesh.xyz, at, edge)
+        error = abs(gradient[at] - wanted) / abs(gradient[at])
+        worst = max(worst, (error, at), key=lambda pair: pair[0])
+    assert worst[0] <= 1e-6, f"relative error {worst[0]:.2e} at (vertex, axis) {worst[1]}"
+    return f"worst relative error {worst[0]:.1e} at (vertex, axis) {worst[1]}"
+
+
+@pytest.mark.parametrize("name, surface, term", CASES)
+def test_gradient(name, surface, term, capsys):
+    mesh = CAGES[name]
+    problem = lib.Problem(mesh, lib.options(term, surface))
+    assert problem.evaluate(mesh.xyz).surface == lib.SURFACES[surface]
+    words = compare(mesh, problem)
+    with capsys.disabled():
+        print(f"\n  {name} {surface} {term}: {words}")
+
+
+@pytest.mark.parametrize("name, term", [("torus", "willmore"), ("torus", "mvs"), ("n_gons", "willmore"),
+                                        ("valence_7", "mvs_cross"), ("n_gons", "mvs")])
+def test_gradient_with_the_reports_rule(name, term):
+    compare(CAGES[name], lib.Problem(CAGES[name], lib.options(term, as_report=1)))
+
+
+def test_gradient_of_a_weighted_sum_is_the_weighted_sum():
+    mesh = CAGES["torus"]
+    weights = {"willmore": 2.0, "mvs": 0.25, "mvs_cross": 0.5}
+    parts = {}
+    for term in weights:
+        parts[term] = lib.Problem(mesh, lib.options(term, "limit", tolerance=1e-8)).evaluate(mesh.xyz, gradient=True)
+    energies, gradient = lib.Problem(mesh, lib.options(weights, "limit", tolerance=1e-8)).evaluate(mesh.xyz, gradient=True)
+    value = sum(w * parts[t][0].value(t) for t, w in weights.items())
+    slope = sum(w * parts[t][1] for t, w in weights.items())
+    assert energies.objective == pytest.approx(value, rel=1e-6)
+    assert np.abs(gradient - slope).max() <= 1e-5 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("name, surface, term", [("torus", "limit", "mvs_cross"), ("valence_5", "plane", "mvs")])
+def test_taylor_remainder_is_quadratic(name, surface, term):
+    """E(x + t d) - E(x) - t g.d falls as t^2, in a random direction."""
+    mesh = CAGES[name]
+    problem = lib.Problem(mesh, lib.options(term, surface, as_report=1))
+    energies, gradient = problem.evaluate(mesh.xyz, gradient=True)
+    direction = np.random.default_rng(8).normal(size=mesh.xyz.shape) * mean_edge(mesh)
+    steps = np.array([4e-3, 2e-3, 1e-3, 5e-4])
+    rest = [abs(problem.evaluate(mesh.xyz + t * direction).objective - energies.objective
+                - t * float((gradient * direction).sum())) for t in steps]
+    slope = np.polyfit(np.log(steps), np.log(rest), 1)[0]
+    assert 1.8 <= slope <= 2.4, rest
