@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Minimize without a window:
+r"""Minimize without a window:
 
-    blender -b FILE.blend --python-exit-code 1 -P batch.py -- --energy mvs --levels 4 --output OUT.blend --render OUT.png
+    blender -b FILE.blend --python-exit-code 1 -P batch.py -- \
+        --energy mvs --levels 4 --output OUT.blend --render OUT.png
 
 Exit code 0: done, 1: could not (one sentence on stderr, nothing written), 2: wrong usage. Every output is first made
 beside its place under a temporary name, and all are moved there at the end. Progress goes to stderr, and only to a
@@ -18,13 +19,19 @@ import math
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+
+if TYPE_CHECKING:
+    from .cage import Source
+    from .job import Request, Solution
+    from .native import Cage, Energies, LevelReport, Progress
 
 
 class BatchError(RuntimeError):
@@ -112,7 +119,7 @@ def chosen_object(name: str | None) -> bpy.types.Object:
         return active
     meshes = [obj for obj in bpy.context.scene.objects if obj.type == "MESH"]
     if len(meshes) != 1:
-        raise BatchError(f"Scene '{bpy.context.scene.name}' has {len(meshes)} mesh objects, none active: give --object.")
+        raise BatchError(f"Scene '{bpy.context.scene.name}' has {len(meshes)} mesh objects, none active: use --object.")
     return meshes[0]
 
 
@@ -144,7 +151,7 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
             temporary.unlink(missing_ok=True)
 
 
-def _render(source, request, solution, options: argparse.Namespace, path: Path) -> None:
+def _render(source: Source, request: Request, solution: Solution, options: argparse.Namespace, path: Path) -> None:
     native, render = _part("native"), _part("render")
     rotation = np.array(source.frame.to_3x3(), np.float64)
     shapes = []
@@ -155,7 +162,7 @@ def _render(source, request, solution, options: argparse.Namespace, path: Path) 
     render.render_side_by_side(shapes, path, picture)
 
 
-def report(source, result_name: str, request, solution) -> dict[str, object]:
+def report(source: Source, result_name: str, request: Request, solution: Solution) -> dict[str, object]:
     """What --json writes: the command line's keys for the result, `before` the same for the original."""
     return {
         "object": source.name,
@@ -169,12 +176,12 @@ def report(source, result_name: str, request, solution) -> dict[str, object]:
     }
 
 
-def _level(level) -> dict[str, object]:
+def _level(level: LevelReport) -> dict[str, object]:
     values = dict(vars(level))
     return {"level": values.pop("level"), "vertices": values.pop("n_vertices"), **values}
 
 
-def _energies(energies, cage, euler: int) -> dict[str, object]:
+def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
     values = {
         "area": energies.area,
         **energies.terms,
@@ -192,13 +199,13 @@ def _energies(energies, cage, euler: int) -> dict[str, object]:
     }
 
 
-def _progress_to_terminal():
+def _progress_to_terminal() -> Callable[[Progress], None] | None:
     """A callback that keeps one line of stderr up to date, or None if stderr is no terminal."""
     if not sys.stderr.isatty():
         return None
     text = _part("job").progress_text
 
-    def show(progress) -> None:
+    def show(progress: Progress) -> None:
         print(f"\r\033[K{text(progress)}", end="", file=sys.stderr, flush=True)
 
     return show
@@ -207,15 +214,15 @@ def _progress_to_terminal():
 def main(arguments: list[str]) -> int:
     """The exit code."""
     options = parse(arguments)
-    native, cage, render = _part("native"), _part("cage"), _part("render")
+    native, cage, render, sentence = _part("native"), _part("cage"), _part("render"), _part("job").sentence
     foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
     try:
         print(run(options))
     except foreseen as error:
-        print(str(error), file=sys.stderr)
+        print(sentence(str(error)), file=sys.stderr)
         return 1
     except (OSError, RuntimeError) as error:  # the system's and Blender's own refusals
-        print(f"Could not finish: {' '.join(str(error).split())}", file=sys.stderr)
+        print(sentence(f"Could not finish: {error}"), file=sys.stderr)
         return 1
     except Exception:
         traceback.print_exc()

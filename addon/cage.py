@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a mesh object to arrays, and every reason to refuse one.
 
-Energies are those of the shape in the world. A cage is read in a rigid *frame*: the object's location and rotation, with
-its scale (uniform or not, mirrored or not) worked into the positions, so lengths are the world's and numbers stay small.
+Energies are those of the shape in the world. A cage is read in a rigid *frame*, the object's location and rotation; its
+scale (uniform or not, mirrored or not) is worked into the positions. So lengths are the world's and numbers stay small.
 """
 
 from __future__ import annotations
@@ -81,9 +81,8 @@ def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
     for kind, crease in (("Edge", _edge_creases(mesh)), ("Vertex", _vertex_creases(mesh))):
         if crease.any():
             index = int(np.flatnonzero(crease)[0])
-            raise CageError(
-                f"{kind} {index} of object '{name}' has a crease of {crease[index]:.3g}: set it to 0, creases cannot be kept."
-            )
+            where = f"{kind} {index} of object '{name}'"
+            raise CageError(f"{where} has a crease of {crease[index]:.3g}: set it to 0, creases cannot be kept.")
     used = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("edge_index", used)
     loose = np.flatnonzero(np.bincount(used, minlength=len(mesh.edges)) == 0)

@@ -26,7 +26,8 @@ class CMeshInfo(C.Structure):
     _fields_ = [
         (name, C.c_int32)
         for name in (
-            "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence euler all_quads"
+            "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence"
+            " euler all_quads"
         ).split()
     ]
 

@@ -207,6 +207,11 @@ def solution_text(request: Request, solution: Solution) -> str:
 def failure_text(error: BaseException) -> str:
     """An error of `solve` as one sentence; anything unforeseen with its type, so that it can be reported."""
     if isinstance(error, (native.LibraryError, native.CurvoptError, ValueError)):
-        text = str(error)
-        return text if text.endswith((".", "!", "?")) else text + "."
+        return sentence(str(error))
     return f"Unexpected {type(error).__name__}: {error}."
+
+
+def sentence(text: str) -> str:
+    """The text on one line with a capital and a full stop."""
+    text = " ".join(text.split())
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

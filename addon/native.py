@@ -2,8 +2,8 @@
 """ctypes binding of libcurvopt; `curvopt.h` is the manual, `header.py` its mirror. No bpy.
 
 Arrays are converted to contiguous float64 or int32 and their lengths checked before C sees them. A status other than 0
-raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception in
-a progress callback never crosses C: it is kept, the run is cancelled, and it is raised again once C has returned.
+raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception
+in a progress callback never crosses C: it is kept, the run is cancelled, and it is raised again once C has returned.
 """
 
 from __future__ import annotations
@@ -186,7 +186,8 @@ class Library:
         if tuple(self.version.split(".")[:2]) != tuple(map(str, HEADER_VERSION)):
             wanted = ".".join(map(str, HEADER_VERSION))
             raise LibraryError(
-                f"The curvopt library {path} is version {self.version}, but this add-on needs {wanted}: install both together."
+                f"The curvopt library {path} is version {self.version}, but this add-on needs {wanted}: "
+                "install both together."
             )
         self._set_signatures(SIGNATURES)
         self._check_sizes()
@@ -209,7 +210,8 @@ class Library:
         self.c.curvopt_options_init(C.byref(options))
         if options.struct_size != C.sizeof(COptions):
             raise LibraryError(
-                f"The curvopt library {self.path} has options of {options.struct_size} bytes instead of {C.sizeof(COptions)}."
+                f"The curvopt library {self.path} has options of {options.struct_size} bytes "
+                f"instead of {C.sizeof(COptions)}."
             )
 
     def call(self, name: str, *arguments: object) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts and in background.
+"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts and in batch.
 
 Thin: reading is cage.py's, running job.py's, writing result.py's. Between invoke and the end it holds arrays only, no
 Blender data; one place, `_end`, is passed on every way out.
@@ -13,8 +13,8 @@ _TICK = 0.1  # seconds between looks at the worker
 _LAST_WAIT = 5.0  # seconds that quitting or disabling the add-on waits for the worker
 
 # While a run is on, these events go on to Blender, so that one can look around; all others could change the scene.
-_LOOKING_AROUND = {"MIDDLEMOUSE", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "WINDOW_DEACTIVATE"}
-_LOOKING_AROUND |= {"TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSESMARTZOOM", "NDOF_MOTION"}
+_LOOKING_AROUND = {"MIDDLEMOUSE", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "NDOF_MOTION"}
+_LOOKING_AROUND |= {"TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSESMARTZOOM", "WINDOW_DEACTIVATE"}
 
 _run: job.ModalRun | None = None  # the modal run that is on; there is one at a time
 
@@ -30,12 +30,12 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
     levels: properties.levels_property()
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         if _run is not None:
             cls.poll_message_set("A run is on already")
         return _run is None
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         """The whole run at once. A refusal or failure raises RuntimeError in scripts, as operator errors do."""
         try:
             source, request = self._read(context)
@@ -43,7 +43,7 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         except Exception as error:
             return self._fail(context, error)
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Start the worker and return to the user."""
         global _run
         try:
@@ -56,7 +56,7 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         _show(context, _run.status, running=True)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC":
             _run.escape()
         elif event.type != "TIMER":
@@ -66,12 +66,12 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
             return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
         return self._end(context)
 
-    def cancel(self, context):
+    def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator: it quits, loads a file, closes the window."""
         _run.abandon(_LAST_WAIT)
         self._end(context)
 
-    def _end(self, context):
+    def _end(self, context: bpy.types.Context) -> set[str]:
         global _run
         run, _run = _run, None
         context.window_manager.event_timer_remove(self._timer)
@@ -86,8 +86,8 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         _show(context, f"Minimizing {run.label} was cancelled, nothing was changed.")
         return {"CANCELLED"}
 
-    def _read(self, context):
-        """(Source, Request): the active object, and the settings of the scene unless the call gives its own."""
+    def _read(self, context: bpy.types.Context) -> tuple[cage.Source, job.Request]:
+        """The active object, and the settings of the scene unless the call gives its own."""
         settings = context.scene.curvopt
         given = self.properties.is_property_set
         energy = self.energy if given("energy") else settings.energy
@@ -95,21 +95,23 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         source = cage.read_source(context, context.view_layer.objects.active)
         return source, job.Request(energy.lower(), levels)
 
-    def _write(self, context, source, request, solution):
+    def _write(
+        self, context: bpy.types.Context, source: cage.Source, request: job.Request, solution: job.Solution
+    ) -> set[str]:
         result.add_result(context, source, request, solution)
         text = job.solution_text(request, solution)
         self.report({"INFO"}, text)
         _show(context, text)
         return {"FINISHED"}
 
-    def _fail(self, context, error):
+    def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
         text = str(error) if isinstance(error, cage.CageError) else job.failure_text(error)
         _show(context, text, failed=True)
         self.report({"ERROR"}, text)
         return {"CANCELLED"}
 
 
-def _show(context, text, running=False, failed=False):
+def _show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False) -> None:
     """Put `text` into the sidebar and, while running, the status bar."""
     state = properties.state
     state.running, state.failed = running, failed
@@ -120,7 +122,7 @@ def _show(context, text, running=False, failed=False):
         context.workspace.status_text_set(text)
 
 
-def _redraw_sidebars(context):
+def _redraw_sidebars(context: bpy.types.Context) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
@@ -129,7 +131,7 @@ def _redraw_sidebars(context):
                         region.tag_redraw()
 
 
-def _clear_status():
+def _clear_status() -> None:
     """In every workspace: the user may have changed to another one meanwhile."""
     for workspace in bpy.data.workspaces:
         workspace.status_text_set(None)

@@ -19,7 +19,7 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
     bl_region_type = "UI"
     bl_category = "Curvopt"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         settings = layout.column()
         settings.use_property_split = True
@@ -31,7 +31,7 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
         self._draw_energies(context)
         self._draw_message(context)
 
-    def _draw_energies(self, context):
+    def _draw_energies(self, context: bpy.types.Context) -> None:
         rows = stored_energies(context.view_layer.objects.active)
         if not rows:
             return
@@ -43,7 +43,7 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
             for value in values:
                 pair.label(text=value if isinstance(value, str) else f"{value:.5g}")
 
-    def _draw_message(self, context):
+    def _draw_message(self, context: bpy.types.Context) -> None:
         icon = "ERROR" if state.failed else "NONE"
         column = self.layout.column(align=True)
         column.alert = state.failed

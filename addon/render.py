@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Before and after side by side in one picture, without a display.
 
-Both limit surfaces stand in one temporary scene before one orthographic camera, lit from afar, so scale, direction and
-light are the same for both. Look "clay" is neutral; "zebra" reflects stripes, whose kinks and jumps show where curvature
-is not smooth. Engine "cycles" needs no graphics at all, "workbench" is quicker and needs EGL.
+Both limit surfaces stand in one temporary scene before one orthographic camera, lit from afar: scale, direction and
+light are the same for both. Look "clay" is neutral; "zebra" reflects stripes, and kinks in them show where curvature is
+not smooth. Engine "cycles" needs no graphics at all, "workbench" is quicker and needs EGL.
 """
 
 from __future__ import annotations
@@ -193,8 +193,8 @@ def _zebra() -> bpy.types.Material:
 
 
 def view_direction(points: np.ndarray) -> np.ndarray:
-    """The unit vector (3,) from points (n, 3) to the camera: from the front and above; of a flat shape, such as a double
-    torus, turned so that it is seen at a slant to its thin axis, holes open."""
+    """The unit vector (3,) from points (n, 3) to the camera: from the front and above; for a flat shape, such as a
+    double torus, turned so that it is seen at a slant to its thin axis, holes open."""
     usual = np.array([-0.35, -0.72, 0.60])
     usual /= np.linalg.norm(usual)
     variance, axes = np.linalg.eigh(np.cov(points.T))
@@ -264,7 +264,8 @@ def _add_caption(
 
 def _add_light(scene: bpy.types.Scene, view: tuple[Matrix, float]) -> None:
     """A warm sun from the upper left of the camera and a weak cool one from the right, both soft."""
-    for place, strength, colour in (((-0.8, 1.1, 0.9), 2.1, (1.0, 0.97, 0.92)), ((1.0, 0.1, 0.5), 0.6, (0.9, 0.95, 1.0))):
+    warm, cool = ((-0.8, 1.1, 0.9), 2.6, (1.0, 0.97, 0.92)), ((1.0, 0.1, 0.5), 0.6, (0.9, 0.95, 1.0))
+    for place, strength, colour in (warm, cool):
         sun = bpy.data.lights.new("Curvopt picture", "SUN")
         sun.energy, sun.color, sun.angle = strength, colour, 0.35
         lamp = bpy.data.objects.new("Curvopt picture", sun)

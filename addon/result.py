@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
-from mathutils import Matrix, Vector
+from mathutils import Matrix
 
-from .cage import Source
+from .cage import Source, read_positions
 from .job import ENERGY_LABELS, Request, Solution
 from .native import TERMS, Cage
 
@@ -104,8 +104,9 @@ def _beside(scene: bpy.types.Scene, source: Source, cage: Cage) -> Matrix:
     before, after = source.cage.positions @ row[:3] + row[3], cage.positions @ row[:3] + row[3]
     edge = before.max()
     for other in scene.objects:
-        if other.get("curvopt_source") == source.name:
-            edge = max(edge, *((other.matrix_world @ Vector(corner)).x for corner in other.bound_box))
+        if other.type == "MESH" and other.data.vertices and other.get("curvopt_source") == source.name:
+            row = np.array(other.matrix_world)[0]
+            edge = max(edge, (read_positions(other.data) @ row[:3] + row[3]).max())
     gap = _GAP * max(np.ptp(before), np.ptp(after))
     return Matrix.Translation((edge + gap - after.min(), 0.0, 0.0))
 

@@ -4,7 +4,9 @@
 import numpy as np
 
 
-def torus(around: int = 8, across: int = 4, major: float = 1.0, minor: float = 0.5) -> tuple[np.ndarray, list[list[int]]]:
+def torus(
+    around: int = 8, across: int = 4, major: float = 1.0, minor: float = 0.5
+) -> tuple[np.ndarray, list[list[int]]]:
     """A grid of around x across quads."""
     u, v = np.meshgrid(np.arange(around) / around, np.arange(across) / across, indexing="ij")
     u, v = 2 * np.pi * u, 2 * np.pi * v
@@ -15,7 +17,9 @@ def torus(around: int = 8, across: int = 4, major: float = 1.0, minor: float = 0
         return i % around * across + j % across
 
     faces = [
-        [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)] for i in range(around) for j in range(across)
+        [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)]
+        for i in range(around)
+        for j in range(across)
     ]
     return points, faces
 
@@ -34,6 +38,5 @@ def packed(faces: list[list[int]]) -> tuple[list[int], list[int]]:
 def enclosed_volume(points: np.ndarray, faces: list[list[int]]) -> float:
     """Positive if the faces are counter-clockwise seen from outside."""
     points = np.asarray(points)
-    return sum(
-        float(np.dot(points[f[0]], np.cross(points[f[i]], points[f[i + 1]]))) / 6 for f in faces for i in range(1, len(f) - 1)
-    )
+    triangles = [(face[0], face[i], face[i + 1]) for face in faces for i in range(1, len(face) - 1)]
+    return float(np.linalg.det(points[triangles]).sum() / 6)

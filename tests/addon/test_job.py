@@ -145,6 +145,6 @@ def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
 
 
 def test_failures_become_one_sentence():
-    assert job.failure_text(native.CurvoptError(4, 1, "Face 1 is bad")) == "Face 1 is bad."
+    assert job.failure_text(native.CurvoptError(4, 1, "face 1 is bad")) == "Face 1 is bad."
     assert job.failure_text(native.LibraryError("Gone.")) == "Gone."
     assert job.failure_text(KeyError("x")) == "Unexpected KeyError: 'x'."

@@ -57,7 +57,7 @@ def contents():
         return {
             "objects": {
                 obj.name: (
-                    [tuple(v.co) for v in obj.data.vertices] if obj.type == "MESH" else None,
+                    [repr(tuple(v.co)) for v in obj.data.vertices] if obj.type == "MESH" else None,
                     [tuple(p.vertices) for p in obj.data.polygons] if obj.type == "MESH" else None,
                     [tuple(row) for row in obj.matrix_world],
                     [modifier.name for modifier in obj.modifiers],

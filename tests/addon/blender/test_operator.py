@@ -103,6 +103,7 @@ def _distance_to_limit(result, part):
 
 
 def test_stored_energies_are_those_of_the_two_cages(torus, part):
+    """To the default quadrature tolerance, 1e-4 each."""
     native, cage = part("native"), part("cage")
     result = minimize("WILLMORE", 1)
     library = native.library()
@@ -110,7 +111,7 @@ def test_stored_energies_are_those_of_the_two_cages(torus, part):
         with native.Mesh.create(library, len(obj.data.vertices), *cage.read_faces(obj.data)) as mesh:
             with native.Problem.create(mesh, library.options({"willmore": 1.0})) as problem:
                 energies, _ = problem.evaluate(cage.read_positions(obj.data))
-        assert result[f"curvopt_{when}_willmore"] == pytest.approx(energies.terms["willmore"], rel=1e-5)
+        assert result[f"curvopt_{when}_willmore"] == pytest.approx(energies.terms["willmore"], rel=2e-4)
 
 
 def test_materials_follow_their_faces(torus):
