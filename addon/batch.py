@@ -96,7 +96,8 @@ def run(options: argparse.Namespace) -> str:
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:
         source = cage.read_source(bpy.context, chosen_object(options.object))
-        solution = job.solve(source.cage, request, _progress_to_terminal())
+        with _progress_on_terminal() as show:
+            solution = job.solve(source.cage, request, show)
         new = result.add_result(bpy.context, source, request, solution)
         if "render" in place:
             _render(source, request, solution, options, place["render"])
@@ -199,16 +200,21 @@ def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
     }
 
 
-def _progress_to_terminal() -> Callable[[Progress], None] | None:
+@contextmanager
+def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
     """A callback that keeps one line of stderr up to date, or None if stderr is no terminal."""
     if not sys.stderr.isatty():
-        return None
+        yield None
+        return
     text = _part("job").progress_text
 
     def show(progress: Progress) -> None:
         print(f"\r\033[K{text(progress)}", end="", file=sys.stderr, flush=True)
 
-    return show
+    try:
+        yield show
+    finally:
+        print(file=sys.stderr)
 
 
 def main(arguments: list[str]) -> int:
