@@ -137,7 +137,8 @@ typedef struct curvopt_options {
     int32_t levels;            /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
     int32_t max_iterations;    /* per level; >= 0, default 1000 */
     int32_t threads;           /* 0: all cores; default 0 */
-    int32_t as_report;         /* nonzero: the report's settings (plane, LMVM, fixed quadrature); default 0 */
+    int32_t as_report;         /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
+                                  method, and a fixed quadrature rule that nothing checks; default 0 */
     int32_t reserved;          /* 0 */
     double weights[8];         /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
                                   default Willmore 1, the others 0 */
@@ -184,12 +185,11 @@ CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const dou
                                              double *gradient, curvopt_error *error);
 
 /* Points of the surface and their derivatives.
- *   face [n], corner [n], uv [2 n]   corner k of a face with m corners: for m = 4 only corner 0, u towards corner 1 and v
- *                                    towards corner 3, both in 0..1 over the face; for other m the quarter at corner k,
- *                                    u towards the middle of the edge to corner k + 1, v of the edge to corner k - 1
- *   jets [30 n]                      S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu, S_uuv, S_uvv, S_vvv of each point
- * `surface` is limit or plane. Exactly at an extraordinary vertex derivatives do not exist: NAN.
- * ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
+ *   face [n], corner [n], uv [2 n]   corner k of a face with m corners: for m = 4 only corner 0, u towards corner 1 and
+ * v towards corner 3, both in 0..1 over the face; for other m the quarter at corner k, u towards the middle of the edge
+ * to corner k + 1, v of the edge to corner k - 1 jets [30 n]                      S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu,
+ * S_uuv, S_uvv, S_vvv of each point `surface` is limit or plane. Exactly at an extraordinary vertex derivatives do not
+ * exist: NAN. ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n,
                                          const int32_t *face, const int32_t *corner, const double *uv, double *jets,
                                          curvopt_error *error);

@@ -1,4 +1,5 @@
-/* The exported functions: arguments are checked here, work is done elsewhere. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The exported functions: arguments are checked here, work is done elsewhere. SPDX-License-Identifier: GPL-3.0-or-later
+ */
 #include "hierarchy.h"
 #include "memory.h"
 #include "refine.h"
@@ -9,7 +10,7 @@
 #include <string.h>
 
 #define STRING_(x) #x
-#define STRING(x) STRING_(x)
+#define STRING(x)  STRING_(x)
 
 struct curvopt_problem {
     co_assembly assembly;
@@ -108,8 +109,7 @@ static int32_t check_weights(const double *weights, curvopt_error *error) {
     double sum = 0;
     for (int t = 0; t < 8; t++) {
         if (!(weights[t] >= 0) || !isfinite(weights[t]) || (t >= CURVOPT_N_TERMS && weights[t] != 0))
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t,
-                                  "weights[%d] is %g; it must be %s", t, weights[t],
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g; it must be %s", t, weights[t],
                                   t >= CURVOPT_N_TERMS ? "0: there is no such term" : "finite and not negative");
         sum += weights[t];
     }
@@ -155,11 +155,6 @@ static curvopt_options settle_options(const curvopt_options *options) {
     int third = 0;
     for (int t = CURVOPT_TERM_WILLMORE + 1; t < CURVOPT_N_TERMS; t++)
         third |= o.weights[t] > 0;
-    if (o.as_report) {
-        o.surface = CURVOPT_SURFACE_AUTO;
-        o.method = CURVOPT_METHOD_LMVM;
-        o.levels = 4;
-    }
     if (o.surface == CURVOPT_SURFACE_AUTO)
         o.surface = third ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_LIMIT;
     return o;
@@ -231,8 +226,10 @@ int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_
     if (!mesh || !xyz || !face || !corner || !uv || !jets)
         return null_argument(error, "an array");
     if (surface != CURVOPT_SURFACE_LIMIT && surface != CURVOPT_SURFACE_PLANE)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "surface is %d; points are given of limit (%d) and "
-                              "plane (%d)", surface, CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE);
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "surface is %d; points are given of limit (%d) and "
+                              "plane (%d)",
+                              surface, CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE);
     if (n < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n is %d", n);
     int32_t status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);

@@ -1,7 +1,7 @@
 /* Sums over faces: a surface's energies and their gradients, with quadrature fine enough for a wanted error.
  *
- * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too large
- * or too small and the energies' invariance under translation and scaling is exact.
+ * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too
+ * large or too small and the energies' invariance under translation and scaling is exact.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ASSEMBLE_H
@@ -23,7 +23,7 @@ typedef struct co_assembly {
     co_layout layout;  /* of these rules */
     double *points;    /* [3 n_points] */
     double *point_gradient;
-    double *work;      /* [n_threads][work_stride] */
+    double *work; /* [n_threads][work_stride] */
     size_t work_stride;
 } co_assembly;
 
@@ -48,13 +48,14 @@ void co_assembly_free(co_assembly *assembly);
 
 /* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
 int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error);
-/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no component
- * along translations and scaling. Never fails; a surface that degenerates gives values that are not finite. */
+/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
+ * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
+ */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
 /* Refines rules where needed until the estimated relative error of the objective is below `tolerance`, or rules are at
- * their finest. `energies` gets values and error estimates, of every term if `all_terms`; *resolved whether the tolerance
- * was met, *changed whether any rule was. */
+ * their finest. `energies` gets values and error estimates, of every term if `all_terms`; *resolved whether the error
+ * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
 int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, int all_terms,
                             curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 

@@ -1,11 +1,10 @@
-/* One sample of a surface in each lane: derivatives -> fundamental forms, C = grad h, invariants; and the adjoint of all
- * this, by hand. Included by sweep.c only, once per instruction set.
+/* One sample of a surface in each lane: derivatives -> fundamental forms, C = grad h, invariants; and the adjoint of
+ * all this, by hand. Included by sweep.c only, once per instruction set.
  *
- * The frame is e1 = S_u / |S_u|, e2 = n x e1. With alpha = |S_u|, J = |S_u x S_v| and tau = S_u.S_v / alpha^2, a second-
- * order array X (uu, uv, vv) has the frame components
- *     s^2 X_uu,   s t (X_uv - tau X_uu),   t^2 (X_vv - 2 tau X_uv + tau^2 X_uu),    s = 1 / alpha, t = alpha / J,
- * and so on for third order. In a parametrization that is orthonormal at the point,
- *     C_ijk = S_ijk.n - sum over the three choices of k of h_kl S_ij.e_l .
+ * The frame is e1 = S_u / |S_u|, e2 = n x e1. With alpha = |S_u|, J = |S_u x S_v| and tau = S_u.S_v / alpha^2, a
+ * second- order array X (uu, uv, vv) has the frame components s^2 X_uu,   s t (X_uv - tau X_uu),   t^2 (X_vv - 2 tau
+ * X_uv + tau^2 X_uu),    s = 1 / alpha, t = alpha / J, and so on for third order. In a parametrization that is
+ * orthonormal at the point, C_ijk = S_ijk.n - sum over the three choices of k of h_kl S_ij.e_l .
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CURVATURE_H
@@ -18,17 +17,17 @@
 /* Everything the adjoint needs of the forward pass. */
 typedef struct sample_state {
     lane n[3], J, inv_E, s, t, tau;
-    lane L[3];                  /* S_ij.n */
-    lane h[3];                  /* h11 h12 h22 in the frame */
-    lane ga[3], gb[3];          /* S_ij.S_u, S_ij.S_v */
-    lane p_raw[3], q_raw[3];    /* S_ij.e1, S_ij.e2 */
-    lane p[3], q[3];            /* the same in the frame */
-    lane T[4];                  /* S_ijk.n */
-    lane A1, B1, A3, B3;        /* Fourier coefficients of the derivative of normal curvature */
+    lane L[3];               /* S_ij.n */
+    lane h[3];               /* h11 h12 h22 in the frame */
+    lane ga[3], gb[3];       /* S_ij.S_u, S_ij.S_v */
+    lane p_raw[3], q_raw[3]; /* S_ij.e1, S_ij.e2 */
+    lane p[3], q[3];         /* the same in the frame */
+    lane T[4];               /* S_ijk.n */
+    lane A1, B1, A3, B3;     /* Fourier coefficients of the derivative of normal curvature */
 } sample_state;
 
 typedef struct sample_values {
-    lane h2, gauss, f1, f3, x, dx;
+    lane h2, gauss, f1, f3, x;
 } sample_values;
 
 CO_LANE_INLINE void to_frame_second(const sample_state *m, const lane X[3], lane out[3]) {
@@ -68,7 +67,7 @@ CO_LANE_INLINE void forward_second(lane S[CO_JET][3], sample_state *m, sample_va
 }
 
 /* C = grad h and its Fourier coefficients. */
-CO_LANE_INLINE void forward_third(lane S[CO_JET][3], double eps2, sample_state *m, sample_values *out) {
+CO_LANE_INLINE void forward_third(lane S[CO_JET][3], double eps4, sample_state *m, sample_values *out) {
     lane T[4];
     const lane *h = m->h, *p = m->p, *q = m->q;
     for (int k = 0; k < 3; k++) {
@@ -92,12 +91,11 @@ CO_LANE_INLINE void forward_third(lane S[CO_JET][3], double eps2, sample_state *
     m->B3 = 0.75 * C112 - 0.25 * C222;
 
     lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
-    lane inv = 1.0 / (q1 * q1 + q2 * q2 + eps2);
+    lane square = q1 * q1 + q2 * q2;
     lane product = (m->A1 * m->A3 - m->B1 * m->B3) * q_re + (m->A1 * m->B3 + m->B1 * m->A3) * q_im;
     out->f1 = m->A1 * m->A1 + m->B1 * m->B1;
     out->f3 = m->A3 * m->A3 + m->B3 * m->B3;
-    out->x = product * inv;
-    out->dx = -product * inv * inv;
+    out->x = product * square / (square * square + eps4);
 }
 
 /* Adjoint of the frame's s, t, tau, gathered from all arrays that were brought into the frame. */
@@ -133,13 +131,13 @@ CO_LANE_INLINE void from_frame_third(const sample_state *m, const lane Y[4], con
 }
 
 /* Adjoint of the invariants with respect to C (C_bar) and the second fundamental form (added to h_bar). */
-CO_LANE_INLINE void adjoint_invariants(const sample_state *m, const co_integrand *w, double eps2, lane seed,
+CO_LANE_INLINE void adjoint_invariants(const sample_state *m, const co_integrand *w, double eps4, lane seed,
                                        lane C_bar[4], lane h_bar[3]) {
     const lane *h = m->h;
     lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
-    lane inv = 1.0 / (q1 * q1 + q2 * q2 + eps2);
+    lane square = q1 * q1 + q2 * q2, inv = 1.0 / (square * square + eps4);
     lane re = m->A1 * m->A3 - m->B1 * m->B3, im = m->A1 * m->B3 + m->B1 * m->A3;
-    lane x_seed = w->x * seed * inv, re_bar = q_re * x_seed, im_bar = q_im * x_seed;
+    lane x_seed = w->x * seed * inv * square, re_bar = q_re * x_seed, im_bar = q_im * x_seed;
     lane f1_seed = 2 * w->f1 * seed, f3_seed = 2 * w->f3 * seed;
     lane A1 = f1_seed * m->A1 + re_bar * m->A3 + im_bar * m->B3;
     lane B1 = f1_seed * m->B1 - re_bar * m->B3 + im_bar * m->A3;
@@ -149,9 +147,9 @@ CO_LANE_INLINE void adjoint_invariants(const sample_state *m, const co_integrand
     C_bar[1] = 0.75 * (B1 + B3);
     C_bar[2] = 0.75 * (A1 - A3);
     C_bar[3] = 0.75 * B1 - 0.25 * B3;
-    lane denominator = -(re * q_re + im * q_im) * inv * x_seed; /* adjoint of |q|^2 + eps^2 */
-    lane q1_bar = 2 * (q1 * (re * x_seed + denominator) + q2 * im * x_seed);
-    lane q2_bar = 2 * (q2 * (denominator - re * x_seed) + q1 * im * x_seed);
+    lane square_bar = w->x * seed * (re * q_re + im * q_im) * (eps4 - square * square) * inv * inv;
+    lane q1_bar = 2 * (q1 * (re * x_seed + square_bar) + q2 * im * x_seed);
+    lane q2_bar = 2 * (q2 * (square_bar - re * x_seed) + q1 * im * x_seed);
     h_bar[0] += 0.5 * q1_bar;
     h_bar[1] += q2_bar;
     h_bar[2] -= 0.5 * q1_bar;
@@ -173,7 +171,7 @@ CO_LANE_INLINE void adjoint_codazzi(const sample_state *m, const lane C[4], lane
 }
 
 /* S_bar [1..9]: adjoint of weight * J * integrand. `density` is the integrand's value; third order only if asked. */
-CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps2,
+CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
                                    int third, lane weight, lane density, lane S_bar[CO_JET][3]) {
     lane seed = weight * m->J, h_bar[3], L_bar[3], n_bar[3] = {{0}, {0}, {0}};
     lane E_bar = {0}, F_bar, J_bar = weight * density;
@@ -185,7 +183,7 @@ CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, con
             S_bar[k][c] = lane_all(0);
     if (third) {
         lane C_bar[4], T_bar[4], p_bar[3], q_bar[3], p_raw_bar[3], q_raw_bar[3];
-        adjoint_invariants(m, w, eps2, seed, C_bar, h_bar);
+        adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);
         adjoint_codazzi(m, C_bar, h_bar, p_bar, q_bar);
         from_frame_third(m, m->T, C_bar, T_bar, &f);
         from_frame_second(m, m->p_raw, p_bar, p_raw_bar, &f);

@@ -36,8 +36,9 @@ co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]) {
     for (int t = 0; t < 8; t++) {
         int third = t != CURVOPT_TERM_WILLMORE;
-        term[t] = t >= CURVOPT_N_TERMS || (third && !with_third) ? (double)NAN
-                  : (third ? integral[CO_INT_AREA] : 1) * integrate(&term_integrand[t], integral);
+        term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
+                      ? (double)NAN
+                      : (third ? integral[CO_INT_AREA] : 1) * integrate(&term_integrand[t], integral);
     }
 }
 

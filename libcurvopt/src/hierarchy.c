@@ -178,8 +178,8 @@ static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *err
     run *r = p->r;
     curvopt_energies energies;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, p->number == 1, &energies, &resolved,
-                                         &changed, error);
+    int32_t status =
+        co_assembly_resolve(&p->assembly, now->x, p->tolerance, p->number == 1, &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     if (p->number == 1) {
@@ -244,12 +244,8 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
         status = start_level(&p, &now, error);
     if (status != CURVOPT_OK)
         goto done;
-    co_minimand f = {.context = &p,
-                     .n = n,
-                     .evaluate = evaluate,
-                     .step_length = step_length,
-                     .settle = settle,
-                     .report = report};
+    co_minimand f = {
+        .context = &p, .n = n, .evaluate = evaluate, .step_length = step_length, .settle = settle, .report = report};
     co_lmvm_options lmvm = {.memory = LMVM_MEMORY,
                             .max_iterations = r->options->max_iterations,
                             .gradient_tolerance = r->options->gradient_tolerance,

@@ -1,4 +1,5 @@
-/* The limit surface near an extraordinary vertex, as rows over its two-ring. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The limit surface near an extraordinary vertex, as rows over its two-ring. SPDX-License-Identifier: GPL-3.0-or-later
+ */
 #include "irregular.h"
 
 #include "memory.h"
@@ -163,8 +164,29 @@ int co_irregular_in_support(int32_t valence, int32_t i) {
     if (place == 0 || place == 2 || sector == 0) /* the one-ring, and this sector */
         return 1;
     if (sector == 1)
-        return place == 1 || place == 3; /* (0,2) and (-1,2) of sector 0 */
+        return place == 1 || place == 3;        /* (0,2) and (-1,2) of sector 0 */
     return sector == valence - 1 && place == 4; /* (2,-1) */
+}
+
+/* Rotates the average of all sectors, turned back, into each: keeps frequency 1, in which the map lives, and nothing
+ * else; rounding would otherwise let the constant, whose eigenvalue is 1, take over. */
+static void keep_frequency_one(int32_t valence, co_real *xy) {
+    co_real mean[CO_RING_SECTOR][2] = {{0}};
+    for (int turn = 0; turn < 2; turn++)
+        for (int32_t s = 0; s < valence; s++) {
+            co_real c = cosl(2 * pi * s / valence), d = sinl(2 * pi * s / valence);
+            for (int i = 0; i < CO_RING_SECTOR; i++) {
+                co_real *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
+                if (turn == 0) {
+                    m[0] += (c * p[0] + d * p[1]) / valence;
+                    m[1] += (c * p[1] - d * p[0]) / valence;
+                } else {
+                    p[0] = c * m[0] - d * m[1];
+                    p[1] = c * m[1] + d * m[0];
+                }
+            }
+        }
+    xy[0] = xy[1] = 0;
 }
 
 void co_irregular_characteristic_map(const co_disc *d, co_real *xy) {
@@ -193,5 +215,6 @@ void co_irregular_characteristic_map(const co_disc *d, co_real *xy) {
         co_real scale = 1 / hypotl(image[2], image[3]); /* point 1 is the first edge point */
         for (int32_t i = 0; i < 2 * n; i++)
             xy[i] = image[i] * scale;
+        keep_frequency_one(d->valence, xy);
     }
 }

@@ -21,15 +21,15 @@ extern const int co_irregular_cell_place[CO_RING_CELLS][2];
 
 typedef struct co_disc {
     int32_t valence;
-    int32_t n_points;                  /* 6 N + 1 */
-    int32_t ring;                      /* which ring's cells co_disc_cell() gives; starts at 1 */
-    co_rows refine;                    /* the disc's refined points over the two-ring */
-    int32_t *inner;                    /* [n_points] refined points that are the next ring's two-ring */
-    int32_t cell[CO_RING_CELLS][16];   /* refined points of each cell's bicubic patch */
-    co_real *power;                    /* [n_points][n_points] two-ring of this ring over the original one */
-    co_real *next_power;               /* work */
-    co_real lambda;                    /* subdominant eigenvalue: the ring's geometric shrinking */
-    co_real mu;                        /* the largest eigenvalue after it */
+    int32_t n_points;                /* 6 N + 1 */
+    int32_t ring;                    /* which ring's cells co_disc_cell() gives; starts at 1 */
+    co_rows refine;                  /* the disc's refined points over the two-ring */
+    int32_t *inner;                  /* [n_points] refined points that are the next ring's two-ring */
+    int32_t cell[CO_RING_CELLS][16]; /* refined points of each cell's bicubic patch */
+    co_real *power;                  /* [n_points][n_points] two-ring of this ring over the original one */
+    co_real *next_power;             /* work */
+    co_real lambda;                  /* subdominant eigenvalue: the ring's geometric shrinking */
+    co_real mu;                      /* the largest eigenvalue after it */
 } co_disc;
 
 int32_t co_disc_create(int32_t valence, co_disc *disc, curvopt_error *error);

@@ -77,8 +77,7 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
         for (int32_t first = start[k]; first < start[k + 1]; first += l->lanes, b++) {
             int32_t n = start[k + 1] - first;
             co_block *block = &l->block[b];
-            int32_t status =
-                co_table_cache_get(cache, k / CO_N_RULES, k % CO_N_RULES, &block->table, error);
+            int32_t status = co_table_cache_get(cache, k / CO_N_RULES, k % CO_N_RULES, &block->table, error);
             if (status != CURVOPT_OK)
                 return status;
             block->points = points;
@@ -122,8 +121,8 @@ static int32_t build_incidence(int32_t n_points, int area, size_t n_gradients, c
     return CURVOPT_OK;
 }
 
-int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int finer,
-                         int gradients, int area, co_layout *l, curvopt_error *error) {
+int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule,
+                         int finer, int gradients, int area, co_layout *l, curvopt_error *error) {
     int32_t n_kinds = (cache->max_valence + 1) * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
     size_t n_points, n_gradients;
     int32_t *start = CO_NEW(int32_t, n_kinds + 1), *order = CO_NEW(int32_t, patches->n_patches);
@@ -139,7 +138,7 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
     l->block = CO_NEW(co_block, l->n_blocks);
     l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * (size_t)lanes);
     l->points = CO_NEW(int32_t, n_points);
-    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks * CO_N_SUMS * (size_t)lanes);
+    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *(size_t)lanes);
     if (!l->block || !l->patch || !l->points || !l->sums) {
         status = co_status_no_memory(error);
         goto done;

@@ -19,9 +19,9 @@ typedef struct co_layout {
     int32_t max_points; /* of any table */
     int64_t n_samples;
     co_block *block;
-    int32_t *patch;     /* [n_blocks][lanes] */
+    int32_t *patch; /* [n_blocks][lanes] */
     int32_t *points;
-    double *sums;       /* [n_blocks][CO_N_SUMS][lanes] */
+    double *sums; /* [n_blocks][CO_N_SUMS][lanes] */
     /* for gradients only, else NULL: */
     double *gradients;
     size_t *incident_start; /* [n_points + 1] */
@@ -31,8 +31,8 @@ typedef struct co_layout {
 
 /* rule [n_patches]; raised by `finer` for every patch. With `gradients`, room and incidence for those too, two
  * gradients a point if `area`. Free after failure as well. */
-int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int finer,
-                         int gradients, int area, co_layout *out, curvopt_error *error);
+int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule,
+                         int finer, int gradients, int area, co_layout *out, curvopt_error *error);
 void co_layout_free(co_layout *layout);
 
 #endif

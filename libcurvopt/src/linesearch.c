@@ -1,9 +1,9 @@
 /* A step length that satisfies the strong Wolfe conditions.
  *
  * Follows: Nocedal, Wright, "Numerical optimization", 2nd ed. 2006, algorithms 3.5 and 3.6, with cubic interpolation
- * (eq. 3.59) safeguarded to the inner 80 % of the bracket. Differs: where values agree to rounding, the decrease is judged
- * by slopes (Hager, Zhang, "A new conjugate gradient method with guaranteed descent", SIAM J. Optim. 16, 2005, the
- * approximate Wolfe condition), or a search near a minimum could not succeed.
+ * (eq. 3.59) safeguarded to the inner 80 % of the bracket. Differs: where values agree to rounding, the decrease is
+ * judged by slopes (Hager, Zhang, "A new conjugate gradient method with guaranteed descent", SIAM J. Optim. 16, 2005,
+ * the approximate Wolfe condition), or a search near a minimum could not succeed.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linesearch.h"

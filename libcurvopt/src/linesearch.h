@@ -10,8 +10,8 @@ typedef struct co_linesearch {
     int evaluations; /* out */
 } co_linesearch;
 
-/* From `from` along d (slope = gradient.d < 0) to `to` (its arrays allocated by the caller). Nonzero if found. A step at
- * max_step needs sufficient decrease only. */
+/* From `from` along d (slope = gradient.d < 0) to `to` (its arrays allocated by the caller). Nonzero if found. A step
+ * at max_step needs sufficient decrease only. */
 int co_linesearch_wolfe(const co_minimand *f, const co_iterate *from, const double *d, co_linesearch *search,
                         co_iterate *to);
 

@@ -20,9 +20,9 @@ enum { STALLED_STEPS = 10 };
 
 typedef struct history {
     int memory, n_pairs, newest;
-    double *s, *y;       /* [memory][n] */
-    double *inverse_sy;  /* [memory] */
-    double *alpha;       /* [memory] work */
+    double *s, *y;      /* [memory][n] */
+    double *inverse_sy; /* [memory] */
+    double *alpha;      /* [memory] work */
 } history;
 
 typedef struct solver {

@@ -6,7 +6,7 @@
 #include "status.h"
 
 typedef struct co_lmvm_options {
-    int memory;                /* pairs kept */
+    int memory; /* pairs kept */
     int max_iterations;
     double gradient_tolerance; /* converged when |gradient| <= this * |value| */
     double max_step;           /* cap, in the minimand's step_length() */

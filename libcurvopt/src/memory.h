@@ -11,7 +11,7 @@ void *co_memory_zeroed(size_t count, size_t size);
 void *co_memory_aligned(size_t count, size_t size);
 
 /* p = CO_NEW(type, n): typed allocation, so that element size and pointer cannot disagree. */
-#define CO_NEW(type, count) ((type *)co_memory_zeroed((size_t)(count), sizeof(type)))
+#define CO_NEW(type, count)         ((type *)co_memory_zeroed((size_t)(count), sizeof(type)))
 #define CO_NEW_ALIGNED(type, count) ((type *)co_memory_aligned((size_t)(count), sizeof(type)))
 
 #endif

@@ -43,8 +43,8 @@ static inline int co_mesh_is_boundary_vertex(const curvopt_mesh *m, int32_t v) {
 /* As curvopt_mesh_create, which it implements. */
 int32_t co_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes, const int32_t *face_vertices,
                        curvopt_mesh **out, curvopt_error *error);
-/* The same for parts of a checked cage: where they leave a vertex in two fans, one of them counts. Such rim vertices are
- * never evaluated. */
+/* The same for parts of a checked cage: where they leave a vertex in two fans, one of them counts. Such rim vertices
+ * are never evaluated. */
 int32_t co_mesh_create_loose(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                              const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
 void co_mesh_destroy(curvopt_mesh *mesh);

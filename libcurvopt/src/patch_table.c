@@ -8,17 +8,33 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Gauss points a side of a sub-cell, sub-cells a side of a cell, and how small a part of the face the hole round an
- * extraordinary vertex may be. The integral over that hole is not dropped: what happens in the last ring repeats in
- * the rings inside it with a known ratio (see ring_tail), which its weights take up. */
+/* How finely a kind of face is sampled: points a side of the face, or of the first ring's cells; and how small a part
+ * of the face the hole round an extraordinary vertex may be. The integral over that hole is not dropped: what happens
+ * in the last ring repeats in the rings inside it with a known ratio (see ring_tail), which its weights take up.
+ *
+ * On `limit` all rings look alike and get the same points. A blend varies most where it lets go, in the first ring: its
+ * rings get half as many points each as the one before, down to `least`. (One vertex of valence 3, MVS on `plane`: with
+ * 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5; 12 in the second ring by 1e-5; 6 in the third by
+ * 2e-6 of the whole.) Every rule is finer than the one before it, or comparing the two would tell nothing. */
 typedef struct rule {
-    int gauss;
-    int splits;
+    int points, least;
     double hole;
 } rule;
-static const rule rules[CO_N_RULES] = {{3, 1, 1e-3}, {4, 1, 1e-3}, {6, 1, 1e-4}, {6, 2, 1e-5},
-                                      {6, 4, 1e-6}, {6, 8, 1e-7}};
-enum { MIN_RINGS = 4, MAX_RINGS = 40 };
+enum { KIND_REGULAR, KIND_LIMIT, KIND_BLEND, N_KINDS };
+static const rule rules[N_KINDS][CO_N_RULES] = {
+    {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}},
+    {{3, 3, 1e-3}, {4, 4, 1e-3}, {6, 6, 1e-4}, {10, 10, 1e-5}, {16, 16, 1e-6}, {24, 24, 1e-7}},
+    {{8, 3, 1e-3}, {16, 4, 1e-3}, {24, 4, 1e-4}, {36, 6, 1e-5}, {48, 6, 1e-6}, {72, 8, 1e-7}}};
+enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
+
+static int kind_of(const co_table *t) {
+    return t->valence == 4 ? KIND_REGULAR : t->surface == CURVOPT_SURFACE_LIMIT ? KIND_LIMIT : KIND_BLEND;
+}
+
+static int points_of_ring(int kind, const rule *r, int ring) {
+    int points = kind == KIND_BLEND ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points;
+    return points > r->least ? points : r->least;
+}
 
 /* Ratios of successive rings' integrals: of area lambda^2, of squared curvature (mu / lambda^2)^2 lambda^2. */
 typedef struct ring_tail {
@@ -56,8 +72,8 @@ static int32_t allocate(co_table *t, curvopt_error *error) {
     t->area_weight = CO_NEW(double, samples);
     t->weight = CO_NEW(double, samples);
     t->jacobian_scale = CO_NEW(double, samples);
-    t->rows = CO_NEW_ALIGNED(double, samples * points * CO_JET);
-    t->blend = plane ? CO_NEW(double, samples * CO_JET) : NULL;
+    t->rows = CO_NEW_ALIGNED(double, samples *points *CO_JET);
+    t->blend = plane ? CO_NEW(double, samples *CO_JET) : NULL;
     t->masks = plane ? CO_NEW(double, 3 * points) : NULL;
     if (!t->area_weight || !t->weight || !t->jacobian_scale || !t->rows || (plane && (!t->blend || !t->masks)))
         return co_status_no_memory(error);
@@ -76,8 +92,8 @@ static int32_t choose_support(co_table *t, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* One sample from the jets of the 16 bicubic basis functions and, for a ring's cell, the cell's points over the two-ring
- * (cell [16][stride], NULL for a regular face). */
+/* One sample from the jets of the 16 bicubic basis functions and, for a ring's cell, the cell's points over the
+ * two-ring (cell [16][stride], NULL for a regular face). */
 static void store_rows(co_table *t, int32_t sample, co_real basis[16][CO_JET], const co_real *cell, int32_t stride) {
     double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
     for (int32_t p = 0; p < t->n_points; p++, rows += CO_JET)
@@ -105,21 +121,22 @@ static void blend_of_cell(co_real u, co_real v, co_real side, double *out) {
 
 /* The samples of one cell, from number `sample` on; returns the next free one. */
 typedef struct cell_info {
+    int n_side;            /* points a side, in sub-cells of at most MAX_GAUSS each way */
     const co_real *points; /* [16][stride] or NULL */
     int32_t stride;
     co_real origin[2], side; /* of the cell in its face */
     double area_factor, curvature_factor, jacobian_scale;
 } cell_info;
 
-static int32_t add_cell(co_table *t, const rule *r, const cell_info *cell, int32_t sample) {
-    co_real node[CO_GAUSS_MAX], weight[CO_GAUSS_MAX], basis[16][CO_JET];
-    co_quadrature_gauss(r->gauss, node, weight);
-    int n = r->gauss * r->splits;
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++, sample++) {
-            co_real u = (i / r->gauss + node[i % r->gauss]) / r->splits;
-            co_real v = (j / r->gauss + node[j % r->gauss]) / r->splits;
-            co_real w = weight[i % r->gauss] * weight[j % r->gauss] / (r->splits * r->splits);
+static int32_t add_cell(co_table *t, const cell_info *cell, int32_t sample) {
+    co_real node[MAX_GAUSS], weight[MAX_GAUSS], basis[16][CO_JET];
+    int splits = (cell->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = cell->n_side / splits;
+    co_quadrature_gauss(gauss, node, weight);
+    for (int j = 0; j < cell->n_side; j++)
+        for (int i = 0; i < cell->n_side; i++, sample++) {
+            co_real u = (i / gauss + node[i % gauss]) / splits;
+            co_real v = (j / gauss + node[j % gauss]) / splits;
+            co_real w = weight[i % gauss] * weight[j % gauss] / (splits * splits);
             co_bspline_bicubic(u, v, basis);
             store_rows(t, sample, basis, cell->points, cell->stride);
             t->area_weight[sample] = (double)w * cell->area_factor;
@@ -145,14 +162,17 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
         int last = ring == tail.n_rings;
         side /= 2;
         for (int c = 0; c < CO_RING_CELLS; c++) {
-            cell_info cell = {.points = points, .stride = disc->n_points, .side = side};
+            cell_info cell = {.n_side = points_of_ring(kind_of(t), r, ring),
+                              .points = points,
+                              .stride = disc->n_points,
+                              .side = side};
             cell.origin[0] = side * co_irregular_cell_place[c][0];
             cell.origin[1] = side * co_irregular_cell_place[c][1];
             cell.area_factor = last ? 1 / (1 - tail.area_ratio) : 1;
             cell.curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1;
             cell.jacobian_scale = pow(tail.area_ratio, -ring);
             co_disc_cell(disc, c, points);
-            sample = add_cell(t, r, &cell, sample);
+            sample = add_cell(t, &cell, sample);
         }
         co_disc_advance(disc);
     }
@@ -170,18 +190,17 @@ done:
 }
 
 static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
-    rule halved = rules[rule_number], *r = &halved;
+    const rule *r = &rules[kind_of(t)][rule_number];
     int32_t status = choose_support(t, error);
     if (status != CURVOPT_OK)
         return status;
-    if (t->valence != 4 && r->splits > 1) /* a ring's cell is at most half as wide as the face */
-        r->splits /= 2;
-    t->n_samples = r->gauss * r->gauss * r->splits * r->splits;
     if (t->valence == 4) {
+        t->n_samples = r->points * r->points;
         status = allocate(t, error);
         if (status == CURVOPT_OK) {
-            cell_info whole = {.side = 1, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
-            add_cell(t, r, &whole, 0);
+            cell_info whole = {
+                .n_side = r->points, .side = 1, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+            add_cell(t, &whole, 0);
         }
         return status;
     }
@@ -190,7 +209,8 @@ static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
     if (status != CURVOPT_OK)
         return status;
     ring_tail tail = tail_of(&disc, t->surface, r->hole);
-    t->n_samples *= CO_RING_CELLS * tail.n_rings;
+    for (int ring = 1; ring <= tail.n_rings; ring++)
+        t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
     status = allocate(t, error);
     if (status == CURVOPT_OK)
         status = fill_irregular(t, &disc, r, tail, error);

@@ -15,13 +15,13 @@ typedef struct co_table {
     int32_t valence; /* 4: regular */
     int32_t n_points;
     int32_t n_samples;
-    int32_t *support;   /* [n_points] which of a patch's points (ring.h) the rows stand on */
-    double *area_weight;  /* [n_samples] for integrals of smooth functions */
-    double *weight;       /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
+    int32_t *support;       /* [n_points] which of a patch's points (ring.h) the rows stand on */
+    double *area_weight;    /* [n_samples] for integrals of smooth functions */
+    double *weight;         /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
     double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
-    double *rows;       /* [n_samples][n_points][CO_JET] */
-    double *blend;      /* plane: [n_samples][CO_JET], the weight w(u) w(v); else NULL */
-    double *masks;      /* plane: [3][n_points] limit position and tangents at the vertex; else NULL */
+    double *rows;           /* [n_samples][n_points][CO_JET] */
+    double *blend;          /* plane: [n_samples][CO_JET], the weight w(u) w(v); else NULL */
+    double *masks;          /* plane: [3][n_points] limit position and tangents at the vertex; else NULL */
 } co_table;
 
 int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table **out, curvopt_error *error);

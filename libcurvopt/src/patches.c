@@ -276,8 +276,10 @@ int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_err
     }
     for (int depth = 0; status == CURVOPT_OK && n_split > 0; depth++) {
         if (depth == MAX_LEVEL) {
-            status = co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1, "%d faces cannot be evaluated after %d "
-                                    "subdivisions", n_split, MAX_LEVEL);
+            status = co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1,
+                                    "%d faces cannot be evaluated after %d "
+                                    "subdivisions",
+                                    n_split, MAX_LEVEL);
             break;
         }
         status = subdivide(&l, &next, error);

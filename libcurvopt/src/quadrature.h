@@ -4,9 +4,7 @@
 
 #include "bspline.h"
 
-enum { CO_GAUSS_MAX = 16 };
-
-/* Nodes and weights [n], n <= CO_GAUSS_MAX; weights sum to 1. */
+/* Nodes and weights [n]; weights sum to 1. */
 void co_quadrature_gauss(int n, co_real *nodes, co_real *weights);
 
 #endif

@@ -90,8 +90,8 @@ static int32_t build_rows(const curvopt_mesh *m, co_rows *rows, curvopt_error *e
     size_t *slot = CO_NEW(size_t, n->n_vertices);
     if (!slot)
         return co_status_no_memory(error);
-    int32_t status = co_rows_allocate(rows, n->n_vertices + n->n_edges + n->n_faces, n->n_vertices, entries_bound(m),
-                                      error);
+    int32_t status =
+        co_rows_allocate(rows, n->n_vertices + n->n_edges + n->n_faces, n->n_vertices, entries_bound(m), error);
     if (status == CURVOPT_OK) {
         row_builder b = {.rows = rows, .slot = slot};
         for (int32_t v = 0; v < n->n_vertices; v++) {

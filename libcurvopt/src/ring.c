@@ -41,7 +41,7 @@ static int is_isolated(const curvopt_mesh *m, int32_t v, const uint8_t *kind) {
 
 void co_ring_classify(const curvopt_mesh *m, uint8_t *kind) {
     for (int32_t v = 0; v < m->info.n_vertices; v++)
-        kind[v] = !has_quad_ring(m, v)  ? CO_VERTEX_UNREADY
+        kind[v] = !has_quad_ring(m, v) ? CO_VERTEX_UNREADY
                   : m->valence[v] == 4 ? CO_VERTEX_REGULAR
                                        : CO_VERTEX_EXTRAORDINARY;
     /* Demoting one never makes another vertex more or less isolated: neither kind is regular. */
@@ -73,9 +73,9 @@ void co_ring_two_ring(const curvopt_mesh *m, int32_t h, int32_t *points) {
     points[0] = m->corner_vertex[h];
     for (int32_t s = 0; s < valence; s++, h = co_mesh_rotate(m, h)) {
         int32_t *p = points + 1 + CO_RING_SECTOR * s;
-        int32_t along_x = straight_on(m, h);                         /* (1,0) -> (2,0) */
-        int32_t beside = straight_on(m, co_mesh_next(m, h));         /* (1,1) -> (1,2) */
-        int32_t corner_edge = co_mesh_next(m, m->twin[beside]);      /* (1,1) -> (2,1) */
+        int32_t along_x = straight_on(m, h);                    /* (1,0) -> (2,0) */
+        int32_t beside = straight_on(m, co_mesh_next(m, h));    /* (1,1) -> (1,2) */
+        int32_t corner_edge = co_mesh_next(m, m->twin[beside]); /* (1,1) -> (2,1) */
         p[0] = co_mesh_destination(m, h);
         p[1] = co_mesh_destination(m, along_x);
         p[2] = m->corner_vertex[beside];

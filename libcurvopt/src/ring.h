@@ -8,8 +8,8 @@
  *      0---1---2---3        |__ u
  *
  * Two-ring of an extraordinary vertex of valence N, 6 N + 1 points: the vertex is point 0; sector s (counter-clockwise)
- * owns the points 1 + 6 s .. 6 + 6 s at these places of its quarter (x along the sector's first edge, y towards the next
- * sector's):        (1,0) (2,0) (1,1) (2,1) (1,2) (2,2)
+ * owns the points 1 + 6 s .. 6 + 6 s at these places of its quarter (x along the sector's first edge, y towards the
+ * next sector's):        (1,0) (2,0) (1,1) (2,1) (1,2) (2,2)
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_RING_H

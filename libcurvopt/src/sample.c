@@ -11,9 +11,9 @@ typedef struct sampler {
     const curvopt_mesh *mesh;
     co_patches patches;
     int32_t surface;
-    double *points;       /* [3 n_points] cage and derived */
+    double *points;        /* [3 n_points] cage and derived */
     int32_t *first, *next; /* patches of each face, chained; -1 ends */
-    double *rows;         /* of the largest patch */
+    double *rows;          /* of the largest patch */
 } sampler;
 
 static void sampler_free(sampler *s) {
@@ -38,7 +38,7 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
     s->points = CO_NEW(double, 3 * (size_t)p->n_points);
     s->first = CO_NEW(int32_t, mesh->info.n_faces);
     s->next = CO_NEW(int32_t, p->n_patches);
-    s->rows = CO_NEW(double, (size_t)largest * CO_JET);
+    s->rows = CO_NEW(double, (size_t)largest *CO_JET);
     if (!s->points || !s->first || !s->next || !s->rows) {
         sampler_free(s);
         return co_status_no_memory(error);
@@ -103,7 +103,8 @@ static void limit_frame(const double *points, const int32_t *index, int32_t vale
 }
 
 /* S' = S - w ((S - V).n) n, jet by jet. */
-static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET], curvopt_error *error) {
+static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
+                       curvopt_error *error) {
     int32_t valence = s->patches.valence[p];
     co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
     co_real position[3], normal[3], w[CO_JET], height[CO_JET], product[CO_JET];

@@ -1,5 +1,6 @@
 /* Energies and gradients of a block of faces of one kind, one face per vector lane.
- * Compiled once per instruction set, with CO_LANES and CO_SWEEP_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later */
+ * Compiled once per instruction set, with CO_LANES and CO_SWEEP_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later
+ */
 #include "sweep.h"
 
 #include "curvature.h"
@@ -165,7 +166,6 @@ CO_LANE_INLINE void accumulate(const co_table *t, int32_t sample, int third, con
         sums[CO_INT_F1] += weight * value->f1;
         sums[CO_INT_F3] += weight * value->f3;
         sums[CO_INT_X] += weight * value->x;
-        sums[CO_INT_DX] += weight * value->dx;
     }
     sums[CO_SUM_MIN_JACOBIAN] = lane_min(sums[CO_SUM_MIN_JACOBIAN], jacobian);
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
@@ -190,14 +190,14 @@ CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, 
             plane_forward(&plane_of_block, w, S);
         forward_second(S, &state, &value);
         if (third)
-            forward_third(S, s->eps2, &state, &value);
+            forward_third(S, s->eps4, &state, &value);
         accumulate(t, i, third, &state, &value, sums);
         if (!s->gradient)
             continue;
         lane density = s->integrand.h2 * value.h2;
         if (third)
             density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
-        adjoint_sample(S, &state, &s->integrand, s->eps2, third, lane_all(t->weight[i]), density, S_bar);
+        adjoint_sample(S, &state, &s->integrand, s->eps4, third, lane_all(t->weight[i]), density, S_bar);
         if (plane) {
             memset(S_bar[0], 0, sizeof S_bar[0]);
             plane_adjoint(&plane_of_block, w, S, S_bar);
@@ -272,5 +272,5 @@ static void run(const co_sweep *s) {
 }
 
 #define STRING_(x) #x
-#define STRING(x) STRING_(x)
+#define STRING(x)  STRING_(x)
 const co_sweep_kernel CO_SWEEP_KERNEL = {.lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run};

@@ -14,16 +14,16 @@ enum { CO_SUM_MIN_JACOBIAN = CO_N_INTEGRALS, CO_SUM_MEAN_JACOBIAN, CO_N_SUMS };
 /* One block: n_used faces in L lanes; unused lanes repeat a used one and are ignored by the caller. */
 typedef struct co_sweep {
     const co_table *table;
-    const int32_t *points; /* [table->n_points][L] */
-    const double *xyz;     /* [3 n_points of the whole surface] */
-    double eps2;           /* functional.h's regularization */
+    const int32_t *points;  /* [table->n_points][L] */
+    const double *xyz;      /* [3 n_points of the whole surface] */
+    double eps4;            /* functional.h's regularization: eps to the fourth */
     co_integrand integrand; /* whose gradient is wanted */
-    int third;             /* whether third-order integrals are wanted */
-    int gradient;          /* whether the gradient is wanted, */
-    int area_gradient;     /* and the area's */
-    double *sums;          /* [CO_N_SUMS][L] out */
-    double *gradients;     /* [n_points][1 + area_gradient][3][L] out: of int integrand dA, then of the area */
-    double *work;          /* [9 n_points][L], 64-byte aligned */
+    int third;              /* whether third-order integrals are wanted */
+    int gradient;           /* whether the gradient is wanted, */
+    int area_gradient;      /* and the area's */
+    double *sums;           /* [CO_N_SUMS][L] out */
+    double *gradients;      /* [n_points][1 + area_gradient][3][L] out: of int integrand dA, then of the area */
+    double *work;           /* [9 n_points][L], 64-byte aligned */
 } co_sweep;
 
 typedef struct co_sweep_kernel {
@@ -32,7 +32,8 @@ typedef struct co_sweep_kernel {
     void (*run)(const co_sweep *sweep);
 } co_sweep_kernel;
 
-/* The widest kernel that this processor can run; `wanted` (may be NULL) names one instead. NULL if there is none such. */
+/* The widest kernel that this processor can run; `wanted` (may be NULL) names one instead. NULL if there is none such.
+ */
 const co_sweep_kernel *co_sweep_select(const char *wanted);
 
 #endif

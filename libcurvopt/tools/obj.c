@@ -115,7 +115,8 @@ static int add_face(builder *b, cursor *c) {
 
 /* One line. Words that OBJ knows and a cage does not need are passed over; others mean that this is no OBJ. */
 static int parse_line(builder *b, cursor *c) {
-    static const char *const passed_over[] = {"vt", "vn", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "t", "lod"};
+    static const char *const passed_over[] = {"vt",     "vn",     "vp", "g", "o", "s",
+                                              "usemtl", "mtllib", "l",  "p", "t", "lod"};
     char word[MAX_NUMBER];
     if (!next_word(c, word))
         return 0;

@@ -12,8 +12,8 @@ typedef struct obj_cage {
     int32_t *face_vertices; /* [sum of sizes] */
 } obj_cage;
 
-/* Parses `length` bytes of text (no zero needed at the end). 0, or nonzero with one sentence in message [size] that names
- * the line. Texture and normal indices, groups and materials are passed over. */
+/* Parses `length` bytes of text (no zero needed at the end). 0, or nonzero with one sentence in message [size] that
+ * names the line. Texture and normal indices, groups and materials are passed over. */
 int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size);
 /* Reads a file; `-` is standard input. */
 int obj_read(const char *path, obj_cage *cage, char *message, size_t size);
