@@ -1,0 +1,106 @@
+/* The bicubic basis and its jets. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "bspline.h"
+#include "check.h"
+
+static void test_basis_sums_to_one_and_derivatives_to_zero(void **state) {
+    (void)state;
+    for (int n = 0; n <= 8; n++) {
+        co_real basis[16][CO_JET];
+        co_bspline_bicubic(n / 8.0L, (8 - n) / 11.0L, basis);
+        for (int k = 0; k < CO_JET; k++) {
+            co_real sum = 0;
+            for (int i = 0; i < 16; i++)
+                sum += basis[i][k];
+            CHECK_NEAR(sum, k == 0, 1e-18);
+        }
+    }
+}
+
+/* Cubic B-splines reproduce the Greville abscissae: sum of i B_i(t) = t + 1 with knots one apart. */
+static void test_basis_reproduces_linear_functions(void **state) {
+    (void)state;
+    for (int n = 0; n <= 4; n++) {
+        co_real t = n / 4.0L, basis[4][4], value = 0, slope = 0;
+        co_bspline_cubic(t, basis);
+        for (int i = 0; i < 4; i++) {
+            value += i * basis[i][0];
+            slope += i * basis[i][1];
+        }
+        CHECK_NEAR(value, t + 1, 1e-18);
+        CHECK_NEAR(slope, 1, 1e-18);
+    }
+}
+
+static void test_pieces_join_with_two_derivatives(void **state) {
+    (void)state;
+    co_real end[4][4], begin[4][4];
+    co_bspline_cubic(1, end);
+    co_bspline_cubic(0, begin);
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(end[0][k], 0, 1e-18);
+        CHECK_NEAR(begin[3][k], 0, 1e-18);
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(end[i + 1][k], begin[i][k], 1e-18);
+    }
+    CHECK_NEAR(begin[0][0], 1.0L / 6, 1e-18);
+    CHECK_NEAR(begin[1][0], 2.0L / 3, 1e-18);
+}
+
+/* Largest error of a central difference of jet entry `from` against entry `to`, over all 16 functions. */
+static double difference_error(int from, int to, int along_v, co_real h) {
+    co_real plus[16][CO_JET], minus[16][CO_JET], at[16][CO_JET], u = 0.37L, v = 0.58L, worst = 0;
+    co_bspline_bicubic(u + (along_v ? 0 : h), v + (along_v ? h : 0), plus);
+    co_bspline_bicubic(u - (along_v ? 0 : h), v - (along_v ? h : 0), minus);
+    co_bspline_bicubic(u, v, at);
+    for (int i = 0; i < 16; i++) {
+        co_real error = fabsl((plus[i][from] - minus[i][from]) / (2 * h) - at[i][to]);
+        worst = error > worst ? error : worst;
+    }
+    return (double)worst;
+}
+
+/* Central differences of a cubic are off by h^2 f''' / 6 exactly; of what is at most quadratic in the variable, by
+ * nothing. */
+static void test_every_derivative_is_the_slope_of_the_one_before(void **state) {
+    (void)state;
+    for (int from = 0; from < 6; from++)
+        for (int along_v = 0; along_v < 2; along_v++) {
+            int p = co_jet_order_u[from] + !along_v, q = co_jet_order_v[from] + along_v;
+            int to = (p + q) * (p + q + 1) / 2 + q;
+            CHECK_INT(co_jet_order_u[to], p);
+            CHECK_INT(co_jet_order_v[to], q);
+            double coarse = difference_error(from, to, along_v, 0.1L);
+            double fine = difference_error(from, to, along_v, 0.05L);
+            if ((along_v ? q : p) == 1)
+                CHECK_BETWEEN(check_order(coarse, fine), 1.99, 2.01);
+            else
+                CHECK_NEAR(coarse, 0, 1e-16);
+        }
+}
+
+/* (f g)(a b) computed as a product of jets and as the jet of (f a)(g b). */
+static void test_product_of_jets_follows_leibniz(void **state) {
+    (void)state;
+    /* polynomials by their derivatives at one place: t^3 and t^2 at 1/2, 1 + t at 1/3 */
+    const co_real cube[4] = {1 / 8.0L, 3 / 4.0L, 3, 6}, square[4] = {1 / 4.0L, 1, 2, 0};
+    const co_real line[4] = {4 / 3.0L, 1, 0, 0}, fifth[4] = {1 / 32.0L, 5 / 16.0L, 5 / 2.0L, 15};
+    const co_real line_square[4] = {16 / 9.0L, 8 / 3.0L, 2, 0};
+    co_real a[CO_JET], b[CO_JET], product[CO_JET], expected[CO_JET];
+    co_jet_of_product(cube, line, a);
+    co_jet_of_product(square, line, b);
+    co_jet_multiply(a, b, product);
+    co_jet_of_product(fifth, line_square, expected);
+    for (int k = 0; k < CO_JET; k++)
+        CHECK_NEAR(product[k], expected[k], 1e-17);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_basis_sums_to_one_and_derivatives_to_zero),
+        cmocka_unit_test(test_basis_reproduces_linear_functions),
+        cmocka_unit_test(test_pieces_join_with_two_derivatives),
+        cmocka_unit_test(test_every_derivative_is_the_slope_of_the_one_before),
+        cmocka_unit_test(test_product_of_jets_follows_leibniz),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
