@@ -153,12 +153,12 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
 
 
 def _render(source: Source, request: Request, solution: Solution, options: argparse.Namespace, path: Path) -> None:
-    native, render = _part("native"), _part("render")
+    native, render, energy_text = _part("native"), _part("render"), _part("job").energy_text
     rotation = np.array(source.frame.to_3x3(), np.float64)
     shapes = []
     for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
         world = native.Cage(cage.positions @ rotation.T, cage.face_sizes, cage.face_vertices)
-        shapes.append((world, f"{when}: {request.label} {energies.terms[request.energy]:.5g}"))
+        shapes.append((world, f"{when}: {request.label} {energy_text(energies.terms[request.energy])}"))
     picture = render.Picture(*options.size, options.samples, options.engine, options.look)
     render.render_side_by_side(shapes, path, picture)
 

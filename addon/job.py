@@ -182,8 +182,13 @@ def progress_text(progress: Progress) -> str:
     """Level, iteration and energy in words."""
     return (
         f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
-        f"energy {progress.energy:.6g} (from {progress.start_energy:.6g})"
+        f"energy {energy_text(progress.energy)} (from {energy_text(progress.start_energy)})"
     )
+
+
+def energy_text(value: float) -> str:
+    """An energy for people: 5 digits, and no exponent where plain digits are readable."""
+    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e8 else f"{value:.5g}"
 
 
 _STOP_WORDS = {
@@ -199,7 +204,7 @@ def solution_text(request: Request, solution: Solution) -> str:
     """The outcome in one sentence."""
     before, after = solution.start.terms[request.energy], solution.end.terms[request.energy]
     return (
-        f"{request.label} {before:.6g} to {after:.6g}, {_STOP_WORDS[solution.stop]} "
+        f"{request.label} {energy_text(before)} to {energy_text(after)}, {_STOP_WORDS[solution.stop]} "
         f"({len(solution.cage.positions)} vertices, {solution.seconds:.1f} s)"
     )
 

@@ -5,6 +5,7 @@ import textwrap
 
 import bpy
 
+from .job import energy_text
 from .properties import state
 from .result import stored_energies
 
@@ -41,7 +42,7 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
             split.label(text=label)
             pair = split.row()
             for value in values:
-                pair.label(text=value if isinstance(value, str) else f"{value:.5g}")
+                pair.label(text=value if isinstance(value, str) else energy_text(value))
 
     def _draw_message(self, context: bpy.types.Context) -> None:
         icon = "ERROR" if state.failed else "NONE"

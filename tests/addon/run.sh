@@ -7,6 +7,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 export PATH="/usr/bin:$PATH" PYTHONDONTWRITEBYTECODE=1
+export CURVOPT_LIBRARY=${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so} # not an older one in addon/lib
 export OMP_WAIT_POLICY=passive # on a busy machine, threads that spin at barriers make runs ten times longer
 work=$(mktemp -d -t curvopt-addon-XXXXXX)
 trap 'rm -rf "$work"' EXIT
@@ -40,10 +41,8 @@ make_zip() {
     mkdir -p "$work/zip"
     cp -r "$root/addon" "$work/zip/curvopt"
     rm -rf "$work/zip/curvopt/__pycache__"
-    if [ ! -e "$work/zip/curvopt/lib/libcurvopt.so" ]; then
-        mkdir -p "$work/zip/curvopt/lib"
-        cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/zip/curvopt/lib/libcurvopt.so"
-    fi
+    mkdir -p "$work/zip/curvopt/lib"
+    cp "$CURVOPT_LIBRARY" "$work/zip/curvopt/lib/libcurvopt.so"
     (cd "$work/zip" && /usr/bin/python3 -m zipfile -c "$work/curvopt.zip" curvopt)
 }
 

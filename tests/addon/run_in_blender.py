@@ -22,14 +22,13 @@ ZIP_VARIABLE = "CURVOPT_TEST_ZIP"
 
 
 def install_folder(source: Path, scripts: Path) -> Path:
-    """Copy the add-on to where Blender looks for it, with the built library inside unless it has one; its place."""
+    """Copy the add-on to where Blender looks for it, with the newest built library inside; its place."""
     place = scripts / "addons" / NAME
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("__pycache__"))
     library = place / "lib" / "libcurvopt.so"
     built = Path(os.environ.get("CURVOPT_LIBRARY") or ROOT / "build" / "release" / "libcurvopt.so")
-    if not library.exists():
-        library.parent.mkdir(exist_ok=True)
-        shutil.copy(built, library)
+    library.parent.mkdir(exist_ok=True)
+    shutil.copy(built, library)
     return place
 
 

@@ -144,6 +144,14 @@ def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
         job.Job.minimize(torus_cage(), job.Request())
 
 
+@pytest.mark.parametrize(
+    "value, text",
+    [(78.95683, "78.957"), (1199.7689, "1199.8"), (1317412.6, "1,317,413"), (0.00012345678, "0.00012346"), (2e12, "2e+12")],
+)
+def test_energies_are_written_for_people(value, text):
+    assert job.energy_text(value) == text
+
+
 def test_failures_become_one_sentence():
     assert job.failure_text(native.CurvoptError(4, 1, "face 1 is bad")) == "Face 1 is bad."
     assert job.failure_text(native.LibraryError("Gone.")) == "Gone."

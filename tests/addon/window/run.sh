@@ -11,10 +11,8 @@ work=$(mktemp -d -t curvopt-window-XXXXXX)
 out=${1:-$work/out}
 mkdir -p "$out" "$work/scripts/addons"
 cp -r "$root/addon" "$work/scripts/addons/curvopt"
-if [ ! -e "$work/scripts/addons/curvopt/lib/libcurvopt.so" ]; then
-    mkdir -p "$work/scripts/addons/curvopt/lib"
-    cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/scripts/addons/curvopt/lib/libcurvopt.so"
-fi
+mkdir -p "$work/scripts/addons/curvopt/lib"
+cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/scripts/addons/curvopt/lib/libcurvopt.so"
 unset CURVOPT_LIBRARY PYTHONPATH
 
 mkfifo "$work/display"
