@@ -9,7 +9,7 @@
 {
     BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
-    TEST_PACKAGES=(g++:g++ libcmocka-dev python3-pytest clang-format:clang-format
+    TEST_PACKAGES=(g++:g++ libcmocka-dev pkg-config:pkg-config python3-pytest clang-format:clang-format
         cppcheck:cppcheck libosd-dev xvfb:Xvfb imagemagick:import)
 }
 
