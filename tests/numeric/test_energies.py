@@ -43,7 +43,7 @@ def limit_errors(name: str, tolerance: float) -> tuple[lib.Energies, dict[str, f
 @pytest.mark.parametrize("name", REFS)
 def test_limit_energies_are_the_oracles(name):
     """With the tolerance asked so low that only the formulas are left to be wrong."""
-    got, errors = limit_errors(name, 1e-9)
+    got, errors = limit_errors(name, 1e-8)
     for key, error in errors.items():
         ref = REFS[name]["limit"]["willmore"]
         assert abs(error) <= 2e-7 + 2 * ref["error"] / ref["value"], (key, errors)
@@ -103,7 +103,7 @@ def test_torus_nets_have_the_known_errors():
         for key in ("willmore", "variation", "mehlum_tarrou"):
             assert nets[n].value(key) == pytest.approx(oracle[key], rel=1e-9), key
         for key in ("mvs", "mvs_cross"):  # these two are regularised at umbilics
-            assert nets[n].value(key) == pytest.approx(oracle[key], rel=1e-5), key
+            assert nets[n].value(key) == pytest.approx(oracle[key], abs=1e-6 * oracle["variation"]), key
 
 
 def test_torus_nets_have_the_known_errors_on_the_command_line():

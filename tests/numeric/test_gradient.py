@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exact gradients against central differences, coordinate by coordinate.
 
-The difference is extrapolated from steps h and h / 2, error O(h^4) and rounding eps E / h. h is chosen per coordinate:
-of a ladder of steps, that one whose two neighbours agree best. Rules as by default; the report's fixed rule apart.
+The difference is extrapolated from steps h and h / 2, error O(h^4) and rounding eps E / h. h is chosen per coordinate
+from a ladder of halvings, where two consecutive extrapolations agree best. The quadrature rule must not change between the two ends of a difference: it is the fixed one of `as_report`; the default
+one is tried where it does not change either.
 """
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ CAGES = {
     "valence_7": quad_cage(trapezohedron(7), 7, 0.1),
     "n_gons": mixed_cage(0),
 }
-LADDER = [10.0 ** -k for k in (2.0, 2.5, 3.0, 3.5, 4.0)]  # in mean edges
+LADDER = [0.016 * 2.0 ** -k for k in range(7)]  # in mean edges
 CASES = [(name, "limit", "willmore") for name in CAGES]
 CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou")]
 CASES += [(name, "plane", term) for name in CAGES for term in ("willmore", "mvs", "mvs_cross")]
@@ -44,11 +45,10 @@ def difference(problem: lib.Problem, xyz: np.ndarray, at: tuple[int, int], edge:
             values.append((problem.evaluate(moved).objective, moved[at]))
         return (values[0][0] - values[1][0]) / (values[0][1] - values[1][1])
 
-    steps = [h * edge for h in LADDER]
-    found = [(4 * central(h / 2) - central(h)) / 3 for h in steps]
+    slopes = [central(h * edge) for h in LADDER]
+    found = [(4 * b - a) / 3 for a, b in zip(slopes, slopes[1:])]
     gaps = [abs(a - b) for a, b in zip(found, found[1:])]
-    best = int(np.argmin(gaps))
-    return found[best] if best == 0 or gaps[best - 1] < gaps[min(best + 1, len(gaps) - 1)] else found[best + 1]
+    return found[int(np.argmin(gaps)) + 1]
 
 
 def coordinates(mesh, gradient: np.ndarray, n: int) -> list[tuple[int, int]]:
@@ -83,17 +83,17 @@ def compare(mesh, problem: lib.Problem) -> str:
 @pytest.mark.parametrize("name, surface, term", CASES)
 def test_gradient(name, surface, term, capsys):
     mesh = CAGES[name]
-    problem = lib.Problem(mesh, lib.options(term, surface))
+    problem = lib.Problem(mesh, lib.options(term, surface, as_report=1))
     assert problem.evaluate(mesh.xyz).surface == lib.SURFACES[surface]
     words = compare(mesh, problem)
     with capsys.disabled():
         print(f"\n  {name} {surface} {term}: {words}")
 
 
-@pytest.mark.parametrize("name, term", [("torus", "willmore"), ("torus", "mvs"), ("n_gons", "willmore"),
-                                        ("valence_7", "mvs_cross"), ("n_gons", "mvs")])
-def test_gradient_with_the_reports_rule(name, term):
-    compare(CAGES[name], lib.Problem(CAGES[name], lib.options(term, as_report=1)))
+@pytest.mark.parametrize("name, term", [("torus", "willmore"), ("torus", "mvs"), ("torus", "mvs_cross"),
+                                        ("valence_3", "willmore"), ("valence_7", "willmore"), ("n_gons", "willmore")])
+def test_gradient_with_the_default_rule_on_limit(name, term):
+    compare(CAGES[name], lib.Problem(CAGES[name], lib.options(term, "limit")))
 
 
 def test_gradient_of_a_weighted_sum_is_the_weighted_sum():

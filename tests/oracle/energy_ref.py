@@ -262,12 +262,12 @@ def gauss_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1) / 2, w / 2
 
 
-def samples(mesh: Mesh, n_gauss: int, levels: int, depth: int, chunk: int = 2000) -> Iterator[tuple]:
+def samples(mesh: Mesh, n_gauss: int, levels: int, depth: int, recentre: bool = True, chunk: int = 2000) -> Iterator[tuple]:
     """(face, u, v, weight, jets) over the whole limit surface of an all-quad cage, in the cage faces' coordinates.
 
     Regular faces are split `levels` times before the rule; faces at extraordinary vertices `depth` times towards them,
-    and what is left there is dropped. From level RECENTRE_LEVEL on positions are relative to the extraordinary vertex
-    (derivatives are not concerned).
+    and what is left there is dropped. With `recentre` positions are relative to the extraordinary vertex from level
+    RECENTRE_LEVEL on (derivatives are not concerned).
     """
     real = mesh.xyz.dtype.type
     x, w = (a.astype(mesh.xyz.dtype) for a in gauss_rule(n_gauss))
@@ -295,7 +295,7 @@ def samples(mesh: Mesh, n_gauss: int, levels: int, depth: int, chunk: int = 2000
         mesh, new_face = restrict(mesh, np.flatnonzero(wanted))
         kept = np.flatnonzero(new_face >= 0)
         face, origin, wanted = face[kept], origin[kept], wanted[kept]
-        if level >= RECENTRE_LEVEL:
+        if recentre and level >= RECENTRE_LEVEL:
             mesh = _recentre(mesh, wanted)
         mesh = refine(mesh)
         size = size / 2
@@ -322,7 +322,8 @@ def energies(mesh: Mesh, surface: str = "limit", n_gauss: int = 6, levels: int =
              dtype=np.float64) -> dict[str, float]:
     """All terms of a closed cage; third-order ones times the area. `plane` needs quads, extraordinary vertices apart.
 
-    On `limit` with an extraordinary vertex the third-order terms do not exist and are left out.
+    On `limit` with an extraordinary vertex the third-order terms do not exist and are left out. On `plane` a depth of 24
+    leaves 1e-10 of the area; curvature vanishes long before.
     """
     if (mesh.sizes != 4).any():
         mesh = refine(mesh)
@@ -330,7 +331,7 @@ def energies(mesh: Mesh, surface: str = "limit", n_gauss: int = 6, levels: int =
     blend = Blend(mesh) if surface == "plane" else None
     third = blend is not None or bool((np.bincount(mesh.flat, minlength=mesh.n_vertices) == 4).all())
     total: dict[str, float] = {}
-    for face, u, v, weight, jets in samples(mesh, n_gauss, levels, depth):
+    for face, u, v, weight, jets in samples(mesh, n_gauss, levels, depth, blend is None):
         if blend:
             jets = blend.apply(jets, face, u, v)
         density = (densities if third else second_order)(jets.astype(float))
