@@ -122,8 +122,6 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (!o)
         return null_argument(error, "options");
     int32_t status = check_integer("struct_size", o->struct_size, sizeof *o, sizeof *o, error);
-    if (status == CURVOPT_OK && o->surface == CURVOPT_SURFACE_POLYNOMIAL)
-        status = co_status_fail(error, CURVOPT_ERROR_UNSUPPORTED, -1, "surface `polynomial` is not in this build");
     if (status == CURVOPT_OK)
         status = check_integer("surface", o->surface, CURVOPT_SURFACE_AUTO, CURVOPT_SURFACE_POLYNOMIAL, error);
     if (status == CURVOPT_OK)
@@ -156,7 +154,9 @@ static curvopt_options settle_options(const curvopt_options *options) {
     for (int t = CURVOPT_TERM_WILLMORE + 1; t < CURVOPT_N_TERMS; t++)
         third |= o.weights[t] > 0;
     if (o.surface == CURVOPT_SURFACE_AUTO)
-        o.surface = third ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_LIMIT;
+        o.surface = !third       ? CURVOPT_SURFACE_LIMIT
+                    : o.as_report ? CURVOPT_SURFACE_PLANE
+                                  : CURVOPT_SURFACE_POLYNOMIAL;
     return o;
 }
 
@@ -225,14 +225,12 @@ int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_
                              curvopt_error *error) {
     if (!mesh || !xyz || !face || !corner || !uv || !jets)
         return null_argument(error, "an array");
-    if (surface != CURVOPT_SURFACE_LIMIT && surface != CURVOPT_SURFACE_PLANE)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
-                              "surface is %d; points are given of limit (%d) and "
-                              "plane (%d)",
-                              surface, CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE);
+    int32_t status = check_integer("surface", surface, CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_POLYNOMIAL, error);
+    if (status != CURVOPT_OK)
+        return status;
     if (n < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n is %d", n);
-    int32_t status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
+    status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
     return status == CURVOPT_OK ? co_sample_jets(mesh, xyz, surface, n, face, corner, uv, jets, error) : status;
 }
 

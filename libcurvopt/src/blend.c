@@ -60,7 +60,7 @@ static void weight_lower_half(co_real t, co_real w[4]) {
     w[3] *= 6;
 }
 
-static void weight(co_real t, co_real w[4]) {
+static void weight_smooth(co_real t, co_real w[4]) {
     const co_real flat = 0.005L; /* closer to an end w equals its limit to the last bit of long double */
     w[0] = t < 0.5L;
     w[1] = w[2] = w[3] = 0;
@@ -75,8 +75,17 @@ static void weight(co_real t, co_real w[4]) {
     }
 }
 
-void co_blend_weight(co_real u, co_real v, co_real jet[CO_JET]) {
+static void weight_polynomial(co_real t, co_real w[4]) {
+    co_real s = 1 - t;
+    w[0] = 1 - t * t * t * t * (35 - 84 * t + 70 * t * t - 20 * t * t * t);
+    w[1] = -140 * t * t * t * s * s * s;
+    w[2] = -420 * t * t * s * s * (1 - 2 * t);
+    w[3] = -840 * t * s * (1 - 5 * t * s);
+}
+
+void co_blend_weight(co_blend blend, co_real u, co_real v, co_real jet[CO_JET]) {
     co_real along_u[4], along_v[4];
+    void (*weight)(co_real, co_real *) = blend == CO_BLEND_SMOOTH ? weight_smooth : weight_polynomial;
     weight(u, along_u);
     weight(v, along_v);
     co_jet_of_product(along_u, along_v, jet);

@@ -18,6 +18,9 @@
 #include <time.h>
 
 enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12 };
+/* While a level is worked on, quadrature may be this much coarser than what is wanted of the figures at its ends: the step
+ * check above needs a resolved energy, not an accurate one. */
+static const double WORKING_FACTOR = 10;
 static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total curvature */
 
 /* The whole run. */
@@ -114,7 +117,7 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     p->edge = mean_edge(p->mesh, now->x);
     if (p->r->options->as_report || (iteration % RESOLVE_EVERY != 0 && !suspicious))
         return CO_SETTLE_KEEP;
-    p->failed = co_assembly_resolve(&p->assembly, now->x, p->tolerance, 0, &energies, &resolved, &changed, p->error);
+    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, 0, &energies, &resolved, &changed, p->error);
     if (p->failed != CURVOPT_OK)
         return step_back(p, before, now, CO_SETTLE_STOP);
     if (!resolved)
@@ -173,22 +176,30 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
     return co_assembly_create(mesh, r->options, &p->assembly, error);
 }
 
-/* Energies at the level's start; refuses what has none. */
-static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
-    run *r = p->r;
-    curvopt_energies energies;
+/* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
+static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    co_assembly assembly;
     int resolved, changed;
-    int32_t status =
-        co_assembly_resolve(&p->assembly, now->x, p->tolerance, p->number == 1, &energies, &resolved, &changed, error);
+    curvopt_energies *start = &r->result->summary.start;
+    double tolerance = r->options->as_report ? (double)INFINITY : r->options->tolerance;
+    int32_t status = co_assembly_create(mesh, r->options, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    if (p->number == 1) {
-        energies.area *= p->radius * p->radius;
-        energies.area_error *= p->radius * p->radius;
-        r->result->summary.start = energies;
-        r->start_energy = energies.objective;
-        r->start_area = energies.area;
-    }
+    status = co_assembly_resolve(&assembly, r->xyz, tolerance, 1, start, &resolved, &changed, error);
+    r->start_energy = start->objective;
+    r->start_area = start->area;
+    co_assembly_free(&assembly);
+    return status;
+}
+
+/* Rules, value and gradient at the level's start; refuses what has none. */
+static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
+    curvopt_energies energies;
+    int resolved, changed;
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, 0, &energies, &resolved,
+                                         &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
     p->defect = energies.gauss_bonnet_defect;
     now->value = evaluate(p, now->x, now->gradient);
     if (!isfinite(now->value) || !isfinite(co_vector_norm(3 * (size_t)p->mesh->info.n_vertices, now->gradient)))
@@ -328,6 +339,8 @@ int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const
         memcpy(r.xyz, xyz, n * sizeof(double));
         memcpy(r.level_start, xyz, n * sizeof(double));
         status = co_mesh_copy(mesh, &r.result->mesh, error);
+        if (status == CURVOPT_OK)
+            status = report_start(&r, mesh, error);
         if (status == CURVOPT_OK)
             status = run_levels(&r, error);
     }

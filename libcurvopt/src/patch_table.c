@@ -1,7 +1,7 @@
 /* Quadrature points and basis rows of a kind of face. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "patch_table.h"
 
-#include "blend.h"
+#include "cell.h"
 #include "memory.h"
 #include "quadrature.h"
 
@@ -20,19 +20,23 @@ typedef struct rule {
     int points, least;
     double hole;
 } rule;
-enum { KIND_REGULAR, KIND_LIMIT, KIND_BLEND, N_KINDS };
+enum { KIND_REGULAR, KIND_LIMIT, KIND_PLANE, KIND_POLYNOMIAL, N_KINDS };
 static const rule rules[N_KINDS][CO_N_RULES] = {
     {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}},
     {{3, 3, 1e-3}, {4, 4, 1e-3}, {6, 6, 1e-4}, {10, 10, 1e-5}, {16, 16, 1e-6}, {24, 24, 1e-7}},
-    {{8, 3, 1e-3}, {16, 4, 1e-3}, {24, 4, 1e-4}, {36, 6, 1e-5}, {48, 6, 1e-6}, {72, 8, 1e-7}}};
+    {{8, 3, 1e-3}, {16, 4, 1e-3}, {24, 4, 1e-4}, {36, 6, 1e-5}, {48, 6, 1e-6}, {72, 8, 1e-7}},
+    {{4, 3, 1e-3}, {6, 4, 1e-3}, {8, 4, 1e-4}, {12, 6, 1e-5}, {24, 12, 1e-6}, {48, 24, 1e-7}}};
 enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
 
 static int kind_of(const co_table *t) {
-    return t->valence == 4 ? KIND_REGULAR : t->surface == CURVOPT_SURFACE_LIMIT ? KIND_LIMIT : KIND_BLEND;
+    static const int irregular[] = {[CURVOPT_SURFACE_LIMIT] = KIND_LIMIT,
+                                    [CURVOPT_SURFACE_PLANE] = KIND_PLANE,
+                                    [CURVOPT_SURFACE_POLYNOMIAL] = KIND_POLYNOMIAL};
+    return t->valence == 4 ? KIND_REGULAR : irregular[t->surface];
 }
 
 static int points_of_ring(int kind, const rule *r, int ring) {
-    int points = kind == KIND_BLEND ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points;
+    int points = kind == KIND_PLANE || kind == KIND_POLYNOMIAL ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points;
     return points > r->least ? points : r->least;
 }
 
@@ -92,100 +96,87 @@ static int32_t choose_support(co_table *t, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* One sample from the jets of the 16 bicubic basis functions and, for a ring's cell, the cell's points over the
- * two-ring (cell [16][stride], NULL for a regular face). */
-static void store_rows(co_table *t, int32_t sample, co_real basis[16][CO_JET], const co_real *cell, int32_t stride) {
-    double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
-    for (int32_t p = 0; p < t->n_points; p++, rows += CO_JET)
-        for (int k = 0; k < CO_JET; k++) {
-            co_real sum = 0;
-            if (cell)
-                for (int i = 0; i < 16; i++)
-                    sum += basis[i][k] * cell[i * stride + t->support[p]];
-            else
-                sum = basis[t->support[p]][k];
-            rows[k] = (double)sum;
-        }
+/* What the samples of one cell, or of a whole regular face (cell NULL), have in common. */
+typedef struct cell_samples {
+    const co_cell *cell;
+    int n_side; /* points a side, in sub-cells of at most MAX_GAUSS each way */
+    double area_factor, curvature_factor, jacobian_scale;
+} cell_samples;
+
+static void regular_rows(co_real u, co_real v, double *rows) {
+    co_real basis[16][CO_JET];
+    co_bspline_bicubic(u, v, basis);
+    for (int i = 0; i < 16 * CO_JET; i++)
+        rows[i] = (double)basis[i / CO_JET][i % CO_JET];
 }
 
-/* The blend's jet at (u, v) of the face, derivatives with respect to a cell of the given side. */
-static void blend_of_cell(co_real u, co_real v, co_real side, double *out) {
-    co_real jet[CO_JET];
-    co_blend_weight(u, v, jet);
-    for (int k = 0; k < CO_JET; k++) {
-        for (int order = co_jet_order_u[k] + co_jet_order_v[k]; order > 0; order--)
-            jet[k] *= side;
-        out[k] = (double)jet[k];
+static void store_sample(co_table *t, const cell_samples *c, co_real u, co_real v, co_real weight, int32_t sample) {
+    double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
+    if (c->cell)
+        co_cell_rows(c->cell, u, v, t->n_points, t->support, rows);
+    else
+        regular_rows(u, v, rows);
+    t->area_weight[sample] = (double)weight * c->area_factor;
+    t->weight[sample] = (double)weight * c->curvature_factor;
+    t->jacobian_scale[sample] = c->jacobian_scale;
+    if (t->blend) {
+        co_real jet[CO_JET];
+        co_cell_blend(c->cell, CO_BLEND_SMOOTH, u, v, jet);
+        for (int k = 0; k < CO_JET; k++)
+            t->blend[(size_t)sample * CO_JET + (size_t)k] = (double)jet[k];
     }
 }
 
-/* The samples of one cell, from number `sample` on; returns the next free one. */
-typedef struct cell_info {
-    int n_side;            /* points a side, in sub-cells of at most MAX_GAUSS each way */
-    const co_real *points; /* [16][stride] or NULL */
-    int32_t stride;
-    co_real origin[2], side; /* of the cell in its face */
-    double area_factor, curvature_factor, jacobian_scale;
-} cell_info;
-
-static int32_t add_cell(co_table *t, const cell_info *cell, int32_t sample) {
-    co_real node[MAX_GAUSS], weight[MAX_GAUSS], basis[16][CO_JET];
-    int splits = (cell->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = cell->n_side / splits;
+/* The samples of one cell, from number `sample` on; the next free one. */
+static int32_t add_samples(co_table *t, const cell_samples *c, int32_t sample) {
+    co_real node[MAX_GAUSS], weight[MAX_GAUSS];
+    int splits = (c->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = c->n_side / splits;
     co_quadrature_gauss(gauss, node, weight);
-    for (int j = 0; j < cell->n_side; j++)
-        for (int i = 0; i < cell->n_side; i++, sample++) {
-            co_real u = (i / gauss + node[i % gauss]) / splits;
-            co_real v = (j / gauss + node[j % gauss]) / splits;
-            co_real w = weight[i % gauss] * weight[j % gauss] / (splits * splits);
-            co_bspline_bicubic(u, v, basis);
-            store_rows(t, sample, basis, cell->points, cell->stride);
-            t->area_weight[sample] = (double)w * cell->area_factor;
-            t->weight[sample] = (double)w * cell->curvature_factor;
-            t->jacobian_scale[sample] = cell->jacobian_scale;
-            if (t->blend)
-                blend_of_cell(cell->origin[0] + cell->side * u, cell->origin[1] + cell->side * v, cell->side,
-                              t->blend + (size_t)sample * CO_JET);
-        }
+    for (int j = 0; j < c->n_side; j++)
+        for (int i = 0; i < c->n_side; i++, sample++)
+            store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
+                         weight[i % gauss] * weight[j % gauss] / (splits * splits), sample);
     return sample;
 }
 
+static int32_t fill_masks(co_table *t, int32_t n_points, curvopt_error *error) {
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)n_points);
+    if (!masks)
+        return co_status_no_memory(error);
+    co_irregular_limit_masks(t->valence, masks);
+    for (int m = 0; m < 3; m++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            t->masks[m * t->n_points + p] = (double)masks[m * n_points + t->support[p]];
+    free(masks);
+    return CURVOPT_OK;
+}
+
 static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_tail tail, curvopt_error *error) {
-    co_real *points = CO_NEW(co_real, 16 * (size_t)disc->n_points);
-    co_real *masks = CO_NEW(co_real, 3 * (size_t)disc->n_points);
-    int32_t sample = 0, status = CURVOPT_ERROR_MEMORY;
-    co_real side = 1;
-    if (!points || !masks) {
-        co_status_no_memory(error);
-        goto done;
-    }
-    for (int ring = 1; ring <= tail.n_rings; ring++) {
+    co_polynomial polynomial = {0};
+    co_cell cell = {0};
+    int32_t sample = 0, status = CURVOPT_OK;
+    int has_polynomial = t->surface == CURVOPT_SURFACE_POLYNOMIAL;
+    if (has_polynomial)
+        status = co_polynomial_create(disc, &polynomial, error);
+    if (status == CURVOPT_OK)
+        status = co_cell_create(disc, has_polynomial ? &polynomial : NULL, &cell, error);
+    for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
-        side /= 2;
+        cell_samples samples = {.cell = &cell,
+                                .n_side = points_of_ring(kind_of(t), r, ring),
+                                .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
+                                .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
+                                .jacobian_scale = pow(tail.area_ratio, -ring)};
         for (int c = 0; c < CO_RING_CELLS; c++) {
-            cell_info cell = {.n_side = points_of_ring(kind_of(t), r, ring),
-                              .points = points,
-                              .stride = disc->n_points,
-                              .side = side};
-            cell.origin[0] = side * co_irregular_cell_place[c][0];
-            cell.origin[1] = side * co_irregular_cell_place[c][1];
-            cell.area_factor = last ? 1 / (1 - tail.area_ratio) : 1;
-            cell.curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1;
-            cell.jacobian_scale = pow(tail.area_ratio, -ring);
-            co_disc_cell(disc, c, points);
-            sample = add_cell(t, &cell, sample);
+            co_cell_set(&cell, disc, c);
+            sample = add_samples(t, &samples, sample);
         }
         co_disc_advance(disc);
     }
-    if (t->masks) {
-        co_irregular_limit_masks(t->valence, masks);
-        for (int m = 0; m < 3; m++)
-            for (int32_t p = 0; p < t->n_points; p++)
-                t->masks[m * t->n_points + p] = (double)masks[m * disc->n_points + t->support[p]];
-    }
-    status = CURVOPT_OK;
-done:
-    free(points);
-    free(masks);
+    if (status == CURVOPT_OK && t->masks)
+        status = fill_masks(t, disc->n_points, error);
+    co_cell_free(&cell);
+    co_polynomial_free(&polynomial);
     return status;
 }
 
@@ -198,9 +189,9 @@ static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
         t->n_samples = r->points * r->points;
         status = allocate(t, error);
         if (status == CURVOPT_OK) {
-            cell_info whole = {
-                .n_side = r->points, .side = 1, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
-            add_cell(t, &whole, 0);
+            cell_samples whole = {
+                .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+            add_samples(t, &whole, 0);
         }
         return status;
     }
@@ -234,67 +225,72 @@ int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, c
     return CURVOPT_OK;
 }
 
-/* Ring and cell that contain (u, v) of an irregular patch; `side` their side. */
-static int locate(double u, double v, int *ring, co_real *side) {
-    *ring = 1;
-    *side = 0.5L;
-    while (u < *side && v < *side) {
-        ++*ring;
-        *side /= 2;
-    }
-    return v < *side ? 0 : u < *side ? 2 : 1;
+/* At the vertex itself: its position; derivatives there do not exist. */
+static int32_t vertex_rows(const co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
+    int32_t n = disc->n_points;
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
+    if (!masks)
+        return co_status_no_memory(error);
+    co_irregular_limit_masks(disc->valence, masks);
+    for (int32_t i = 0; i < n * CO_JET; i++)
+        rows[i] = i % CO_JET             ? (double)NAN
+                  : polynomial->n_points ? (double)polynomial->fit[i / CO_JET]
+                                         : (double)masks[i / CO_JET];
+    free(masks);
+    return CURVOPT_OK;
 }
 
-static int32_t irregular_point(int32_t valence, double u, double v, double *rows, curvopt_error *error) {
-    co_disc disc;
-    co_real *points = NULL, basis[16][CO_JET], side = 1;
-    int32_t status = co_disc_create(valence, &disc, error);
+/* Rows at (u, v) of a cell of the right ring, (u, v) not both 0; derivatives with respect to u, v. */
+static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, const int32_t *all,
+                         double *rows, curvopt_error *error) {
+    co_cell cell;
+    int32_t status = co_cell_create(disc, polynomial->n_points ? polynomial : NULL, &cell, error);
     if (status != CURVOPT_OK)
         return status;
-    int32_t n = disc.n_points;
-    points = CO_NEW(co_real, 16 * (size_t)n);
-    if (!points) {
-        status = co_status_no_memory(error);
-        goto done;
+    co_real side = 0.5L;
+    for (; u < side && v < side; side /= 2)
+        co_disc_advance(disc);
+    co_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
+    co_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, disc->n_points, all, rows);
+    for (int32_t i = 0; i < disc->n_points * CO_JET; i++)
+        rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
+    co_cell_free(&cell);
+    return CURVOPT_OK;
+}
+
+static int32_t irregular_point(int32_t surface, int32_t valence, double u, double v, double *rows,
+                               curvopt_error *error) {
+    co_disc disc = {0};
+    co_polynomial polynomial = {0};
+    int32_t *all = CO_NEW(int32_t, co_ring_two_ring_size(valence));
+    int32_t status = all ? co_disc_create(valence, &disc, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL)
+        status = co_polynomial_create(&disc, &polynomial, error);
+    if (status == CURVOPT_OK) {
+        for (int32_t i = 0; i < disc.n_points; i++)
+            all[i] = i;
+        status = u == 0 && v == 0 ? vertex_rows(&disc, &polynomial, rows, error)
+                                  : ring_rows(&disc, &polynomial, u, v, all, rows, error);
     }
-    if (u == 0 && v == 0) {
-        co_irregular_limit_masks(valence, points);
-        for (int32_t i = 0; i < n * CO_JET; i++)
-            rows[i] = i % CO_JET ? (double)NAN : (double)points[i / CO_JET];
-        goto done;
-    }
-    int ring, c = locate(u, v, &ring, &side);
-    while (disc.ring < ring)
-        co_disc_advance(&disc);
-    co_disc_cell(&disc, c, points);
-    co_bspline_bicubic(u / side - co_irregular_cell_place[c][0], v / side - co_irregular_cell_place[c][1], basis);
-    for (int32_t p = 0; p < n; p++)
-        for (int k = 0; k < CO_JET; k++) {
-            co_real sum = 0;
-            for (int i = 0; i < 16; i++)
-                sum += basis[i][k] * points[i * n + p];
-            rows[p * CO_JET + k] = (double)(sum / powl(side, co_jet_order_u[k] + co_jet_order_v[k]));
-        }
-done:
-    free(points);
+    co_polynomial_free(&polynomial);
     co_disc_free(&disc);
+    free(all);
     return status;
 }
 
 int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
                        curvopt_error *error) {
-    for (int k = 0; k < CO_JET; k++)
-        weight[k] = 0;
-    if (valence != 4) {
-        if (surface != CURVOPT_SURFACE_LIMIT)
-            blend_of_cell(u, v, 1, weight);
-        return irregular_point(valence, u, v, rows, error);
+    if (valence == 4) {
+        regular_rows(u, v, rows);
+        return CURVOPT_OK;
     }
-    co_real basis[16][CO_JET];
-    co_bspline_bicubic(u, v, basis);
-    for (int i = 0; i < 16 * CO_JET; i++)
-        rows[i] = (double)basis[i / CO_JET][i % CO_JET];
-    return CURVOPT_OK;
+    if (surface == CURVOPT_SURFACE_PLANE) {
+        co_real jet[CO_JET];
+        co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
+        for (int k = 0; k < CO_JET; k++)
+            weight[k] = (double)jet[k];
+    }
+    return irregular_point(surface, valence, u, v, rows, error);
 }
 
 int32_t co_table_cache_create(int32_t surface, int32_t max_valence, co_table_cache *cache, curvopt_error *error) {

@@ -1,0 +1,82 @@
+/* One cell of a ring round an extraordinary vertex. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cell.h"
+
+#include "memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, co_cell *cell, curvopt_error *error) {
+    *cell = (co_cell){.n_points = disc->n_points, .polynomial = polynomial};
+    cell->points = CO_NEW(co_real, 16 * (size_t)disc->n_points);
+    return cell->points ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+void co_cell_free(co_cell *cell) {
+    free(cell->points);
+    *cell = (co_cell){0};
+}
+
+void co_cell_set(co_cell *cell, const co_disc *disc, int which) {
+    cell->side = ldexpl(1, -disc->ring);
+    for (int c = 0; c < 2; c++)
+        cell->origin[c] = cell->side * co_irregular_cell_place[which][c];
+    co_disc_cell(disc, which, cell->points);
+    for (int i = 0; cell->polynomial && i < 16; i++)
+        for (int c = 0; c < 2; c++) {
+            cell->map[i][c] = 0;
+            for (int32_t p = 0; p < cell->n_points; p++)
+                cell->map[i][c] += cell->points[i * cell->n_points + p] * cell->polynomial->map[2 * p + c];
+        }
+}
+
+void co_cell_blend(const co_cell *cell, co_blend blend, co_real s, co_real t, co_real jet[CO_JET]) {
+    co_blend_weight(blend, cell->origin[0] + cell->side * s, cell->origin[1] + cell->side * t, jet);
+    for (int k = 0; k < CO_JET; k++)
+        jet[k] *= powl(cell->side, co_jet_order_u[k] + co_jet_order_v[k]);
+}
+
+/* Jets that multiply what the surface is made of there: the cell's 16 points, and the polynomial's coefficients. */
+typedef struct generators {
+    co_real points[16][CO_JET];
+    co_real terms[CO_POLYNOMIAL_TERMS][CO_JET];
+} generators;
+
+static void blend_generators(const co_cell *cell, co_real s, co_real t, generators *g) {
+    co_real basis[16][CO_JET], monomial[CO_POLYNOMIAL_TERMS][CO_JET], chi[2][CO_JET], w[CO_JET], rest[CO_JET];
+    memcpy(basis, g->points, sizeof basis);
+    memset(chi, 0, sizeof chi);
+    for (int i = 0; i < 16; i++)
+        for (int k = 0; k < CO_JET; k++)
+            for (int c = 0; c < 2; c++)
+                chi[c][k] += cell->map[i][c] * basis[i][k];
+    co_cell_blend(cell, CO_BLEND_POLYNOMIAL, s, t, w);
+    for (int k = 0; k < CO_JET; k++)
+        rest[k] = (k == 0) - w[k];
+    for (int i = 0; i < 16; i++)
+        co_jet_multiply(rest, basis[i], g->points[i]);
+    co_polynomial_monomials(chi[0], chi[1], monomial);
+    for (int i = 0; i < CO_POLYNOMIAL_TERMS; i++)
+        co_jet_multiply(w, monomial[i], g->terms[i]);
+}
+
+void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support, double *rows) {
+    generators g;
+    co_bspline_bicubic(s, t, g.points);
+    if (cell->polynomial)
+        blend_generators(cell, s, t, &g);
+    for (int32_t p = 0; p < n_support; p++, rows += CO_JET) {
+        co_real sum[CO_JET] = {0};
+        for (int i = 0; i < 16; i++) {
+            co_real factor = cell->points[i * cell->n_points + support[p]];
+            for (int k = 0; factor != 0 && k < CO_JET; k++)
+                sum[k] += factor * g.points[i][k];
+        }
+        for (int i = 0; cell->polynomial && i < CO_POLYNOMIAL_TERMS; i++)
+            for (int k = 0; k < CO_JET; k++)
+                sum[k] += cell->polynomial->fit[i * cell->n_points + support[p]] * g.terms[i][k];
+        for (int k = 0; k < CO_JET; k++)
+            rows[k] = (double)sum[k];
+    }
+}
