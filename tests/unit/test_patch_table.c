@@ -1,0 +1,214 @@
+/* Quadrature points and basis rows of kinds of faces. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "check.h"
+#include "patch_table.h"
+
+#include <stdlib.h>
+
+static const int32_t surfaces[] = {CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE};
+enum { N_SURFACES = sizeof surfaces / sizeof *surfaces, MOST_POINTS = 6 * 9 + 1 };
+
+static co_table *table_of(int32_t surface, int32_t valence, int32_t rule) {
+    co_table *table;
+    curvopt_error error;
+    CHECK_OK(co_table_create(surface, valence, rule, &table, &error), &error);
+    CHECK_INT(table->valence, valence);
+    return table;
+}
+
+static void check_rows_sum(const co_table *t) {
+    for (int32_t s = 0; s < t->n_samples; s++)
+        for (int k = 0; k < CO_JET; k++) {
+            double sum = 0;
+            for (int32_t p = 0; p < t->n_points; p++)
+                sum += t->rows[(s * t->n_points + p) * CO_JET + k];
+            CHECK_NEAR(sum, k == 0, 2e-14);
+        }
+}
+
+static void test_rows_of_positions_sum_to_one_and_of_derivatives_to_zero(void **state) {
+    (void)state;
+    for (int s = 0; s < N_SURFACES; s++)
+        for (int32_t valence = 3; valence <= 9; valence++)
+            for (int32_t rule = 0; rule < 2; rule++) {
+                co_table *t = table_of(surfaces[s], valence, rule);
+                check_rows_sum(t);
+                CHECK_TRUE((t->blend != NULL) == (valence != 4 && surfaces[s] == CURVOPT_SURFACE_PLANE));
+                co_table_destroy(t);
+            }
+}
+
+static void test_regular_weights_sum_to_one(void **state) {
+    (void)state;
+    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
+        co_table *t = table_of(CURVOPT_SURFACE_LIMIT, 4, rule);
+        double area = 0, curvature = 0;
+        for (int32_t s = 0; s < t->n_samples; s++) {
+            area += t->area_weight[s];
+            curvature += t->weight[s];
+            CHECK_NEAR(t->jacobian_scale[s], 1, 0);
+        }
+        CHECK_NEAR(area, 1, 1e-14);
+        CHECK_NEAR(curvature, 1, 1e-14);
+        co_table_destroy(t);
+    }
+}
+
+/* The integral of u^a v^b over a regular face, positions being (u, v) themselves. */
+static void test_regular_rules_integrate_polynomials_over_the_face(void **state) {
+    (void)state;
+    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
+        co_table *t = table_of(CURVOPT_SURFACE_LIMIT, 4, rule);
+        double sum = 0;
+        for (int32_t s = 0; s < t->n_samples; s++) {
+            double u = 0, v = 0;
+            for (int32_t p = 0; p < 16; p++) {
+                u += t->rows[(s * 16 + p) * CO_JET] * (t->support[p] % 4 - 1);
+                v += t->rows[(s * 16 + p) * CO_JET] * (t->support[p] / 4 - 1); /* 4 j + i */
+            }
+            sum += t->area_weight[s] * pow(u, 5) * pow(v, 4);
+        }
+        CHECK_NEAR(sum, 1.0 / 30, 1e-14);
+        co_table_destroy(t);
+    }
+}
+
+/* Area of a face whose two-ring is the characteristic map. Its Jacobian is a polynomial of degree 5 each way in every
+ * cell, and rings repeat exactly, so that all rules, whatever their number of rings, must agree. */
+static double characteristic_area(const co_table *t, const co_real *xy) {
+    double area = 0;
+    for (int32_t s = 0; s < t->n_samples; s++) {
+        double d[2][2] = {{0}};
+        for (int32_t p = 0; p < t->n_points; p++)
+            for (int k = 0; k < 2; k++)
+                for (int c = 0; c < 2; c++)
+                    d[k][c] += t->rows[(s * t->n_points + p) * CO_JET + 1 + k] * (double)xy[2 * t->support[p] + c];
+        double jacobian = d[0][0] * d[1][1] - d[0][1] * d[1][0];
+        CHECK_TRUE(jacobian > 0);
+        area += t->area_weight[s] * jacobian;
+    }
+    return area;
+}
+
+static void test_all_rules_agree_on_the_characteristic_maps_area(void **state) {
+    (void)state;
+    for (int32_t valence = 3; valence <= 9; valence++) {
+        co_disc disc;
+        co_real xy[2 * MOST_POINTS];
+        double first = 0;
+        curvopt_error error;
+        CHECK_OK(co_disc_create(valence, &disc, &error), &error);
+        co_irregular_characteristic_map(&disc, xy);
+        for (int32_t rule = 0; rule < 4 && valence != 4; rule++) {
+            co_table *t = table_of(CURVOPT_SURFACE_LIMIT, valence, rule);
+            double area = characteristic_area(t, xy);
+            first = rule == 0 ? area : first;
+            CHECK_NEAR(area / first, 1, 1e-12);
+            co_table_destroy(t);
+        }
+        co_disc_free(&disc);
+    }
+}
+
+/* Scaled Jacobians undo the rings' shrinking: on the characteristic map they are the same in every ring. */
+static void test_jacobian_scale_undoes_the_shrinking(void **state) {
+    (void)state;
+    co_disc disc;
+    co_real xy[2 * MOST_POINTS];
+    curvopt_error error;
+    CHECK_OK(co_disc_create(6, &disc, &error), &error);
+    co_irregular_characteristic_map(&disc, xy);
+    co_table *t = table_of(CURVOPT_SURFACE_LIMIT, 6, 1);
+    int32_t per_ring = 3 * 4 * 4, n = t->n_points;
+    CHECK_INT(t->n_samples % per_ring, 0);
+    double jacobian[2];
+    for (int ring = 0; ring < 2; ring++) {
+        int32_t s = 5 + ring * (t->n_samples - per_ring);
+        double d[2][2] = {{0}};
+        for (int32_t p = 0; p < n; p++)
+            for (int k = 0; k < 4; k++)
+                d[k / 2][k % 2] += t->rows[(s * n + p) * CO_JET + 1 + k / 2] * (double)xy[2 * t->support[p] + k % 2];
+        jacobian[ring] = t->jacobian_scale[s] * (d[0][0] * d[1][1] - d[0][1] * d[1][0]);
+    }
+    CHECK_NEAR(jacobian[1] / jacobian[0], 1, 1e-12);
+    co_table_destroy(t);
+    co_disc_free(&disc);
+}
+
+static void test_every_rule_is_finer_than_the_one_before(void **state) {
+    (void)state;
+    for (int s = 0; s < N_SURFACES; s++)
+        for (int32_t valence = 3; valence <= 5; valence++) {
+            int32_t before = 0;
+            for (int32_t rule = 0; rule < 4; rule++) {
+                co_table *t = table_of(surfaces[s], valence, rule);
+                CHECK_TRUE(t->n_samples > before);
+                before = t->n_samples;
+                co_table_destroy(t);
+            }
+        }
+}
+
+static void test_point_rows_sum_like_the_tables(void **state) {
+    (void)state;
+    static const double places[][2] = {{1, 1}, {0.7, 0.2}, {0.5, 0.5}, {0.01, 0.3}, {1e-5, 2e-5}, {0, 0.25}};
+    for (int32_t valence = 3; valence <= 9; valence++)
+        for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+            double rows[MOST_POINTS * CO_JET], weight[CO_JET];
+            int32_t n = valence == 4 ? 16 : 6 * valence + 1;
+            curvopt_error error;
+            CHECK_OK(co_table_point(CURVOPT_SURFACE_LIMIT, valence, places[i][0], places[i][1], rows, weight, &error),
+                     &error);
+            for (int k = 0; k < CO_JET; k++) {
+                double sum = 0, size = 0;
+                for (int32_t p = 0; p < n; p++) {
+                    sum += rows[p * CO_JET + k];
+                    size += fabs(rows[p * CO_JET + k]);
+                }
+                double shrink = fmax(places[i][0], places[i][1]) / 2; /* at most the side of its ring's cells */
+                CHECK_NEAR(sum, k == 0, 1e-14 * size + 1e-16 * pow(shrink, -co_jet_order_u[k] - co_jet_order_v[k]));
+            }
+        }
+}
+
+static void test_derivatives_at_the_extraordinary_vertex_do_not_exist(void **state) {
+    (void)state;
+    double rows[31 * CO_JET], weight[CO_JET], sum = 0;
+    curvopt_error error;
+    CHECK_OK(co_table_point(CURVOPT_SURFACE_LIMIT, 5, 0, 0, rows, weight, &error), &error);
+    for (int32_t p = 0; p < 31; p++) {
+        sum += rows[p * CO_JET];
+        for (int k = 1; k < CO_JET; k++)
+            CHECK_TRUE(isnan(rows[p * CO_JET + k]));
+    }
+    CHECK_NEAR(sum, 1, 1e-15);
+    CHECK_NEAR(rows[0], 0.5, 1e-15); /* n / (n + 5) */
+}
+
+static void test_cache_builds_a_table_once(void **state) {
+    (void)state;
+    co_table_cache cache;
+    const co_table *first, *again, *other;
+    curvopt_error error;
+    CHECK_OK(co_table_cache_create(CURVOPT_SURFACE_LIMIT, 5, &cache, &error), &error);
+    CHECK_OK(co_table_cache_get(&cache, 5, 1, &first, &error), &error);
+    CHECK_OK(co_table_cache_get(&cache, 5, 1, &again, &error), &error);
+    CHECK_OK(co_table_cache_get(&cache, 5, 0, &other, &error), &error);
+    CHECK_TRUE(first == again && first != other);
+    CHECK_INT(first->valence, 5);
+    co_table_cache_free(&cache);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rows_of_positions_sum_to_one_and_of_derivatives_to_zero),
+        cmocka_unit_test(test_regular_weights_sum_to_one),
+        cmocka_unit_test(test_regular_rules_integrate_polynomials_over_the_face),
+        cmocka_unit_test(test_all_rules_agree_on_the_characteristic_maps_area),
+        cmocka_unit_test(test_jacobian_scale_undoes_the_shrinking),
+        cmocka_unit_test(test_every_rule_is_finer_than_the_one_before),
+        cmocka_unit_test(test_point_rows_sum_like_the_tables),
+        cmocka_unit_test(test_derivatives_at_the_extraordinary_vertex_do_not_exist),
+        cmocka_unit_test(test_cache_builds_a_table_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
