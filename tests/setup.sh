@@ -51,9 +51,12 @@ need() {
         die "packages are missing; as root, run: apt-get install --no-install-recommends ${missing[*]}"
     say "installing from Debian: ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
-    apt-get update -qq || say "the package lists could not all be refreshed; going on with those at hand"
-    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
-        die "apt-get could not install: ${missing[*]}"
+    local log
+    log=$(mktemp -t "$ME-apt-XXXXXX.log")
+    apt-get update >"$log" 2>&1 || say "the package lists could not all be refreshed; going on with those at hand"
+    apt-get install -y --no-install-recommends "${missing[@]}" >>"$log" 2>&1 ||
+        { tail -n 20 "$log" >&2 && die "apt-get could not install ${missing[*]}; all of its output is in $log"; }
+    rm -f "$log"
 }
 
 # build PRESET [TARGET...]: configures and builds in build/PRESET, quietly unless it fails; to be called in the
