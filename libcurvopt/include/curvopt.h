@@ -179,7 +179,8 @@ CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvo
                                            curvopt_problem **out, curvopt_error *error);
 CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
 /* Energies at xyz [3 n_vertices]; the objective's exact gradient into gradient [3 n_vertices] unless it is NULL.
- * Quadrature is refined until options.tolerance is met. ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area),
+ * Quadrature is refined until every term meets options.tolerance, and not made coarser again for the next positions (so
+ * that differences of nearby energies are smooth). ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area),
  * ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
                                              double *gradient, curvopt_error *error);
@@ -207,7 +208,8 @@ typedef enum curvopt_stop {
 /* "converged", "stalled", "limit", "cancelled", "unresolved"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
-/* Shown to the callback after every accepted step; pointers are valid during the call only. */
+/* Shown to the callback at the start of every level (iteration 0) and after every accepted step; pointers are valid
+ * during the call only. The cage is the one that cancelling would return. */
 typedef struct curvopt_progress {
     double energy;            /* objective now */
     double start_energy;      /* objective of the input cage */

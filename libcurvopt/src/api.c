@@ -202,7 +202,7 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
     co_assembly *a = &problem->assembly;
     int32_t status = co_assembly_check_positions(a->patches.n_cage, xyz, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_resolve(a, xyz, problem->tolerance, 1, &energies, &resolved, &changed, error);
+        status = co_assembly_resolve(a, xyz, problem->tolerance, CO_TERMS_ALL, &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     if (!isfinite(energies.objective) || !(energies.area > 0)) {

@@ -13,6 +13,7 @@
 /* Rules at their finest may miss the wanted error, on `plane` most of all; up to this relative error a surface still
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
+static const double HYSTERESIS = 3;
 static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
 
@@ -251,13 +252,38 @@ static void store_shares(const co_layout *l, double area, int third, patch_share
         }
 }
 
-/* Difference of the objective's shares, in absolute value. */
+/* What a patch's share is off, relative to the whole: the objective's, or the worst term's. `whole` is a sum of shares. */
+typedef struct error_measure {
+    const co_assembly *assembly;
+    int every_term;
+    patch_share whole;
+} error_measure;
+
 static double objective_difference(const co_assembly *a, const patch_share *x, const patch_share *y) {
     double sum = 0;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         if (a->weights[t] > 0)
             sum += a->weights[t] * (x->term[t] - y->term[t]);
     return fabs(sum);
+}
+
+static double relative_difference(const error_measure *m, const patch_share *x, const patch_share *y) {
+    const patch_share zero = {.area = 0};
+    double worst = objective_difference(m->assembly, x, y) / objective_difference(m->assembly, &m->whole, &zero);
+    for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
+        double difference = fabs((x->term[t] - y->term[t]) / m->whole.term[t]);
+        if (difference > worst) /* false for terms that this surface does not have */
+            worst = difference;
+    }
+    return worst;
+}
+
+static error_measure measure_of(const co_assembly *a, int every_term, const patch_share *shares) {
+    error_measure m = {.assembly = a, .every_term = every_term};
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            m.whole.term[t] += shares[p].term[t];
+    return m;
 }
 
 /* Values of the rules one step finer, per patch. */
@@ -297,10 +323,11 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
 }
 
 /* Raises the rule of every patch whose error is above its share; returns how many were. */
-static int32_t refine_rules(co_assembly *a, const patch_share *coarse, const patch_share *fine, double wanted) {
+static int32_t refine_rules(co_assembly *a, const error_measure *m, const patch_share *coarse, const patch_share *fine,
+                            double tolerance) {
     int32_t raised = 0;
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (!(objective_difference(a, &coarse[p], &fine[p]) <= wanted / a->patches.n_patches) &&
+        if (!(relative_difference(m, &coarse[p], &fine[p]) <= tolerance / a->patches.n_patches) &&
             a->rule[p] + 2 < CO_N_RULES) {
             a->rule[p]++;
             raised++;
@@ -308,12 +335,13 @@ static int32_t refine_rules(co_assembly *a, const patch_share *coarse, const pat
     return raised;
 }
 
-int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, int all_terms,
+int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
                             curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
-    int third = a->functional.has_third || (all_terms && a->third_allowed);
+    int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
     int32_t status = CURVOPT_ERROR_MEMORY;
     patch_share *coarse = CO_NEW(patch_share, n), *fine = CO_NEW(patch_share, n);
+    double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
     *resolved = *changed = 0;
     if (!coarse || !fine) {
         co_status_no_memory(error);
@@ -329,14 +357,17 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         status = evaluate_finer(a, third, &finer, fine, error);
         if (status != CURVOPT_OK)
             break;
+        error_measure measure = measure_of(a, terms == CO_TERMS_ALL, fine);
         for (size_t p = 0; p < n; p++)
-            difference += objective_difference(a, &coarse[p], &fine[p]);
-        double wanted = tolerance * fabs(finer.objective);
-        *resolved = difference <= fmax(tolerance, ACCEPTABLE) * fabs(finer.objective);
-        if (difference <= wanted || !isfinite(values.objective) || refine_rules(a, coarse, fine, wanted) == 0) {
+            difference += relative_difference(&measure, &coarse[p], &fine[p]);
+        *resolved = difference <= fmax(bearable, ACCEPTABLE);
+        a->met |= difference <= bearable;
+        if (difference <= bearable || !isfinite(values.objective) ||
+            refine_rules(a, &measure, coarse, fine, tolerance) == 0) {
             report_energies(a, &values, third, coarse, fine, energies);
             break;
         }
+        bearable = tolerance;
         *changed = 1;
         status = renew_layout(a, error);
     }

@@ -18,6 +18,7 @@ typedef struct co_assembly {
     int32_t surface;
     int32_t euler;
     int32_t n_threads;
+    int met;           /* the tolerance has been met before */
     int third_allowed; /* the surface can carry third-order energies */
     uint8_t *rule;     /* [n_patches] */
     co_layout layout;  /* of these rules */
@@ -53,10 +54,18 @@ int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvo
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
-/* Refines rules where needed until the estimated relative error of the objective is below `tolerance`, or rules are at
- * their finest. `energies` gets values and error estimates, of every term if `all_terms`; *resolved whether the error
+/* Which terms a call of co_assembly_resolve() is about. */
+typedef enum co_terms {
+    CO_TERMS_OBJECTIVE, /* those with a weight */
+    CO_TERMS_REPORT,    /* all are evaluated, the objective decides */
+    CO_TERMS_ALL        /* all must meet the tolerance */
+} co_terms;
+
+/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest. An
+ * assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
+ * functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether the error
  * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
-int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, int all_terms,
+int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,
                             curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 
 #endif

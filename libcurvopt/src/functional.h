@@ -18,7 +18,7 @@
 
 #include "status.h"
 
-#define CO_UMBILIC 3e-2
+#define CO_UMBILIC 2e-2
 
 /* What a sweep integrates. */
 typedef enum co_integral {

@@ -42,7 +42,6 @@ typedef struct level_problem {
     const curvopt_mesh *mesh;
     co_assembly assembly;
     double tolerance;
-    double centroid[3], radius; /* of the level's first cage, held */
     double edge;                /* mean length, normalized */
     double defect;              /* Gauss-Bonnet's, when last resolved, */
     co_values last;             /* and what was evaluated last */
@@ -117,7 +116,7 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     p->edge = mean_edge(p->mesh, now->x);
     if (p->r->options->as_report || (iteration % RESOLVE_EVERY != 0 && !suspicious))
         return CO_SETTLE_KEEP;
-    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, 0, &energies, &resolved, &changed, p->error);
+    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved, &changed, p->error);
     if (p->failed != CURVOPT_OK)
         return step_back(p, before, now, CO_SETTLE_STOP);
     if (!resolved)
@@ -132,10 +131,13 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     return CO_SETTLE_CHANGED;
 }
 
-/* Positions in the user's units: the level's centroid and radius held. */
-static void to_user(const level_problem *p, const double *x, double *xyz) {
-    for (size_t i = 0; i < 3 * (size_t)p->mesh->info.n_vertices; i++)
-        xyz[i] = p->centroid[i % 3] + p->radius * x[i];
+/* Positions as the user sees them: the area is the input's, and the cage lies as the level's first one did. */
+static void to_user(const level_problem *p, const double *x, double normalized_area, double *xyz) {
+    size_t n = (size_t)p->mesh->info.n_vertices;
+    double scale = sqrt(p->r->start_area / normalized_area);
+    for (size_t i = 0; i < 3 * n; i++)
+        xyz[i] = scale * x[i];
+    co_placement_align(n, p->r->level_start, xyz);
 }
 
 static double relative_gradient(size_t n, const co_iterate *now) {
@@ -145,11 +147,11 @@ static double relative_gradient(size_t n, const co_iterate *now) {
 static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
     level_problem *p = context;
     run *r = p->r;
-    to_user(p, now->x, r->xyz);
     if (is_cancelled(r))
         return 1;
     if (!r->progress)
         return 0;
+    to_user(p, now->x, p->last.integral[CO_INT_AREA], r->xyz);
     curvopt_progress progress = {.energy = now->value,
                                  .start_energy = r->start_energy,
                                  .gradient_norm = relative_gradient(3 * (size_t)p->mesh->info.n_vertices, now),
@@ -169,9 +171,9 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
     size_t n = (size_t)mesh->info.n_vertices;
     *p = (level_problem){.r = r, .mesh = mesh, .number = number, .error = error};
     p->tolerance = r->options->as_report ? INFINITY : r->options->tolerance;
-    p->radius = co_placement_frame(n, r->xyz, p->centroid);
+    double centroid[3], radius = co_placement_frame(n, r->xyz, centroid);
     for (size_t i = 0; i < 3 * n; i++)
-        x[i] = (r->xyz[i] - p->centroid[i % 3]) / p->radius;
+        x[i] = (r->xyz[i] - centroid[i % 3]) / radius;
     p->edge = mean_edge(mesh, x);
     return co_assembly_create(mesh, r->options, &p->assembly, error);
 }
@@ -185,7 +187,13 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
     int32_t status = co_assembly_create(mesh, r->options, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_assembly_resolve(&assembly, r->xyz, tolerance, 1, start, &resolved, &changed, error);
+    status = co_assembly_resolve(&assembly, r->xyz, tolerance, CO_TERMS_REPORT, start, &resolved, &changed, error);
+    if (status == CURVOPT_OK && (!isfinite(start->objective) || !(start->area > 0))) {
+        co_values values;
+        co_assembly_evaluate(&assembly, r->xyz, &(co_request){0}, &values);
+        status = co_status_fail(error, CURVOPT_ERROR_GEOMETRY, values.worst_face,
+                                "the energy is not finite: the surface is degenerate at face %d", values.worst_face);
+    }
     r->start_energy = start->objective;
     r->start_area = start->area;
     co_assembly_free(&assembly);
@@ -196,7 +204,7 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
 static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
     curvopt_energies energies;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, 0, &energies, &resolved,
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
                                          &changed, error);
     if (status != CURVOPT_OK)
         return status;
@@ -215,7 +223,7 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
     size_t n = (size_t)p->mesh->info.n_vertices;
     curvopt_energies *end = &r->result->summary.end;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, 1, end, &resolved, &changed, error);
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, CO_TERMS_REPORT, end, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     curvopt_level_report *report = &r->result->level[r->result->summary.n_levels++];
@@ -227,16 +235,9 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
                                      .evaluations = solved->evaluations,
                                      .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
                                      .seconds = now_seconds() - started};
-    double *x = CO_NEW(double, 3 * n);
-    if (!x)
-        return co_status_no_memory(error);
-    p->radius = sqrt(r->start_area / end->area);
-    to_user(p, now->x, x);
-    co_placement_align(n, r->level_start, x);
-    memcpy(r->xyz, x, sizeof(double) * 3 * n);
-    free(x);
+    to_user(p, now->x, end->area, r->xyz);
+    end->area_error *= r->start_area / end->area;
     end->area = r->start_area;
-    end->area_error *= p->radius * p->radius;
     return CURVOPT_OK;
 }
 

@@ -12,10 +12,12 @@
  * of the face the hole round an extraordinary vertex may be. The integral over that hole is not dropped: what happens
  * in the last ring repeats in the rings inside it with a known ratio (see ring_tail), which its weights take up.
  *
- * On `limit` all rings look alike and get the same points. A blend varies most where it lets go, in the first ring: its
+ * On `limit` all rings look alike, and count for less and less: each gets one point a side less than the one before it,
+ * down to `least`. A blend varies most where it lets go, in the first ring: its
  * rings get half as many points each as the one before, down to `least`. (One vertex of valence 3, MVS on `plane`: with
  * 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5; 12 in the second ring by 1e-5; 6 in the third by
- * 2e-6 of the whole.) Every rule is finer than the one before it, or comparing the two would tell nothing. */
+ * 2e-6 of the whole.) Every rule is finer in all
+ * respects than the one before it, or comparing the two would not tell what is missing. */
 typedef struct rule {
     int points, least;
     double hole;
@@ -23,9 +25,9 @@ typedef struct rule {
 enum { KIND_REGULAR, KIND_LIMIT, KIND_PLANE, KIND_POLYNOMIAL, N_KINDS };
 static const rule rules[N_KINDS][CO_N_RULES] = {
     {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}},
-    {{3, 3, 1e-3}, {4, 4, 1e-3}, {6, 6, 1e-4}, {10, 10, 1e-5}, {16, 16, 1e-6}, {24, 24, 1e-7}},
-    {{8, 3, 1e-3}, {16, 4, 1e-3}, {24, 4, 1e-4}, {36, 6, 1e-5}, {48, 6, 1e-6}, {72, 8, 1e-7}},
-    {{4, 3, 1e-3}, {6, 4, 1e-3}, {8, 4, 1e-4}, {12, 6, 1e-5}, {24, 12, 1e-6}, {48, 24, 1e-7}}};
+    {{3, 2, 1e-3}, {4, 3, 1e-4}, {6, 4, 1e-5}, {10, 5, 1e-6}, {16, 6, 1e-7}, {24, 8, 1e-8}},
+    {{8, 3, 1e-3}, {16, 4, 1e-4}, {24, 4, 1e-5}, {36, 6, 1e-6}, {48, 6, 1e-7}, {72, 8, 1e-8}},
+    {{4, 3, 1e-3}, {6, 4, 1e-4}, {8, 4, 1e-5}, {12, 6, 1e-6}, {24, 12, 1e-7}, {48, 24, 1e-8}}};
 enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
 
 static int kind_of(const co_table *t) {
@@ -36,8 +38,11 @@ static int kind_of(const co_table *t) {
 }
 
 static int points_of_ring(int kind, const rule *r, int ring) {
-    int points = kind == KIND_PLANE || kind == KIND_POLYNOMIAL ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points;
-    return points > r->least ? points : r->least;
+    int blended = kind == KIND_PLANE || kind == KIND_POLYNOMIAL;
+    int points = blended ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points - (ring - 1);
+    points = points > r->least ? points : r->least;
+    int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
+    return (points + splits - 1) / splits * splits;
 }
 
 /* Ratios of successive rings' integrals: of area lambda^2, of squared curvature (mu / lambda^2)^2 lambda^2. */
@@ -52,7 +57,7 @@ static ring_tail tail_of(const co_disc *disc, int32_t surface, double hole) {
     ring_tail t = {.area_ratio = lambda * lambda, .curvature_ratio = mu * mu / (lambda * lambda)};
     if (surface != CURVOPT_SURFACE_LIMIT) /* smooth there: curvature behaves like a constant */
         t.curvature_ratio = t.area_ratio;
-    t.n_rings = (int)ceil(log(hole) / log(fmax(t.area_ratio, t.curvature_ratio)));
+    t.n_rings = (int)ceill(logl(hole) / logl(fmax(t.area_ratio, t.curvature_ratio)));
     t.n_rings = t.n_rings < MIN_RINGS ? MIN_RINGS : t.n_rings > MAX_RINGS ? MAX_RINGS : t.n_rings;
     return t;
 }
@@ -166,7 +171,7 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
                                 .n_side = points_of_ring(kind_of(t), r, ring),
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
-                                .jacobian_scale = pow(tail.area_ratio, -ring)};
+                                .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
         for (int c = 0; c < CO_RING_CELLS; c++) {
             co_cell_set(&cell, disc, c);
             sample = add_samples(t, &samples, sample);

@@ -3,6 +3,7 @@
 
 #include "json.h"
 #include "obj.h"
+#include "staged.h"
 
 #include <errno.h>
 #include <math.h>
@@ -192,15 +193,24 @@ static int parse_arguments(int argc, char **argv, arguments *a) {
 
 /* ----------------------------------------------------------------------------------------------- reporting -- */
 
-static int write_json(const arguments *a, const json_report *report) {
+/* The report, staged if there is to be one. */
+static int stage_json(const arguments *a, const json_report *report, staged *out) {
+    *out = (staged){0};
     if (!a->json)
         return EXIT_DONE;
-    int standard_output = !strcmp(a->json, "-");
-    FILE *file = standard_output ? stdout : fopen(a->json, "wb");
-    int failed = !file || json_write(file, report);
-    if (file)
-        failed |= standard_output ? fflush(file) != 0 : fclose(file) != 0;
-    return failed ? could_not(a->json, errno ? strerror(errno) : "could not be written") : EXIT_DONE;
+    int failed = staged_open(out, a->json);
+    if (!failed) {
+        json_write(out->file, report);
+        failed = staged_close(out);
+        if (failed)
+            staged_discard(out);
+    }
+    return failed ? could_not(a->json, strerror(failed)) : EXIT_DONE;
+}
+
+static int commit(staged *out) {
+    int failed = out->path ? staged_commit(out) : 0;
+    return failed ? could_not(out->path, strerror(failed)) : EXIT_DONE;
 }
 
 static void print_number(const char *name, double value, double error) {
@@ -258,11 +268,14 @@ static int run_evaluate(const arguments *a) {
         curvopt_problem_evaluate(problem, cage.xyz, &energies, NULL, &error) != CURVOPT_OK) {
         result = could_not(a->input, error.message);
     } else {
+        staged json;
         curvopt_mesh_info info;
         curvopt_mesh_get_info(mesh, &info);
         if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
             print_energies(&info, &energies);
-        result = write_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy});
+        result = stage_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy}, &json);
+        if (result == EXIT_DONE)
+            result = commit(&json);
     }
     curvopt_problem_destroy(problem);
     curvopt_mesh_destroy(mesh);
@@ -300,25 +313,49 @@ static int take_result(const curvopt_result *result, const curvopt_mesh_info *in
     return 1;
 }
 
-static int deliver(const arguments *a, const curvopt_result *result) {
-    char message[256] = "out of memory";
+/* The optimized cage, staged. */
+static int stage_cage(const arguments *a, const curvopt_result *result, const curvopt_mesh_info *info, staged *out) {
     obj_cage cage;
+    int failed = take_result(result, info, &cage) ? staged_open(out, a->output) : ENOMEM;
+    if (!failed) {
+        obj_write(out->file, &cage);
+        failed = staged_close(out);
+        if (failed)
+            staged_discard(out);
+    }
+    obj_free(&cage);
+    return failed ? could_not(a->output, strerror(failed)) : EXIT_DONE;
+}
+
+/* Cage and report: both are complete before either is put in its place. */
+static int deliver(const arguments *a, const curvopt_result *result) {
+    staged cage, json;
     curvopt_mesh_info info;
     curvopt_summary summary;
     curvopt_mesh_get_info(curvopt_result_mesh(result), &info);
     curvopt_result_get_summary(result, &summary);
-    int failed = !take_result(result, &info, &cage) || obj_write(a->output, &cage, message, sizeof message);
-    obj_free(&cage);
-    if (failed)
-        return could_not(a->output, message);
-    if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
+    json_report report = {.info = &info,
+                          .energies = &summary.end,
+                          .summary = &summary,
+                          .result = result,
+                          .energy = a->energy,
+                          .method = "lmvm"};
+    int status = stage_cage(a, result, &info, &cage);
+    if (status != EXIT_DONE)
+        return status;
+    status = stage_json(a, &report, &json);
+    if (status != EXIT_DONE) {
+        staged_discard(&cage);
+        return status;
+    }
+    status = commit(&cage);
+    if (status != EXIT_DONE) {
+        staged_discard(&json);
+        return status;
+    }
+    if (!a->quiet && !(a->json && !strcmp(a->json, "-")) && strcmp(a->output, "-") != 0)
         print_run(&summary, a->energy);
-    return write_json(a, &(json_report){.info = &info,
-                                        .energies = &summary.end,
-                                        .summary = &summary,
-                                        .result = result,
-                                        .energy = a->energy,
-                                        .method = "lmvm"});
+    return commit(&json);
 }
 
 static int run_minimize(const arguments *a) {

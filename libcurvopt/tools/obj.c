@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { MAX_NUMBER = 64 };
 
@@ -48,7 +47,8 @@ static int is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
-/* The next word of the line into word [MAX_NUMBER] (cut short if longer); its length, 0 at the line's end. */
+/* The next word of the line into word [MAX_NUMBER]; its length, 0 at the line's end. What is longer than any number
+ * becomes a word that is none. */
 static size_t next_word(cursor *c, char *word) {
     size_t length = 0;
     while (c->at < c->end && (is_blank(*c->at) || (*c->at == '\\' && c->at + 1 < c->end && c->at[1] == '\n'))) {
@@ -61,6 +61,8 @@ static size_t next_word(cursor *c, char *word) {
     while (c->at < c->end && !is_blank(*c->at) && *c->at != '\n' && *c->at != '#') {
         if (length + 1 < MAX_NUMBER)
             word[length++] = *c->at;
+        else
+            memcpy(word, "...", 4), length = 3;
         c->at++;
     }
     word[length] = 0;
@@ -145,10 +147,10 @@ int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, si
         }
         while (c.at < c.end && *c.at != '\n')
             c.at++;
-        c.at++;
-        if (c.at > c.end)
-            break;
-        c.line++;
+        if (c.at < c.end) {
+            c.at++;
+            c.line++;
+        }
     }
     if (cage->n_vertices == 0 || cage->n_faces == 0) {
         snprintf(message, size, length == 0 ? "the file is empty" : "the file has %d vertices and %d faces",
@@ -197,7 +199,7 @@ int obj_read(const char *path, obj_cage *cage, char *message, size_t size) {
     return failed;
 }
 
-static int write_cage(FILE *file, const obj_cage *cage) {
+int obj_write(FILE *file, const obj_cage *cage) {
     const int32_t *corner = cage->face_vertices;
     for (int32_t v = 0; v < cage->n_vertices; v++)
         fprintf(file, "v %.17g %.17g %.17g\n", cage->xyz[3 * (size_t)v], cage->xyz[3 * (size_t)v + 1],
@@ -209,33 +211,6 @@ static int write_cage(FILE *file, const obj_cage *cage) {
         fputc('\n', file);
     }
     return ferror(file);
-}
-
-int obj_write(const char *path, const obj_cage *cage, char *message, size_t size) {
-    size_t length = strlen(path) + 32;
-    char *partial = malloc(length);
-    if (!partial) {
-        snprintf(message, size, "out of memory");
-        return 1;
-    }
-    snprintf(partial, length, "%s.%ld.part", path, (long)getpid());
-    errno = 0;
-    FILE *file = fopen(partial, "wbx");
-    int failed = !file;
-    if (file) {
-        failed = write_cage(file, cage);
-        failed |= fclose(file) != 0;
-        failed = failed || rename(partial, path) != 0;
-        if (failed) {
-            int reason = errno;
-            remove(partial);
-            errno = reason;
-        }
-    }
-    if (failed)
-        snprintf(message, size, "%s", errno ? strerror(errno) : "could not be written");
-    free(partial);
-    return failed;
 }
 
 void obj_free(obj_cage *cage) {

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 typedef struct obj_cage {
     int32_t n_vertices, n_faces;
@@ -17,8 +18,8 @@ typedef struct obj_cage {
 int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size);
 /* Reads a file; `-` is standard input. */
 int obj_read(const char *path, obj_cage *cage, char *message, size_t size);
-/* Writes a file whole or not at all: beside its destination first, then renamed. Coordinates to 17 digits. */
-int obj_write(const char *path, const obj_cage *cage, char *message, size_t size);
+/* Coordinates to 17 digits, so that they read back bit for bit. Nonzero if writing failed. */
+int obj_write(FILE *file, const obj_cage *cage);
 void obj_free(obj_cage *cage);
 
 #endif
