@@ -121,7 +121,8 @@ typedef enum curvopt_term {
     CURVOPT_TERM_MVS_CROSS = 2,     /* A int (|grad k1|^2 + |grad k2|^2) dA */
     CURVOPT_TERM_VARIATION = 3,     /* A int |grad h|^2 dA */
     CURVOPT_TERM_MEHLUM_TARROU = 4, /* A int (1/pi) int_0^{2 pi} kappa'(theta)^2 dtheta dA */
-    CURVOPT_N_TERMS = 5
+    CURVOPT_TERM_AREA = 5,          /* A / (root mean square distance of the cage's vertices from their centroid)^2 */
+    CURVOPT_N_TERMS = 6
 } curvopt_term;
 
 typedef enum curvopt_method {

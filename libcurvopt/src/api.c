@@ -150,9 +150,7 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
 /* Options with AUTO resolved for this mesh. */
 static curvopt_options settle_options(const curvopt_options *options) {
     curvopt_options o = *options;
-    int third = 0;
-    for (int t = CURVOPT_TERM_WILLMORE + 1; t < CURVOPT_N_TERMS; t++)
-        third |= o.weights[t] > 0;
+    int third = co_functional_of_weights(o.weights).has_third;
     if (o.surface == CURVOPT_SURFACE_AUTO)
         o.surface = !third       ? CURVOPT_SURFACE_LIMIT
                     : o.as_report ? CURVOPT_SURFACE_PLANE

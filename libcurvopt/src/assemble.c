@@ -216,7 +216,11 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         run_blocks(a, &a->layout, &f->second, 0, 0);
         total(a, &a->layout, out);
         double area = out->integral[CO_INT_AREA];
-        integrand = (co_integrand){f->second.h2, area * f->third.f1, area * f->third.f3, area * f->third.x};
+        integrand = (co_integrand){.area = f->second.area,
+                                   .h2 = f->second.h2,
+                                   .f1 = area * f->third.f1,
+                                   .f3 = area * f->third.f3,
+                                   .x = area * f->third.x};
     }
     run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
     total(a, &a->layout, out);
@@ -252,7 +256,8 @@ static void store_shares(const co_layout *l, double area, int third, patch_share
         }
 }
 
-/* What a patch's share is off, relative to the whole: the objective's, or the worst term's. `whole` is a sum of shares. */
+/* What a patch's share is off, relative to the whole: the objective's, or the worst term's. `whole` is a sum of shares.
+ */
 typedef struct error_measure {
     const co_assembly *assembly;
     int every_term;

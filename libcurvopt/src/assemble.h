@@ -61,8 +61,8 @@ typedef enum co_terms {
     CO_TERMS_ALL        /* all must meet the tolerance */
 } co_terms;
 
-/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest. An
- * assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
+/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest.
+ * An assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
  * functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether the error
  * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
 int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,

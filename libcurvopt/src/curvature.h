@@ -170,11 +170,12 @@ CO_LANE_INLINE void adjoint_codazzi(const sample_state *m, const lane C[4], lane
     q_bar[2] = -(C[2] * h[1] + 3 * C[3] * h[2]);
 }
 
-/* S_bar [1..9]: adjoint of weight * J * integrand. `density` is the integrand's value; third order only if asked. */
+/* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value; third order
+ * only if asked. */
 CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
-                                   int third, lane weight, lane density, lane S_bar[CO_JET][3]) {
+                                   int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
     lane seed = weight * m->J, h_bar[3], L_bar[3], n_bar[3] = {{0}, {0}, {0}};
-    lane E_bar = {0}, F_bar, J_bar = weight * density;
+    lane E_bar = {0}, F_bar, J_bar = weight * density + area_weight;
     frame_adjoint f = {{0}, {0}, {0}};
     for (int k = 0; k < 3; k++)
         h_bar[k] = (k == 1 ? 4 : 2) * w->h2 * seed * m->h[k];

@@ -11,31 +11,37 @@ static const co_integrand term_integrand[CURVOPT_N_TERMS] = {
     [CURVOPT_TERM_MVS_CROSS] = {.f1 = 10.0 / 9, .f3 = 2, .x = 4.0 / 3},
     [CURVOPT_TERM_VARIATION] = {.f1 = 4.0 / 3, .f3 = 4},
     [CURVOPT_TERM_MEHLUM_TARROU] = {.f1 = 1, .f3 = 1},
+    [CURVOPT_TERM_AREA] = {.area = 1},
 };
 
+static int is_third(int term) {
+    return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA;
+}
+
 static double integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
-    return w->h2 * integral[CO_INT_H2] + w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] +
-           w->x * integral[CO_INT_X];
+    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->f1 * integral[CO_INT_F1] +
+           w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
 }
 
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
     co_functional f = {0};
     for (int t = 0; t < CURVOPT_N_TERMS; t++) {
         const co_integrand *from = &term_integrand[t];
-        co_integrand *to = t == CURVOPT_TERM_WILLMORE ? &f.second : &f.third;
+        co_integrand *to = is_third(t) ? &f.third : &f.second;
+        to->area += weights[t] * from->area;
         to->h2 += weights[t] * from->h2;
         to->f1 += weights[t] * from->f1;
         to->f3 += weights[t] * from->f3;
         to->x += weights[t] * from->x;
         if (weights[t] > 0)
-            *(t == CURVOPT_TERM_WILLMORE ? &f.has_second : &f.has_third) = 1;
+            *(is_third(t) ? &f.has_third : &f.has_second) = 1;
     }
     return f;
 }
 
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]) {
     for (int t = 0; t < 8; t++) {
-        int third = t != CURVOPT_TERM_WILLMORE;
+        int third = t < CURVOPT_N_TERMS && is_third(t);
         term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
                       ? (double)NAN
                       : (third ? integral[CO_INT_AREA] : 1) * integrate(&term_integrand[t], integral);

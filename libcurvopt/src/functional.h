@@ -31,9 +31,9 @@ typedef enum co_integral {
     CO_N_INTEGRALS
 } co_integral;
 
-/* Weights of an integrand over h2, F1, F3, X. */
+/* Weights of an integrand over 1, h2, F1, F3, X. */
 typedef struct co_integrand {
-    double h2, f1, f3, x;
+    double area, h2, f1, f3, x;
 } co_integrand;
 
 /* Objective = second + area * third, each an integrand. */

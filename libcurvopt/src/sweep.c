@@ -197,7 +197,8 @@ CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, 
         lane density = s->integrand.h2 * value.h2;
         if (third)
             density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
-        adjoint_sample(S, &state, &s->integrand, s->eps4, third, lane_all(t->weight[i]), density, S_bar);
+        adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[i], s->integrand.area * t->area_weight[i],
+                       density, S_bar);
         if (plane) {
             memset(S_bar[0], 0, sizeof S_bar[0]);
             plane_adjoint(&plane_of_block, w, S, S_bar);

@@ -1,4 +1,5 @@
 /* The command line. SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 200809L
 #include "curvopt.h"
 
 #include "json.h"
@@ -24,9 +25,10 @@ static const char help_text[] =
     "CAGE.obj is a closed polygon mesh (any face sizes, any valence from 3); `-` reads standard input.\n"
     "\n"
     "options\n"
-    "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, or a mix by weights such as\n"
+    "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, or a mix by weights such as\n"
     "                       mvs:1,willmore:0.1 (default willmore)\n"
-    "  --surface S          limit: the Catmull-Clark limit surface (default for willmore alone); polynomial: smoothed at\n"
+    "  --surface S          limit: the Catmull-Clark limit surface (default for willmore alone); polynomial: smoothed "
+    "at\n"
     "                       extraordinary vertices (default with third-order energies); plane: flattened there, the\n"
     "                       report's\n"
     "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
@@ -227,7 +229,7 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
            info->euler);
     printf("%-22s %s\n", "surface", json_surface_name[e->surface]);
     print_number("area", e->area, e->area_error);
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+    for (int t = 0; t < CURVOPT_TERM_AREA; t++)
         print_number(json_term_name[t], e->term[t], e->term_error[t]);
     print_number("integral of H^2", e->h2, 0);
     print_number("integral of K", e->gauss, 0);
@@ -380,8 +382,16 @@ static int run_minimize(const arguments *a) {
     return status;
 }
 
+/* GNU OpenMP's threads wait for each other by spinning, which on a busy machine costs up to 60 times the run. It reads
+ * its policy when it is loaded, before main: so set it and start over, unless the user has chosen. */
+static void wait_passively(char **argv) {
+    if (!getenv("OMP_WAIT_POLICY") && setenv("OMP_WAIT_POLICY", "passive", 0) == 0)
+        execv("/proc/self/exe", argv); /* returns only if it cannot; then go on as we are */
+}
+
 int main(int argc, char **argv) {
     arguments a;
+    wait_passively(argv);
     if (argc < 2)
         return usage_error("no command", NULL);
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))

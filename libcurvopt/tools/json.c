@@ -4,7 +4,8 @@
 #include <math.h>
 
 const char *const json_surface_name[4] = {"auto", "limit", "plane", "polynomial"};
-const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou"};
+const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore",  "mvs",           "mvs_cross",
+                                                     "variation", "mehlum_tarrou", "area"};
 
 static void put_number(FILE *f, const char *key, double x, const char *after) {
     if (isfinite(x))
@@ -13,9 +14,10 @@ static void put_number(FILE *f, const char *key, double x, const char *after) {
         fprintf(f, "\"%s\": null%s", key, after);
 }
 
+/* All but the area's, which stands by itself, in the cage's units. */
 static void put_terms(FILE *f, const double *term, const char *after) {
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        put_number(f, json_term_name[t], term[t], t + 1 < CURVOPT_N_TERMS ? ", " : after);
+    for (int t = 0; t < CURVOPT_TERM_AREA; t++)
+        put_number(f, json_term_name[t], term[t], t + 1 < CURVOPT_TERM_AREA ? ", " : after);
 }
 
 static void put_energies(FILE *f, const curvopt_energies *e, const char *indent) {

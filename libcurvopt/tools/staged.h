@@ -4,8 +4,8 @@
 
 #include <stdio.h>
 
-/* A file being written beside its destination; `-` is standard output, and what exists and is no regular file (a device,
- * a pipe) is written to directly. */
+/* A file being written beside its destination; `-` is standard output, and what exists and is no regular file (a
+ * device, a pipe) is written to directly. */
 typedef struct staged {
     const char *path;
     char *partial; /* where it is being written, if that is not the destination itself */
