@@ -13,6 +13,9 @@
         cppcheck:cppcheck libosd-dev xvfb:Xvfb imagemagick:import)
 }
 
+# Threads that wait should sleep: on a busy machine, spinning ones double the time.
+export OMP_WAIT_POLICY=passive
+
 # The script that sources this file, in front of every message.
 ME=$(basename "$0" .sh)
 
