@@ -92,13 +92,50 @@ typedef struct curvopt_mesh_info {
  * vertex, a non-manifold edge, flipped faces, an isolated vertex, a vertex joining two fans), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                                         const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
+
+/* What becomes of a boundary vertex that belongs to one face. The names of Blender's modifier, and OpenSubdiv's: */
+typedef enum curvopt_boundary_rule {
+    CURVOPT_BOUNDARY_RULE_SMOOTH = 0, /* the boundary runs smoothly through it (ALL; EDGE_ONLY) */
+    CURVOPT_BOUNDARY_RULE_CORNERS = 1 /* it stays where it is, a corner (PRESERVE_CORNERS; EDGE_AND_CORNER) */
+} curvopt_boundary_rule;
+
+/* From this sharpness on a crease never softens; below, each subdivision takes 1 off, as OpenSubdiv does. */
+#define CURVOPT_SHARPNESS_INFINITE 10.0
+#define CURVOPT_SHARPNESS_MAX      1000.0 /* larger ones are refused: a percentage or a length, most likely */
+
+/* Sharp edges and vertices. Where one is named several times, the last time counts. */
+typedef struct curvopt_creases {
+    const int32_t *crease_vertices;  /* [2 n_creases] both ends of an edge, in any order */
+    const double *crease_sharpness;  /* [n_creases] 0..CURVOPT_SHARPNESS_MAX */
+    const int32_t *corner_vertices;  /* [n_corners] */
+    const double *corner_sharpness;  /* [n_corners] 0..CURVOPT_SHARPNESS_MAX */
+    int32_t n_creases;
+    int32_t n_corners;
+    int32_t boundary_rule; /* curvopt_boundary_rule */
+    int32_t reserved;      /* 0 */
+} curvopt_creases;
+
+/* As curvopt_mesh_create, with creases; NULL is no creases and the rule SMOOTH. Besides its errors, ERROR_ARGUMENT: an
+ * array NULL, a negative count, a sharpness out of range or NAN, a vertex that does not exist, a crease that is no edge
+ * of the cage (`element` is its index). */
+CURVOPT_API int32_t curvopt_mesh_create_creased(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                                                const int32_t *face_vertices, const curvopt_creases *creases,
+                                                curvopt_mesh **out, curvopt_error *error);
 CURVOPT_API void curvopt_mesh_destroy(curvopt_mesh *mesh);
 CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info);
 /* Copies the polygons out: face_sizes [n_faces], face_vertices [n_corners]. */
 CURVOPT_API void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices);
+/* Sharp edges and vertices that the mesh has, counted and copied out; none of sharpness 0. A subdivided mesh has those of
+ * its cage, one softer. Corners kept by the rule CORNERS are among them, infinitely sharp, so that what is copied out
+ * means the same surface under either rule.
+ *   crease_vertices [2 n_creases], crease_sharpness [n_creases], corner_vertices [n_corners], corner_sharpness
+ *   [n_corners] */
+CURVOPT_API void curvopt_mesh_count_creases(const curvopt_mesh *mesh, int32_t *n_creases, int32_t *n_corners);
+CURVOPT_API void curvopt_mesh_get_creases(const curvopt_mesh *mesh, int32_t *crease_vertices, double *crease_sharpness,
+                                          int32_t *corner_vertices, double *corner_sharpness);
 
 /* One Catmull-Clark subdivision. Vertices of the result: the cage's vertices, then its edges, then its faces
- * (n_vertices + n_edges + n_faces of them); child k of a face starts at the face's corner k.
+ * (n_vertices + n_edges + n_faces of them); child k of a face starts at the face's corner k. Creases go with it.
  *   xyz [3 n_vertices], fine_xyz [3 (n_vertices + n_edges + n_faces)]: both NULL for connectivity alone. */
 CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *xyz, curvopt_mesh **out,
                                         double *fine_xyz, curvopt_error *error);

@@ -1,6 +1,7 @@
 /* Polygons as half-edges: validation and construction in linear time. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh.h"
 
+#include "crease.h"
 #include "memory.h"
 
 #include <stdlib.h>
@@ -270,6 +271,8 @@ void co_mesh_destroy(curvopt_mesh *m) {
     free(m->vertex_corner);
     free(m->valence);
     free(m->edge_corner);
+    free(m->edge_sharpness);
+    free(m->vertex_sharpness);
     free(m);
 }
 
@@ -279,6 +282,8 @@ int32_t co_mesh_copy(const curvopt_mesh *mesh, curvopt_mesh **out, curvopt_error
         for (int32_t f = 0; f < mesh->info.n_faces; f++)
             sizes[f] = co_mesh_face_size(mesh, f);
         status = co_mesh_create(mesh->info.n_vertices, mesh->info.n_faces, sizes, mesh->corner_vertex, out, error);
+        if (status == CURVOPT_OK)
+            status = co_crease_inherit(mesh, NULL, NULL, out, error);
     } else {
         co_status_no_memory(error);
     }
@@ -314,6 +319,8 @@ int32_t co_mesh_extract(const curvopt_mesh *mesh, const uint8_t *keep, curvopt_m
             vertices[n_corners++] = new_index[mesh->corner_vertex[h]];
     }
     status = co_mesh_create_loose(n_vertices, n_faces, sizes, vertices, out, error);
+    if (status == CURVOPT_OK)
+        status = co_crease_inherit(mesh, keep, old_index, out, error);
     if (status == CURVOPT_OK) {
         *vertex_of = old_index;
         old_index = NULL;

@@ -16,6 +16,10 @@ struct curvopt_mesh {
     int32_t *vertex_corner; /* [n_vertices] a half-edge leaving the vertex; on a boundary the clockwise-most one */
     int32_t *valence;       /* [n_vertices] edges at the vertex */
     int32_t *edge_corner;   /* [n_edges] a half-edge of each edge */
+    /* Creases (crease.h); NULL where there are none. Boundary edges are infinitely sharp whatever stands here. */
+    double *edge_sharpness;   /* [n_edges] */
+    double *vertex_sharpness; /* [n_vertices] */
+    int32_t boundary_rule;    /* curvopt_boundary_rule; what it does has been added to vertex_sharpness */
 };
 
 static inline int32_t co_mesh_next(const curvopt_mesh *m, int32_t h) {

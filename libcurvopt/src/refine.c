@@ -1,13 +1,16 @@
 /* Catmull-Clark subdivision as rows over the coarse points.
  *
  * Follows: Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10(6), 1978;
- * boundaries as uniform cubic B-spline curves (the rule of Blender's and OpenSubdiv's smooth boundaries).
+ * boundaries and creases as uniform cubic B-spline curves, corners kept; while a sharpness fades below 1, the rules
+ * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "refine.h"
 
+#include "crease.h"
 #include "memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Collects one row: entries on the same column are added up. Rows are as short as a one-ring, so a linear search of the
@@ -46,32 +49,103 @@ static void row_add_face(row_builder *b, const curvopt_mesh *m, int32_t f, doubl
 }
 
 /* Interior vertex of valence n: (F + 2 R + (n - 3) P) / n with F the mean of face points, R of edge midpoints. */
-static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
+static void add_smooth_rule(row_builder *b, const curvopt_mesh *m, int32_t v, double weight) {
     int32_t first = m->vertex_corner[v], h = first;
-    if (co_mesh_is_boundary_vertex(m, v)) {
-        while (m->twin[co_mesh_prev(m, h)] >= 0)
-            h = co_mesh_rotate(m, h);
-        row_add(b, v, 0.75);
-        row_add(b, co_mesh_destination(m, first), 0.125);
-        row_add(b, m->corner_vertex[co_mesh_prev(m, h)], 0.125);
-        return;
-    }
     double n = m->valence[v];
-    row_add(b, v, (n - 3) / n + 1 / n);
+    row_add(b, v, weight * ((n - 3) / n + 1 / n));
     do {
-        row_add(b, co_mesh_destination(m, h), 1 / (n * n));
-        row_add_face(b, m, m->corner_face[h], 1 / (n * n));
+        row_add(b, co_mesh_destination(m, h), weight * (1 / (n * n)));
+        row_add_face(b, m, m->corner_face[h], weight * (1 / (n * n)));
         h = co_mesh_rotate(m, h);
     } while (h != first);
 }
 
+/* What is sharp round a vertex, now or one subdivision later. */
+typedef struct sharp_edges {
+    int32_t count;
+    int32_t ends[2]; /* other ends of the first two */
+    int is_corner;
+} sharp_edges;
+
+/* What fades away at a vertex with this subdivision. */
+typedef struct fading {
+    double sum;
+    int32_t count;
+} fading;
+
+static void count_sharp(sharp_edges *s, double sharpness, int32_t end) {
+    if (sharpness > 0) {
+        if (s->count < 2)
+            s->ends[s->count] = end;
+        s->count++;
+    }
+}
+
+static void note_fading(fading *f, double sharpness) {
+    if (sharpness > 0 && co_crease_softened(sharpness) == 0) {
+        f->sum += sharpness;
+        f->count++;
+    }
+}
+
+static void note_edge(double sharpness, int32_t end, sharp_edges state[2], fading *f) {
+    count_sharp(&state[0], sharpness, end);
+    count_sharp(&state[1], co_crease_softened(sharpness), end);
+    note_fading(f, sharpness);
+}
+
+/* state[0] now, state[1] after. */
+static void look_round(const curvopt_mesh *m, int32_t v, sharp_edges state[2], fading *f) {
+    int32_t first = m->vertex_corner[v], h = first, last = h;
+    double sharpness = co_crease_vertex(m, v);
+    state[0] = (sharp_edges){.is_corner = sharpness > 0};
+    state[1] = (sharp_edges){.is_corner = co_crease_softened(sharpness) > 0};
+    *f = (fading){0};
+    note_fading(f, sharpness);
+    do {
+        note_edge(co_crease_edge(m, h), co_mesh_destination(m, h), state, f);
+        last = h;
+        h = co_mesh_rotate(m, h);
+    } while (h >= 0 && h != first);
+    if (h < 0) /* the boundary edge that arrives */
+        note_edge(CURVOPT_SHARPNESS_INFINITE, m->corner_vertex[co_mesh_prev(m, last)], state, f);
+    for (int i = 0; i < 2; i++)
+        state[i].is_corner |= state[i].count > 2;
+}
+
+static void add_rule(row_builder *b, const curvopt_mesh *m, int32_t v, const sharp_edges *s, double weight) {
+    if (s->is_corner) {
+        row_add(b, v, weight);
+    } else if (s->count == 2) {
+        row_add(b, v, weight * 0.75);
+        row_add(b, s->ends[0], weight * 0.125);
+        row_add(b, s->ends[1], weight * 0.125);
+    } else { /* a dart, where one crease ends, is smooth */
+        add_smooth_rule(b, m, v, weight);
+    }
+}
+
+static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
+    sharp_edges state[2];
+    fading f;
+    if (!m->edge_sharpness && !m->vertex_sharpness && !co_mesh_is_boundary_vertex(m, v)) {
+        add_smooth_rule(b, m, v, 1);
+        return;
+    }
+    look_round(m, v, state, &f);
+    double weight = f.count ? fmin(f.sum / f.count, 1) : 1;
+    add_rule(b, m, v, &state[0], weight);
+    if (weight < 1)
+        add_rule(b, m, v, &state[1], 1 - weight);
+}
+
 static void edge_row(row_builder *b, const curvopt_mesh *m, int32_t h) {
-    double end_weight = m->twin[h] < 0 ? 0.5 : 0.25;
+    double smooth = 1 - fmin(co_crease_edge(m, h), 1), end_weight = 0.5 - 0.25 * smooth;
     row_add(b, m->corner_vertex[h], end_weight);
     row_add(b, co_mesh_destination(m, h), end_weight);
-    if (m->twin[h] >= 0) {
-        row_add_face(b, m, m->corner_face[h], 0.25);
-        row_add_face(b, m, m->corner_face[m->twin[h]], 0.25);
+    if (smooth > 0) {
+        row_add_face(b, m, m->corner_face[h], 0.25 * smooth);
+        row_add_face(b, m, m->corner_face[m->twin[h]], 0.25 * smooth);
     }
 }
 
@@ -141,6 +215,8 @@ int32_t co_refine(const curvopt_mesh *mesh, curvopt_mesh **fine, co_rows *rows, 
         return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d face corners is too large to subdivide",
                               mesh->info.n_corners);
     int32_t status = build_faces(mesh, fine, error);
+    if (status == CURVOPT_OK)
+        status = co_crease_soften(mesh, fine, error);
     if (status == CURVOPT_OK && rows) {
         status = build_rows(mesh, rows, error);
         if (status != CURVOPT_OK) {

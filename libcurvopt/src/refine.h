@@ -7,7 +7,7 @@
 
 /* One subdivision of polygons into quads: connectivity and the rows that give its points. Vertices of the result are
  * the cage's vertices, then its edges, then its faces; face number h is the child at corner h: vertex, edge
- * leaving it, face, edge arriving. `rows` may be NULL. */
+ * leaving it, face, edge arriving. Creases go with it, one softer. `rows` may be NULL. */
 int32_t co_refine(const curvopt_mesh *mesh, curvopt_mesh **fine, co_rows *rows, curvopt_error *error);
 
 #endif

@@ -41,6 +41,14 @@ class MeshInfo(C.Structure):
                                          "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads")]
 
 
+class Creases(C.Structure):
+    """curvopt_creases"""
+
+    _fields_ = [(name, C.c_void_p) for name in ("crease_vertices", "crease_sharpness", "corner_vertices",
+                                                "corner_sharpness")] + [
+        (name, I32) for name in ("n_creases", "n_corners", "boundary_rule", "reserved")]
+
+
 class Options(C.Structure):
     """curvopt_options"""
 
@@ -88,7 +96,10 @@ STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")
 
 SIGNATURES = {
     "curvopt_mesh_create": (I32, [I32, I32, PTR, PTR, PTR, PTR]),
+    "curvopt_mesh_create_creased": (I32, [I32, I32, PTR, PTR, PTR, PTR, PTR]),
     "curvopt_mesh_destroy": (None, [PTR]),
+    "curvopt_mesh_count_creases": (None, [PTR, PTR, PTR]),
+    "curvopt_mesh_get_creases": (None, [PTR, PTR, PTR, PTR, PTR]),
     "curvopt_mesh_get_info": (None, [PTR, PTR]),
     "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
@@ -147,11 +158,22 @@ class Handle:
         getattr(library(), self._destroy)(self.pointer)
 
 
-def make_mesh(mesh: Mesh) -> Handle:
-    """curvopt_mesh of the connectivity."""
+def make_mesh(mesh: Mesh, boundary_rule: int = 0) -> Handle:
+    """curvopt_mesh of the connectivity and its creases."""
     handle = Handle("curvopt_mesh_destroy")
     sizes, flat = mesh.sizes.astype(np.int32), np.ascontiguousarray(mesh.flat, np.int32)
-    call("curvopt_mesh_create", mesh.n_vertices, mesh.n_faces, _pointer(sizes), _pointer(flat), C.byref(handle.pointer))
+    vertex = np.zeros(0) if mesh.vertex_sharpness is None else np.asarray(mesh.vertex_sharpness, np.float64)
+    corners = np.flatnonzero(vertex).astype(np.int32)
+    if boundary_rule == 0 and len(mesh.creases) == 0 and len(corners) == 0:
+        call("curvopt_mesh_create", mesh.n_vertices, mesh.n_faces, _pointer(sizes), _pointer(flat),
+             C.byref(handle.pointer))
+        return handle
+    pairs, sharpness = np.ascontiguousarray(mesh.creases, np.int32), np.asarray(mesh.crease_sharpness, np.float64)
+    vertex = np.ascontiguousarray(vertex[corners])
+    creases = Creases(_pointer(pairs), _pointer(sharpness), _pointer(corners), _pointer(vertex), len(pairs),
+                      len(corners), boundary_rule, 0)
+    call("curvopt_mesh_create_creased", mesh.n_vertices, mesh.n_faces, _pointer(sizes), _pointer(flat),
+         C.byref(creases), C.byref(handle.pointer))
     return handle
 
 
@@ -167,7 +189,15 @@ def read_mesh(pointer, xyz: np.ndarray | None = None) -> Mesh:
     sizes, flat = np.empty(info.n_faces, np.int32), np.empty(info.n_corners, np.int32)
     library().curvopt_mesh_get_faces(pointer, _pointer(sizes), _pointer(flat))
     xyz = np.zeros((info.n_vertices, 3)) if xyz is None else xyz
-    return Mesh(sizes.astype(np.int64), flat.astype(np.int64), xyz)
+    n_creases, n_corners = I32(), I32()
+    library().curvopt_mesh_count_creases(pointer, C.byref(n_creases), C.byref(n_corners))
+    pairs, sharpness = np.empty((n_creases.value, 2), np.int32), np.empty(n_creases.value)
+    corners, corner_sharpness = np.empty(n_corners.value, np.int32), np.empty(n_corners.value)
+    library().curvopt_mesh_get_creases(pointer, _pointer(pairs), _pointer(sharpness), _pointer(corners),
+                                       _pointer(corner_sharpness))
+    vertex = np.zeros(info.n_vertices)
+    vertex[corners] = corner_sharpness
+    return Mesh(sizes.astype(np.int64), flat.astype(np.int64), xyz, pairs.astype(np.int64), sharpness, vertex)
 
 
 def refine(mesh: Mesh) -> Mesh:
