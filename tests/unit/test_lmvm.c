@@ -12,7 +12,7 @@ static void test_quadratic_converges(void **state) {
     r.options.gradient_tolerance = 1e-7;
     problem_minimize(&p, &r);
     CHECK_INT(r.result.stop, CURVOPT_STOP_CONVERGED);
-    CHECK_BETWEEN(r.result.iterations, 5, 150);
+    CHECK_BETWEEN(r.result.iterations, 5, 300);
     for (int i = 0; i < p.n; i++)
         CHECK_NEAR(r.x[i], i, 1e-7);
     CHECK_NEAR(r.now.value, 1, 1e-13);

@@ -65,7 +65,7 @@ static void run(const co_sweep_kernel *kernel, const faces *in, int third, int b
                           .points = points,
                           .xyz = in->xyz,
                           .eps4 = 1e-6,
-                          .integrand = {0.3, 0.5, 0.7, 0.4},
+                          .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4},
                           .third = third,
                           .gradient = 1,
                           .area_gradient = 1,
@@ -165,7 +165,7 @@ static void test_gradient_is_the_slope_of_the_sums(void **state) {
             double scale = largest(&at.gradients[3][0][0][0], MOST_POINTS * 6);
             double *x = &in.xyz[3 * (3 * in.table->n_points + point) + i % 3], slope[2] = {0, 0};
             static const double weight[CO_N_SUMS] = {
-                [CO_INT_H2] = 0.3, [CO_INT_F1] = 0.5, [CO_INT_F3] = 0.7, [CO_INT_X] = 0.4};
+                [CO_INT_AREA] = 0.2, [CO_INT_H2] = 0.3, [CO_INT_F1] = 0.5, [CO_INT_F3] = 0.7, [CO_INT_X] = 0.4};
             *x += h;
             run(co_sweep_select(NULL), &in, kinds[k].third, 0, &plus);
             *x -= 2 * h;
