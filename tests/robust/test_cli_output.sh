@@ -1,0 +1,160 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# What the command line writes, when it writes nothing, and interrupting it.
+# shellcheck source=tests/robust/cli.sh
+source "$(dirname "$0")/cli.sh"
+
+FAST=(--levels 2 --max-iterations 3 --tolerance 1e-2)
+EVALUATE_KEYS='{"vertices","faces","euler","area","willmore","h2","mvs","mvs_cross","gauss","gauss_bonnet_defect",
+"quadrature_error","surface"}'
+
+test_json_of_evaluate_has_its_keys() {
+    torus_obj 6 4 >cage.obj
+    run evaluate cage.obj --json result.json
+    expect 0 ''
+    json result.json "$EVALUATE_KEYS <= set(j)"
+    json result.json 'j["vertices"] == 24 and j["faces"] == 24 and j["euler"] == 0 and j["surface"] == "limit"'
+    json result.json '70 < j["willmore"] < 200 and j["mvs"] > 0 and abs(j["gauss"]) < 0.1'
+    json result.json 'j["area"] > 1 and 0 <= j["quadrature_error"] < 1e-3 * j["willmore"]'
+}
+
+test_energy_that_does_not_exist_is_null() {
+    cube_obj >cage.obj
+    run evaluate cage.obj --json result.json
+    expect 0 ''
+    json result.json 'j["mvs"] is None and j["mvs_cross"] is None and j["willmore"] > 25 and j["euler"] == 2'
+}
+
+test_json_of_minimize_has_its_keys() {
+    torus_obj 6 4 >cage.obj
+    run minimize cage.obj -o result.obj "${FAST[@]}" --energy mvs --json result.json
+    expect 0 ''
+    json result.json "$EVALUATE_KEYS | {'energy', 'method', 'levels', 'seconds'} <= set(j)"
+    json result.json 'len(j["levels"]) == 2 and j["energy"] == "mvs" and j["method"] == "lmvm"'
+    json result.json 'all({"level", "vertices", "iterations", "evaluations", "energy", "gradient_norm", "seconds", "stop"}
+        <= set(l) for l in j["levels"])'
+    json result.json '[l["vertices"] for l in j["levels"]] == [24, 96] and j["vertices"] == 96'
+    json result.json 'j["levels"][1]["stop"] in ("limit", "converged", "stalled")'
+}
+
+test_dash_as_json_is_standard_output_alone() {
+    cube_obj >cage.obj
+    run evaluate cage.obj --json -
+    expect 0 ''
+    printf '%s' "$OUT" >result.json
+    json result.json 'j["vertices"] == 8'
+    run minimize cage.obj -o result.obj "${FAST[@]}" --json -
+    expect 0 ''
+    printf '%s' "$OUT" >result.json
+    json result.json 'j["vertices"] == 26 and len(j["levels"]) == 2'
+}
+
+test_dash_as_cage_is_standard_input() {
+    cube_obj >cage.obj
+    run evaluate cage.obj
+    local from_file=$OUT from_input
+    from_input=$("$CURVOPT" evaluate - <cage.obj) || fail "exit code $?"
+    [[ $from_input == "$from_file" ]] || fail "standard input gives $from_input"
+    "$CURVOPT" evaluate - </dev/null 2>err && fail "an empty standard input was accepted"
+    grep -q "the file is empty" err || fail "message: $(<err)"
+}
+
+test_quiet_prints_nothing() {
+    cube_obj >cage.obj
+    run evaluate cage.obj --quiet --json result.json
+    expect 0 ''
+    [[ -z $OUT ]] || fail "printed: $OUT"
+    run minimize cage.obj -o result.obj "${FAST[@]}" --quiet
+    expect 0 ''
+    [[ -z $OUT && -s result.obj && -s result.json ]] || fail "printed: $OUT"
+}
+
+test_progress_is_not_written_to_a_file() {
+    cube_obj >cage.obj
+    run minimize cage.obj -o result.obj "${FAST[@]}"
+    expect 0 ''
+    [[ $OUT == willmore:* ]] || fail "printed: $OUT"
+}
+
+test_result_can_be_read_again_and_is_as_good_as_said() {
+    torus_obj 6 4 >cage.obj
+    run minimize cage.obj -o result.obj "${FAST[@]}" --tolerance 1e-4 --json first.json
+    expect 0 ''
+    run evaluate result.obj --json second.json
+    expect 0 ''
+    printf '[%s,%s]' "$(<first.json)" "$(<second.json)" >both.json
+    json both.json 'abs(j[0]["willmore"] / j[1]["willmore"] - 1) < 1e-3 and j[0]["faces"] == j[1]["faces"]'
+    [[ -z $(ls ./*.part 2>/dev/null) ]] || fail "left: $(ls)"
+}
+
+test_output_may_replace_the_input() {
+    cube_obj >cage.obj
+    run minimize cage.obj -o cage.obj --levels 1 --max-iterations 2
+    expect 0 ''
+    [[ $(grep -c '^v ' cage.obj) == 8 && $(head -1 cage.obj) != 'v -1 -1 -1' ]] || fail "it was not replaced"
+}
+
+test_unwritable_outputs_are_refused_and_nothing_is_left() {
+    cube_obj >cage.obj
+    mkdir folder
+    refused 1 "no/such/result.obj: No such file" minimize cage.obj -o no/such/result.obj --levels 1 --max-iterations 1
+    refused 1 "folder" minimize cage.obj -o folder --levels 1 --max-iterations 1
+    refused 1 "no/such.json: No such file" evaluate cage.obj --quiet --json no/such.json
+    refused 1 "no/such.json: No such file" minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --quiet \
+        --json no/such.json
+}
+
+test_full_disk_is_reported() {
+    cube_obj >cage.obj
+    [[ -c /dev/full ]] || fail "this system has no /dev/full"
+    run evaluate cage.obj --quiet --json /dev/full
+    expect 1 "No space left"
+    [[ -c /dev/full ]] || fail "the device is gone"
+    "$CURVOPT" evaluate cage.obj >/dev/full 2>err
+    [[ $? == 1 ]] || fail "a report that could not be printed passes for done"
+}
+
+test_devices_are_written_not_replaced() {
+    cube_obj >cage.obj
+    mkfifo pipe
+    cat pipe >copy.obj &
+    local reader=$!
+    run minimize cage.obj -o pipe --levels 1 --max-iterations 1 --quiet
+    expect 0 ''
+    [[ -p pipe ]] || fail "the pipe was replaced"
+    wait "$reader"
+    [[ $(grep -c '^f ' copy.obj) == 6 ]] || fail "the cage did not come through the pipe"
+}
+
+# Waits until process $1 catches SIGINT, then sends it.
+interrupt() {
+    local caught tries
+    for ((tries = 0; tries < 500; tries++)); do
+        caught=$(sed -n 's/^SigCgt:[[:space:]]*//p' "/proc/$1/status" 2>/dev/null) || return 1
+        if ((0x$caught & 2)); then
+            sleep 0.3
+            kill -INT "$1"
+            return
+        fi
+        sleep 0.02
+    done
+    return 1
+}
+
+test_interrupt_keeps_the_best_cage() {
+    torus_obj 24 16 >cage.obj
+    "$CURVOPT" minimize cage.obj -o result.obj --energy mvs --levels 9 --max-iterations 1000000 --json result.json \
+        >out 2>err &
+    local process=$!
+    interrupt "$process" || fail "it could not be interrupted"
+    wait "$process"
+    CODE=$? ERR=$(<err)
+    expect 0 ''
+    json result.json 'j["stop"] == "cancelled" and j["levels"][-1]["stop"] == "cancelled"'
+    grep -q cancelled out || fail "printed: $(<out)"
+    [[ $(grep -c '^f ' result.obj) -ge 384 ]] || fail "the cage is not there"
+    run evaluate result.obj --quiet
+    expect 0 ''
+}
+
+run_tests

@@ -1,0 +1,113 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Wrong use of the command line: exit code 2, one sentence, nothing written.
+# shellcheck source=tests/robust/cli.sh
+source "$(dirname "$0")/cli.sh"
+
+usage() {
+    local part=$1
+    shift
+    [[ -e cage.obj ]] || cube_obj >cage.obj
+    refused 2 "$part" "$@"
+}
+
+minimize() {
+    local part=$1
+    shift
+    usage "$part" minimize cage.obj -o result.obj --json result.json "$@"
+}
+
+test_no_or_unknown_command() {
+    usage "no command"
+    usage "unknown command optimize" optimize cage.obj
+    usage "unknown command" ""
+    usage "unknown command cage.obj" cage.obj
+}
+
+test_unknown_options_are_named() {
+    usage "unknown option --frobnicate" evaluate cage.obj --frobnicate
+    usage "unknown option -x" evaluate -x cage.obj
+    minimize "unknown option --Energy" --Energy mvs
+    usage "unknown option --energy=mvs" evaluate cage.obj --energy=mvs
+}
+
+test_options_of_minimize_are_refused_by_evaluate() {
+    local option
+    for option in -o --output --levels --max-iterations --method --as-report; do
+        usage "$option" evaluate cage.obj "$option" 1
+    done
+}
+
+test_missing_values_are_named() {
+    local option
+    for option in --json --energy --surface --tolerance --threads; do
+        usage "a value is missing after $option" evaluate cage.obj "$option"
+    done
+    for option in -o --output --levels --max-iterations --method; do
+        usage "a value is missing after $option" minimize cage.obj "$option"
+    done
+}
+
+test_missing_or_double_cage_and_missing_output() {
+    usage "no cage was named" evaluate
+    usage "no cage was named" minimize -o result.obj
+    usage "more than one cage: other.obj" evaluate cage.obj other.obj
+    usage "no output was named" minimize cage.obj
+}
+
+test_values_that_make_no_sense_are_named() {
+    minimize "--energy cannot be beauty" --energy beauty
+    minimize "--energy cannot be mvs:" --energy mvs:
+    minimize "--energy cannot be mvs:x" --energy mvs:x
+    minimize "--energy cannot be mvs,," --energy mvs,,
+    minimize "--surface cannot be auto" --surface auto
+    minimize "--surface cannot be Limit" --surface Limit
+    minimize "--method cannot be newton" --method newton
+    minimize "--levels cannot be two" --levels two
+    minimize "--levels cannot be 2.5" --levels 2.5
+    minimize "--levels cannot be " --levels ""
+    minimize "--threads cannot be 99999999999" --threads 99999999999
+    minimize "--tolerance cannot be tight" --tolerance tight
+    minimize "--max-iterations cannot be 10x" --max-iterations 10x
+}
+
+test_values_out_of_range_are_named() {
+    minimize "levels is 0; it must be 1 to 12" --levels 0
+    minimize "levels is 13; it must be 1 to 12" --levels 13
+    minimize "levels is -1" --levels -1
+    minimize "threads is -1; it must be 0 to 1024" --threads -1
+    minimize "max_iterations is -5" --max-iterations -5
+    minimize "tolerance is 0; it must be" --tolerance 0
+    minimize "tolerance is 1; it must be" --tolerance 1
+    minimize "tolerance is nan" --tolerance nan
+    minimize "weights[1] is -1" --energy mvs:-1
+    minimize "weights[0] is nan" --energy willmore:nan
+    minimize "weights add up to 0" --energy mvs:0
+}
+
+test_options_of_the_future_are_refused_by_name() {
+    minimize "--pin" --pin pins.txt
+    minimize "--symmetry" --symmetry auto
+}
+
+test_energy_that_the_surface_cannot_carry_is_refused() {
+    cube_obj >cage.obj
+    refused 1 "no finite third-order energy" evaluate cage.obj --energy mvs --surface limit
+    refused 1 "no finite third-order energy" minimize cage.obj -o result.obj --energy mvs --surface limit
+}
+
+test_help_and_version() {
+    run --help
+    expect 0 ''
+    [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
+    local option
+    for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
+        --as-report; do
+        [[ $OUT == *"$option"* ]] || fail "help does not mention $option"
+    done
+    run --version
+    expect 0 ''
+    [[ $OUT =~ ^curvopt\ [0-9]+\.[0-9]+\.[0-9]+$ ]] || fail "version: $OUT"
+}
+
+run_tests

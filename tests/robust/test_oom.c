@@ -1,0 +1,223 @@
+/* Memory that runs out at every single allocation in turn. SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * The linker sends the library's allocations here (--wrap). Every run with one failing must end with ERROR_MEMORY, or
+ * do without; free everything; and leave handles that still work. */
+#include "cages.h"
+#include "check.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+static atomic_long allocations, live;
+static long fail_at = -1; /* number of the allocation that fails; -1: none */
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void __real_free(void *p);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+void __wrap_free(void *p);
+
+static int fails(void) {
+    return atomic_fetch_add(&allocations, 1) == fail_at;
+}
+
+static void *counted(void *p) {
+    if (p)
+        atomic_fetch_add(&live, 1);
+    return p;
+}
+
+void *__wrap_malloc(size_t size) {
+    return fails() ? NULL : counted(__real_malloc(size));
+}
+
+void *__wrap_calloc(size_t count, size_t size) {
+    return fails() ? NULL : counted(__real_calloc(count, size));
+}
+
+void *__wrap_realloc(void *old, size_t size) {
+    if (fails())
+        return NULL;
+    void *p = __real_realloc(old, size);
+    return old ? p : counted(p);
+}
+
+void *__wrap_aligned_alloc(size_t alignment, size_t size) {
+    return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
+}
+
+void __wrap_free(void *p) {
+    if (p)
+        atomic_fetch_sub(&live, 1);
+    __real_free(p);
+}
+
+typedef int32_t (*work)(const cage *c, const curvopt_mesh *mesh, curvopt_error *error);
+
+static curvopt_options small_options(int32_t surface, int32_t term) {
+    curvopt_options o;
+    curvopt_options_init(&o);
+    o.surface = surface;
+    o.weights[CURVOPT_TERM_WILLMORE] = 0;
+    o.weights[term] = 1;
+    o.levels = 2;
+    o.max_iterations = 3;
+    o.threads = 1;
+    o.tolerance = 0.1;
+    return o;
+}
+
+static int32_t create(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_mesh *out;
+    (void)mesh;
+    int32_t status = curvopt_mesh_create(c->n_vertices, c->n_faces, c->sizes, c->vertices, &out, error);
+    CHECK_TRUE((out != NULL) == (status == CURVOPT_OK));
+    curvopt_mesh_destroy(out);
+    return status;
+}
+
+static int32_t refine(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    double xyz[3 * 100];
+    curvopt_mesh *out;
+    int32_t status = curvopt_mesh_refine(mesh, c->xyz, &out, xyz, error);
+    CHECK_TRUE((out != NULL) == (status == CURVOPT_OK));
+    curvopt_mesh_destroy(out);
+    return status;
+}
+
+/* Evaluates a second time after a failure: the handle must have stayed whole. */
+static int32_t evaluate_with(const cage *c, const curvopt_mesh *mesh, const curvopt_options *o, curvopt_error *error) {
+    curvopt_problem *problem;
+    curvopt_energies e;
+    double gradient[3 * 32];
+    int32_t status = curvopt_problem_create(mesh, o, &problem, error);
+    CHECK_TRUE((problem != NULL) == (status == CURVOPT_OK));
+    if (status == CURVOPT_OK) {
+        status = curvopt_problem_evaluate(problem, c->xyz, &e, gradient, error);
+        curvopt_error again;
+        if (status != CURVOPT_OK)
+            CHECK_OK(curvopt_problem_evaluate(problem, c->xyz, &e, gradient, &again), &again);
+        CHECK_TRUE(e.objective > 1);
+    }
+    curvopt_problem_destroy(problem);
+    return status;
+}
+
+static int32_t evaluate_limit(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    o.tolerance = 3e-3; /* so that rules are refined once or twice */
+    return evaluate_with(c, mesh, &o, error);
+}
+
+static int32_t evaluate_plane(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_PLANE, CURVOPT_TERM_MVS);
+    return evaluate_with(c, mesh, &o, error);
+}
+
+static int32_t evaluate_polynomial(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS_CROSS);
+    return evaluate_with(c, mesh, &o, error);
+}
+
+static int32_t minimize(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    curvopt_result *result;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
+static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    static const int32_t face = 0, corner = 0;
+    static const double uv[2] = {0.3, 0.2};
+    double out[30];
+    return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_PLANE, 1, &face, &corner, uv, out, error);
+}
+
+/* Fails allocation 0, 1, 2, ... until a run gets by without meeting the one that would fail. */
+static void fail_each(cage c, work run, long least) {
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_error error;
+    CHECK_OK(run(&c, mesh, &error), &error); /* whatever OpenMP keeps for good is there now */
+    long blocks = atomic_load(&live), n = 0, met;
+    do {
+        memset(&error, 0, sizeof error);
+        atomic_store(&allocations, 0);
+        fail_at = n;
+        int32_t status = run(&c, mesh, &error);
+        fail_at = -1;
+        met = atomic_load(&allocations);
+        if (met > n)
+            CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
+        else
+            CHECK_OK(status, &error);
+        CHECK_INT(atomic_load(&live), blocks);
+        n++;
+    } while (met >= n);
+    CHECK_TRUE(n > least); /* a lower bound on what was tried: the wrapping works */
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+static void test_mesh_creation_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_prism(5), create, 8);
+}
+
+static void test_refinement_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_prism(5), refine, 12);
+}
+
+static void test_evaluation_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_torus(4, 3, 1, 0.45), evaluate_limit, 30);
+    fail_each(cage_prism(3), evaluate_limit, 100);
+}
+
+static void test_evaluation_of_blended_surfaces_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_cube(), evaluate_plane, 80);
+    fail_each(cage_cube(), evaluate_polynomial, 80);
+}
+
+static void test_minimization_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
+}
+
+static void test_sampling_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_tetrahedron(), jets, 30);
+}
+
+static void test_cancel_flag_survives_failure(void **state) {
+    (void)state;
+    curvopt_cancel *cancel;
+    curvopt_error error;
+    atomic_store(&allocations, 0);
+    fail_at = 0;
+    int32_t status = curvopt_cancel_create(&cancel, &error);
+    fail_at = -1;
+    CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
+    CHECK_TRUE(cancel == NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_mesh_creation_survives_every_failure),
+        cmocka_unit_test(test_refinement_survives_every_failure),
+        cmocka_unit_test(test_evaluation_survives_every_failure),
+        cmocka_unit_test(test_evaluation_of_blended_surfaces_survives_every_failure),
+        cmocka_unit_test(test_minimization_survives_every_failure),
+        cmocka_unit_test(test_sampling_survives_every_failure),
+        cmocka_unit_test(test_cancel_flag_survives_failure),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
