@@ -1,0 +1,141 @@
+/* The header as other people's compilers see it: sizes and places of every field, no padding, every function there.
+ * Included by one file per language. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "curvopt.h"
+#include "curvopt.h" /* twice: it must not mind */
+
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#define JOIN_(a, b)         a##b
+#define JOIN(a, b)          JOIN_(a, b)
+#define ASSERT(condition)   typedef char JOIN(assertion_, __LINE__)[(condition) ? 1 : -1]
+#define AT(type, field, at) ASSERT(offsetof(type, field) == (at))
+#define SIZE(type, size)    ASSERT(sizeof(type) == (size))
+
+SIZE(curvopt_status, 4);
+SIZE(curvopt_surface, 4);
+SIZE(curvopt_term, 4);
+SIZE(curvopt_stop, 4);
+
+SIZE(curvopt_error, 256);
+AT(curvopt_error, code, 0);
+AT(curvopt_error, element, 4);
+AT(curvopt_error, message, 8);
+
+SIZE(curvopt_mesh_info, 40);
+AT(curvopt_mesh_info, n_vertices, 0);
+AT(curvopt_mesh_info, n_edges, 4);
+AT(curvopt_mesh_info, n_faces, 8);
+AT(curvopt_mesh_info, n_corners, 12);
+AT(curvopt_mesh_info, n_components, 16);
+AT(curvopt_mesh_info, n_boundary_edges, 20);
+AT(curvopt_mesh_info, n_extraordinary, 24);
+AT(curvopt_mesh_info, max_valence, 28);
+AT(curvopt_mesh_info, euler, 32);
+AT(curvopt_mesh_info, all_quads, 36);
+
+SIZE(curvopt_options, 120);
+AT(curvopt_options, struct_size, 0);
+AT(curvopt_options, surface, 4);
+AT(curvopt_options, method, 8);
+AT(curvopt_options, levels, 12);
+AT(curvopt_options, max_iterations, 16);
+AT(curvopt_options, threads, 20);
+AT(curvopt_options, as_report, 24);
+AT(curvopt_options, reserved, 28);
+AT(curvopt_options, weights, 32);
+AT(curvopt_options, tolerance, 96);
+AT(curvopt_options, gradient_tolerance, 104);
+AT(curvopt_options, max_step, 112);
+
+SIZE(curvopt_energies, 200);
+AT(curvopt_energies, objective, 0);
+AT(curvopt_energies, area, 8);
+AT(curvopt_energies, term, 16);
+AT(curvopt_energies, h2, 80);
+AT(curvopt_energies, gauss, 88);
+AT(curvopt_energies, gauss_bonnet_defect, 96);
+AT(curvopt_energies, objective_error, 104);
+AT(curvopt_energies, area_error, 112);
+AT(curvopt_energies, term_error, 120);
+AT(curvopt_energies, min_jacobian, 184);
+AT(curvopt_energies, surface, 192);
+AT(curvopt_energies, n_samples, 196);
+
+SIZE(curvopt_progress, 72);
+AT(curvopt_progress, energy, 0);
+AT(curvopt_progress, start_energy, 8);
+AT(curvopt_progress, gradient_norm, 16);
+AT(curvopt_progress, seconds, 24);
+AT(curvopt_progress, xyz, 32);
+AT(curvopt_progress, mesh, 40);
+AT(curvopt_progress, level, 48);
+AT(curvopt_progress, levels, 52);
+AT(curvopt_progress, iteration, 56);
+AT(curvopt_progress, evaluations, 60);
+AT(curvopt_progress, n_vertices, 64);
+AT(curvopt_progress, reserved, 68);
+
+SIZE(curvopt_level_report, 48);
+AT(curvopt_level_report, energy, 0);
+AT(curvopt_level_report, gradient_norm, 8);
+AT(curvopt_level_report, seconds, 16);
+AT(curvopt_level_report, level, 24);
+AT(curvopt_level_report, n_vertices, 28);
+AT(curvopt_level_report, iterations, 32);
+AT(curvopt_level_report, evaluations, 36);
+AT(curvopt_level_report, stop, 40);
+AT(curvopt_level_report, reserved, 44);
+
+SIZE(curvopt_summary, 424);
+AT(curvopt_summary, start, 0);
+AT(curvopt_summary, end, 200);
+AT(curvopt_summary, seconds, 400);
+AT(curvopt_summary, n_levels, 408);
+AT(curvopt_summary, stop, 412);
+AT(curvopt_summary, n_vertices, 416);
+AT(curvopt_summary, n_faces, 420);
+
+SIZE(curvopt_creases, 48);
+AT(curvopt_creases, crease_vertices, 0);
+AT(curvopt_creases, crease_sharpness, 8);
+AT(curvopt_creases, corner_vertices, 16);
+AT(curvopt_creases, corner_sharpness, 24);
+AT(curvopt_creases, n_creases, 32);
+AT(curvopt_creases, n_corners, 36);
+AT(curvopt_creases, boundary_rule, 40);
+AT(curvopt_creases, reserved, 44);
+
+static int32_t on_progress(const curvopt_progress *progress, void *user) {
+    ++*(int *)user;
+    return progress->iteration >= 2;
+}
+
+/* A tetrahedron, as a stranger would use the shared library; 0 if all went well. */
+static int use_library(void) {
+    static const int32_t sizes[] = {3, 3, 3, 3}, vertices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+    static const double xyz[] = {2, 1, 1, -1, 1.5, -1, 1, -1, -1, -1, -1, 1};
+    curvopt_mesh *mesh = NULL;
+    curvopt_result *result = NULL;
+    curvopt_options options;
+    curvopt_summary summary;
+    curvopt_error error;
+    char version[32];
+    int calls = 0;
+    sprintf(version, "%d.%d.%d", CURVOPT_VERSION_MAJOR, CURVOPT_VERSION_MINOR, CURVOPT_VERSION_PATCH);
+    if (strcmp(curvopt_version(), version) != 0)
+        return 1;
+    curvopt_options_init(&options);
+    options.levels = 1;
+    if (options.struct_size != (int32_t)sizeof options)
+        return 2;
+    if (curvopt_mesh_create(4, 4, sizes, vertices, &mesh, &error) != CURVOPT_OK)
+        return 3;
+    if (curvopt_minimize(mesh, xyz, &options, on_progress, &calls, NULL, &result, &error) != CURVOPT_OK)
+        return 4;
+    curvopt_result_get_summary(result, &summary);
+    curvopt_result_destroy(result);
+    curvopt_mesh_destroy(mesh);
+    return calls == 3 && summary.stop == CURVOPT_STOP_CANCELLED && summary.n_vertices == 4 ? 0 : 5;
+}

@@ -1,0 +1,98 @@
+/* Any bytes as a small cage: it is refused with a message, or evaluated to finite figures.
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * Byte 0: number of vertices; 1: of faces; 2: surface; 3: term; then a byte for each face's size and for each corner's
+ * vertex, as long as there are bytes; what is left moves the vertices, which otherwise lie on a sphere. */
+#include "fuzz.h"
+
+#include "curvopt.h"
+
+#include <math.h>
+#include <string.h>
+
+const char fuzz_name[] = "mesh";
+
+enum { MOST_VERTICES = 24, MOST_FACES = 24, MOST_SIZE = 9 };
+
+typedef struct reader {
+    const uint8_t *at, *end;
+} reader;
+
+static int next(reader *r) {
+    return r->at < r->end ? *r->at++ : 0;
+}
+
+typedef struct input {
+    int32_t n_vertices, n_faces, sizes[MOST_FACES], vertices[MOST_FACES * MOST_SIZE];
+    double xyz[3 * MOST_VERTICES];
+    curvopt_options options;
+} input;
+
+static void decode(const uint8_t *data, size_t size, input *in) {
+    reader r = {data, data + size};
+    int32_t n_corners = 0;
+    in->n_vertices = next(&r) % (MOST_VERTICES + 1);
+    in->n_faces = next(&r) % (MOST_FACES + 1);
+    curvopt_options_init(&in->options);
+    in->options.surface = next(&r) % 4;
+    in->options.weights[CURVOPT_TERM_WILLMORE] = 0;
+    in->options.weights[next(&r) % CURVOPT_N_TERMS] = 1;
+    in->options.tolerance = 0.5;
+    in->options.threads = 1;
+    for (int32_t f = 0; f < in->n_faces; f++)
+        in->sizes[f] = next(&r) % (MOST_SIZE + 1);
+    for (int32_t f = 0; f < in->n_faces; f++)
+        for (int32_t k = 0; k < in->sizes[f]; k++)
+            in->vertices[n_corners++] = (int8_t)next(&r);
+    for (int32_t v = 0; v < in->n_vertices; v++) {
+        double z = 1 - (2 * v + 1) / (double)in->n_vertices, r_xy = sqrt(1 - z * z);
+        in->xyz[3 * v] = r_xy * cos(2.4 * v);
+        in->xyz[3 * v + 1] = r_xy * sin(2.4 * v);
+        in->xyz[3 * v + 2] = z;
+    }
+    for (int32_t i = 0; i < 3 * in->n_vertices; i++) {
+        int byte = next(&r);
+        in->xyz[i] = byte == 255 ? (double)NAN : byte == 254 ? ldexp(in->xyz[i], 330) : in->xyz[i] + byte / 64.0;
+    }
+}
+
+static void evaluate(const curvopt_mesh *mesh, const input *in) {
+    curvopt_error error = {0};
+    curvopt_problem *problem;
+    curvopt_energies e;
+    double gradient[3 * MOST_VERTICES];
+    int32_t status = curvopt_problem_create(mesh, &in->options, &problem, &error);
+    if (status == CURVOPT_OK)
+        status = curvopt_problem_evaluate(problem, in->xyz, &e, gradient, &error);
+    if (status == CURVOPT_OK) {
+        FUZZ_CHECK(isfinite(e.objective) && e.objective >= 0 && e.area > 0 && e.n_samples > 0);
+        for (int32_t i = 0; i < 3 * in->n_vertices; i++)
+            FUZZ_CHECK(isfinite(gradient[i]));
+    } else {
+        FUZZ_CHECK(error.code == status && error.message[0] && memchr(error.message, 0, sizeof error.message));
+        FUZZ_CHECK(status != CURVOPT_ERROR_MEMORY);
+    }
+    curvopt_problem_destroy(problem);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    static input in; /* what the last one left is no harm */
+    curvopt_error error = {0};
+    curvopt_mesh *mesh, *fine;
+    curvopt_mesh_info info;
+    decode(data, size, &in);
+    int32_t status = curvopt_mesh_create(in.n_vertices, in.n_faces, in.sizes, in.vertices, &mesh, &error);
+    FUZZ_CHECK((mesh != NULL) == (status == CURVOPT_OK));
+    if (!mesh) {
+        FUZZ_CHECK(error.code == status && error.message[0]);
+        return 0;
+    }
+    curvopt_mesh_get_info(mesh, &info);
+    FUZZ_CHECK(info.euler == info.n_vertices - info.n_edges + info.n_faces);
+    FUZZ_CHECK(2 * info.n_edges == info.n_corners + info.n_boundary_edges);
+    FUZZ_CHECK(curvopt_mesh_refine(mesh, NULL, &fine, NULL, &error) == CURVOPT_OK);
+    curvopt_mesh_destroy(fine);
+    evaluate(mesh, &in);
+    curvopt_mesh_destroy(mesh);
+    return 0;
+}

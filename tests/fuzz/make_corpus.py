@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the seeds: small cages as OBJ and in the bytes that fuzz_mesh.c reads. Run it again after changing either."""
+import os
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+TETRAHEDRON = (4, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+CUBE = (8, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+
+
+def torus(n, m):
+    faces = []
+    for i in range(n):
+        for j in range(m):
+            k, l = (i + 1) % n, (j + 1) % m
+            faces.append([i * m + j, k * m + j, k * m + l, i * m + l])
+    return n * m, faces
+
+
+def prism(n):
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    return 2 * n, [list(range(n - 1, -1, -1)), list(range(n, 2 * n))] + sides
+
+
+def kites(n):
+    faces = []
+    for k in range(2 * n):
+        a, b = (k - 1) % (2 * n), (k + 1) % (2 * n)
+        faces.append([2 * n, a, k, b] if k % 2 == 0 else [2 * n + 1, b, k, a])
+    return 2 * n + 2, faces
+
+
+def write(folder, name, data):
+    os.makedirs(os.path.join(HERE, folder), exist_ok=True)
+    with open(os.path.join(HERE, folder, name), 'wb') as file:
+        file.write(data)
+
+
+def obj(cage):
+    n, faces = cage
+    lines = ['v %d %d %d' % (i * i % 7 - 3, i * 5 % 11 - 5, i * 3 % 5 - 2) for i in range(n)]
+    lines += ['f ' + ' '.join(str(v + 1) for v in face) for face in faces]
+    return '\n'.join(lines).encode() + b'\n'
+
+
+def packed(cage, surface, term, moves=()):
+    n, faces = cage
+    head = [n, len(faces), surface, term] + [len(face) for face in faces]
+    return bytes(head + [v for face in faces for v in face] + list(moves))
+
+
+def main():
+    cages = {'tetrahedron': TETRAHEDRON, 'cube': CUBE, 'torus': torus(5, 4), 'prism': prism(5), 'kites': kites(5)}
+    for name, cage in cages.items():
+        write('corpus_obj', name, obj(cage))
+        for surface in range(1, 4):
+            write('corpus_mesh', '%s_%d' % (name, surface), packed(cage, surface, 0 if surface == 1 else surface - 1))
+    write('corpus_mesh', 'open', packed((8, CUBE[1][:5]), 1, 0))
+    write('corpus_mesh', 'two_fans', packed((7, TETRAHEDRON[1] + [[0 if v == 0 else v + 3 for v in f]
+                                                                   for f in TETRAHEDRON[1]]), 1, 0))
+    write('corpus_mesh', 'moved', packed(CUBE, 3, 2, [5, 17, 99, 3, 0, 250]))
+    write('corpus_mesh', 'not_finite', packed(CUBE, 1, 0, [0, 0, 255]))
+    write('corpus_mesh', 'huge', packed(CUBE, 1, 0, [254] * 24))
+    write('corpus_obj', 'words', b'# c\nmtllib m\no a\ng b\ns 1\nv 1e3 -2.5E-7 .5\\\n 1\nvt 0 0\nvn 0 0 1\n'
+          b'v nan inf -inf\nv 0x1p3 1 2\nusemtl x\nf 1/1/1 2//1 3/2\nf -1 -2 -3\n')
+    write('corpus_obj', 'bad_index', b'v 0 0 0\nf 1 2 99999999999999999999\nf 0 -9 x\n')
+    write('corpus_obj', 'empty', b'')
+    write('corpus_obj', 'binary', bytes(range(256)))
+
+
+if __name__ == '__main__':
+    main()
