@@ -22,6 +22,12 @@ static int next(reader *r) {
     return r->at < r->end ? *r->at++ : 0;
 }
 
+/* Mostly an index; sometimes a negative one. */
+static int signed_next(reader *r) {
+    int byte = next(r);
+    return byte < 128 ? byte : byte - 256;
+}
+
 typedef struct input {
     int32_t n_vertices, n_faces, sizes[MOST_FACES], vertices[MOST_FACES * MOST_SIZE];
     double xyz[3 * MOST_VERTICES];
@@ -43,7 +49,7 @@ static void decode(const uint8_t *data, size_t size, input *in) {
         in->sizes[f] = next(&r) % (MOST_SIZE + 1);
     for (int32_t f = 0; f < in->n_faces; f++)
         for (int32_t k = 0; k < in->sizes[f]; k++)
-            in->vertices[n_corners++] = (int8_t)next(&r);
+            in->vertices[n_corners++] = signed_next(&r);
     for (int32_t v = 0; v < in->n_vertices; v++) {
         double z = 1 - (2 * v + 1) / (double)in->n_vertices, r_xy = sqrt(1 - z * z);
         in->xyz[3 * v] = r_xy * cos(2.4 * v);

@@ -69,9 +69,10 @@ static size_t list_files(const char *folder, char **names) {
     FUZZ_CHECK(dir != NULL);
     for (struct dirent *entry; (entry = readdir(dir)) && n < MOST_FILES;)
         if (entry->d_name[0] != '.') {
-            names[n] = malloc(strlen(entry->d_name) + 1);
+            size_t length = strlen(entry->d_name) + 1;
+            names[n] = malloc(length);
             FUZZ_CHECK(names[n] != NULL);
-            strcpy(names[n++], entry->d_name);
+            memcpy(names[n++], entry->d_name, length);
         }
     closedir(dir);
     qsort(names, n, sizeof *names, compare_names);

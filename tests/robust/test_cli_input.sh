@@ -89,7 +89,7 @@ test_faces_too_small_or_repeating_are_refused() {
 }
 
 test_edges_that_are_not_manifold_are_refused() {
-    refuse_cube '$a f 1 2 5' "is not manifold: 3 faces meet there"
+    refuse_cube "\$a f 1 2 5" "is not manifold: 3 faces meet there"
 }
 
 test_flipped_face_is_refused() {

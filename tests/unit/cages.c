@@ -16,9 +16,9 @@ static int32_t corners_of(int32_t n_faces, const int32_t *sizes) {
 
 static cage allocate(int32_t n_vertices, int32_t n_faces, int32_t n_corners) {
     cage c = {.n_vertices = n_vertices, .n_faces = n_faces};
-    c.sizes = calloc((size_t)n_faces, sizeof *c.sizes);
-    c.vertices = calloc((size_t)n_corners, sizeof *c.vertices);
-    c.xyz = calloc(3 * (size_t)n_vertices, sizeof *c.xyz);
+    c.sizes = calloc((size_t)n_faces + 1, sizeof *c.sizes);
+    c.vertices = calloc((size_t)n_corners + 1, sizeof *c.vertices);
+    c.xyz = calloc(3 * (size_t)n_vertices + 1, sizeof *c.xyz);
     CHECK_TRUE(c.sizes && c.vertices && c.xyz);
     return c;
 }

@@ -14,6 +14,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* |got - expected| <= tolerance; NAN never passes. */
@@ -38,6 +39,7 @@ static inline void check_near(double got, double expected, double tolerance, con
     print_error("%s: expected %.17g, got %.17g, off by %.3g, tolerance %.3g\n", what, expected, got,
                 fabs(got - expected), tolerance);
     _fail(file, line);
+    abort(); /* never reached, which analyzers want to hear */
 }
 
 static inline void check_between(double got, double low, double high, const char *what, const char *file, int line) {
@@ -45,6 +47,7 @@ static inline void check_between(double got, double low, double high, const char
         return;
     print_error("%s: expected %.17g to %.17g, got %.17g\n", what, low, high, got);
     _fail(file, line);
+    abort();
 }
 
 static inline void check_integer(long long got, long long expected, const char *what, const char *file, int line) {
@@ -52,6 +55,7 @@ static inline void check_integer(long long got, long long expected, const char *
         return;
     print_error("%s: expected %lld, got %lld\n", what, expected, got);
     _fail(file, line);
+    abort();
 }
 
 static inline void check_true(int holds, const char *what, const char *file, int line) {
@@ -59,6 +63,7 @@ static inline void check_true(int holds, const char *what, const char *file, int
         return;
     print_error("does not hold: %s\n", what);
     _fail(file, line);
+    abort();
 }
 
 static inline void check_text(const char *got, const char *part, const char *what, const char *file, int line) {
@@ -66,6 +71,7 @@ static inline void check_text(const char *got, const char *part, const char *wha
         return;
     print_error("%s: expected something with \"%s\", got \"%s\"\n", what, part, got ? got : "(null)");
     _fail(file, line);
+    abort();
 }
 
 static inline void check_status(int32_t got, int32_t expected, const curvopt_error *error, const char *part,
@@ -74,6 +80,7 @@ static inline void check_status(int32_t got, int32_t expected, const curvopt_err
         print_error("status: expected %d, got %d: %s\n", (int)expected, (int)got,
                     error && got != CURVOPT_OK ? error->message : "");
         _fail(file, line);
+        abort();
     }
     if (part)
         check_text(error->message, part, "message", file, line);
