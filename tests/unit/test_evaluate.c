@@ -163,6 +163,19 @@ static void test_energies_are_consistent_with_each_other(void **state) {
     cage_free(&c);
 }
 
+static void test_total_curvature_is_that_of_the_topology(void **state) {
+    (void)state;
+    cage c = cage_both(bumpy_torus(), bumpy_kites(), 4);
+    curvopt_options o = options_for(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    o.tolerance = 1e-6;
+    curvopt_problem *problem = problem_of(&c, &o);
+    curvopt_energies e = energies_of(problem, c.xyz, NULL);
+    CHECK_NEAR(e.gauss, 4 * pi, 1e-4);
+    CHECK_TRUE(e.gauss_bonnet_defect < 1e-4);
+    curvopt_problem_destroy(problem);
+    cage_free(&c);
+}
+
 static void test_area_scales_and_energies_do_not(void **state) {
     (void)state;
     cage c = bumpy_kites();
@@ -269,6 +282,7 @@ int main(void) {
         cmocka_unit_test(test_gradient_is_blind_to_translation_rotation_and_scale),
         cmocka_unit_test(test_results_do_not_depend_on_the_number_of_threads),
         cmocka_unit_test(test_energies_are_consistent_with_each_other),
+        cmocka_unit_test(test_total_curvature_is_that_of_the_topology),
         cmocka_unit_test(test_area_scales_and_energies_do_not),
         cmocka_unit_test(test_limit_gives_no_third_order_at_extraordinary_vertices),
         cmocka_unit_test(test_auto_surface_is_never_reported),

@@ -153,6 +153,28 @@ static void test_ascent_direction_finds_nothing_and_tries_nothing(void **state) 
     CHECK_INT(s.f.calls, 0);
 }
 
+/* -t (1 - t)^2 + t^2 / 500: at t = 1 it is flat, and a little higher than at 0. */
+static double flat_but_higher(void *context, const double *x, double *gradient) {
+    double t = x[0];
+    ((function *)context)->calls++;
+    memset(gradient, 0, sizeof *gradient * N);
+    gradient[0] = -(1 - t) * (1 - 3 * t) + t / 250;
+    return -t * (1 - t) * (1 - t) + t * t / 500;
+}
+
+static void test_flat_step_without_decrease_is_not_taken(void **state) {
+    (void)state;
+    search s = {.line = {.step = 1, .max_step = 1}, .d = {1}, .slope = -1};
+    s.minimand = (co_minimand){.context = &s.f, .n = N, .evaluate = flat_but_higher};
+    s.from = (co_iterate){.x = s.x, .gradient = s.g};
+    s.to = (co_iterate){.x = s.to_x, .gradient = s.to_g};
+    s.from.value = flat_but_higher(&s.f, s.x, s.g);
+    s.f.calls = 0;
+    CHECK_TRUE(run(&s));
+    CHECK_BETWEEN(s.line.step, 0.05, 0.7);
+    CHECK_TRUE(s.to.value < -0.05);
+}
+
 /* A gradient of the wrong sign promises a decrease that never comes; `step_up` puts everything but the start higher. */
 static double step_up;
 
@@ -218,6 +240,7 @@ int main(void) {
         cmocka_unit_test(test_longest_step_is_never_exceeded),
         cmocka_unit_test(test_undefined_region_is_backed_out_of),
         cmocka_unit_test(test_ascent_direction_finds_nothing_and_tries_nothing),
+        cmocka_unit_test(test_flat_step_without_decrease_is_not_taken),
         cmocka_unit_test(test_search_without_any_decrease_gives_up),
         cmocka_unit_test(test_search_near_a_minimum_succeeds_by_slopes),
     };

@@ -112,6 +112,29 @@ static void test_rules_agree_on_the_characteristic_maps_area(void **state) {
     }
 }
 
+/* The last ring stands for all rings inside it, a geometric series: area shrinks by lambda^2 a ring, squared
+ * curvature's integral by mu^2 / lambda^2 on `limit` and like the area where the surface is smooth. */
+static void test_last_ring_stands_for_all_inside_it(void **state) {
+    (void)state;
+    for (int s = 0; s < N_SURFACES; s++)
+        for (int32_t valence = 3; valence <= 7; valence += 2) {
+            co_disc disc;
+            curvopt_error error;
+            CHECK_OK(co_disc_create(valence, &disc, &error), &error);
+            co_real area = disc.lambda * disc.lambda, curvature = disc.mu * disc.mu / area;
+            co_real expected = surfaces[s] == CURVOPT_SURFACE_LIMIT ? (1 - area) / (1 - curvature) : 1;
+            co_table *t = table_of(surfaces[s], valence, 1);
+            double total = 0, last = t->area_weight[t->n_samples - 1];
+            CHECK_NEAR(t->weight[0], t->area_weight[0], 0);
+            CHECK_NEAR(t->weight[t->n_samples - 1] / last, expected, 1e-12);
+            for (int32_t i = t->n_samples - 1; t->jacobian_scale[i] == t->jacobian_scale[t->n_samples - 1]; i--)
+                total += t->area_weight[i];
+            CHECK_NEAR(total, 3 / (1 - area), 1e-12); /* three cells of area 1 */
+            co_table_destroy(t);
+            co_disc_free(&disc);
+        }
+}
+
 /* Scaled Jacobians of the characteristic map have the same range in every ring. */
 static void test_jacobian_scale_undoes_the_shrinking(void **state) {
     (void)state;
@@ -202,6 +225,7 @@ int main(void) {
         cmocka_unit_test(test_regular_weights_sum_to_one),
         cmocka_unit_test(test_regular_rules_integrate_polynomials_over_the_face),
         cmocka_unit_test(test_rules_agree_on_the_characteristic_maps_area),
+        cmocka_unit_test(test_last_ring_stands_for_all_inside_it),
         cmocka_unit_test(test_jacobian_scale_undoes_the_shrinking),
         cmocka_unit_test(test_every_rule_is_finer_than_the_one_before),
         cmocka_unit_test(test_point_rows_sum_like_the_tables),
