@@ -15,20 +15,28 @@ symbols) # exactly the committed list, and nothing that the header does not decl
     ;;
 versions) # glibc's, at most those of Debian 7 and CentOS 7
     newest=2.17
-    objdump -T "$library" | sed -nE 's/.*\(?GLIBC_([0-9.]+)\)? +(.*)$/\1 \2/p' | while read -r version symbol; do
+    needs=$(objdump -T "$library" | sed -nE 's/.*GLIBC_([0-9.]+)\)? +(.*)$/\1 \2/p')
+    [[ -n $needs ]] # or this has looked at nothing
+    failed=0
+    while read -r version symbol; do
         if [[ $(printf '%s\n' "$version" $newest | sort -V | tail -n 1) != "$newest" ]]; then
             echo "$symbol needs glibc $version; $newest is the newest allowed" >&2
-            echo bad
+            failed=1
         fi
-    done | grep -q bad && exit 1
-    objdump -T "$library" | grep -q GLIBC_ # or this has looked at nothing
+    done <<<"$needs"
+    exit $failed
     ;;
-needed)
-    readelf -d "$library" | sed -nE 's/.*\(NEEDED\).*\[(.*)\]/\1/p' | LC_ALL=C sort >/dev/stderr
-    ! readelf -d "$library" | sed -nE 's/.*\(NEEDED\).*\[(.*)\]/\1/p' |
-        grep -vE '^(libc\.so\.6|libm\.so\.6|libgomp\.so\.1|ld-linux-[a-z0-9-]+\.so\.2)$'
-    readelf -d "$library" | grep -q NEEDED
-    ! readelf -d "$library" | grep -E 'RPATH|RUNPATH|TEXTREL'
+needed) # what every Linux has, and no place of this machine
+    dynamic=$(readelf -d "$library")
+    [[ $dynamic == *NEEDED* ]]
+    libraries=$(sed -nE 's/.*\(NEEDED\).*\[(.*)\]/\1/p' <<<"$dynamic")
+    if grep -vxE 'libc\.so\.6|libm\.so\.6|libgomp\.so\.1|ld-linux-[a-z0-9-]+\.so\.2' <<<"$libraries"; then
+        echo "the library needs what stands above" >&2
+        exit 1
+    fi
+    if grep -E 'RPATH|RUNPATH|TEXTREL' <<<"$dynamic"; then
+        exit 1
+    fi
     ;;
 *)
     echo "usage: check_library.sh symbols|versions|needed LIBRARY" >&2
