@@ -163,8 +163,9 @@ typedef enum curvopt_term {
 } curvopt_term;
 
 typedef enum curvopt_method {
-    CURVOPT_METHOD_AUTO = 0, /* the best the build has */
-    CURVOPT_METHOD_LMVM = 1  /* limited-memory variable metric on all coordinates, the report's */
+    CURVOPT_METHOD_AUTO = 0, /* gauss_newton; the report's with as_report */
+    CURVOPT_METHOD_LMVM = 1, /* limited-memory variable metric on all coordinates, the report's */
+    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian */
 } curvopt_method;
 
 /* Fill with curvopt_options_init(), then change what you want. */

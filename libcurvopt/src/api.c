@@ -125,7 +125,7 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_integer("surface", o->surface, CURVOPT_SURFACE_AUTO, CURVOPT_SURFACE_POLYNOMIAL, error);
     if (status == CURVOPT_OK)
-        status = check_integer("method", o->method, CURVOPT_METHOD_AUTO, CURVOPT_METHOD_LMVM, error);
+        status = check_integer("method", o->method, CURVOPT_METHOD_AUTO, CURVOPT_METHOD_GAUSS_NEWTON, error);
     if (status == CURVOPT_OK)
         status = check_integer("levels", o->levels, 1, 12, error);
     if (status == CURVOPT_OK)
@@ -155,6 +155,8 @@ static curvopt_options settle_options(const curvopt_options *options) {
         o.surface = !third       ? CURVOPT_SURFACE_LIMIT
                     : o.as_report ? CURVOPT_SURFACE_PLANE
                                   : CURVOPT_SURFACE_POLYNOMIAL;
+    if (o.method == CURVOPT_METHOD_AUTO)
+        o.method = o.as_report ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
     return o;
 }
 

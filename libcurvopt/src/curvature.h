@@ -170,21 +170,16 @@ CO_LANE_INLINE void adjoint_codazzi(const sample_state *m, const lane C[4], lane
     q_bar[2] = -(C[2] * h[1] + 3 * C[3] * h[2]);
 }
 
-/* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value; third order
- * only if asked. */
-CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
-                                   int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
-    lane seed = weight * m->J, h_bar[3], L_bar[3], n_bar[3] = {{0}, {0}, {0}};
-    lane E_bar = {0}, F_bar, J_bar = weight * density + area_weight;
+/* S_bar [1..9] from the adjoints of C, of the second fundamental form and of J; third order only if asked. */
+CO_LANE_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int third, const lane C_bar[4],
+                                  lane h_bar[3], lane J_bar, lane S_bar[CO_JET][3]) {
+    lane L_bar[3], n_bar[3] = {{0}, {0}, {0}}, E_bar, F_bar;
     frame_adjoint f = {{0}, {0}, {0}};
-    for (int k = 0; k < 3; k++)
-        h_bar[k] = (k == 1 ? 4 : 2) * w->h2 * seed * m->h[k];
     for (int k = 1; k < CO_JET; k++)
         for (int c = 0; c < 3; c++)
             S_bar[k][c] = lane_all(0);
     if (third) {
-        lane C_bar[4], T_bar[4], p_bar[3], q_bar[3], p_raw_bar[3], q_raw_bar[3];
-        adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);
+        lane T_bar[4], p_bar[3], q_bar[3], p_raw_bar[3], q_raw_bar[3];
         adjoint_codazzi(m, C_bar, h_bar, p_bar, q_bar);
         from_frame_third(m, m->T, C_bar, T_bar, &f);
         from_frame_second(m, m->p_raw, p_bar, p_raw_bar, &f);
@@ -222,6 +217,17 @@ CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, con
     lane_cross(normal_bar, S[1], turned);
     for (int c = 0; c < 3; c++)
         S_bar[2][c] += turned[c] + F_bar * S[1][c];
+}
+
+/* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value. */
+CO_LANE_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
+                                   int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
+    lane seed = weight * m->J, h_bar[3], C_bar[4];
+    for (int k = 0; k < 3; k++)
+        h_bar[k] = (k == 1 ? 4 : 2) * w->h2 * seed * m->h[k];
+    if (third)
+        adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);
+    adjoint_forms(S, m, third, C_bar, h_bar, weight * density + area_weight, S_bar);
 }
 
 #endif

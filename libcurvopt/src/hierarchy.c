@@ -7,6 +7,8 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hierarchy.h"
 
+#include "cholesky.h"
+#include "hessian.h"
 #include "lmvm.h"
 #include "memory.h"
 #include "placement.h"
@@ -17,9 +19,12 @@
 #include <string.h>
 #include <time.h>
 
-enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12 };
-/* While a level is worked on, quadrature may be this much coarser than what is wanted of the figures at its ends: the step
- * check above needs a resolved energy, not an accurate one. */
+enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 5 };
+static const double SHIFT = 0.1;
+/* Of the energy; between levels only what the next one would not do better at once. */
+static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-8;
+/* While a level is worked on, quadrature may be this much coarser than what is wanted of the figures at its ends: the
+ * step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
 static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total curvature */
 
@@ -42,9 +47,12 @@ typedef struct level_problem {
     const curvopt_mesh *mesh;
     co_assembly assembly;
     double tolerance;
-    double edge;                /* mean length, normalized */
-    double defect;              /* Gauss-Bonnet's, when last resolved, */
-    co_values last;             /* and what was evaluated last */
+    double edge;        /* mean length, normalized */
+    double defect;      /* Gauss-Bonnet's, when last resolved, */
+    co_values last;     /* and what was evaluated last */
+    co_hessian hessian; /* for a preconditioner: its matrix and factor */
+    co_cholesky *factor;
+    int has_factor;
     int32_t number;
     int32_t failed; /* status of a call that cannot report it */
     curvopt_error *error;
@@ -116,7 +124,8 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     p->edge = mean_edge(p->mesh, now->x);
     if (p->r->options->as_report || (iteration % RESOLVE_EVERY != 0 && !suspicious))
         return CO_SETTLE_KEEP;
-    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved, &changed, p->error);
+    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies,
+                                    &resolved, &changed, p->error);
     if (p->failed != CURVOPT_OK)
         return step_back(p, before, now, CO_SETTLE_STOP);
     if (!resolved)
@@ -166,6 +175,31 @@ static int report(void *context, const co_iterate *now, int iteration, int evalu
     return r->progress(&progress, r->user) != 0;
 }
 
+/* The Gauss-Newton matrix, shifted so that what it does not see (sliding in the surface, rigid motion) is not
+ * infinitely soft: a displacement of all vertices by the surface's size costs at least SHIFT times the energy. */
+static int renew(void *context, const co_iterate *now) {
+    level_problem *p = context;
+    double shift = SHIFT * fabs(now->value) / p->mesh->info.n_vertices;
+    int positive = 0;
+    co_hessian_assemble(&p->assembly, now->x, &p->hessian);
+    double most = co_hessian_mean_diagonal(&p->hessian);
+    for (; !positive && shift <= most; shift *= 100)
+        if ((p->failed = co_cholesky_factorize(p->factor, shift, &positive, p->error)) != CURVOPT_OK)
+            return 1;
+    p->has_factor = positive;
+    return !positive;
+}
+
+static int precondition(void *context, const double *in, double *out) {
+    level_problem *p = context;
+    if (!p->has_factor)
+        return 1;
+    int32_t status = co_cholesky_solve(p->factor, in, out, p->error);
+    if (status != CURVOPT_OK)
+        p->failed = status;
+    return status != CURVOPT_OK;
+}
+
 static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, level_problem *p, double *x,
                             curvopt_error *error) {
     size_t n = (size_t)mesh->info.n_vertices;
@@ -175,7 +209,14 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
     for (size_t i = 0; i < 3 * n; i++)
         x[i] = (r->xyz[i] - centroid[i % 3]) / radius;
     p->edge = mean_edge(mesh, x);
-    return co_assembly_create(mesh, r->options, &p->assembly, error);
+    int32_t status = co_assembly_create(mesh, r->options, &p->assembly, error);
+    if (status != CURVOPT_OK || r->options->method == CURVOPT_METHOD_LMVM)
+        return status;
+    status = co_hessian_create(&p->assembly, &p->hessian, error);
+    if (status == CURVOPT_OK)
+        status = co_cholesky_create((int32_t)(3 * n), p->hessian.column_start, p->hessian.row, p->hessian.value,
+                                    &p->factor, error);
+    return status;
 }
 
 /* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
@@ -204,8 +245,8 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
 static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
     curvopt_energies energies;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
-                                         &changed, error);
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE,
+                                         &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     p->defect = energies.gauss_bonnet_defect;
@@ -223,7 +264,8 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
     size_t n = (size_t)p->mesh->info.n_vertices;
     curvopt_energies *end = &r->result->summary.end;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->tolerance, CO_TERMS_REPORT, end, &resolved, &changed, error);
+    int32_t status =
+        co_assembly_resolve(&p->assembly, now->x, p->tolerance, CO_TERMS_REPORT, end, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     curvopt_level_report *report = &r->result->level[r->result->summary.n_levels++];
@@ -261,7 +303,13 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
     co_lmvm_options lmvm = {.memory = LMVM_MEMORY,
                             .max_iterations = r->options->max_iterations,
                             .gradient_tolerance = r->options->gradient_tolerance,
-                            .max_step = r->options->max_step};
+                            .decrement_tolerance = number < r->options->levels ? COARSE_DECREMENT : FINAL_DECREMENT,
+                            .max_step = r->options->max_step,
+                            .renew_every = RENEW_EVERY};
+    if (p.factor) {
+        f.precondition = precondition;
+        f.renew = renew;
+    }
     co_lmvm_result solved = {0};
     if (report(&p, &now, 0, 1))
         solved.stop = CURVOPT_STOP_CANCELLED;
@@ -272,6 +320,8 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
     if (status == CURVOPT_OK)
         status = end_level(&p, &now, &solved, started, error);
 done:
+    co_cholesky_destroy(p.factor);
+    co_hessian_free(&p.hessian);
     co_assembly_free(&p.assembly);
     free(now.x);
     free(now.gradient);

@@ -25,6 +25,9 @@ CO_LANE_INLINE lane lane_min(lane x, lane y) {
         x[i] = x[i] < y[i] ? x[i] : y[i];
     return x;
 }
+CO_LANE_INLINE lane lane_max(lane x, lane y) {
+    return -lane_min(-x, -y);
+}
 CO_LANE_INLINE lane lane_dot(const lane a[3], const lane b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

@@ -33,6 +33,8 @@ typedef struct solver {
     co_iterate trial;
     double *direction;
     double cap;
+    double slope;    /* gradient.direction */
+    int stale_steps; /* since the preconditioner was renewed */
     int quiet_steps; /* in a row without a decrease worth the name */
 } solver;
 
@@ -52,32 +54,51 @@ static void history_update(history *h, size_t n, const co_iterate *before, const
         h->n_pairs++;
 }
 
-/* direction = -H gradient; without pairs, the gradient scaled to a tenth of the cap. */
+/* The initial inverse Hessian: the preconditioner; or, without one, the scaling of the newest pair; or, without any
+ * pair, a tenth of the cap along the gradient. */
+static void apply_initial(const solver *s, double *d) {
+    size_t n = s->f->n;
+    const history *h = &s->h;
+    double scale;
+    if (s->f->precondition && s->f->precondition(s->f->context, d, d) == 0)
+        return;
+    if (h->n_pairs) {
+        const double *y = h->y + (size_t)h->newest * n;
+        scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
+    } else {
+        double length = s->f->step_length(s->f->context, d);
+        scale = length > 0 ? 0.1 * s->cap / length : 1;
+    }
+    for (size_t i = 0; i < n; i++)
+        d[i] *= scale;
+}
+
+/* direction = -H gradient. */
 static void find_direction(solver *s, const double *gradient) {
     size_t n = s->f->n;
     history *h = &s->h;
     double *d = s->direction;
     for (size_t i = 0; i < n; i++)
         d[i] = -gradient[i];
-    if (h->n_pairs == 0) {
-        double length = s->f->step_length(s->f->context, d), scale = length > 0 ? 0.1 * s->cap / length : 1;
-        for (size_t i = 0; i < n; i++)
-            d[i] *= scale;
-        return;
-    }
     for (int k = 0, slot = h->newest; k < h->n_pairs; k++, slot = (slot + h->memory - 1) % h->memory) {
         h->alpha[slot] = h->inverse_sy[slot] * co_vector_dot(n, h->s + (size_t)slot * n, d);
         co_vector_add(n, -h->alpha[slot], h->y + (size_t)slot * n, d);
     }
-    const double *y = h->y + (size_t)h->newest * n;
-    double scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
-    for (size_t i = 0; i < n; i++)
-        d[i] *= scale;
+    apply_initial(s, d);
     int oldest = (h->newest + 1 + h->memory - h->n_pairs) % h->memory;
     for (int k = 0, slot = oldest; k < h->n_pairs; k++, slot = (slot + 1) % h->memory) {
         double beta = h->inverse_sy[slot] * co_vector_dot(n, h->y + (size_t)slot * n, d);
         co_vector_add(n, h->alpha[slot] - beta, h->s + (size_t)slot * n, d);
     }
+    s->slope = co_vector_dot(n, d, gradient);
+}
+
+/* Renews the preconditioner when it has gone stale; its pairs told of a function that has not changed, and stay. */
+static void keep_fresh(solver *s, const co_iterate *now) {
+    if (!s->f->renew)
+        return;
+    if (s->stale_steps++ % s->options->renew_every == 0)
+        s->f->renew(s->f->context, now);
 }
 
 /* One accepted step into s->trial; 0 if there is none to be had. */
@@ -85,8 +106,7 @@ static int find_step(solver *s, const co_iterate *now) {
     for (;;) {
         int had_history = s->h.n_pairs > 0;
         find_direction(s, now->gradient);
-        double slope = co_vector_dot(s->f->n, s->direction, now->gradient);
-        if (slope < 0) {
+        if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
             co_linesearch search = {.step = 1, .max_step = s->cap / length};
             int ok = co_linesearch_wolfe(s->f, now, s->direction, &search, &s->trial);
@@ -97,6 +117,8 @@ static int find_step(solver *s, const co_iterate *now) {
         if (!had_history)
             return 0;
         s->h.n_pairs = 0;
+        s->stale_steps = 0;
+        keep_fresh(s, now);
         s->result->restarts++;
     }
 }
@@ -133,8 +155,13 @@ static int iterate(solver *s, co_iterate *now) {
             return CURVOPT_STOP_CONVERGED;
         if (s->result->iterations >= s->options->max_iterations)
             return CURVOPT_STOP_LIMIT;
+        keep_fresh(s, now);
         if (!find_step(s, now))
             return CURVOPT_STOP_STALLED;
+        if (s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value)) {
+            int stop = take_step(s, now);
+            return stop >= 0 ? stop : CURVOPT_STOP_CONVERGED;
+        }
         int stop = take_step(s, now);
         if (stop >= 0)
             return stop;

@@ -27,6 +27,11 @@ typedef struct co_minimand {
     /* Looks at an accepted step; may move `now` along directions that do not change the function (then its gradient
      * moves along), or replace it by `before`. */
     co_settlement (*settle)(void *context, const co_iterate *before, co_iterate *now, int iteration);
+    /* An initial inverse Hessian, or NULL: out [n] = M^-1 in [n], M symmetric positive definite; in and out may be the
+     * same. Nonzero if that failed. */
+    int (*precondition)(void *context, const double *in, double *out);
+    /* Makes M that of `now`; nonzero if that failed (the one before stays). */
+    int (*renew)(void *context, const co_iterate *now);
     /* After every settled step; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);
 } co_minimand;

@@ -3,7 +3,7 @@
  */
 #include "sweep.h"
 
-#include "curvature.h"
+#include "residual.h"
 
 #include <string.h>
 
@@ -22,14 +22,13 @@ typedef struct plane_state {
     lane phi[CO_JET], psi[CO_JET]; /* jets of (S - V).n and of w times it */
 } plane_state;
 
-CO_LANE_INLINE void gather(const co_sweep *s, block *b) {
-    int32_t n = s->table->n_points;
+CO_LANE_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, lane (*P)[3]) {
     for (int l = 0; l < CO_LANES; l++) {
-        const double *origin = s->xyz + 3 * (size_t)s->points[l];
+        const double *origin = xyz + 3 * (size_t)points[l];
         for (int32_t p = 0; p < n; p++) {
-            const double *x = s->xyz + 3 * (size_t)s->points[p * CO_LANES + l];
+            const double *x = xyz + 3 * (size_t)points[p * CO_LANES + l];
             for (int c = 0; c < 3; c++)
-                b->P[p][c][l] = x[c] - origin[c];
+                P[p][c][l] = x[c] - origin[c];
         }
     }
 }
@@ -256,7 +255,7 @@ static void run(const co_sweep *s) {
     lane sums[CO_N_SUMS];
     memset(sums, 0, sizeof sums);
     sums[CO_SUM_MIN_JACOBIAN] = lane_all(1e300);
-    gather(s, &b);
+    gather(s->table->n_points, s->points, s->xyz, b.P);
     if (s->gradient)
         memset(b.G, 0, sizeof *b.G * 2 * n);
     if (s->table->blend) {
@@ -272,6 +271,110 @@ static void run(const co_sweep *s) {
     store(s, &b, sums);
 }
 
+/* ---------------------------------------------------------------------------------------- Gauss-Newton -- */
+
+/* matrix += V^T V for the lower triangle, V [n_columns][size]. Tiles of 4 x 4 keep their sums in registers. */
+CO_LANE_INLINE void add_squares(const lane *V, int n_columns, int size, lane *matrix) {
+    for (int i = 0; i < size; i += 4)
+        for (int j = 0; j <= i; j += 4) {
+            lane sum[4][4];
+            int rows = size - i < 4 ? size - i : 4, columns = size - j < 4 ? size - j : 4;
+            memset(sum, 0, sizeof sum);
+            if (rows == 4 && columns == 4) {
+                for (int k = 0; k < n_columns; k++)
+                    for (int r = 0; r < 4; r++)
+                        for (int c = 0; c < 4; c++)
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+            } else {
+                for (int k = 0; k < n_columns; k++)
+                    for (int r = 0; r < rows; r++)
+                        for (int c = 0; c < columns; c++)
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+            }
+            for (int r = 0; r < rows; r++)
+                for (int c = 0; c < columns && j + c <= i + r; c++)
+                    matrix[(i + r) * (i + r + 1) / 2 + j + c] += sum[r][c];
+        }
+}
+
+/* Gradient of one residual with respect to the face's points: out [3 n]. */
+CO_LANE_INLINE void residual_gradient(const co_table *t, int32_t sample, lane S_bar[CO_JET][3], int first, int last,
+                                      lane *out) {
+    const double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
+    double weight = sqrt(t->weight[sample]);
+    memset(out, 0, sizeof *out * 3 * (size_t)t->n_points);
+    scatter_jets(rows, t->n_points, S_bar, first, last, (lane(*)[3])(void *)out);
+    for (int32_t i = 0; i < 3 * t->n_points; i++)
+        out[i] *= weight;
+}
+
+/* On `plane`, with the vertex's normal held: what it contributes is small, and this matrix is a guide only. */
+CO_LANE_INLINE void plane_residual(plane_state *m, const co_table *t, int32_t sample, lane S[CO_JET][3],
+                                   lane S_bar[CO_JET][3], lane *out) {
+    memset(S_bar[0], 0, sizeof S_bar[0]);
+    memset(m->V_bar, 0, sizeof m->V_bar);
+    plane_adjoint(m, t->blend + (size_t)sample * CO_JET, S, S_bar);
+    residual_gradient(t, sample, S_bar, 0, 9, out);
+    for (int32_t p = 0; p < t->n_points; p++)
+        lane_add_scaled(out + 3 * p, lane_all(t->masks[p] * sqrt(t->weight[sample])), m->V_bar);
+}
+
+/* `third` and `plane` are constants where this is called. */
+CO_LANE_INLINE void sweep_normal(const co_normal_sweep *s, lane (*P)[3], lane *V, int third, int plane) {
+    const co_table *t = s->table;
+    const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
+    int n_columns = 0;
+    lane *matrix = (lane *)(void *)s->matrix;
+    plane_state vertex;
+    block b = {.P = P};
+    if (plane)
+        plane_begin(t, &b, &vertex);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value;
+        jets(t->rows + (size_t)i * (size_t)t->n_points * CO_JET, t->n_points, P, first, last, S);
+        if (plane)
+            plane_forward(&vertex, t->blend + (size_t)i * CO_JET, S);
+        forward_second(S, &state, &value);
+        if (third)
+            forward_third(S, s->eps4, &state, &value);
+        for (int which = s->second ? 0 : RESIDUALS_SECOND; which < RESIDUALS_SECOND + (third ? RESIDUALS_THIRD : 0);
+             which++) {
+            if (which < RESIDUALS_SECOND)
+                adjoint_residual_second(S, &state, &s->integrand, which, S_bar);
+            else if (third)
+                adjoint_residual_third(S, &state, &s->integrand, s->eps4, which - RESIDUALS_SECOND, S_bar);
+            if (plane)
+                plane_residual(&vertex, t, i, S, S_bar, V + n_columns * size);
+            else
+                residual_gradient(t, i, S_bar, first, last, V + n_columns * size);
+            if (++n_columns == CO_NORMAL_COLUMNS) {
+                add_squares(V, n_columns, size, matrix);
+                n_columns = 0;
+            }
+        }
+    }
+    add_squares(V, n_columns, size, matrix);
+}
+
+static void run_normal(const co_normal_sweep *s) {
+    size_t n = (size_t)s->table->n_points, size = 3 * n;
+    lane(*P)[3] = (lane(*)[3])(void *)s->work;
+    gather(s->table->n_points, s->points, s->xyz, P);
+    memset(s->matrix, 0, sizeof(lane) * (size * (size + 1) / 2));
+    lane *V = (lane *)(void *)(P + n);
+    if (s->table->blend && s->third)
+        sweep_normal(s, P, V, 1, 1);
+    else if (s->table->blend)
+        sweep_normal(s, P, V, 0, 1);
+    else if (s->third)
+        sweep_normal(s, P, V, 1, 0);
+    else
+        sweep_normal(s, P, V, 0, 0);
+}
+
 #define STRING_(x) #x
 #define STRING(x)  STRING_(x)
-const co_sweep_kernel CO_SWEEP_KERNEL = {.lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run};
+const co_sweep_kernel CO_SWEEP_KERNEL = {
+    .lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run, .run_normal = run_normal};

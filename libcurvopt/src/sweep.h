@@ -26,10 +26,30 @@ typedef struct co_sweep {
     double *work;           /* [9 n_points][L], 64-byte aligned */
 } co_sweep;
 
+/* The Gauss-Newton matrix of a block's faces, sum over samples and residuals r of grad r grad r^T with respect to the
+ * face's points: sum of (integrand's own) halves of second derivatives, times 2. */
+typedef struct co_normal_sweep {
+    const co_table *table;
+    const int32_t *points; /* as in co_sweep */
+    const double *xyz;
+    double eps4;
+    co_integrand integrand;
+    int second, third; /* which residuals there are */
+    double *matrix;    /* out: lower triangle by rows, [3 n (3 n + 1) / 2][L], n = table->n_points */
+    double *work;      /* [co_sweep_normal_work(n_points)][L], 64-byte aligned */
+} co_normal_sweep;
+
+enum { CO_NORMAL_COLUMNS = 28 }; /* gradients of residuals that are gathered before they are multiplied */
+
+static inline size_t co_sweep_normal_work(int32_t n_points) {
+    return 3 * (size_t)n_points * (CO_NORMAL_COLUMNS + 3);
+}
+
 typedef struct co_sweep_kernel {
     int lanes;
     const char *name;
     void (*run)(const co_sweep *sweep);
+    void (*run_normal)(const co_normal_sweep *sweep);
 } co_sweep_kernel;
 
 /* The widest kernel that this processor can run; `wanted` (may be NULL) names one instead. NULL if there is none such.

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# CHOLMOD, its BLAS and what these need, as static archives inside our own library: an add-on cannot ask its users for them.
+# Target curvopt_cholmod carries them; link it last.
+
+function(curvopt_find_archive result name)
+  find_library(CURVOPT_${name} NAMES lib${name}.a PATH_SUFFIXES ${ARGN})
+  if(NOT CURVOPT_${name})
+    message(FATAL_ERROR "lib${name}.a was not found (Debian: libsuitesparse-dev, libopenblas-serial-dev)")
+  endif()
+  set(${result} ${CURVOPT_${name}} PARENT_SCOPE)
+endfunction()
+
+set(archives)
+foreach(name cholmod amd camd colamd ccolamd suitesparseconfig)
+  curvopt_find_archive(path ${name})
+  list(APPEND archives ${path})
+endforeach()
+# The serial BLAS: small dense blocks do not pay for threads, and the threaded ones need a newer C library to load.
+curvopt_find_archive(blas openblas openblas-serial)
+
+# OpenBLAS has LAPACK in it, and that Fortran's run time.
+foreach(name gfortran quadmath)
+  execute_process(COMMAND gcc -print-file-name=lib${name}.a OUTPUT_VARIABLE path OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(IS_ABSOLUTE "${path}")
+    list(APPEND fortran ${path})
+  endif()
+endforeach()
+
+add_library(curvopt_cholmod INTERFACE)
+target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} -Wl,--end-group ${blas} ${fortran} m)
+# Debian has no static METIS. CHOLMOD only calls it for orderings that we do not ask for (cholesky.c asks for AMD).
+target_link_options(curvopt_cholmod INTERFACE -Wl,--defsym=METIS_NodeND=0 -Wl,--defsym=METIS_ComputeVertexSeparator=0)

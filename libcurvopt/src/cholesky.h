@@ -1,0 +1,22 @@
+/* Sparse Cholesky factorization: CHOLMOD, behind what we need of it. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_CHOLESKY_H
+#define CO_CHOLESKY_H
+
+#include "status.h"
+
+#include <stddef.h>
+
+typedef struct co_cholesky co_cholesky;
+
+/* Orders and analyzes the symmetric matrix whose lower triangle is column_start [n + 1], row, value (borrowed: they
+ * must outlive the factor; only values may change). ERROR_MEMORY. */
+int32_t co_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value, co_cholesky **out,
+                           curvopt_error *error);
+void co_cholesky_destroy(co_cholesky *factor);
+/* Factors matrix + shift * identity with the present values. *positive: whether that is positive definite; if not there
+ * is no factor. ERROR_MEMORY. */
+int32_t co_cholesky_factorize(co_cholesky *factor, double shift, int *positive, curvopt_error *error);
+/* x [n] = solution of (matrix + shift) x = b [n]; x may be b. ERROR_MEMORY. */
+int32_t co_cholesky_solve(co_cholesky *factor, const double *b, double *x, curvopt_error *error);
+
+#endif

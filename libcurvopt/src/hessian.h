@@ -1,0 +1,31 @@
+/* The Gauss-Newton matrix of an objective over the cage's coordinates, sparse. SPDX-License-Identifier:
+ * GPL-3.0-or-later */
+#ifndef CO_HESSIAN_H
+#define CO_HESSIAN_H
+
+#include "assemble.h"
+
+/* Symmetric, its lower triangle by columns (as CHOLMOD takes it): column 3 v + c has the rows of its own vertex from c
+ * on, then three rows for each neighbour of larger number. The pattern is that of one connectivity: made once. */
+typedef struct co_hessian {
+    int32_t n_vertices;
+    size_t n_entries;
+    size_t *neighbour_start; /* [n_vertices + 1] */
+    int32_t *neighbour;      /* larger vertices that share a patch, ascending */
+    int32_t *column_start;   /* [3 n_vertices + 1] */
+    int32_t *row;            /* [n_entries] */
+    double *value;           /* [n_entries] */
+    co_layout layout;        /* the coarsest rules: this matrix guides steps, it does not judge them */
+    double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
+    size_t chunk_blocks, matrix_stride, work_stride;
+    double *work;
+} co_hessian;
+
+/* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
+int32_t co_hessian_create(co_assembly *assembly, co_hessian *out, curvopt_error *error);
+void co_hessian_free(co_hessian *hessian);
+/* Values at normalized positions x [3 n_vertices]. */
+void co_hessian_assemble(co_assembly *assembly, const double *x, co_hessian *hessian);
+double co_hessian_mean_diagonal(const co_hessian *hessian);
+
+#endif
