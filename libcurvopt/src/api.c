@@ -152,9 +152,7 @@ static curvopt_options settle_options(const curvopt_options *options) {
     curvopt_options o = *options;
     int third = co_functional_of_weights(o.weights).has_third;
     if (o.surface == CURVOPT_SURFACE_AUTO)
-        o.surface = !third       ? CURVOPT_SURFACE_LIMIT
-                    : o.as_report ? CURVOPT_SURFACE_PLANE
-                                  : CURVOPT_SURFACE_POLYNOMIAL;
+        o.surface = !third ? CURVOPT_SURFACE_LIMIT : o.as_report ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_POLYNOMIAL;
     if (o.method == CURVOPT_METHOD_AUTO)
         o.method = o.as_report ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
     return o;

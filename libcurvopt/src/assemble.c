@@ -37,6 +37,8 @@ static int32_t ensure_work(co_assembly *a, const co_layout *l, curvopt_error *er
 /* The layout that goes with the present rules; empty on failure. */
 static int32_t renew_layout(co_assembly *a, curvopt_error *error) {
     co_layout_free(&a->layout);
+    co_layout_free(&a->finer);
+    a->rules_version++;
     int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 1, needs_area_gradient(a),
                                       &a->layout, error);
     if (status == CURVOPT_OK)
@@ -90,6 +92,7 @@ void co_assembly_free(co_assembly *a) {
     co_patches_free(&a->patches);
     co_table_cache_free(&a->cache);
     co_layout_free(&a->layout);
+    co_layout_free(&a->finer);
     free(a->rule);
     free(a->points);
     free(a->point_gradient);
@@ -293,16 +296,19 @@ static error_measure measure_of(const co_assembly *a, int every_term, const patc
 
 /* Values of the rules one step finer, per patch. */
 static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, patch_share *shares, curvopt_error *error) {
-    co_layout finer;
-    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &finer, error);
-    if (status == CURVOPT_OK)
-        status = ensure_work(a, &finer, error);
-    if (status == CURVOPT_OK) {
-        run_blocks(a, &finer, &a->functional.second, third, 0);
-        total(a, &finer, values);
-        store_shares(&finer, values->integral[CO_INT_AREA], third, shares);
+    int32_t status = CURVOPT_OK;
+    if (!a->finer.n_blocks) {
+        status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
+        if (status == CURVOPT_OK)
+            status = ensure_work(a, &a->finer, error);
+        if (status != CURVOPT_OK) {
+            co_layout_free(&a->finer);
+            return status;
+        }
     }
-    co_layout_free(&finer);
+    run_blocks(a, &a->finer, &a->functional.second, third, 0);
+    total(a, &a->finer, values);
+    store_shares(&a->finer, values->integral[CO_INT_AREA], third, shares);
     return status;
 }
 

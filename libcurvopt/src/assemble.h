@@ -18,11 +18,13 @@ typedef struct co_assembly {
     int32_t surface;
     int32_t euler;
     int32_t n_threads;
-    int met;           /* the tolerance has been met before */
-    int third_allowed; /* the surface can carry third-order energies */
-    uint8_t *rule;     /* [n_patches] */
-    co_layout layout;  /* of these rules */
-    double *points;    /* [3 n_points] */
+    int met;               /* the tolerance has been met before */
+    int third_allowed;     /* the surface can carry third-order energies */
+    uint8_t *rule;         /* [n_patches] */
+    int32_t rules_version; /* counts their changes */
+    co_layout layout;      /* of these rules */
+    co_layout finer;       /* of rules one step finer, values only; made when first needed */
+    double *points;        /* [3 n_points] */
     double *point_gradient;
     double *work; /* [n_threads][work_stride] */
     size_t work_stride;

@@ -1,4 +1,4 @@
-/* The Gauss-Newton matrix of an objective over the cage's coordinates. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Second derivatives of an objective over the cage's coordinates, sparse. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian.h"
 
 #include "memory.h"
@@ -146,26 +146,31 @@ static int32_t build_columns(co_hessian *h, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {
+/* Layout and room for the rules that the assembly has now: this is to be the matrix of the function that is minimized.
+ */
+static int32_t renew_layout(co_assembly *a, co_hessian *h, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
-    *h = (co_hessian){.n_vertices = a->patches.n_cage};
-    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
-    int32_t status = rule ? find_neighbours(&a->patches, h, error) : co_status_no_memory(error);
+    co_layout_free(&h->layout);
+    free(h->chunk);
+    free(h->work);
+    h->chunk = h->work = NULL;
+    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 0, 0, &h->layout, error);
+    if (status != CURVOPT_OK)
+        return status;
+    size_t size = 3 * (size_t)h->layout.max_points;
+    h->matrix_stride = size * (size + 1) / 2 * lanes;
+    h->work_stride = co_sweep_second_work(h->layout.max_points) * lanes;
+    h->chunk = CO_NEW_ALIGNED(double, CHUNK_BLOCKS * h->matrix_stride);
+    h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
+    h->rules_version = a->rules_version;
+    return h->chunk && h->work ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {
+    *h = (co_hessian){.n_vertices = a->patches.n_cage, .rules_version = -1};
+    int32_t status = find_neighbours(&a->patches, h, error);
     if (status == CURVOPT_OK)
         status = build_columns(h, error);
-    if (status == CURVOPT_OK)
-        status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, rule, 0, 0, 0, &h->layout, error);
-    if (status == CURVOPT_OK) {
-        size_t size = 3 * (size_t)h->layout.max_points;
-        h->matrix_stride = size * (size + 1) / 2 * lanes;
-        h->work_stride = co_sweep_normal_work(h->layout.max_points) * lanes;
-        h->chunk_blocks = CHUNK_BLOCKS;
-        h->chunk = CO_NEW_ALIGNED(double, h->chunk_blocks * h->matrix_stride);
-        h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
-        if (!h->chunk || !h->work)
-            status = co_status_no_memory(error);
-    }
-    free(rule);
     if (status != CURVOPT_OK)
         co_hessian_free(h);
     return status;
@@ -242,51 +247,60 @@ static void scatter_face(const co_patches *patches, co_hessian *h, const co_bloc
         }
 }
 
-static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n, const co_integrand *integrand) {
-    size_t lanes = (size_t)h->layout.lanes;
+static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n, const co_integrand *integrand,
+                        int exact) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(a->n_threads)
     for (int32_t k = 0; k < n; k++) {
         const co_block *b = &h->layout.block[first + k];
-        co_normal_sweep sweep = {.table = b->table,
+        co_second_sweep sweep = {.table = b->table,
                                  .points = h->layout.points + b->points,
                                  .xyz = a->points,
                                  .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
                                  .integrand = *integrand,
-                                 .second = integrand->h2 > 0,
                                  .third = a->functional.has_third,
+                                 .exact = exact,
                                  .matrix = h->chunk + (size_t)k * h->matrix_stride,
                                  .work = h->work + (size_t)omp_get_thread_num() * h->work_stride};
-        a->kernel->run_normal(&sweep);
+        a->kernel->run_second(&sweep);
     }
-    (void)lanes;
 }
 
-void co_hessian_assemble(co_assembly *a, const double *x, co_hessian *h) {
+/* Each thread owns some columns, so that sums come in the same order for any number of threads. */
+static void scatter_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n) {
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (int32_t t = 0; t < a->n_threads; t++) {
+        int32_t begin = (int32_t)((int64_t)h->n_vertices * t / a->n_threads);
+        int32_t end = (int32_t)((int64_t)h->n_vertices * (t + 1) / a->n_threads);
+        for (int32_t k = 0; k < n; k++)
+            for (int32_t lane = 0; lane < h->layout.block[first + k].n_used; lane++)
+                scatter_face(&a->patches, h, &h->layout.block[first + k], h->chunk + (size_t)k * h->matrix_stride,
+                             (size_t)lane, begin, end);
+    }
+}
+
+int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessian *h, curvopt_error *error) {
+    int32_t status = h->rules_version == a->rules_version ? CURVOPT_OK : renew_layout(a, h, error);
+    if (status != CURVOPT_OK)
+        return status;
     co_values values;
     const co_functional *f = &a->functional;
     memset(h->value, 0, h->n_entries * sizeof(double));
-    co_assembly_evaluate(a, x, &(co_request){0}, &values); /* sets the points, gives the area */
+    co_assembly_evaluate(a, x, &(co_request){0}, &values); /* sets the points, gives the integrals */
     double area = values.integral[CO_INT_AREA];
-    co_integrand integrand = {
-        .h2 = f->second.h2, .f1 = area * f->third.f1, .f3 = area * f->third.f3, .x = area * f->third.x};
-    for (int32_t first = 0; first < h->layout.n_blocks; first += (int32_t)h->chunk_blocks) {
+    double third = f->third.f1 * values.integral[CO_INT_F1] + f->third.f3 * values.integral[CO_INT_F3] +
+                   f->third.x * values.integral[CO_INT_X];
+    co_integrand integrand = {.area = f->second.area + (f->has_third ? third : 0),
+                              .h2 = f->second.h2,
+                              .f1 = area * f->third.f1,
+                              .f3 = area * f->third.f3,
+                              .x = area * f->third.x};
+    for (int32_t first = 0; first < h->layout.n_blocks; first += CHUNK_BLOCKS) {
         int32_t n = h->layout.n_blocks - first;
-        if (n > (int32_t)h->chunk_blocks)
-            n = (int32_t)h->chunk_blocks;
-        sweep_chunk(a, h, first, n, &integrand);
-        /* each thread owns some columns, so that sums come in the same order for any number of threads */
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-        for (int32_t t = 0; t < a->n_threads; t++) {
-            int32_t begin = (int32_t)((int64_t)h->n_vertices * t / a->n_threads);
-            int32_t end = (int32_t)((int64_t)h->n_vertices * (t + 1) / a->n_threads);
-            for (int32_t k = 0; k < n; k++)
-                for (int32_t lane = 0; lane < h->layout.block[first + k].n_used; lane++)
-                    scatter_face(&a->patches, h, &h->layout.block[first + k], h->chunk + (size_t)k * h->matrix_stride,
-                                 (size_t)lane, begin, end);
-        }
+        n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
+        sweep_chunk(a, h, first, n, &integrand, exact);
+        scatter_chunk(a, h, first, n);
     }
-    for (size_t e = 0; e < h->n_entries; e++)
-        h->value[e] *= 2; /* of squares */
+    return CURVOPT_OK;
 }
 
 double co_hessian_mean_diagonal(const co_hessian *h) {

@@ -1,4 +1,4 @@
-/* The Gauss-Newton matrix of an objective over the cage's coordinates, sparse. SPDX-License-Identifier:
+/* Second derivatives of an objective over the cage's coordinates, sparse. SPDX-License-Identifier:
  * GPL-3.0-or-later */
 #ifndef CO_HESSIAN_H
 #define CO_HESSIAN_H
@@ -15,17 +15,21 @@ typedef struct co_hessian {
     int32_t *column_start;   /* [3 n_vertices + 1] */
     int32_t *row;            /* [n_entries] */
     double *value;           /* [n_entries] */
-    co_layout layout;        /* the coarsest rules: this matrix guides steps, it does not judge them */
+    co_layout layout;        /* of the rules that the assembly has, */
+    int32_t rules_version;   /* this version of them */
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
-    size_t chunk_blocks, matrix_stride, work_stride;
+    size_t matrix_stride, work_stride;
     double *work;
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
 int32_t co_hessian_create(co_assembly *assembly, co_hessian *out, curvopt_error *error);
 void co_hessian_free(co_hessian *hessian);
-/* Values at normalized positions x [3 n_vertices]. */
-void co_hessian_assemble(co_assembly *assembly, const double *x, co_hessian *hessian);
+/* Values at positions x [3 n_vertices], normalized: the Gauss-Newton matrix, or the Hessian. Of an objective A T, area
+ * times a third-order integral, both leave out the dense grad A grad T^T + grad T grad A^T; the first T grad^2 A as
+ * well. */
+int32_t co_hessian_assemble(co_assembly *assembly, const double *x, int exact, co_hessian *hessian,
+                            curvopt_error *error);
 double co_hessian_mean_diagonal(const co_hessian *hessian);
 
 #endif

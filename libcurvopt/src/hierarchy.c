@@ -15,16 +15,17 @@
 #include "refine.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 5 };
+enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1 };
 static const double SHIFT = 0.1;
 /* Of the energy; between levels only what the next one would not do better at once. */
-static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-8;
-/* While a level is worked on, quadrature may be this much coarser than what is wanted of the figures at its ends: the
- * step check above needs a resolved energy, not an accurate one. */
+static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-6;
+/* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
+ * figures at the end: the step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
 static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total curvature */
 
@@ -46,13 +47,14 @@ typedef struct level_problem {
     run *r;
     const curvopt_mesh *mesh;
     co_assembly assembly;
-    double tolerance;
+    double tolerance, working_tolerance;
     double edge;        /* mean length, normalized */
     double defect;      /* Gauss-Bonnet's, when last resolved, */
     co_values last;     /* and what was evaluated last */
     co_hessian hessian; /* for a preconditioner: its matrix and factor */
     co_cholesky *factor;
     int has_factor;
+    double shift;
     int32_t number;
     int32_t failed; /* status of a call that cannot report it */
     curvopt_error *error;
@@ -122,9 +124,11 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     int suspicious = !(defect(p) <= DEFECT_GROWTH * p->defect + DEFECT_FLOOR); /* of `now`, evaluated last */
     hold_placement(p, now);
     p->edge = mean_edge(p->mesh, now->x);
-    if (p->r->options->as_report || (iteration % RESOLVE_EVERY != 0 && !suspicious))
+    /* a long step into unknown country is looked at more closely than one of many short ones */
+    int due = p->factor || iteration % RESOLVE_EVERY == 0;
+    if (p->r->options->as_report || (!due && !suspicious))
         return CO_SETTLE_KEEP;
-    p->failed = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE, &energies,
+    p->failed = co_assembly_resolve(&p->assembly, now->x, p->working_tolerance, CO_TERMS_OBJECTIVE, &energies,
                                     &resolved, &changed, p->error);
     if (p->failed != CURVOPT_OK)
         return step_back(p, before, now, CO_SETTLE_STOP);
@@ -175,17 +179,24 @@ static int report(void *context, const co_iterate *now, int iteration, int evalu
     return r->progress(&progress, r->user) != 0;
 }
 
-/* The Gauss-Newton matrix, shifted so that what it does not see (sliding in the surface, rigid motion) is not
- * infinitely soft: a displacement of all vertices by the surface's size costs at least SHIFT times the energy. */
-static int renew(void *context, const co_iterate *now) {
+/* The Gauss-Newton matrix of `now`, shifted (Levenberg 1944, Marquardt 1963): so little that what the matrix does not
+ * see (sliding in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's
+ * size costing at least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back
+ * to the cap instead needs ten times as many on the curved valley floor of MVS. */
+static int renew(void *context, const co_iterate *now, double overshoot) {
     level_problem *p = context;
-    double shift = SHIFT * fabs(now->value) / p->mesh->info.n_vertices;
     int positive = 0;
-    co_hessian_assemble(&p->assembly, now->x, &p->hessian);
-    double most = co_hessian_mean_diagonal(&p->hessian);
-    for (; !positive && shift <= most; shift *= 100)
-        if ((p->failed = co_cholesky_factorize(p->factor, shift, &positive, p->error)) != CURVOPT_OK)
+    double least = SHIFT * fabs(now->value) / p->mesh->info.n_vertices;
+    double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
+    p->failed = co_hessian_assemble(&p->assembly, now->x, 0, &p->hessian, p->error);
+    if (p->failed != CURVOPT_OK)
+        return 1;
+    double stiffest = co_hessian_mean_diagonal(&p->hessian);
+    for (p->shift = fmax(p->shift * change, least); !positive && p->shift <= stiffest; p->shift *= positive ? 1 : 4) {
+        p->failed = co_cholesky_factorize(p->factor, p->shift, &positive, p->error);
+        if (p->failed != CURVOPT_OK)
             return 1;
+    }
     p->has_factor = positive;
     return !positive;
 }
@@ -205,6 +216,7 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
     size_t n = (size_t)mesh->info.n_vertices;
     *p = (level_problem){.r = r, .mesh = mesh, .number = number, .error = error};
     p->tolerance = r->options->as_report ? INFINITY : r->options->tolerance;
+    p->working_tolerance = number < r->options->levels ? WORKING_FACTOR * p->tolerance : p->tolerance;
     double centroid[3], radius = co_placement_frame(n, r->xyz, centroid);
     for (size_t i = 0; i < 3 * n; i++)
         x[i] = (r->xyz[i] - centroid[i % 3]) / radius;
@@ -245,8 +257,8 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
 static int32_t start_level(level_problem *p, co_iterate *now, curvopt_error *error) {
     curvopt_energies energies;
     int resolved, changed;
-    int32_t status = co_assembly_resolve(&p->assembly, now->x, WORKING_FACTOR * p->tolerance, CO_TERMS_OBJECTIVE,
-                                         &energies, &resolved, &changed, error);
+    int32_t status = co_assembly_resolve(&p->assembly, now->x, p->working_tolerance, CO_TERMS_OBJECTIVE, &energies,
+                                         &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     p->defect = energies.gauss_bonnet_defect;

@@ -16,7 +16,7 @@
 
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
-enum { STALLED_STEPS = 10 };
+enum { STALLED_STEPS = 10, SMALL_STEPS = 4 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -33,9 +33,11 @@ typedef struct solver {
     co_iterate trial;
     double *direction;
     double cap;
-    double slope;    /* gradient.direction */
-    int stale_steps; /* since the preconditioner was renewed */
-    int quiet_steps; /* in a row without a decrease worth the name */
+    double slope;     /* gradient.direction */
+    double overshoot; /* the last direction's length over the cap */
+    int stale_steps;  /* since the preconditioner was renewed */
+    int small_steps;  /* in a row whose predicted decrease is below the tolerance */
+    int quiet_steps;  /* in a row without a decrease worth the name */
 } solver;
 
 static void history_update(history *h, size_t n, const co_iterate *before, const co_iterate *after) {
@@ -98,7 +100,7 @@ static void keep_fresh(solver *s, const co_iterate *now) {
     if (!s->f->renew)
         return;
     if (s->stale_steps++ % s->options->renew_every == 0)
-        s->f->renew(s->f->context, now);
+        s->f->renew(s->f->context, now, s->overshoot);
 }
 
 /* One accepted step into s->trial; 0 if there is none to be had. */
@@ -109,6 +111,7 @@ static int find_step(solver *s, const co_iterate *now) {
         if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
             co_linesearch search = {.step = 1, .max_step = s->cap / length};
+            s->overshoot = length / s->cap;
             int ok = co_linesearch_wolfe(s->f, now, s->direction, &search, &s->trial);
             s->result->evaluations += search.evaluations;
             if (ok)
@@ -158,13 +161,14 @@ static int iterate(solver *s, co_iterate *now) {
         keep_fresh(s, now);
         if (!find_step(s, now))
             return CURVOPT_STOP_STALLED;
-        if (s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value)) {
-            int stop = take_step(s, now);
-            return stop >= 0 ? stop : CURVOPT_STOP_CONVERGED;
-        }
+        /* several in a row: one may be short because the preconditioner was stiffened */
+        int small = s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value);
+        s->small_steps = small ? s->small_steps + 1 : 0;
         int stop = take_step(s, now);
         if (stop >= 0)
             return stop;
+        if (s->small_steps >= SMALL_STEPS)
+            return CURVOPT_STOP_CONVERGED;
     }
 }
 

@@ -9,7 +9,8 @@ typedef struct co_lmvm_options {
     int memory; /* pairs kept */
     int max_iterations;
     double gradient_tolerance;  /* converged when |gradient| <= this * |value| */
-    double decrement_tolerance; /* with a preconditioner: converged when -gradient.direction <= this * |value| */
+    double decrement_tolerance; /* with a preconditioner: converged when -gradient.direction <= this * |value|
+                                   for several steps */
     double max_step;            /* cap, in the minimand's step_length() */
     int renew_every;            /* steps between renewals of the preconditioner */
 } co_lmvm_options;

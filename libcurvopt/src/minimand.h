@@ -30,8 +30,9 @@ typedef struct co_minimand {
     /* An initial inverse Hessian, or NULL: out [n] = M^-1 in [n], M symmetric positive definite; in and out may be the
      * same. Nonzero if that failed. */
     int (*precondition)(void *context, const double *in, double *out);
-    /* Makes M that of `now`; nonzero if that failed (the one before stays). */
-    int (*renew)(void *context, const co_iterate *now);
+    /* Makes M that of `now`; nonzero if that failed (the one before stays). `overshoot` is how many times longer than
+     * the cap the last direction was, 0 at first: where it is large, M should be stiffer. */
+    int (*renew)(void *context, const co_iterate *now, double overshoot);
     /* After every settled step; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);
 } co_minimand;

@@ -271,7 +271,7 @@ static void run(const co_sweep *s) {
     store(s, &b, sums);
 }
 
-/* ---------------------------------------------------------------------------------------- Gauss-Newton -- */
+/* ---------------------------------------------------------------------------------- second derivatives -- */
 
 /* matrix += V^T V for the lower triangle, V [n_columns][size]. Tiles of 4 x 4 keep their sums in registers. */
 CO_LANE_INLINE void add_squares(const lane *V, int n_columns, int size, lane *matrix) {
@@ -320,7 +320,7 @@ CO_LANE_INLINE void plane_residual(plane_state *m, const co_table *t, int32_t sa
 }
 
 /* `third` and `plane` are constants where this is called. */
-CO_LANE_INLINE void sweep_normal(const co_normal_sweep *s, lane (*P)[3], lane *V, int third, int plane) {
+CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], lane *V, int third, int plane) {
     const co_table *t = s->table;
     const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
     int n_columns = 0;
@@ -339,8 +339,8 @@ CO_LANE_INLINE void sweep_normal(const co_normal_sweep *s, lane (*P)[3], lane *V
         forward_second(S, &state, &value);
         if (third)
             forward_third(S, s->eps4, &state, &value);
-        for (int which = s->second ? 0 : RESIDUALS_SECOND; which < RESIDUALS_SECOND + (third ? RESIDUALS_THIRD : 0);
-             which++) {
+        for (int which = s->integrand.h2 > 0 ? 0 : RESIDUALS_SECOND;
+             which < RESIDUALS_SECOND + (third ? RESIDUALS_THIRD : 0); which++) {
             if (which < RESIDUALS_SECOND)
                 adjoint_residual_second(S, &state, &s->integrand, which, S_bar);
             else if (third)
@@ -349,7 +349,7 @@ CO_LANE_INLINE void sweep_normal(const co_normal_sweep *s, lane (*P)[3], lane *V
                 plane_residual(&vertex, t, i, S, S_bar, V + n_columns * size);
             else
                 residual_gradient(t, i, S_bar, first, last, V + n_columns * size);
-            if (++n_columns == CO_NORMAL_COLUMNS) {
+            if (++n_columns == CO_SECOND_COLUMNS) {
                 add_squares(V, n_columns, size, matrix);
                 n_columns = 0;
             }
@@ -358,23 +358,96 @@ CO_LANE_INLINE void sweep_normal(const co_normal_sweep *s, lane (*P)[3], lane *V
     add_squares(V, n_columns, size, matrix);
 }
 
-static void run_normal(const co_normal_sweep *s) {
+/* S_bar [1..9] at one sample, everything included. */
+CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, int third, lane S[CO_JET][3],
+                                    lane S_bar[CO_JET][3]) {
+    const co_table *t = s->table;
+    sample_state state;
+    sample_values value;
+    forward_second(S, &state, &value);
+    lane density = s->integrand.h2 * value.h2;
+    if (third) {
+        forward_third(S, s->eps4, &state, &value);
+        density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
+    }
+    adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[sample],
+                   s->integrand.area * t->area_weight[sample], density, S_bar);
+}
+
+/* matrix += rows^T column for one derivative (order k, coordinate d): columns [n_orders][3 n] of one d. */
+CO_LANE_INLINE void add_columns(const double *rows, int32_t n_points, const lane *columns, int last, int d,
+                                lane *matrix) {
+    const int size = 3 * n_points;
+    for (int i = d; i < size; i++) {
+        lane column[CO_JET], *row = matrix + i * (i + 1) / 2;
+        for (int k = 1; k <= last; k++)
+            column[k] = columns[(k - 1) * size + i];
+        for (int q = 0; 3 * q + d <= i; q++) {
+            lane sum = row[3 * q + d];
+            for (int k = 1; k <= last; k++)
+                sum += rows[q * CO_JET + k] * column[k];
+            row[3 * q + d] = sum;
+        }
+    }
+}
+
+/* The Hessian. Its 27 x 27 (15 x 15 without third order) core at a sample is had from central differences of the exact
+ * gradient with respect to the derivatives of S: nine digits (tests/numeric), for a tenth of the work of differencing
+ * the whole gradient, and none of its dependence on the mesh. The step is relative to |S_u|, |S_v|; third derivatives
+ * enter as squares, for which differences are exact. */
+CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *V, int third) {
+    const co_table *t = s->table;
+    const int size = 3 * t->n_points, last = third ? 9 : 5;
+    const double relative_step = 3e-6;
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET;
+        lane S[CO_JET][3], up[CO_JET][3], down[CO_JET][3];
+        jets(rows, t->n_points, P, 1, last, S);
+        lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2])), half = 0.5 / step;
+        for (int d = 0; d < 3; d++) {
+            for (int k = 1; k <= last; k++) {
+                lane at = S[k][d], *column = V + (k - 1) * size;
+                S[k][d] = at + step;
+                sample_gradient(s, i, third, S, up);
+                S[k][d] = at - step;
+                sample_gradient(s, i, third, S, down);
+                S[k][d] = at;
+                for (int j = 1; j <= last; j++)
+                    for (int c = 0; c < 3; c++)
+                        up[j][c] = (up[j][c] - down[j][c]) * half;
+                memset(column, 0, sizeof *column * (size_t)size);
+                scatter_jets(rows, t->n_points, up, 1, last, (lane(*)[3])(void *)column);
+            }
+            add_columns(rows, t->n_points, V, last, d, (lane *)(void *)s->matrix);
+        }
+    }
+}
+
+static void run_second(const co_second_sweep *s) {
     size_t n = (size_t)s->table->n_points, size = 3 * n;
-    lane(*P)[3] = (lane(*)[3])(void *)s->work;
+    lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
     gather(s->table->n_points, s->points, s->xyz, P);
     memset(s->matrix, 0, sizeof(lane) * (size * (size + 1) / 2));
-    lane *V = (lane *)(void *)(P + n);
+    if (s->exact && !s->table->blend) {
+        if (s->third)
+            sweep_hessian(s, P, V, 1);
+        else
+            sweep_hessian(s, P, V, 0);
+        return;
+    }
     if (s->table->blend && s->third)
-        sweep_normal(s, P, V, 1, 1);
+        sweep_gauss_newton(s, P, V, 1, 1);
     else if (s->table->blend)
-        sweep_normal(s, P, V, 0, 1);
+        sweep_gauss_newton(s, P, V, 0, 1);
     else if (s->third)
-        sweep_normal(s, P, V, 1, 0);
+        sweep_gauss_newton(s, P, V, 1, 0);
     else
-        sweep_normal(s, P, V, 0, 0);
+        sweep_gauss_newton(s, P, V, 0, 0);
+    for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
+        s->matrix[i] *= 2; /* of squares */
 }
 
 #define STRING_(x) #x
 #define STRING(x)  STRING_(x)
 const co_sweep_kernel CO_SWEEP_KERNEL = {
-    .lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run, .run_normal = run_normal};
+    .lanes = CO_LANES, .name = STRING(CO_SWEEP_NAME), .run = run, .run_second = run_second};

@@ -26,30 +26,31 @@ typedef struct co_sweep {
     double *work;           /* [9 n_points][L], 64-byte aligned */
 } co_sweep;
 
-/* The Gauss-Newton matrix of a block's faces, sum over samples and residuals r of grad r grad r^T with respect to the
- * face's points: sum of (integrand's own) halves of second derivatives, times 2. */
-typedef struct co_normal_sweep {
+/* Second derivatives of a block's faces with respect to their points. Two kinds: the Gauss-Newton matrix, 2 sum over
+ * samples and residuals r (residual.h) of grad r grad r^T, never indefinite; and the Hessian itself. */
+typedef struct co_second_sweep {
     const co_table *table;
     const int32_t *points; /* as in co_sweep */
     const double *xyz;
     double eps4;
     co_integrand integrand;
-    int second, third; /* which residuals there are */
-    double *matrix;    /* out: lower triangle by rows, [3 n (3 n + 1) / 2][L], n = table->n_points */
-    double *work;      /* [co_sweep_normal_work(n_points)][L], 64-byte aligned */
-} co_normal_sweep;
+    int third;      /* whether it has third-order parts */
+    int exact;      /* the Hessian; on irregular faces of `plane`, which is not linear, the other matrix all the same */
+    double *matrix; /* out: lower triangle by rows, [3 n (3 n + 1) / 2][L], n = table->n_points */
+    double *work;   /* [co_sweep_second_work(n_points)][L], 64-byte aligned */
+} co_second_sweep;
 
-enum { CO_NORMAL_COLUMNS = 28 }; /* gradients of residuals that are gathered before they are multiplied */
+enum { CO_SECOND_COLUMNS = 28 }; /* gradients of residuals that are gathered before they are multiplied; >= 27 */
 
-static inline size_t co_sweep_normal_work(int32_t n_points) {
-    return 3 * (size_t)n_points * (CO_NORMAL_COLUMNS + 3);
+static inline size_t co_sweep_second_work(int32_t n_points) {
+    return 3 * (size_t)n_points * (CO_SECOND_COLUMNS + 1);
 }
 
 typedef struct co_sweep_kernel {
     int lanes;
     const char *name;
     void (*run)(const co_sweep *sweep);
-    void (*run_normal)(const co_normal_sweep *sweep);
+    void (*run_second)(const co_second_sweep *sweep);
 } co_sweep_kernel;
 
 /* The widest kernel that this processor can run; `wanted` (may be NULL) names one instead. NULL if there is none such.
