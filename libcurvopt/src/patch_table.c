@@ -194,7 +194,8 @@ static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
         t->n_samples = r->points * r->points;
         status = allocate(t, error);
         if (status == CURVOPT_OK) {
-            cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+            cell_samples whole = {
+                .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
             add_samples(t, &whole, 0);
         }
         return status;

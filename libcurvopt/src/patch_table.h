@@ -28,8 +28,8 @@ int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table
 void co_table_destroy(co_table *table);
 
 /* Rows of one point of a patch, at (u, v) of the patch: rows [n_points][CO_JET] over the patch's points (16 or the
- * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches
- * of `plane`. (u, v) = (0, 0) of an irregular patch gives NAN derivatives. */
+ * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches of `plane`. (u, v) = (0, 0) of an
+ * irregular patch gives NAN derivatives. */
 int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
                        curvopt_error *error);
 
