@@ -105,10 +105,10 @@ typedef enum curvopt_boundary_rule {
 
 /* Sharp edges and vertices. Where one is named several times, the last time counts. */
 typedef struct curvopt_creases {
-    const int32_t *crease_vertices;  /* [2 n_creases] both ends of an edge, in any order */
-    const double *crease_sharpness;  /* [n_creases] 0..CURVOPT_SHARPNESS_MAX */
-    const int32_t *corner_vertices;  /* [n_corners] */
-    const double *corner_sharpness;  /* [n_corners] 0..CURVOPT_SHARPNESS_MAX */
+    const int32_t *crease_vertices; /* [2 n_creases] both ends of an edge, in any order */
+    const double *crease_sharpness; /* [n_creases] 0..CURVOPT_SHARPNESS_MAX */
+    const int32_t *corner_vertices; /* [n_corners] */
+    const double *corner_sharpness; /* [n_corners] 0..CURVOPT_SHARPNESS_MAX */
     int32_t n_creases;
     int32_t n_corners;
     int32_t boundary_rule; /* curvopt_boundary_rule */
@@ -125,11 +125,10 @@ CURVOPT_API void curvopt_mesh_destroy(curvopt_mesh *mesh);
 CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info);
 /* Copies the polygons out: face_sizes [n_faces], face_vertices [n_corners]. */
 CURVOPT_API void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices);
-/* Sharp edges and vertices that the mesh has, counted and copied out; none of sharpness 0. A subdivided mesh has those of
- * its cage, one softer. Corners kept by the rule CORNERS are among them, infinitely sharp, so that what is copied out
- * means the same surface under either rule.
- *   crease_vertices [2 n_creases], crease_sharpness [n_creases], corner_vertices [n_corners], corner_sharpness
- *   [n_corners] */
+/* Sharp edges and vertices that the mesh has, counted and copied out; none of sharpness 0. A subdivided mesh has those
+ * of its cage, one softer. Corners kept by the rule CORNERS are among them, infinitely sharp, so that what is copied
+ * out means the same surface under either rule. crease_vertices [2 n_creases], crease_sharpness [n_creases],
+ * corner_vertices [n_corners], corner_sharpness [n_corners] */
 CURVOPT_API void curvopt_mesh_count_creases(const curvopt_mesh *mesh, int32_t *n_creases, int32_t *n_corners);
 CURVOPT_API void curvopt_mesh_get_creases(const curvopt_mesh *mesh, int32_t *crease_vertices, double *crease_sharpness,
                                           int32_t *corner_vertices, double *corner_sharpness);
@@ -163,8 +162,8 @@ typedef enum curvopt_term {
 } curvopt_term;
 
 typedef enum curvopt_method {
-    CURVOPT_METHOD_AUTO = 0, /* gauss_newton; the report's with as_report */
-    CURVOPT_METHOD_LMVM = 1, /* limited-memory variable metric on all coordinates, the report's */
+    CURVOPT_METHOD_AUTO = 0,        /* gauss_newton; the report's with as_report */
+    CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's */
     CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian */
 } curvopt_method;
 
@@ -220,7 +219,7 @@ CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
 /* Energies at xyz [3 n_vertices]; the objective's exact gradient into gradient [3 n_vertices] unless it is NULL.
  * Quadrature is refined until every term meets options.tolerance, and not made coarser again for the next positions (so
  * that differences of nearby energies are smooth). ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area),
- * ERROR_MEMORY. */
+ * ERROR_RESOLUTION (folded flat), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
                                              double *gradient, curvopt_error *error);
 
@@ -287,14 +286,31 @@ typedef struct curvopt_level_report {
     int32_t reserved;
 } curvopt_level_report;
 
+/* What the Hessian at the result says of it. */
+typedef enum curvopt_verdict {
+    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: more than 50 000 vertices, or memory was out */
+    CURVOPT_VERDICT_MINIMUM = 1,        /* stationary, no negative direction */
+    CURVOPT_VERDICT_SADDLE = 2,         /* stationary, with negative directions */
+    CURVOPT_VERDICT_NOT_STATIONARY = 3, /* the Newton decrement is above 1e-6 of the objective */
+    CURVOPT_VERDICT_FORCE_INT = 0x7fffffff
+} curvopt_verdict;
+/* "unknown", "minimum", "saddle", "not stationary"; never NULL. */
+CURVOPT_API const char *curvopt_verdict_text(int32_t verdict);
+
 typedef struct curvopt_summary {
     curvopt_energies start; /* of the input cage */
     curvopt_energies end;   /* of the result */
     double seconds;
-    int32_t n_levels; /* levels that were worked on, the last one perhaps not to its end */
-    int32_t stop;     /* curvopt_stop of the last of them */
+    double newton_decrement; /* half of gradient . Hessian^-1 gradient, or with the Gauss-Newton matrix where the
+                                Hessian has negative directions: what is left to gain; NAN if unknown */
+    int32_t n_levels;        /* levels that were worked on, the last one perhaps not to its end */
+    int32_t stop;            /* curvopt_stop of the last of them */
     int32_t n_vertices;
     int32_t n_faces;
+    int32_t method;              /* curvopt_method that was used, never AUTO */
+    int32_t verdict;             /* curvopt_verdict */
+    int32_t negative_directions; /* of the Hessian, beyond the invariances; -1: some, not counted, or unknown */
+    int32_t reserved;
 } curvopt_summary;
 
 /* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held.

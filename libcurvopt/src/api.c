@@ -38,6 +38,11 @@ const char *curvopt_stop_text(int32_t stop) {
     return stop >= 0 && stop < (int32_t)(sizeof text / sizeof *text) ? text[stop] : "unknown";
 }
 
+const char *curvopt_verdict_text(int32_t verdict) {
+    static const char *const text[] = {"unknown", "minimum", "saddle", "not stationary"};
+    return verdict >= 0 && verdict < (int32_t)(sizeof text / sizeof *text) ? text[verdict] : "unknown";
+}
+
 const char *curvopt_version(void) {
     return STRING(CURVOPT_VERSION_MAJOR) "." STRING(CURVOPT_VERSION_MINOR) "." STRING(CURVOPT_VERSION_PATCH);
 }
@@ -203,13 +208,9 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
         status = co_assembly_resolve(a, xyz, problem->tolerance, CO_TERMS_ALL, &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    if (!isfinite(energies.objective) || !(energies.area > 0)) {
-        co_values values;
-        co_assembly_evaluate(a, xyz, &(co_request){0}, &values);
-        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, values.worst_face,
-                              "the energy is %g: the surface is degenerate at face %d", energies.objective,
-                              values.worst_face);
-    }
+    status = isinf(problem->tolerance) ? CURVOPT_OK : co_assembly_check_energies(a, &energies, error);
+    if (status != CURVOPT_OK)
+        return status;
     if (gradient) {
         co_values values;
         co_assembly_evaluate(a, xyz, &(co_request){.gradient = gradient}, &values);

@@ -14,7 +14,8 @@
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
 static const double HYSTERESIS = 3;
-static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
+static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
+static const double LARGEST = 1e100;      /* coordinates beyond this could overflow when squared */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
 
 static int needs_area_gradient(const co_assembly *a) {
@@ -214,7 +215,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     int third = f->has_third || (request->all_terms && a->third_allowed);
     co_integrand integrand = f->has_third ? f->third : f->second;
     double factor = 1, area_factor = 0;
-    double radius = normalize(a, xyz);
+    double radius = a->radius = normalize(a, xyz);
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
         run_blocks(a, &a->layout, &f->second, 0, 0);
         total(a, &a->layout, out);
@@ -228,6 +229,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
     total(a, &a->layout, out);
     out->radius = radius;
+    a->worst_face = out->worst_face;
     if (!request->gradient)
         return;
     if (f->has_third) {
@@ -386,4 +388,21 @@ done:
     free(coarse);
     free(fine);
     return status;
+}
+
+int32_t co_assembly_check_energies(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
+    double relative_area = e->area / (a->radius * a->radius);
+    if (!(relative_area > SMALLEST_AREA))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
+                              "the cage has zero area: its surface's is %g of its size squared", relative_area);
+    if (!isfinite(e->objective))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
+                              "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
+    if (e->gauss_bonnet_defect > 1 + ACCEPTABLE * e->term[CURVOPT_TERM_WILLMORE])
+        return co_status_fail(
+            error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
+            "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "
+            "or pinched, most of all at face %d",
+            e->gauss_bonnet_defect, a->worst_face);
+    return CURVOPT_OK;
 }

@@ -26,7 +26,9 @@ typedef struct co_assembly {
     co_layout finer;       /* of rules one step finer, values only; made when first needed */
     double *points;        /* [3 n_points] */
     double *point_gradient;
-    double *work; /* [n_threads][work_stride] */
+    double radius;      /* of the positions evaluated last */
+    int32_t worst_face; /* of them: the one with the least |S_u x S_v| */
+    double *work;       /* [n_threads][work_stride] */
     size_t work_stride;
 } co_assembly;
 
@@ -69,5 +71,9 @@ typedef enum co_terms {
  * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
 int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,
                             curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
+
+/* Whether resolved `energies` are those of a surface: ERROR_GEOMETRY for zero area or an energy that is not finite,
+ * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
+int32_t co_assembly_check_energies(const co_assembly *assembly, const curvopt_energies *energies, curvopt_error *error);
 
 #endif

@@ -71,6 +71,30 @@ int32_t co_cholesky_factorize(co_cholesky *f, double shift, int *positive, curvo
     return CURVOPT_OK;
 }
 
+int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int32_t *n_negative, curvopt_error *error) {
+    double beta[2] = {shift, 0};
+    int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK;
+    *n_negative = -1;
+    f->common.supernodal = CHOLMOD_SIMPLICIAL;
+    f->common.final_ll = 0;
+    cholmod_factor *ldl = cholmod_analyze(&f->matrix, &f->common);
+    if (ldl)
+        cholmod_factorize_p(&f->matrix, beta, NULL, 0, ldl, &f->common);
+    f->common.supernodal = supernodal;
+    f->common.final_ll = final_ll;
+    if (!ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY) {
+        status = co_status_no_memory(error);
+    } else if (ldl->minor == ldl->n) {
+        const int *column_start = ldl->p;
+        const double *value = ldl->x;
+        *n_negative = 0;
+        for (size_t j = 0; j < ldl->n; j++) /* D stands first in each column */
+            *n_negative += value[column_start[j]] < 0;
+    }
+    cholmod_free_factor(&ldl, &f->common);
+    return status;
+}
+
 int32_t co_cholesky_solve(co_cholesky *f, const double *b, double *x, curvopt_error *error) {
     /* CHOLMOD reads the right-hand side only, though its type does not say so */
     cholmod_dense right = {.nrow = f->matrix.nrow,

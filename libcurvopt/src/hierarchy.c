@@ -7,8 +7,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hierarchy.h"
 
-#include "cholesky.h"
-#include "hessian.h"
+#include "certificate.h"
 #include "lmvm.h"
 #include "memory.h"
 #include "placement.h"
@@ -20,7 +19,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1 };
+enum { LARGEST_CERTIFIED = 50000, RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1 };
 static const double SHIFT = 0.1;
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-6;
@@ -174,9 +173,21 @@ static int report(void *context, const co_iterate *now, int iteration, int evalu
                                  .level = p->number,
                                  .levels = r->options->levels,
                                  .iteration = iteration,
-                                 .evaluations = evaluations,
+                                 .evaluations = evaluations + 1, /* the level's first */
                                  .n_vertices = p->mesh->info.n_vertices};
     return r->progress(&progress, r->user) != 0;
+}
+
+static int32_t create_factor(level_problem *p, curvopt_error *error) {
+    int32_t status = co_hessian_create(&p->assembly, &p->hessian, error);
+    if (status == CURVOPT_OK)
+        status = co_cholesky_create(3 * p->mesh->info.n_vertices, p->hessian.column_start, p->hessian.row,
+                                    p->hessian.value, &p->factor, error);
+    return status;
+}
+
+static double least_shift(const level_problem *p, double value) {
+    return SHIFT * fabs(value) / p->mesh->info.n_vertices;
 }
 
 /* The Gauss-Newton matrix of `now`, shifted (Levenberg 1944, Marquardt 1963): so little that what the matrix does not
@@ -186,7 +197,7 @@ static int report(void *context, const co_iterate *now, int iteration, int evalu
 static int renew(void *context, const co_iterate *now, double overshoot) {
     level_problem *p = context;
     int positive = 0;
-    double least = SHIFT * fabs(now->value) / p->mesh->info.n_vertices;
+    double least = least_shift(p, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     p->failed = co_hessian_assemble(&p->assembly, now->x, 0, &p->hessian, p->error);
     if (p->failed != CURVOPT_OK)
@@ -222,12 +233,8 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
         x[i] = (r->xyz[i] - centroid[i % 3]) / radius;
     p->edge = mean_edge(mesh, x);
     int32_t status = co_assembly_create(mesh, r->options, &p->assembly, error);
-    if (status != CURVOPT_OK || r->options->method == CURVOPT_METHOD_LMVM)
-        return status;
-    status = co_hessian_create(&p->assembly, &p->hessian, error);
-    if (status == CURVOPT_OK)
-        status = co_cholesky_create((int32_t)(3 * n), p->hessian.column_start, p->hessian.row, p->hessian.value,
-                                    &p->factor, error);
+    if (status == CURVOPT_OK && r->options->method != CURVOPT_METHOD_LMVM)
+        status = create_factor(p, error);
     return status;
 }
 
@@ -241,12 +248,8 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
     if (status != CURVOPT_OK)
         return status;
     status = co_assembly_resolve(&assembly, r->xyz, tolerance, CO_TERMS_REPORT, start, &resolved, &changed, error);
-    if (status == CURVOPT_OK && (!isfinite(start->objective) || !(start->area > 0))) {
-        co_values values;
-        co_assembly_evaluate(&assembly, r->xyz, &(co_request){0}, &values);
-        status = co_status_fail(error, CURVOPT_ERROR_GEOMETRY, values.worst_face,
-                                "the energy is not finite: the surface is degenerate at face %d", values.worst_face);
-    }
+    if (status == CURVOPT_OK && !r->options->as_report)
+        status = co_assembly_check_energies(&assembly, start, error);
     r->start_energy = start->objective;
     r->start_area = start->area;
     co_assembly_free(&assembly);
@@ -286,13 +289,34 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
                                      .level = p->number,
                                      .n_vertices = (int32_t)n,
                                      .iterations = solved->iterations,
-                                     .evaluations = solved->evaluations,
+                                     .evaluations = solved->evaluations + 1,
                                      .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
                                      .seconds = now_seconds() - started};
     to_user(p, now->x, end->area, r->xyz);
     end->area_error *= r->start_area / end->area;
     end->area = r->start_area;
     return CURVOPT_OK;
+}
+
+/* The verdict on where the run ended. What it cannot find out for want of memory it leaves unknown. */
+static void certify(level_problem *p, co_iterate *now) {
+    curvopt_summary *summary = &p->r->result->summary;
+    co_certificate c = {.newton_decrement = (double)NAN, .negative_directions = -1};
+    if (p->mesh->info.n_vertices <= LARGEST_CERTIFIED && !p->r->options->as_report &&
+        (p->factor || create_factor(p, NULL) == CURVOPT_OK)) {
+        now->value = evaluate(p, now->x, now->gradient); /* by the rules that end_level() has settled on */
+        if (co_certify(&p->assembly, &p->hessian, p->factor, now->x, now->value, now->gradient,
+                       least_shift(p, now->value), &c, NULL) != CURVOPT_OK)
+            c.verdict = CURVOPT_VERDICT_UNKNOWN;
+    }
+    summary->newton_decrement = c.newton_decrement;
+    summary->negative_directions = c.negative_directions;
+    summary->verdict = c.verdict;
+}
+
+static int ends_run(const run *r, int32_t number) {
+    int32_t stop = r->result->level[number - 1].stop;
+    return number == r->options->levels || stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
 static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, curvopt_error *error) {
@@ -323,7 +347,7 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
         f.renew = renew;
     }
     co_lmvm_result solved = {0};
-    if (report(&p, &now, 0, 1))
+    if (report(&p, &now, 0, 0))
         solved.stop = CURVOPT_STOP_CANCELLED;
     else
         status = co_lmvm(&f, &lmvm, &now, &solved, error);
@@ -331,6 +355,8 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
         status = p.failed;
     if (status == CURVOPT_OK)
         status = end_level(&p, &now, &solved, started, error);
+    if (status == CURVOPT_OK && ends_run(r, number) && r->result->level[number - 1].stop != CURVOPT_STOP_CANCELLED)
+        certify(&p, &now);
 done:
     co_cholesky_destroy(p.factor);
     co_hessian_free(&p.hessian);
@@ -376,12 +402,13 @@ static int32_t run_levels(run *r, curvopt_error *error) {
         if (status != CURVOPT_OK)
             return status;
         summary->stop = r->result->level[number - 1].stop;
-        if (summary->stop == CURVOPT_STOP_CANCELLED || summary->stop == CURVOPT_STOP_UNRESOLVED)
+        if (ends_run(r, number))
             break;
     }
     summary->seconds = now_seconds() - r->started;
     summary->n_vertices = r->result->mesh->info.n_vertices;
     summary->n_faces = r->result->mesh->info.n_faces;
+    summary->method = r->options->method;
     return CURVOPT_OK;
 }
 
@@ -392,6 +419,10 @@ int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const
     run r = {.options = options, .progress = progress, .user = user, .cancel = cancel, .started = now_seconds()};
     int32_t status = CURVOPT_ERROR_MEMORY;
     r.result = CO_NEW(curvopt_result, 1);
+    if (r.result) {
+        r.result->summary.newton_decrement = (double)NAN;
+        r.result->summary.negative_directions = -1;
+    }
     if (r.result)
         r.result->level = CO_NEW(curvopt_level_report, options->levels);
     r.xyz = CO_NEW(double, n);

@@ -46,7 +46,7 @@ static int32_t measure(co_layout *l, co_table_cache *cache, int32_t n_kinds, con
         int32_t status = co_table_cache_get(cache, k / CO_N_RULES, k % CO_N_RULES, &table, error);
         if (status != CURVOPT_OK)
             return status;
-        size_t blocks = (size_t)((n + l->lanes - 1) / l->lanes), points = (size_t)(table->n_points * l->lanes);
+        size_t blocks = (size_t)((n + l->lanes - 1) / l->lanes), points = (size_t)table->n_points * (size_t)l->lanes;
         l->n_blocks += (int32_t)blocks;
         l->n_samples += (int64_t)n * table->n_samples;
         l->max_points = table->n_points > l->max_points ? table->n_points : l->max_points;
@@ -83,8 +83,8 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
             block->points = points;
             block->gradient = gradient;
             fill_block(patches, order + first, n < l->lanes ? n : l->lanes, l, b);
-            points += (size_t)(block->table->n_points * l->lanes);
-            gradient += (size_t)(block->table->n_points * l->lanes) * 3 * (size_t)(1 + area);
+            points += (size_t)block->table->n_points * (size_t)l->lanes;
+            gradient += (size_t)block->table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
         }
     return CURVOPT_OK;
 }

@@ -96,7 +96,7 @@ static void note_edge(double sharpness, int32_t end, sharp_edges state[2], fadin
 
 /* state[0] now, state[1] after. */
 static void look_round(const curvopt_mesh *m, int32_t v, sharp_edges state[2], fading *f) {
-    int32_t first = m->vertex_corner[v], h = first, last = h;
+    int32_t first = m->vertex_corner[v], h = first, last;
     double sharpness = co_crease_vertex(m, v);
     state[0] = (sharp_edges){.is_corner = sharpness > 0};
     state[1] = (sharp_edges){.is_corner = co_crease_softened(sharpness) > 0};

@@ -15,7 +15,3 @@ int32_t co_status_fail(curvopt_error *error, int32_t code, int32_t element, cons
     va_end(arguments);
     return code;
 }
-
-int32_t co_status_no_memory(curvopt_error *error) {
-    return co_status_fail(error, CURVOPT_ERROR_MEMORY, -1, "out of memory");
-}

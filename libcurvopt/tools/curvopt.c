@@ -39,13 +39,16 @@ static const char help_text[] =
     "  -o, --output FILE    the optimized cage, written whole or not at all\n"
     "  --levels N           optimizations, the cage being subdivided between them (default 4; 1 keeps the cage's own\n"
     "                       vertices)\n"
-    "  --method lmvm        limited-memory variable metric (the only one in this build)\n"
+    "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
+    "                       matrix (default); lmvm: without it, the report's\n"
     "  --max-iterations N   a level (default 1000)\n"
     "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
     "                       rule that nothing checks\n"
     "\n"
     "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
     "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
+
+static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 
 typedef struct arguments {
     const char *command, *input, *output, *json, *energy;
@@ -139,8 +142,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--max-iterations"))
         return parse_integer(value, &o->max_iterations);
     else if (!strcmp(name, "--method")) {
-        o->method = CURVOPT_METHOD_LMVM;
-        return strcmp(value, "lmvm") != 0;
+        o->method = find_name(method_name, 3, value, strlen(value));
+        return o->method < CURVOPT_METHOD_LMVM;
     }
     return 0;
 }
@@ -238,8 +241,8 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
 
 /* Says to people, not to programs, what the run did. */
 static void print_run(const curvopt_summary *s, const char *energy) {
-    printf("%s: %.10g -> %.10g in %.2f s, %s\n", energy, s->start.objective, s->end.objective, s->seconds,
-           curvopt_stop_text(s->stop));
+    printf("%s: %.10g -> %.10g in %.2f s, %s (by its Hessian: %s)\n", energy, s->start.objective, s->end.objective,
+           s->seconds, curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */
@@ -341,7 +344,7 @@ static int deliver(const arguments *a, const curvopt_result *result) {
                           .summary = &summary,
                           .result = result,
                           .energy = a->energy,
-                          .method = "lmvm"};
+                          .method = method_name[summary.method]};
     int status = stage_cage(a, result, &info, &cage);
     if (status != EXIT_DONE)
         return status;
@@ -389,9 +392,8 @@ static void wait_passively(char **argv) {
         execv("/proc/self/exe", argv); /* returns only if it cannot; then go on as we are */
 }
 
-int main(int argc, char **argv) {
+static int run(int argc, char **argv) {
     arguments a;
-    wait_passively(argv);
     if (argc < 2)
         return usage_error("no command", NULL);
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
@@ -404,4 +406,12 @@ int main(int argc, char **argv) {
     if (status != EXIT_DONE)
         return status;
     return strcmp(a.command, "minimize") ? run_evaluate(&a) : run_minimize(&a);
+}
+
+int main(int argc, char **argv) {
+    wait_passively(argv);
+    int status = run(argc, argv);
+    if (fflush(stdout) != 0 || ferror(stdout)) /* figures that nobody got are not done */
+        return status == EXIT_DONE ? could_not("standard output", strerror(errno)) : status;
+    return status;
 }

@@ -52,6 +52,12 @@ static void put_levels(FILE *f, const json_report *r) {
     }
     fprintf(f, "\n  ],\n  \"stop\": \"%s\", ", curvopt_stop_text(r->summary->stop));
     put_number(f, "seconds", r->summary->seconds, ",\n");
+    fprintf(f, "  \"verification\": {\"verdict\": \"%s\", ", curvopt_verdict_text(r->summary->verdict));
+    put_number(f, "newton_decrement", r->summary->newton_decrement, ", ");
+    if (r->summary->negative_directions >= 0)
+        fprintf(f, "\"negative_directions\": %d},\n", r->summary->negative_directions);
+    else
+        fprintf(f, "\"negative_directions\": null},\n");
     fprintf(f, "  \"start\": {\n");
     put_energies(f, &r->summary->start, "    ");
     fprintf(f, "\n  },\n");
