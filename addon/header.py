@@ -95,8 +95,9 @@ class CSummary(C.Structure):
     _fields_ = [
         ("start", CEnergies),
         ("end", CEnergies),
-        ("seconds", C.c_double),
-        *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces".split()),
+        *((name, C.c_double) for name in "seconds newton_decrement".split()),
+        *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
+        *((name, C.c_int32) for name in "negative_directions reserved".split()),
     ]
 
 
@@ -108,7 +109,7 @@ STRUCT_SIZES = {
     CEnergies: 200,
     CProgress: 72,
     CLevelReport: 48,
-    CSummary: 424,
+    CSummary: 448,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -138,6 +139,7 @@ SIGNATURES = {
     "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), REALS, _ERROR)),
     "curvopt_surface_jets": (_I, (_HANDLE, REALS, _I, _I, INTS, INTS, REALS, REALS, _ERROR)),
     "curvopt_stop_text": (C.c_char_p, (_I,)),
+    "curvopt_verdict_text": (C.c_char_p, (_I,)),
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
     "curvopt_cancel_request": (None, (_HANDLE,)),
     "curvopt_cancel_destroy": (None, (_HANDLE,)),

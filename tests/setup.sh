@@ -7,7 +7,7 @@
 # command, from wherever, will do.
 # shellcheck disable=SC2034
 {
-    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja)
+    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     TEST_PACKAGES=(g++:g++ libcmocka-dev pkg-config:pkg-config python3-pytest clang-format:clang-format
         cppcheck:cppcheck libosd-dev xvfb:Xvfb imagemagick:import)

@@ -88,14 +88,18 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
-SIZE(curvopt_summary, 424);
+SIZE(curvopt_summary, 448);
 AT(curvopt_summary, start, 0);
 AT(curvopt_summary, end, 200);
 AT(curvopt_summary, seconds, 400);
-AT(curvopt_summary, n_levels, 408);
-AT(curvopt_summary, stop, 412);
-AT(curvopt_summary, n_vertices, 416);
-AT(curvopt_summary, n_faces, 420);
+AT(curvopt_summary, newton_decrement, 408);
+AT(curvopt_summary, n_levels, 416);
+AT(curvopt_summary, stop, 420);
+AT(curvopt_summary, n_vertices, 424);
+AT(curvopt_summary, n_faces, 428);
+AT(curvopt_summary, method, 432);
+AT(curvopt_summary, verdict, 436);
+AT(curvopt_summary, negative_directions, 440);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

@@ -87,8 +87,9 @@ class LevelReport(C.Structure):
 class Summary(C.Structure):
     """curvopt_summary"""
 
-    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("n_levels", I32), ("stop", I32),
-                ("n_vertices", I32), ("n_faces", I32)]
+    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("newton_decrement", F64)] + [
+        (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
+                                 "negative_directions", "reserved")]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
