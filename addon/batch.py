@@ -55,8 +55,7 @@ def _part(name: str) -> ModuleType:
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line behind `--`. Exits with 2 if it is wrong."""
     parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
-    terms = _part("native").TERMS
-    parser.add_argument("--energy", choices=terms, default="mvs", help="what to minimize (default %(default)s)")
+    parser.add_argument("--energy", choices=tuple(_part("job").ENERGY_LABELS), default="mvs", help="what to minimize (default %(default)s)")
     parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
     parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
     parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
@@ -184,8 +183,8 @@ def _level(level: LevelReport) -> dict[str, object]:
 
 def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
     values = {
-        "area": energies.area,
         **energies.terms,
+        "area": energies.area,  # in squared units, not the term of that name
         "h2": energies.h2,
         "gauss": energies.gauss,
         "gauss_bonnet_defect": energies.gauss_bonnet_defect,

@@ -5,7 +5,7 @@ import ctypes as C
 
 HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that this file mirrors
 
-TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou")  # by curvopt_term
+TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area")  # by curvopt_term
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")  # by curvopt_stop
 
@@ -29,6 +29,18 @@ class CMeshInfo(C.Structure):
             "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence"
             " euler all_quads"
         ).split()
+    ]
+
+
+class CCreases(C.Structure):
+    """curvopt_creases"""
+
+    _fields_ = [
+        ("crease_vertices", C.POINTER(C.c_int32)),
+        ("crease_sharpness", C.POINTER(C.c_double)),
+        ("corner_vertices", C.POINTER(C.c_int32)),
+        ("corner_sharpness", C.POINTER(C.c_double)),
+        *((name, C.c_int32) for name in "n_creases n_corners boundary_rule reserved".split()),
     ]
 
 
@@ -105,6 +117,7 @@ class CSummary(C.Structure):
 STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 40,
+    CCreases: 48,
     COptions: 120,
     CEnergies: 200,
     CProgress: 72,
@@ -128,9 +141,12 @@ SIGNATURES = {
     "curvopt_status_text": (C.c_char_p, (_I,)),
     "curvopt_version": (C.c_char_p, ()),
     "curvopt_mesh_create": (_I, (_I, _I, INTS, INTS, _OUT, _ERROR)),
+    "curvopt_mesh_create_creased": (_I, (_I, _I, INTS, INTS, C.POINTER(CCreases), _OUT, _ERROR)),
     "curvopt_mesh_destroy": (None, (_HANDLE,)),
     "curvopt_mesh_get_info": (None, (_HANDLE, C.POINTER(CMeshInfo))),
     "curvopt_mesh_get_faces": (None, (_HANDLE, INTS, INTS)),
+    "curvopt_mesh_count_creases": (None, (_HANDLE, INTS, INTS)),
+    "curvopt_mesh_get_creases": (None, (_HANDLE, INTS, REALS, INTS, REALS)),
     "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
     "curvopt_options_init": (None, (C.POINTER(COptions),)),
     "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),

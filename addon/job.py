@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from . import native
 from .native import Cage, Energies, LevelReport, Progress
 
+# What can be minimized by itself: every term but the area, whose least is no surface.
 ENERGY_LABELS = {
     "willmore": "Willmore",
     "mvs": "MVS",
@@ -25,7 +26,7 @@ ENERGY_LABELS = {
 
 @dataclass(frozen=True)
 class Request:
-    """What to minimize. `energy` is a name of native.TERMS; `limits` are further fields of curvopt_options."""
+    """What to minimize. `energy` is a key of ENERGY_LABELS; `limits` are further fields of curvopt_options."""
 
     energy: str = "mvs"
     levels: int = 4

@@ -14,7 +14,7 @@ ENERGIES = (
 
 
 def energy_property() -> object:
-    """The choice of energy, for settings and operator alike; identifiers are native.TERMS in capitals."""
+    """The choice of energy, for settings and operator alike; identifiers are keys of job.ENERGY_LABELS in capitals."""
     return bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
 
 

@@ -16,9 +16,10 @@ from mathutils import Matrix
 
 from .cage import Source, read_positions
 from .job import ENERGY_LABELS, Request, Solution
-from .native import TERMS, Cage
+from .native import Cage
 
 _GAP = 0.1  # between original and result, in sizes of the larger
+_SHOWN_ENERGIES = ("willmore", "mvs", "mvs_cross")
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels
@@ -128,14 +129,14 @@ def _store(result: bpy.types.Object, source_name: str, request: Request, solutio
     result["curvopt_surface"] = solution.end.surface
     result["curvopt_stop"] = solution.stop
     for when, energies in (("before", solution.start), ("after", solution.end)):
-        for term, value in energies.terms.items():
-            if np.isfinite(value):
-                result[f"curvopt_{when}_{term}"] = value
+        for term in ENERGY_LABELS:
+            if np.isfinite(energies.terms[term]):
+                result[f"curvopt_{when}_{term}"] = energies.terms[term]
 
 
 def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, float]]:
     """(label, before, after) of the panel's energies, as a result object remembers them; empty for other objects."""
     if obj is None:
         return []
-    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in TERMS[:3])
+    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in _SHOWN_ENERGIES)
     return [(ENERGY_LABELS[term], obj[b], obj[a]) for term, b, a in keys if b in obj and a in obj]
