@@ -55,7 +55,8 @@ def _part(name: str) -> ModuleType:
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line behind `--`. Exits with 2 if it is wrong."""
     parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
-    parser.add_argument("--energy", choices=tuple(_part("job").ENERGY_LABELS), default="mvs", help="what to minimize (default %(default)s)")
+    energies = tuple(_part("job").ENERGY_LABELS)
+    parser.add_argument("--energy", choices=energies, default="mvs", help="what to minimize (default %(default)s)")
     parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
     parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
     parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")

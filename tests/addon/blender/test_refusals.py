@@ -172,6 +172,11 @@ def test_position_that_is_no_number(torus, refused, contents):
     refused("^Error: Vertex 5 has coordinate x = nan")
 
 
+def test_infinite_position(torus, refused):
+    torus.data.vertices[5].co.x = float("inf")  # Blender keeps the largest float32 instead
+    refused("(?i)area|resolve|coordinate")
+
+
 def test_cage_without_area(add, refused):
     points, faces = shapes.cube()
     add(points * 0, faces)
