@@ -288,7 +288,7 @@ typedef struct curvopt_level_report {
 
 /* What the Hessian at the result says of it. */
 typedef enum curvopt_verdict {
-    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: more than 50 000 vertices, or memory was out */
+    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: as_report, cancelled, more than 50 000 vertices */
     CURVOPT_VERDICT_MINIMUM = 1,        /* stationary, no negative direction */
     CURVOPT_VERDICT_SADDLE = 2,         /* stationary, with negative directions */
     CURVOPT_VERDICT_NOT_STATIONARY = 3, /* the Newton decrement is above 1e-6 of the objective */

@@ -1,15 +1,15 @@
-/* One cell of a ring round an extraordinary vertex (irregular.h): rows of its points over the two-ring, on any surface that
- * is linear in it. SPDX-License-Identifier: GPL-3.0-or-later */
+/* One cell of a ring round an extraordinary vertex (irregular.h): rows of its points over the two-ring, on any surface
+ * that is linear in it. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CELL_H
 #define CO_CELL_H
 
 #include "polynomial.h"
 
 typedef struct co_cell {
-    int32_t n_points;        /* of the two-ring */
-    co_real origin[2], side; /* place in the face */
-    co_real *points;         /* [16][n_points] control points of its bicubic patch over the two-ring */
-    co_real map[16][2];      /* control points of the characteristic map, if there is a polynomial */
+    int32_t n_points;                /* of the two-ring */
+    co_real origin[2], side;         /* place in the face */
+    co_real *points;                 /* [16][n_points] control points of its bicubic patch over the two-ring */
+    co_real map[16][2];              /* control points of the characteristic map, if there is a polynomial */
     const co_polynomial *polynomial; /* NULL: the limit surface itself */
 } co_cell;
 
@@ -18,8 +18,8 @@ int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, co_
 void co_cell_free(co_cell *cell);
 /* Becomes cell number `which` of the disc's present ring. */
 void co_cell_set(co_cell *cell, const co_disc *disc, int which);
-/* Rows at (s, t) in 0..1 of the cell, derivatives with respect to s, t: rows [n_support][CO_JET], of the two-ring points
- * support [n_support]. */
+/* Rows at (s, t) in 0..1 of the cell, derivatives with respect to s, t: rows [n_support][CO_JET], of the two-ring
+ * points support [n_support]. */
 void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support, double *rows);
 /* Jet of the blend there, derivatives with respect to s, t. */
 void co_cell_blend(const co_cell *cell, co_blend blend, co_real s, co_real t, co_real jet[CO_JET]);

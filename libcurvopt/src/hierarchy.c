@@ -298,20 +298,26 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
     return CURVOPT_OK;
 }
 
-/* The verdict on where the run ended. What it cannot find out for want of memory it leaves unknown. */
-static void certify(level_problem *p, co_iterate *now) {
+/* The verdict on where the run ended. */
+static int32_t certify(level_problem *p, co_iterate *now, curvopt_error *error) {
     curvopt_summary *summary = &p->r->result->summary;
-    co_certificate c = {.newton_decrement = (double)NAN, .negative_directions = -1};
-    if (p->mesh->info.n_vertices <= LARGEST_CERTIFIED && !p->r->options->as_report &&
-        (p->factor || create_factor(p, NULL) == CURVOPT_OK)) {
-        now->value = evaluate(p, now->x, now->gradient); /* by the rules that end_level() has settled on */
-        if (co_certify(&p->assembly, &p->hessian, p->factor, now->x, now->value, now->gradient,
-                       least_shift(p, now->value), &c, NULL) != CURVOPT_OK)
-            c.verdict = CURVOPT_VERDICT_UNKNOWN;
-    }
+    co_certificate c;
+    int32_t status = p->factor ? CURVOPT_OK : create_factor(p, error);
+    if (status != CURVOPT_OK)
+        return status;
+    now->value = evaluate(p, now->x, now->gradient); /* by the rules that end_level() has settled on */
+    status = co_certify(&p->assembly, &p->hessian, p->factor, now->x, now->value, now->gradient,
+                        least_shift(p, now->value), &c, error);
     summary->newton_decrement = c.newton_decrement;
     summary->negative_directions = c.negative_directions;
     summary->verdict = c.verdict;
+    return status;
+}
+
+/* Whether the level was the run's last, and one to look at more closely. */
+static int wants_certificate(const run *r, int32_t number) {
+    return !r->options->as_report && r->result->level[number - 1].stop != CURVOPT_STOP_CANCELLED &&
+           r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
 static int ends_run(const run *r, int32_t number) {
@@ -355,8 +361,8 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
         status = p.failed;
     if (status == CURVOPT_OK)
         status = end_level(&p, &now, &solved, started, error);
-    if (status == CURVOPT_OK && ends_run(r, number) && r->result->level[number - 1].stop != CURVOPT_STOP_CANCELLED)
-        certify(&p, &now);
+    if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r, number))
+        status = certify(&p, &now, error);
 done:
     co_cholesky_destroy(p.factor);
     co_hessian_free(&p.hessian);

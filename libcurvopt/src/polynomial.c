@@ -115,8 +115,8 @@ int32_t co_polynomial_create(co_disc *disc, co_polynomial *p, curvopt_error *err
     co_real side = 1, normal[TERMS * TERMS] = {0};
     *p = (co_polynomial){.n_points = disc->n_points, .map = CO_NEW(co_real, 2 * n), .fit = CO_NEW(co_real, TERMS * n)};
     co_real *work = CO_NEW(co_real, 17 * n);
-    int32_t status = !p->map || !p->fit || !work ? co_status_no_memory(error)
-                                                 : co_disc_create(disc->valence, &deeper, error);
+    int32_t status =
+        !p->map || !p->fit || !work ? co_status_no_memory(error) : co_disc_create(disc->valence, &deeper, error);
     if (status != CURVOPT_OK) {
         free(work);
         co_polynomial_free(p);

@@ -3,10 +3,10 @@
  * P the least-squares fit of S on the faces round the vertex. Linear in the two-ring, so that the surface is as exact a
  * function of the cage as the limit surface is; third derivatives are square integrable.
  *
- * Follows: Levin, "Modified subdivision surfaces with continuous curvature", SIGGRAPH 2006 (blending a subdivision surface
- * into a polynomial over the characteristic map); Ying, Zorin 2004. Differs: blended over whole faces and by a product of
- * one-dimensional weights, so that three rings of parameters stay as they are; degree and weights by experiment
- * (tests/bench/polynomial.md).
+ * Follows: Levin, "Modified subdivision surfaces with continuous curvature", SIGGRAPH 2006 (blending a subdivision
+ * surface into a polynomial over the characteristic map); Ying, Zorin 2004. Differs: blended over whole faces and by a
+ * product of one-dimensional weights, so that three rings of parameters stay as they are; degree and weights by
+ * experiment (tests/bench/polynomial.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_POLYNOMIAL_H

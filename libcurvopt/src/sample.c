@@ -160,7 +160,8 @@ int32_t co_sample_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surf
             break;
         }
         int32_t p = s.first[face[i]];
-        while (p >= 0 && !(s.patches.place[p].quarter == corner[i] && to_patch(&s.patches.place[p], uv + 2 * (size_t)i, st)))
+        while (p >= 0 &&
+               !(s.patches.place[p].quarter == corner[i] && to_patch(&s.patches.place[p], uv + 2 * (size_t)i, st)))
             p = s.next[p];
         status = p >= 0 ? sample_patch(&s, p, st, jets + 30 * (size_t)i, error)
                         : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,

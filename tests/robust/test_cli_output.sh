@@ -30,7 +30,7 @@ test_json_of_minimize_has_its_keys() {
     run minimize cage.obj -o result.obj "${FAST[@]}" --energy mvs --json result.json
     expect 0 ''
     json result.json "$EVALUATE_KEYS | {'energy', 'method', 'levels', 'seconds'} <= set(j)"
-    json result.json 'len(j["levels"]) == 2 and j["energy"] == "mvs" and j["method"] == "lmvm"'
+    json result.json 'len(j["levels"]) == 2 and j["energy"] == "mvs" and j["method"] == "gauss_newton" and j["verification"]["verdict"]'
     json result.json 'all({"level", "vertices", "iterations", "evaluations", "energy", "gradient_norm", "seconds", "stop"}
         <= set(l) for l in j["levels"])'
     json result.json '[l["vertices"] for l in j["levels"]] == [24, 96] and j["vertices"] == 96'

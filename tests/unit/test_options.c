@@ -48,7 +48,7 @@ typedef struct integer_field {
 static const integer_field integers[] = {
     {"struct_size", offsetof(curvopt_options, struct_size), sizeof(curvopt_options), sizeof(curvopt_options)},
     {"surface", offsetof(curvopt_options, surface), 0, 3},
-    {"method", offsetof(curvopt_options, method), 0, 1},
+    {"method", offsetof(curvopt_options, method), 0, 2},
     {"levels", offsetof(curvopt_options, levels), 1, 12},
     {"max_iterations", offsetof(curvopt_options, max_iterations), 0, INT32_MAX},
     {"threads", offsetof(curvopt_options, threads), 0, 1024},
