@@ -104,6 +104,10 @@ int32_t co_cholesky_solve(co_cholesky *f, const double *b, double *x, curvopt_er
                            .x = (void *)(size_t)b,
                            .xtype = CHOLMOD_REAL,
                            .dtype = CHOLMOD_DOUBLE};
+    /* CHOLMOD 3 looks at the second of these allocations only: see to both before */
+    if (!cholmod_ensure_dense(&f->y, f->matrix.nrow, 1, f->matrix.nrow, CHOLMOD_REAL, &f->common) ||
+        (f->factor->is_super && !cholmod_ensure_dense(&f->e, 1, f->factor->maxesize, 1, CHOLMOD_REAL, &f->common)))
+        return co_status_no_memory(error);
     if (!cholmod_solve2(CHOLMOD_A, f->factor, &right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
         return co_status_no_memory(error);
     memcpy(x, f->x->x, sizeof(double) * f->matrix.nrow);

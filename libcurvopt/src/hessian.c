@@ -154,6 +154,7 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, curvopt_error *error)
     free(h->chunk);
     free(h->work);
     h->chunk = h->work = NULL;
+    h->rules_version = -1;
     int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 0, 0, &h->layout, error);
     if (status != CURVOPT_OK)
         return status;
@@ -162,8 +163,10 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, curvopt_error *error)
     h->work_stride = co_sweep_second_work(h->layout.max_points) * lanes;
     h->chunk = CO_NEW_ALIGNED(double, CHUNK_BLOCKS * h->matrix_stride);
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
+    if (!h->chunk || !h->work)
+        return co_status_no_memory(error);
     h->rules_version = a->rules_version;
-    return h->chunk && h->work ? CURVOPT_OK : co_status_no_memory(error);
+    return CURVOPT_OK;
 }
 
 int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {

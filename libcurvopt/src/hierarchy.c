@@ -159,7 +159,7 @@ static double relative_gradient(size_t n, const co_iterate *now) {
 static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
     level_problem *p = context;
     run *r = p->r;
-    if (is_cancelled(r))
+    if (p->failed != CURVOPT_OK || is_cancelled(r))
         return 1;
     if (!r->progress)
         return 0;
@@ -199,6 +199,7 @@ static int renew(void *context, const co_iterate *now, double overshoot) {
     int positive = 0;
     double least = least_shift(p, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
+    p->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     p->failed = co_hessian_assemble(&p->assembly, now->x, 0, &p->hessian, p->error);
     if (p->failed != CURVOPT_OK)
         return 1;

@@ -27,6 +27,7 @@ static outcome torus_outcome(int32_t levels) {
     curvopt_options_init(&o.options);
     o.options.levels = levels;
     o.options.max_iterations = 15;
+    o.options.method = CURVOPT_METHOD_LMVM; /* takes that many steps, which is what is wanted here */
     o.options.threads = 2;
     o.options.tolerance = 1e-3;
     return o;
