@@ -120,6 +120,8 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     level_problem *p = context;
     curvopt_energies energies;
     int resolved, changed;
+    if (p->failed != CURVOPT_OK) /* in between, where nobody could be told */
+        return step_back(p, before, now, CO_SETTLE_STOP);
     int suspicious = !(defect(p) <= DEFECT_GROWTH * p->defect + DEFECT_FLOOR); /* of `now`, evaluated last */
     hold_placement(p, now);
     p->edge = mean_edge(p->mesh, now->x);
@@ -197,6 +199,8 @@ static double least_shift(const level_problem *p, double value) {
 static int renew(void *context, const co_iterate *now, double overshoot) {
     level_problem *p = context;
     int positive = 0;
+    if (p->failed != CURVOPT_OK)
+        return 1;
     double least = least_shift(p, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     p->has_factor = 0; /* factorizing spoils the old one, even if it fails */
