@@ -247,14 +247,14 @@ def evaluate(mesh: Mesh, weights="willmore", surface: str = "auto", **fields) ->
     return Problem(mesh, options(weights, surface, **fields)).evaluate(mesh.xyz)
 
 
-def jets(mesh: Mesh, face, corner, uv, surface: str = "limit") -> np.ndarray:
+def jets(mesh: Mesh, face, corner, uv, surface: str = "limit", boundary_rule: int = 0) -> np.ndarray:
     """curvopt_surface_jets: [n, 10, 3]."""
-    handle = make_mesh(mesh)
+    handle = make_mesh(mesh, boundary_rule)
     face, corner = (np.ascontiguousarray(a, np.int32) for a in (face, corner))
     uv = np.ascontiguousarray(uv, np.float64).reshape(-1, 2)
     out = np.empty((len(face), 10, 3))
-    call("curvopt_surface_jets", handle.pointer, _pointer(positions(mesh)), SURFACES[surface], len(face), _pointer(face),
-         _pointer(corner), _pointer(uv), _pointer(out))
+    call("curvopt_surface_jets", handle.pointer, _pointer(positions(mesh)), SURFACES[surface], len(face),
+         _pointer(face), _pointer(corner), _pointer(uv), _pointer(out))
     return out
 
 

@@ -11,7 +11,8 @@ import pytest
 
 import energy_ref as er
 from ccref import JET_ORDERS, deep_jets, topology, vertex_limit
-from nets import bumpy_torus, cyclide, ellipsoid_points, euler, named_cages, periodic_net, star_points, torus, torus_cage
+from nets import (bumpy_torus, cyclide, ellipsoid_points, euler, named_cages, periodic_net, sphere_like, star_points,
+                  torus, torus_cage)
 from osd import osd_jets
 
 REFVALS = json.loads((Path(er.__file__).parent / "refvals.json").read_text(encoding="utf-8"))
@@ -152,7 +153,7 @@ def test_deep_refinement_agrees_with_opensubdiv(name):
     assert error[:, 0].max() <= 1e-14 and error[:, 1:].max() <= 1e-12, face[error.max(axis=1).argmax()]
     if (mesh.sizes == 4).all():
         topo = topology(mesh)
-        for vertex in range(0, mesh.n_vertices, 7):
+        for vertex in range(0, mesh.n_vertices, 31):
             limit, normal = vertex_limit(mesh, topo, vertex)
             assert np.abs(limit - theirs.limit[vertex]).max() <= 1e-13 * size
             assert np.abs(normal - theirs.normal[vertex]).max() <= 1e-12
@@ -173,7 +174,7 @@ def test_third_derivatives_are_the_differences_of_second_ones():
 
 @pytest.mark.parametrize("name", ["cube", "mixed", "frame_2"])
 def test_gauss_bonnet_of_the_deep_surface(name):
-    got = er.energies(CAGES[name], n_gauss=10, levels=2, depth=60)
+    got = er.energies(CAGES[name], n_gauss=12, levels=1, depth=50)
     assert got["gauss"] == pytest.approx(2 * np.pi * euler(CAGES[name]), abs=1e-8)
     assert got["willmore"] == pytest.approx(4 * got["h2"] - 2 * got["gauss"], rel=1e-12)
 
@@ -214,7 +215,7 @@ def test_identities_of_the_blended_surface():
     mesh = periodic_net(torus(0.5), 8, 8)
     got = er.energies(mesh, "plane", n_gauss=6, levels=0)
     assert got["mvs_cross"] == pytest.approx(1627.5412, rel=1e-5)  # no extraordinary vertex: the limit surface
-    star = CAGES["star_xyz_4"]
+    star = sphere_like(2, "star_xyz")
     got = er.energies(star, "plane", n_gauss=10, levels=2, depth=8)
     assert 3 * got["mvs_cross"] == pytest.approx(got["variation"] + 2 * got["mvs"], rel=1e-12)
     assert got["gauss"] == pytest.approx(4 * np.pi, abs=1e-3)

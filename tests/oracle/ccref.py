@@ -57,7 +57,8 @@ def mesh_from_faces(xyz, faces, creases=None, vertex_sharpness=None, dtype=np.fl
     sharp = np.zeros(len(xyz))
     for vertex, value in (vertex_sharpness or {}).items():
         sharp[vertex] = value
-    return Mesh(np.array([len(f) for f in faces], np.int64), np.concatenate([np.asarray(f, np.int64) for f in faces]), xyz,
+    sizes, flat = [len(f) for f in faces], [i for f in faces for i in f]
+    return Mesh(np.array(sizes, np.int64), np.array(flat, np.int64), xyz,
                 np.array(list(creases.keys()), np.int64).reshape(-1, 2), np.array(list(creases.values()), float), sharp)
 
 
@@ -205,7 +206,7 @@ def restrict(mesh: Mesh, wanted: np.ndarray) -> tuple[Mesh, np.ndarray]:
 
 
 def regular_faces(mesh: Mesh, topo: Topology) -> np.ndarray:
-    """Faces whose limit surface is a single bicubic patch: quads among quads, four plain interior vertices of valence 4."""
+    """Faces whose limit surface is one bicubic patch: quads among quads, four plain interior vertices of valence 4."""
     n = mesh.n_vertices
     bad = np.bincount(mesh.flat, minlength=n) != 4
     both = topo.ends.ravel()
@@ -264,7 +265,7 @@ def patch_jets(points: np.ndarray, u: np.ndarray, v: np.ndarray, scale=1.0) -> n
 
 
 def quad_location(mesh: Mesh, face: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """Faces of the once refined mesh that hold the quarters (face, corner) of the cage: children stand in corner order."""
+    """Faces of the once refined mesh that hold the quarters (face, corner): children stand in corner order."""
     start = np.r_[0, np.cumsum(mesh.sizes)[:-1]]
     return start[face] + corner
 
@@ -326,7 +327,7 @@ def ordered_ring(mesh: Mesh, topo: Topology, vertex: int) -> tuple[np.ndarray, n
 
 
 def vertex_limit(mesh: Mesh, topo: Topology, vertex: int, steps: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """Limit position and unit limit normal of an interior vertex of an all-quad mesh, by refining its ring `steps` times."""
+    """Limit position and unit normal of an interior vertex of an all-quad mesh, by refining its ring `steps` times."""
     e_at, f_at = ordered_ring(mesh, topo, vertex)
     n = mesh.xyz.dtype.type(len(e_at))
     v, e, f = mesh.xyz[vertex], mesh.xyz[e_at], mesh.xyz[f_at]

@@ -69,7 +69,8 @@ class Principal(NamedTuple):
 def forms(jets: np.ndarray) -> tuple[Dual, ...]:
     """E, F, G and the determinants [Suu,Su,Sv], [Suv,Su,Sv], [Svv,Su,Sv], each with first derivatives."""
     s, su, sv, suu, suv, svv, suuu, suuv, suvv, svvv = np.moveaxis(jets, -2, 0)
-    du = {"u": (su, suu, suv), "v": (sv, suv, svv), "uu": (suu, suuu, suuv), "uv": (suv, suuv, suvv), "vv": (svv, suvv, svvv)}
+    du = {"u": (su, suu, suv), "v": (sv, suv, svv),
+          "uu": (suu, suuu, suuv), "uv": (suv, suuv, suvv), "vv": (svv, suvv, svvv)}
 
     def dot(a, b):
         (p, pu, pv), (q, qu, qv) = du[a], du[b]
@@ -120,9 +121,10 @@ def monge_route(jets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     normal = normal / area[..., None]
     e1 = su / np.sqrt(_dot(su, su))[..., None]
     e2 = np.cross(normal, e1)
-    second = np.stack([np.stack([jets[..., 3, :], jets[..., 4, :]], -2), np.stack([jets[..., 4, :], jets[..., 5, :]], -2)], -3)
-    u3 = [jets[..., i, :] for i in (6, 7, 8, 9)]
-    third = np.stack([np.stack([np.stack([u3[a + b + c] for c in (0, 1)], -2) for b in (0, 1)], -3) for a in (0, 1)], -4)
+    both = (0, 1)
+    second = np.stack([np.stack([jets[..., 3 + a + b, :] for b in both], -2) for a in both], -3)
+    third = np.stack([np.stack([np.stack([jets[..., 6 + a + b + c, :] for c in both], -2) for b in both], -3)
+                      for a in both], -4)
     jacobian = np.stack([np.stack([_dot(su, e), _dot(sv, e)], -1) for e in (e1, e2)], -2)  # dx_a / du_i
     inverse = np.linalg.inv(jacobian.astype(float)).astype(jets.dtype)
     inverse = 2 * inverse - inverse @ jacobian @ inverse  # back to the precision of the jets
@@ -262,7 +264,8 @@ def gauss_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1) / 2, w / 2
 
 
-def samples(mesh: Mesh, n_gauss: int, levels: int, depth: int, recentre: bool = True, chunk: int = 2000) -> Iterator[tuple]:
+def samples(mesh: Mesh, n_gauss: int, levels: int, depth: int, recentre: bool = True,
+            chunk: int = 2000) -> Iterator[tuple]:
     """(face, u, v, weight, jets) over the whole limit surface of an all-quad cage, in the cage faces' coordinates.
 
     Regular faces are split `levels` times before the rule; faces at extraordinary vertices `depth` times towards them,
@@ -322,8 +325,8 @@ def energies(mesh: Mesh, surface: str = "limit", n_gauss: int = 6, levels: int =
              dtype=np.float64) -> dict[str, float]:
     """All terms of a closed cage; third-order ones times the area. `plane` needs quads, extraordinary vertices apart.
 
-    On `limit` with an extraordinary vertex the third-order terms do not exist and are left out. On `plane` a depth of 24
-    leaves 1e-10 of the area; curvature vanishes long before.
+    On `limit` with an extraordinary vertex the third-order terms do not exist and are left out. On `plane` a depth of
+    24 leaves 1e-10 of the area; curvature vanishes long before.
     """
     if (mesh.sizes != 4).any():
         mesh = refine(mesh)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the cages of tests/cages/numeric and their energies, cage_refvals.json, by the oracle alone (about 20 minutes).
+"""Writes the cages of tests/cages/numeric and their energies, cage_refvals.json, by the oracle alone (20 minutes).
 
 Each value stands beside `error`, its largest change from coarser rules of the oracle. `limit` holds what exists without
 third derivatives at extraordinary vertices; `plane` is there for cages whose extraordinary vertices are apart.

@@ -9,8 +9,8 @@ each principal curvature trace a circle (Dupin cyclide), and then those circles'
     radius 1 / rho  and  radius 1 / sqrt(1 - rho^2);
 
 for the tube spheres of the round torus (centre on the unit circle, radius rho) the first is seen at once. So no
-Moebius map has to be searched for: fit a circle to each family; its misfit says how far the surface is from a cyclide, its
-radius which torus it is. The Clifford torus has both radii sqrt(2). Positions are first brought to unit size.
+Moebius map has to be searched for: fit a circle to each family; its misfit says how far the surface is from a cyclide,
+its radius which torus it is. The Clifford torus has both radii sqrt(2). Positions are first brought to unit size.
 """
 from __future__ import annotations
 

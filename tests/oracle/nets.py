@@ -80,8 +80,8 @@ def cyclide(t: np.ndarray, p: np.ndarray, a: float = 5.0, c: float = 3.0, mu: fl
     b2 = a * a - c * c
     b = np.sqrt(b2)
     d = a - c * np.cos(t) * np.cos(p)
-    return np.stack([(mu * (c - a * np.cos(t) * np.cos(p)) + b2 * np.cos(t)) / d, b * np.sin(t) * (a - mu * np.cos(p)) / d,
-                     b * np.sin(p) * (c * np.cos(t) - mu) / d], axis=-1)
+    return np.stack([(mu * (c - a * np.cos(t) * np.cos(p)) + b2 * np.cos(t)) / d,
+                     b * np.sin(t) * (a - mu * np.cos(p)) / d, b * np.sin(p) * (c * np.cos(t) - mu) / d], axis=-1)
 
 
 def torus_cage(m: int, n: int, rho: float) -> Mesh:

@@ -110,7 +110,7 @@ static Refiner make_refiner(Cage const &cage, bool corners) {
 struct Location {
     int ptex;
     double u, v;
-    double size;  // of Far's parameter in ours: Far scales derivatives by 2^depth, and a quarter of an n-gon has depth 1
+    double size;  // of Far's parameter in ours: Far scales derivatives by 2^depth; a quarter of an n-gon has depth 1
 };
 
 static std::vector<Location> read_points(char const *path, Cage const &cage, Far::PtexIndices const &ptex) {
