@@ -1,6 +1,7 @@
 /* Sums over faces: a surface's energies and their gradients. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "assemble.h"
 
+#include "carry.h"
 #include "memory.h"
 #include "placement.h"
 
@@ -54,25 +55,13 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     *a = (co_assembly){.surface = options->surface, .euler = mesh->info.euler};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
-    a->third_allowed = options->surface != CURVOPT_SURFACE_LIMIT;
     a->kernel = co_sweep_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, &a->patches, error), max_valence = 4;
+    int32_t status = co_patches_create(mesh, &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
-    int has_extraordinary = 0;
-    for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        has_extraordinary |= a->patches.valence[p] != 4;
-        max_valence = a->patches.valence[p] > max_valence ? a->patches.valence[p] : max_valence;
-    }
-    a->third_allowed |= !has_extraordinary;
-    if (a->functional.has_third && !a->third_allowed)
-        status = co_status_fail(error, CURVOPT_ERROR_SURFACE, -1,
-                                "the `limit` surface has no finite third-order energy at extraordinary vertices, and "
-                                "this cage has %d; use another surface",
-                                mesh->info.n_extraordinary);
-    if (status == CURVOPT_OK)
-        status = co_table_cache_create(a->surface, max_valence, &a->cache, error);
+    status = co_carry_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
+    co_table_cache_create(a->surface, &a->cache);
     if (status == CURVOPT_OK) {
         a->rule = CO_NEW(uint8_t, a->patches.n_patches);
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);

@@ -2,6 +2,7 @@
  */
 #include "irregular.h"
 
+#include "crease.h"
 #include "memory.h"
 #include "refine.h"
 
@@ -13,9 +14,24 @@ const int co_irregular_cell_place[CO_RING_CELLS][2] = {{1, 0}, {1, 1}, {0, 1}};
 
 static const co_real pi = 3.14159265358979323846264338327950288L;
 
-/* The two-ring as an open mesh: four quads a sector, vertices numbered as in ring.h. */
-static int32_t disc_mesh(int32_t valence, curvopt_mesh **mesh, curvopt_error *error) {
-    int32_t n_faces = 4 * valence, status;
+/* The sharp edges and vertices that make the fan what it is; open ones need no creases, being cut out. */
+static int32_t sharpen(curvopt_mesh *mesh, int32_t fan, curvopt_error *error) {
+    const int32_t along = co_fan_index(fan, 0, 1, 0), far = co_fan_index(fan, 0, 2, 0), vertex = 0;
+    const int32_t dart[4] = {vertex, along, along, far};
+    const double sharpness[2] = {CURVOPT_SHARPNESS_INFINITE, CURVOPT_SHARPNESS_INFINITE};
+    co_fan_type type = co_fan_type_of(fan);
+    curvopt_creases creases = {.crease_vertices = dart,
+                               .crease_sharpness = sharpness,
+                               .corner_vertices = &vertex,
+                               .corner_sharpness = sharpness,
+                               .n_creases = type == CO_FAN_DART ? 2 : 0,
+                               .n_corners = type == CO_FAN_CORNER || type == CO_FAN_CONE};
+    return creases.n_creases || creases.n_corners ? co_crease_set(mesh, &creases, error) : CURVOPT_OK;
+}
+
+/* The two-ring as an open mesh: four quads a sector, vertices numbered as in fan.h. */
+static int32_t disc_mesh(int32_t fan, curvopt_mesh **mesh, curvopt_error *error) {
+    int32_t n_faces = 4 * co_fan_sectors(fan), status;
     int32_t *sizes = CO_NEW(int32_t, n_faces), *vertices = CO_NEW(int32_t, 4 * (size_t)n_faces);
     if (!sizes || !vertices) {
         status = co_status_no_memory(error);
@@ -25,12 +41,14 @@ static int32_t disc_mesh(int32_t valence, curvopt_mesh **mesh, curvopt_error *er
         int32_t s = f / 4;
         int x = f % 2, y = f / 2 % 2;
         sizes[f] = 4;
-        vertices[4 * f] = co_ring_two_ring_index(valence, s, x, y);
-        vertices[4 * f + 1] = co_ring_two_ring_index(valence, s, x + 1, y);
-        vertices[4 * f + 2] = co_ring_two_ring_index(valence, s, x + 1, y + 1);
-        vertices[4 * f + 3] = co_ring_two_ring_index(valence, s, x, y + 1);
+        vertices[4 * f] = co_fan_index(fan, s, x, y);
+        vertices[4 * f + 1] = co_fan_index(fan, s, x + 1, y);
+        vertices[4 * f + 2] = co_fan_index(fan, s, x + 1, y + 1);
+        vertices[4 * f + 3] = co_fan_index(fan, s, x, y + 1);
     }
-    status = co_mesh_create(co_ring_two_ring_size(valence), n_faces, sizes, vertices, mesh, error);
+    status = co_mesh_create(co_fan_n_points(fan), n_faces, sizes, vertices, mesh, error);
+    if (status == CURVOPT_OK)
+        status = sharpen(*mesh, fan, error);
 done:
     free(sizes);
     free(vertices);
@@ -54,6 +72,17 @@ static int32_t refined_index(const curvopt_mesh *m, int32_t valence, int32_t s, 
     return m->corner_vertex[h];
 }
 
+/* The 16 points of a cell; beyond the fan's sharp edges they are phantoms (ring.h). */
+static void place_cell(const curvopt_mesh *m, int32_t fan, const int place[2], int32_t *cell, int32_t *mirrored) {
+    int32_t n = co_fan_sectors(fan), s = co_fan_sector(fan);
+    for (int k = 0; k < 16; k++) {
+        int x = place[0] + k % 4 - 1, y = place[1] + k / 4 - 1;
+        int below = y < 0 && s == 0 && co_fan_is_cut(fan), beside = x < 0 && s == n - 1 && co_fan_is_cut(fan);
+        cell[k] = refined_index(m, n, s, beside ? 0 : x, below ? 0 : y);
+        mirrored[k] = below || beside ? refined_index(m, n, s, beside ? 1 : x, below ? 1 : y) : -1;
+    }
+}
+
 /* Eigenvalues of the one-ring's subdivision, by frequency (Stam 1998; Ball and Storry 1988): for frequency k > 0
  * (5 + c +- sqrt((c + 9)(c + 1))) / 16 with c = cos(2 pi k / N); for k = 0, besides 1, the roots of a quadratic. */
 static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
@@ -69,11 +98,61 @@ static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
     }
 }
 
-int32_t co_disc_create(int32_t valence, co_disc *d, curvopt_error *error) {
+/* out [n] = in [n] subdivided once. */
+static void subdivide_vector(const co_disc *d, const co_real *in, co_real *out) {
+    for (int32_t i = 0; i < d->n_points; i++) {
+        int32_t r = d->inner[i];
+        out[i] = 0;
+        for (size_t e = d->refine.start[r]; e < d->refine.start[r + 1]; e++)
+            out[i] += d->refine.value[e] * in[d->refine.column[e]];
+    }
+}
+
+/* The largest eigenvalues of a fan for which no formula is at hand, all real: orthogonal iteration. vectors [2][4][n]
+ * is work space. */
+static void iterate_eigenvalues(const co_disc *d, co_real *vectors, co_real *lambda, co_real *mu) {
+    enum { N_EIGEN = 4, STEPS = 1500 }; /* high valences have theirs close together */
+    size_t n = (size_t)d->n_points;
+    co_real value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n;
+    for (size_t i = 0; i < N_EIGEN * n; i++) /* of no symmetry */
+        vectors[i] = i < n ? 1 : sinl((co_real)(i * i % 1009));
+    for (int step = 0; step < STEPS; step++)
+        for (size_t k = 0; k < N_EIGEN; k++) {
+            co_real *x = vectors + k * n, square = 0;
+            subdivide_vector(d, x, image);
+            for (size_t j = 0; j < k; j++) {
+                co_real dot = 0;
+                for (size_t i = 0; i < n; i++)
+                    dot += image[i] * vectors[j * n + i];
+                for (size_t i = 0; i < n; i++)
+                    image[i] -= dot * vectors[j * n + i];
+            }
+            for (size_t i = 0; i < n; i++)
+                square += image[i] * image[i];
+            value[k] = sqrtl(square);
+            for (size_t i = 0; i < n; i++)
+                x[i] = image[i] / value[k];
+        }
+    co_real a = value[1], b = value[2], c = value[3];
+    *lambda = sqrtl(a * b);
+    *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
+}
+
+/* Tables of indices, from the disc's mesh. */
+static void place_points(co_disc *d, const curvopt_mesh *mesh) {
+    for (int32_t s = 0; s < d->valence; s++)
+        for (int x = 0; x <= 2; x++)
+            for (int y = 0; y <= 2; y++)
+                d->inner[co_fan_index(d->fan, s, x, y)] = refined_index(mesh, d->valence, s, x, y);
+    for (int c = 0; c < CO_RING_CELLS; c++)
+        place_cell(mesh, d->fan, co_irregular_cell_place[c], d->cell[c], d->mirrored[c]);
+}
+
+int32_t co_disc_create(int32_t fan, co_disc *d, curvopt_error *error) {
     curvopt_mesh *mesh = NULL, *fine = NULL;
-    size_t n = (size_t)co_ring_two_ring_size(valence);
-    *d = (co_disc){.valence = valence, .n_points = (int32_t)n, .ring = 1};
-    int32_t status = disc_mesh(valence, &mesh, error);
+    size_t n = (size_t)co_fan_n_points(fan);
+    *d = (co_disc){.fan = fan, .valence = co_fan_sectors(fan), .n_points = (int32_t)n, .ring = 1};
+    int32_t status = disc_mesh(fan, &mesh, error);
     if (status == CURVOPT_OK)
         status = co_refine(mesh, &fine, &d->refine, error);
     if (status != CURVOPT_OK)
@@ -85,18 +164,13 @@ int32_t co_disc_create(int32_t valence, co_disc *d, curvopt_error *error) {
         status = co_status_no_memory(error);
         goto done;
     }
-    for (int32_t s = 0; s < valence; s++)
-        for (int x = 0; x <= 2; x++)
-            for (int y = 0; y <= 2; y++)
-                d->inner[co_ring_two_ring_index(valence, s, x, y)] = refined_index(mesh, valence, s, x, y);
-    for (int c = 0; c < CO_RING_CELLS; c++)
-        for (int j = 0; j < 4; j++)
-            for (int i = 0; i < 4; i++)
-                d->cell[c][4 * j + i] = refined_index(mesh, valence, 0, co_irregular_cell_place[c][0] + i - 1,
-                                                      co_irregular_cell_place[c][1] + j - 1);
+    place_points(d, mesh);
     for (size_t i = 0; i < n; i++)
         d->power[i * n + i] = 1;
-    eigenvalues(valence, &d->lambda, &d->mu);
+    if (co_fan_is_smooth(fan))
+        eigenvalues(d->valence, &d->lambda, &d->mu);
+    else /* at least 9 points: the five vectors of work space fit */
+        iterate_eigenvalues(d, d->next_power, &d->lambda, &d->mu);
 done:
     co_mesh_destroy(mesh);
     co_mesh_destroy(fine);
@@ -135,8 +209,25 @@ void co_disc_advance(co_disc *d) {
 }
 
 void co_disc_cell(const co_disc *d, int cell, co_real *out) {
-    for (int i = 0; i < 16; i++)
-        refined_row(d, d->cell[cell][i], out + (size_t)i * (size_t)d->n_points);
+    size_t n = (size_t)d->n_points;
+    for (size_t k = 0; k < 16; k++) {
+        co_real *row = out + k * n;
+        if (d->mirrored[cell][k] >= 0) { /* 2 P - Q */
+            refined_row(d, d->mirrored[cell][k], d->next_power);
+            refined_row(d, d->cell[cell][k], row);
+            for (size_t i = 0; i < n; i++)
+                row[i] = 2 * row[i] - d->next_power[i];
+        } else {
+            refined_row(d, d->cell[cell][k], row);
+        }
+    }
+}
+
+void co_disc_limit_mask(co_disc *d, co_real *mask) {
+    enum { DEEP = 120 }; /* the slowest vertices converge like 0.66^n */
+    while (d->ring < DEEP)
+        co_disc_advance(d);
+    memcpy(mask, d->power, sizeof *mask * (size_t)d->n_points);
 }
 
 void co_irregular_limit_masks(int32_t valence, co_real *masks) {
@@ -157,15 +248,20 @@ void co_irregular_limit_masks(int32_t valence, co_real *masks) {
     }
 }
 
-int co_irregular_in_support(int32_t valence, int32_t i) {
+int co_irregular_in_support(int32_t fan, int32_t i) {
+    int32_t n = co_fan_sectors(fan), here = co_fan_sector(fan), next = here + 1, before = here - 1;
     if (i == 0)
         return 1;
+    if (!co_fan_is_open(fan)) {
+        next %= n;
+        before = (before + n) % n;
+    }
     int32_t sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
-    if (place == 0 || place == 2 || sector == 0) /* the one-ring, and this sector */
+    if (place == 0 || place == 2 || sector == here) /* the one-ring, and this sector */
         return 1;
-    if (sector == 1)
-        return place == 1 || place == 3;        /* (0,2) and (-1,2) of sector 0 */
-    return sector == valence - 1 && place == 4; /* (2,-1) */
+    if (sector == next)
+        return place == 1 || place == 3;   /* (0,2) and (-1,2) of this sector */
+    return sector == before && place == 4; /* (2,-1) */
 }
 
 /* Rotates the average of all sectors, turned back, into each: keeps frequency 1, in which the map lives, and nothing

@@ -17,7 +17,7 @@ void co_layout_free(co_layout *l) {
 }
 
 static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int finer, int32_t p) {
-    return patches->valence[p] * CO_N_RULES + rule[p] + finer;
+    return co_patches_kind(patches, patches->valence[p]) * CO_N_RULES + rule[p] + finer;
 }
 
 /* Patches sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */
@@ -35,15 +35,15 @@ static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int fin
 }
 
 /* Fetches the tables of the kinds that occur; counts blocks and what they hold. */
-static int32_t measure(co_layout *l, co_table_cache *cache, int32_t n_kinds, const int32_t *start, int area,
-                       size_t *n_points, size_t *n_gradients, curvopt_error *error) {
+static int32_t measure(co_layout *l, const co_patches *patches, co_table_cache *cache, int32_t n_kinds,
+                       const int32_t *start, int area, size_t *n_points, size_t *n_gradients, curvopt_error *error) {
     *n_points = *n_gradients = 0;
     for (int32_t k = 0; k < n_kinds; k++) {
         int32_t n = start[k + 1] - start[k];
         const co_table *table;
         if (n == 0)
             continue;
-        int32_t status = co_table_cache_get(cache, k / CO_N_RULES, k % CO_N_RULES, &table, error);
+        int32_t status = co_table_cache_get(cache, patches->kinds[k / CO_N_RULES], k % CO_N_RULES, &table, error);
         if (status != CURVOPT_OK)
             return status;
         size_t blocks = (size_t)((n + l->lanes - 1) / l->lanes), points = (size_t)table->n_points * (size_t)l->lanes;
@@ -77,7 +77,8 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
         for (int32_t first = start[k]; first < start[k + 1]; first += l->lanes, b++) {
             int32_t n = start[k + 1] - first;
             co_block *block = &l->block[b];
-            int32_t status = co_table_cache_get(cache, k / CO_N_RULES, k % CO_N_RULES, &block->table, error);
+            int32_t status =
+                co_table_cache_get(cache, patches->kinds[k / CO_N_RULES], k % CO_N_RULES, &block->table, error);
             if (status != CURVOPT_OK)
                 return status;
             block->points = points;
@@ -123,7 +124,7 @@ static int32_t build_incidence(int32_t n_points, int area, size_t n_gradients, c
 
 int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule,
                          int finer, int gradients, int area, co_layout *l, curvopt_error *error) {
-    int32_t n_kinds = (cache->max_valence + 1) * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
+    int32_t n_kinds = patches->n_kinds * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
     size_t n_points, n_gradients;
     int32_t *start = CO_NEW(int32_t, n_kinds + 1), *order = CO_NEW(int32_t, patches->n_patches);
     *l = (co_layout){.lanes = lanes};
@@ -132,7 +133,7 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
         goto done;
     }
     sort_by_kind(patches, rule, finer, n_kinds, start, order);
-    status = measure(l, cache, n_kinds, start, area, &n_points, &n_gradients, error);
+    status = measure(l, patches, cache, n_kinds, start, area, &n_points, &n_gradients, error);
     if (status != CURVOPT_OK)
         goto done;
     l->block = CO_NEW(co_block, l->n_blocks);

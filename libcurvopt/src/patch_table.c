@@ -194,8 +194,7 @@ static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
         t->n_samples = r->points * r->points;
         status = allocate(t, error);
         if (status == CURVOPT_OK) {
-            cell_samples whole = {
-                .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+            cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
             add_samples(t, &whole, 0);
         }
         return status;
@@ -219,7 +218,7 @@ int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, c
     co_table *t = CO_NEW(co_table, 1);
     if (!t)
         return co_status_no_memory(error);
-    t->surface = surface;
+    t->surface = co_fan_is_smooth(valence) ? surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
     t->valence = valence;
     int32_t status = fill(t, rule_number, error);
     if (status != CURVOPT_OK) {
@@ -231,12 +230,15 @@ int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, c
 }
 
 /* At the vertex itself: its position; derivatives there do not exist. */
-static int32_t vertex_rows(const co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
+static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
     int32_t n = disc->n_points;
     co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
     if (!masks)
         return co_status_no_memory(error);
-    co_irregular_limit_masks(disc->valence, masks);
+    if (co_fan_is_smooth(disc->fan))
+        co_irregular_limit_masks(disc->valence, masks);
+    else
+        co_disc_limit_mask(disc, masks);
     for (int32_t i = 0; i < n * CO_JET; i++)
         rows[i] = i % CO_JET             ? (double)NAN
                   : polynomial->n_points ? (double)polynomial->fit[i / CO_JET]
@@ -285,10 +287,12 @@ static int32_t irregular_point(int32_t surface, int32_t valence, double u, doubl
 
 int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
                        curvopt_error *error) {
-    if (valence == 4) {
+    if (valence == CO_FAN_REGULAR) {
         regular_rows(u, v, rows);
         return CURVOPT_OK;
     }
+    if (!co_fan_is_smooth(valence))
+        surface = CURVOPT_SURFACE_LIMIT;
     if (surface == CURVOPT_SURFACE_PLANE) {
         co_real jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
@@ -298,25 +302,40 @@ int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, dou
     return irregular_point(surface, valence, u, v, rows, error);
 }
 
-int32_t co_table_cache_create(int32_t surface, int32_t max_valence, co_table_cache *cache, curvopt_error *error) {
-    *cache = (co_table_cache){.surface = surface, .max_valence = max_valence};
-    cache->table = CO_NEW(co_table *, (size_t)(max_valence + 1) * CO_N_RULES);
-    return cache->table ? CURVOPT_OK : co_status_no_memory(error);
+struct co_cached_table {
+    int32_t fan, rule;
+    co_table *table;
+};
+
+void co_table_cache_create(int32_t surface, co_table_cache *cache) {
+    *cache = (co_table_cache){.surface = surface};
 }
 
 void co_table_cache_free(co_table_cache *cache) {
-    for (int32_t i = 0; cache->table && i < (cache->max_valence + 1) * CO_N_RULES; i++)
-        co_table_destroy(cache->table[i]);
+    for (int32_t i = 0; i < cache->n_tables; i++)
+        co_table_destroy(cache->table[i].table);
     free(cache->table);
     *cache = (co_table_cache){0};
 }
 
 int32_t co_table_cache_get(co_table_cache *cache, int32_t valence, int32_t rule_number, const co_table **out,
                            curvopt_error *error) {
-    co_table **slot = &cache->table[valence * CO_N_RULES + rule_number];
-    int32_t status = CURVOPT_OK;
-    if (!*slot)
-        status = co_table_create(cache->surface, valence, rule_number, slot, error);
-    *out = *slot;
+    *out = NULL;
+    for (int32_t i = 0; i < cache->n_tables; i++)
+        if (cache->table[i].fan == valence && cache->table[i].rule == rule_number) {
+            *out = cache->table[i].table;
+            return CURVOPT_OK;
+        }
+    struct co_cached_table entry = {.fan = valence, .rule = rule_number};
+    size_t bigger = sizeof entry * ((size_t)cache->n_tables + 1);
+    struct co_cached_table *table = realloc(cache->table, bigger);
+    if (!table)
+        return co_status_no_memory(error);
+    cache->table = table;
+    int32_t status = co_table_create(cache->surface, valence, rule_number, &entry.table, error);
+    if (status == CURVOPT_OK) {
+        cache->table[cache->n_tables++] = entry;
+        *out = entry.table;
+    }
     return status;
 }

@@ -11,8 +11,8 @@ enum { CO_N_RULES = 6 };
 /* Derivatives are with respect to the cell's own parameters, which range over 0..1 (energies do not care); this keeps
  * every number of the order of the cell's own points, however close to an extraordinary vertex. */
 typedef struct co_table {
-    int32_t surface; /* curvopt_surface; regular faces are the same on all */
-    int32_t valence; /* 4: regular */
+    int32_t surface; /* curvopt_surface; regular faces, and those at sharp edges, are the same on all: LIMIT there */
+    int32_t valence; /* fan (fan.h); 4: regular */
     int32_t n_points;
     int32_t n_samples;
     int32_t *support;       /* [n_points] which of a patch's points (ring.h) the rows stand on */
@@ -24,23 +24,24 @@ typedef struct co_table {
     double *masks;          /* plane: [3][n_points] limit position and tangents at the vertex; else NULL */
 } co_table;
 
+/* `valence` is a fan, here and below. */
 int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table **out, curvopt_error *error);
 void co_table_destroy(co_table *table);
 
 /* Rows of one point of a patch, at (u, v) of the patch: rows [n_points][CO_JET] over the patch's points (16 or the
- * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches of `plane`. (u, v) = (0, 0) of an
- * irregular patch gives NAN derivatives. */
+ * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches
+ * of `plane`. (u, v) = (0, 0) of an irregular patch gives NAN derivatives. */
 int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
                        curvopt_error *error);
 
-/* Tables made so far, by valence and rule. */
+/* Tables made so far, in no order: a cage has few kinds of fans. */
 typedef struct co_table_cache {
     int32_t surface;
-    int32_t max_valence;
-    co_table **table; /* [(max_valence + 1) * CO_N_RULES] */
+    int32_t n_tables;
+    struct co_cached_table *table; /* [n_tables] */
 } co_table_cache;
 
-int32_t co_table_cache_create(int32_t surface, int32_t max_valence, co_table_cache *cache, curvopt_error *error);
+void co_table_cache_create(int32_t surface, co_table_cache *cache);
 void co_table_cache_free(co_table_cache *cache);
 /* Builds what is not there yet. */
 int32_t co_table_cache_get(co_table_cache *cache, int32_t valence, int32_t rule, const co_table **out,

@@ -2,13 +2,16 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "patches.h"
 
+#include "crease.h"
 #include "memory.h"
 #include "refine.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* One subdivision separates n-gons, the second one extraordinary vertices. */
+/* One subdivision separates n-gons, the second one extraordinary vertices; creases take as many as they need to fade,
+ * 10 at most, and then leave the same vertices behind. */
 enum { MAX_LEVEL = 2, GUARD_RINGS = 2 };
 
 /* The part of the cage that is still being subdivided, at one level. */
@@ -18,7 +21,8 @@ typedef struct level {
     co_rows rows;        /* mesh's points over the cage; empty at level 0, where they are the cage's */
     uint8_t *active;     /* [n_faces] 1: to be covered by patches; 2: must be split */
     co_place *place;     /* [n_faces] */
-    int32_t *point_of;   /* [n_vertices] number in co_patches, or -1 */
+    uint8_t *kind;       /* [n_corners] of ring.h */
+    int32_t *point_of;   /* [co_ring_n_numbers] of vertices and phantoms: number in co_patches, or -1 */
 } level;
 
 static void level_free(level *l) {
@@ -26,6 +30,7 @@ static void level_free(level *l) {
     co_rows_free(&l->rows);
     free(l->active);
     free(l->place);
+    free(l->kind);
     free(l->point_of);
     *l = (level){0};
 }
@@ -33,8 +38,14 @@ static void level_free(level *l) {
 static int32_t level_allocate(level *l, curvopt_error *error) {
     l->active = CO_NEW(uint8_t, l->mesh->info.n_faces);
     l->place = CO_NEW(co_place, l->mesh->info.n_faces);
-    l->point_of = CO_NEW(int32_t, l->mesh->info.n_vertices);
-    return l->active && l->place && l->point_of ? CURVOPT_OK : co_status_no_memory(error);
+    l->kind = CO_NEW(uint8_t, l->mesh->info.n_corners);
+    l->point_of = CO_NEW(int32_t, co_ring_n_numbers(l->mesh));
+    if (!l->active || !l->place || !l->kind || !l->point_of)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < co_ring_n_numbers(l->mesh); i++)
+        l->point_of[i] = -1;
+    co_ring_classify(l->mesh, l->kind);
+    return CURVOPT_OK;
 }
 
 /* Moves a place's frame to the corner of its square: origin there, s along the edge that leaves it. */
@@ -53,18 +64,44 @@ static co_place at_corner(co_place p, int corner) {
 }
 
 /* The corner of a face from which it can be evaluated: its extraordinary one, or 0; -1 if it cannot. */
-static int evaluable_corner(const curvopt_mesh *m, int32_t f, const uint8_t *kind) {
+static int evaluable_corner(const level *l, int32_t f) {
     int corner = 0;
-    if (co_mesh_face_size(m, f) != 4)
+    if (co_mesh_face_size(l->mesh, f) != 4)
         return -1;
     for (int k = 0; k < 4; k++) {
-        uint8_t at = kind[m->corner_vertex[m->face_start[f] + k]];
-        if (at == CO_VERTEX_UNREADY)
+        uint8_t at = l->kind[l->mesh->face_start[f] + k];
+        if (at == CO_CORNER_UNREADY)
             return -1;
-        if (at == CO_VERTEX_EXTRAORDINARY)
+        if (at == CO_CORNER_EXTRAORDINARY)
             corner = k;
     }
     return corner;
+}
+
+/* Adds vertex v of the level over the cage, `weight` times, to the row of n entries; how many it has then. */
+static size_t add_to_row(const level *l, int32_t v, double weight, int32_t *column, double *value, size_t n) {
+    size_t begin = l->rows.n_rows ? l->rows.start[v] : 0, end = l->rows.n_rows ? l->rows.start[v + 1] : 1, old = n;
+    for (size_t e = begin; e < end; e++) {
+        int32_t c = l->rows.n_rows ? l->rows.column[e] : v;
+        size_t at = 0;
+        while (at < old && column[at] != c)
+            at++;
+        at = at < old ? at : n++;
+        value[at] = (at < old ? value[at] : 0) + (l->rows.n_rows ? weight * l->rows.value[e] : weight);
+        column[at] = c;
+    }
+    return n;
+}
+
+/* At least the entries of a number's row over the cage. */
+static size_t row_length(const level *l, int32_t number) {
+    int32_t vertex[4];
+    double weight[4];
+    size_t length = 0;
+    int n = co_ring_resolve(l->mesh, number, vertex, weight);
+    for (int k = 0; k < n; k++)
+        length += l->rows.n_rows ? l->rows.start[vertex[k] + 1] - l->rows.start[vertex[k]] : 1;
+    return length;
 }
 
 /* Appends the rows of the points that got numbers from `first_new` on. */
@@ -74,13 +111,13 @@ static int32_t append_derived(const level *l, co_patches *out, int32_t first_new
     co_rows bigger;
     if (n_rows == n_old)
         return CURVOPT_OK;
-    int32_t *vertex = CO_NEW(int32_t, out->n_points - first_new);
-    if (!vertex)
+    int32_t *number = CO_NEW(int32_t, out->n_points - first_new);
+    if (!number)
         return co_status_no_memory(error);
-    for (int32_t v = 0; v < l->mesh->info.n_vertices; v++)
-        if (l->point_of[v] >= first_new) {
-            vertex[l->point_of[v] - first_new] = v;
-            n_entries += l->rows.start[v + 1] - l->rows.start[v];
+    for (int32_t i = 0; i < co_ring_n_numbers(l->mesh); i++)
+        if (l->point_of[i] >= first_new) {
+            number[l->point_of[i] - first_new] = i;
+            n_entries += row_length(l, i);
         }
     size_t old_entries = n_old ? out->derived.start[n_old] : 0;
     int32_t status = co_rows_allocate(&bigger, n_rows, out->n_cage, old_entries + n_entries, error);
@@ -91,17 +128,45 @@ static int32_t append_derived(const level *l, co_patches *out, int32_t first_new
             memcpy(bigger.value, out->derived.value, sizeof(double) * old_entries);
         }
         for (int32_t r = n_old; r < n_rows; r++) {
-            int32_t v = vertex[r - n_old];
-            size_t begin = l->rows.start[v], length = l->rows.start[v + 1] - begin;
-            memcpy(bigger.column + bigger.start[r], l->rows.column + begin, sizeof(int32_t) * length);
-            memcpy(bigger.value + bigger.start[r], l->rows.value + begin, sizeof(double) * length);
-            bigger.start[r + 1] = bigger.start[r] + length;
+            int32_t vertex[4];
+            double weight[4];
+            size_t begin = bigger.start[r], length = 0;
+            int n = co_ring_resolve(l->mesh, number[r - n_old], vertex, weight);
+            for (int k = 0; k < n; k++)
+                length = add_to_row(l, vertex[k], weight[k], bigger.column + begin, bigger.value + begin, length);
+            bigger.start[r + 1] = begin + length;
         }
         co_rows_free(&out->derived);
         out->derived = bigger;
     }
-    free(vertex);
+    free(number);
     return status;
+}
+
+int32_t co_patches_kind(const co_patches *p, int32_t fan) {
+    int32_t low = 0, high = p->n_kinds;
+    while (high > low) {
+        int32_t middle = low + (high - low) / 2;
+        if (p->kinds[middle] < fan)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static int32_t add_kind(co_patches *p, int32_t fan, curvopt_error *error) {
+    int32_t at = co_patches_kind(p, fan);
+    if (at < p->n_kinds && p->kinds[at] == fan)
+        return CURVOPT_OK;
+    int32_t *kinds = realloc(p->kinds, sizeof(int32_t) * ((size_t)p->n_kinds + 1));
+    if (!kinds)
+        return co_status_no_memory(error);
+    memmove(kinds + at + 1, kinds + at, sizeof(int32_t) * (size_t)(p->n_kinds - at));
+    kinds[at] = fan;
+    p->kinds = kinds;
+    p->n_kinds++;
+    return CURVOPT_OK;
 }
 
 static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt_error *error) {
@@ -120,66 +185,58 @@ static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt
     return valence && start && points && place ? CURVOPT_OK : co_status_no_memory(error);
 }
 
-static void emit_patch(level *l, co_patches *out, int32_t f, int corner, const uint8_t *kind) {
+static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curvopt_error *error) {
     const curvopt_mesh *m = l->mesh;
-    int32_t h = m->face_start[f] + corner, v = m->corner_vertex[h], p = out->n_patches++;
-    int32_t valence = kind[v] == CO_VERTEX_EXTRAORDINARY ? m->valence[v] : 4, size = co_patches_size(valence);
+    int32_t h = m->face_start[f] + corner, first = h, p = out->n_patches++, fan = CO_FAN_REGULAR;
     int32_t *points = out->points + out->start[p];
-    out->valence[p] = valence;
+    if (l->kind[h] == CO_CORNER_EXTRAORDINARY) {
+        fan = co_ring_fan(m, h, &first);
+        co_ring_two_ring(m, fan, first, points);
+    } else {
+        co_ring_regular(m, h, l->kind, points);
+    }
+    out->valence[p] = fan;
     out->place[p] = at_corner(l->place[f], corner);
-    out->start[p + 1] = out->start[p] + (size_t)size;
-    if (valence == 4)
-        co_ring_regular(m, h, points);
-    else
-        co_ring_two_ring(m, h, points);
-    for (int32_t i = 0; i < size; i++) {
+    out->start[p + 1] = out->start[p] + (size_t)co_patches_size(fan);
+    for (int32_t i = 0; i < co_patches_size(fan); i++) {
         int32_t *number = &l->point_of[points[i]];
         if (*number < 0)
             *number = out->n_points++;
         points[i] = *number;
     }
+    return add_kind(out, fan, error);
 }
 
 /* Turns the active faces that can be evaluated into patches and marks the others 2; *n_split counts those. */
 static int32_t emit_patches(level *l, co_patches *out, int32_t *n_split, curvopt_error *error) {
     const curvopt_mesh *m = l->mesh;
-    int32_t status = CURVOPT_ERROR_MEMORY, n_patches = out->n_patches, first_new = out->n_points;
+    int32_t n_patches = out->n_patches, first_new = out->n_points;
     size_t n_points = out->start ? out->start[n_patches] : 0;
-    uint8_t *kind = CO_NEW(uint8_t, m->info.n_vertices);
     *n_split = 0;
-    if (!kind) {
-        co_status_no_memory(error);
-        goto done;
-    }
-    co_ring_classify(m, kind);
     for (int32_t f = 0; f < m->info.n_faces; f++) {
-        int corner = l->active[f] ? evaluable_corner(m, f, kind) : -1;
+        int corner = l->active[f] ? evaluable_corner(l, f) : -1;
         if (corner >= 0) {
-            int32_t v = m->corner_vertex[m->face_start[f] + corner];
+            int32_t h = m->face_start[f] + corner, first;
             n_patches++;
-            n_points += (size_t)co_patches_size(m->valence[v]);
+            n_points += l->kind[h] == CO_CORNER_EXTRAORDINARY ? (size_t)co_fan_n_points(co_ring_fan(m, h, &first))
+                                                              : CO_RING_REGULAR;
         }
     }
-    status = grow(out, n_patches, n_points, error);
-    if (status != CURVOPT_OK)
-        goto done;
-    if (out->n_patches == 0)
+    int32_t status = grow(out, n_patches, n_points, error);
+    if (status == CURVOPT_OK && out->n_patches == 0)
         out->start[0] = 0;
-    for (int32_t f = 0; f < m->info.n_faces; f++) {
+    for (int32_t f = 0; status == CURVOPT_OK && f < m->info.n_faces; f++) {
         if (!l->active[f])
             continue;
-        int corner = evaluable_corner(m, f, kind);
+        int corner = evaluable_corner(l, f);
         if (corner >= 0) {
-            emit_patch(l, out, f, corner, kind);
+            status = emit_patch(l, out, f, corner, error);
         } else {
             l->active[f] = 2;
             ++*n_split;
         }
     }
-    status = append_derived(l, out, first_new, error);
-done:
-    free(kind);
-    return status;
+    return status == CURVOPT_OK ? append_derived(l, out, first_new, error) : status;
 }
 
 /* keep [n_faces]: the faces to be split and GUARD_RINGS rings of faces round them. */
@@ -244,11 +301,8 @@ static int32_t subdivide(const level *l, level *next, curvopt_error *error) {
     }
     if (status == CURVOPT_OK)
         status = level_allocate(next, error);
-    if (status == CURVOPT_OK) {
+    if (status == CURVOPT_OK)
         place_children(l, keep, next);
-        for (int32_t v = 0; v < next->mesh->info.n_vertices; v++)
-            next->point_of[v] = -1;
-    }
 done:
     co_mesh_destroy(part);
     co_rows_free(&rows);
@@ -260,11 +314,8 @@ done:
 int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_error *error) {
     level l = {.mesh = mesh}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
-    if (mesh->info.n_boundary_edges > 0)
-        return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1,
-                              "the cage is open: %d of its edges have a face on one side only; close it first",
-                              mesh->info.n_boundary_edges);
     int32_t status = level_allocate(&l, error), n_split = 0;
+    int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
     if (status == CURVOPT_OK) {
         for (int32_t f = 0; f < mesh->info.n_faces; f++) {
             l.active[f] = 1;
@@ -275,11 +326,11 @@ int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_err
         status = emit_patches(&l, out, &n_split, error);
     }
     for (int depth = 0; status == CURVOPT_OK && n_split > 0; depth++) {
-        if (depth == MAX_LEVEL) {
+        if (depth == max_level) {
             status = co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1,
                                     "%d faces cannot be evaluated after %d "
                                     "subdivisions",
-                                    n_split, MAX_LEVEL);
+                                    n_split, max_level);
             break;
         }
         status = subdivide(&l, &next, error);
@@ -301,5 +352,6 @@ void co_patches_free(co_patches *p) {
     free(p->start);
     free(p->points);
     free(p->place);
+    free(p->kinds);
     *p = (co_patches){0};
 }

@@ -1,8 +1,9 @@
 /* A cage as a list of patches, each a fixed linear function of a few points.
  *
- * Every face becomes one patch where its corners allow it: all regular, or one isolated extraordinary vertex. Other
- * faces (n-gons, several extraordinary vertices on or beside a face) are subdivided, they alone, until their children
- * do; the children's points are rows over the cage, so the degrees of freedom stay the cage's.
+ * Every face becomes one patch where its corners allow it: all regular (inside, on a boundary or on an infinitely sharp
+ * crease), or one isolated extraordinary fan. Other faces (n-gons, several extraordinary vertices on or beside a face,
+ * creases that fade) are subdivided, they alone, until their children do; the children's points, and phantom points
+ * beyond boundaries and creases (ring.h), are rows over the cage, so the degrees of freedom stay the cage's.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_PATCHES_H
@@ -26,18 +27,22 @@ typedef struct co_patches {
     int32_t n_points;  /* the others derived: */
     co_rows derived;   /* row r gives point n_cage + r from the cage */
     int32_t n_patches; /* in no particular order */
-    int32_t *valence;  /* [n_patches] of the extraordinary vertex at (0, 0); 4 for regular patches */
+    int32_t *valence;  /* [n_patches] fan at (0, 0) (fan.h): 4 for regular patches, N at a smooth vertex of valence N */
     size_t *start;     /* [n_patches + 1] into points */
-    int32_t *points;   /* 16 of a regular patch (ring.h), else the two-ring: 6 N + 1, the patch being sector 0 */
+    int32_t *points;   /* 16 of a regular patch (ring.h), else the fan's; some may occur twice */
     co_place *place;   /* [n_patches] */
+    int32_t n_kinds;
+    int32_t *kinds; /* [n_kinds] the fans that occur, ascending */
 } co_patches;
 
-/* ERROR_TOPOLOGY for open cages, ERROR_MEMORY. */
+/* ERROR_TOPOLOGY (fans of 16383 faces), ERROR_MEMORY. */
 int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_error *error);
 void co_patches_free(co_patches *patches);
 
-static inline int32_t co_patches_size(int32_t valence) {
-    return valence == 4 ? CO_RING_REGULAR : co_ring_two_ring_size(valence);
+static inline int32_t co_patches_size(int32_t fan) {
+    return fan == CO_FAN_REGULAR ? CO_RING_REGULAR : co_fan_n_points(fan);
 }
+/* Where a fan stands in kinds. */
+int32_t co_patches_kind(const co_patches *patches, int32_t fan);
 
 #endif

@@ -1,4 +1,4 @@
-/* Ordered neighbourhoods: which points a face's surface depends on, and what makes a vertex or face regular.
+/* Ordered neighbourhoods: which points a face's surface depends on, and what makes a corner of it regular.
  *
  * Regular face, 16 points numbered 4 j + i (i along u, j along v); the face is the middle cell:
  *
@@ -7,37 +7,56 @@
  *      4---5---6---7        v
  *      0---1---2---3        |__ u
  *
- * Two-ring of an extraordinary vertex of valence N, 6 N + 1 points: the vertex is point 0; sector s (counter-clockwise)
- * owns the points 1 + 6 s .. 6 + 6 s at these places of its quarter (x along the sector's first edge, y towards the
- * next sector's):        (1,0) (2,0) (1,1) (2,1) (1,2) (2,2)
+ * Where a boundary or an infinitely sharp edge ends the neighbourhood, phantom points take the place of those beyond:
+ * on a crease (two quads on this side) 2 P - Q, at a corner (one quad) 4 P - 2 Q - 2 R + S, which make the bicubic
+ * patch follow the crease rule and the corner rule exactly (second derivative 0 across the edge). Phantoms are numbered
+ * after the mesh's vertices: first two an edge, beyond its first half-edge's origin and beyond its destination; then
+ * one a corner.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_RING_H
 #define CO_RING_H
 
+#include "fan.h"
 #include "mesh.h"
 
-enum { CO_RING_REGULAR = 16, CO_RING_SECTOR = 6 };
+enum { CO_RING_REGULAR = 16, CO_RING_SECTOR = CO_FAN_SECTOR_POINTS };
 
 static inline int32_t co_ring_two_ring_size(int32_t valence) {
-    return CO_RING_SECTOR * valence + 1;
+    return co_fan_n_points(valence);
 }
 /* Index in the two-ring of place (x, y), 0 <= x, y <= 2, of sector s (any integer: taken modulo the valence). */
-int32_t co_ring_two_ring_index(int32_t valence, int32_t sector, int x, int y);
+static inline int32_t co_ring_two_ring_index(int32_t valence, int32_t sector, int x, int y) {
+    return co_fan_index(valence, sector, x, y);
+}
 
-/* How each vertex may be used, from its incident faces. */
-typedef enum co_vertex_kind {
-    CO_VERTEX_REGULAR,       /* interior, valence 4, quads round it */
-    CO_VERTEX_EXTRAORDINARY, /* interior, other valence, quads round it, and regular vertices on all of these */
-    CO_VERTEX_UNREADY        /* anything else: needs a subdivision first */
-} co_vertex_kind;
+/* How a face may be evaluated as far as one of its corners is concerned, by what lies on its side of the sharp edges
+ * there. */
+typedef enum co_corner_kind {
+    CO_CORNER_REGULAR,       /* a closed fan of four quads */
+    CO_CORNER_CREASE,        /* two quads between two sharp edges, crease rule */
+    CO_CORNER_SHARP,         /* one quad between two sharp edges, corner rule */
+    CO_CORNER_EXTRAORDINARY, /* any other fan of quads, all regular round it */
+    CO_CORNER_UNREADY        /* anything else: needs a subdivision first */
+} co_corner_kind;
 
-/* Fills kind [n_vertices]. */
+/* Fills kind [n_corners]. */
 void co_ring_classify(const curvopt_mesh *mesh, uint8_t *kind);
 
-/* The 16 points of the face with first half-edge h: all four corners regular. points [16] */
-void co_ring_regular(const curvopt_mesh *mesh, int32_t h, int32_t *points);
-/* The two-ring of the extraordinary vertex that h leaves, h's face being sector 0. points [6 N + 1] */
-void co_ring_two_ring(const curvopt_mesh *mesh, int32_t h, int32_t *points);
+/* The fan at the vertex that h leaves, on h's side: its kind, h's face being the patch's. *first: the half-edge that
+ * begins it. */
+int32_t co_ring_fan(const curvopt_mesh *mesh, int32_t h, int32_t *first);
+
+/* Whether the mesh can need phantoms, and how many numbers vertices and phantoms have then. */
+int co_ring_has_phantoms(const curvopt_mesh *mesh);
+int32_t co_ring_n_numbers(const curvopt_mesh *mesh);
+/* A number as a combination of vertices: vertex [4], weight [4]; how many of them. */
+int co_ring_resolve(const curvopt_mesh *mesh, int32_t number, int32_t *vertex, double *weight);
+
+/* The 16 points of the face with first half-edge h, none of whose corners is extraordinary or unready: vertices and
+ * phantoms. kind [n_corners], points [16] */
+void co_ring_regular(const curvopt_mesh *mesh, int32_t h, const uint8_t *kind, int32_t *points);
+/* The points of an extraordinary fan whose first half-edge is `first`. points [co_fan_n_points] */
+void co_ring_two_ring(const curvopt_mesh *mesh, int32_t fan, int32_t first, int32_t *points);
 
 #endif

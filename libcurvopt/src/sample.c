@@ -140,7 +140,7 @@ static int32_t sample_patch(const sampler *s, int32_t p, const double st[2], dou
             for (int32_t i = 0; i < co_patches_size(valence); i++)
                 jet[c][k] += s->rows[i * CO_JET + k] * s->points[3 * (size_t)index[i] + (size_t)c];
         }
-    if (s->surface == CURVOPT_SURFACE_PLANE && valence != 4)
+    if (s->surface == CURVOPT_SURFACE_PLANE && valence != CO_FAN_REGULAR && co_fan_is_smooth(valence))
         status = flatten(s, p, weight, jet, error);
     to_face(&s->patches.place[p], jet, out);
     return status;

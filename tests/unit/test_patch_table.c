@@ -210,7 +210,7 @@ static void test_cache_builds_a_table_once(void **state) {
     co_table_cache cache;
     const co_table *first, *again, *other;
     curvopt_error error;
-    CHECK_OK(co_table_cache_create(CURVOPT_SURFACE_LIMIT, 5, &cache, &error), &error);
+    co_table_cache_create(CURVOPT_SURFACE_LIMIT, &cache);
     CHECK_OK(co_table_cache_get(&cache, 5, 1, &first, &error), &error);
     CHECK_OK(co_table_cache_get(&cache, 5, 1, &again, &error), &error);
     CHECK_OK(co_table_cache_get(&cache, 5, 0, &other, &error), &error);
