@@ -52,7 +52,7 @@ static int32_t renew_layout(co_assembly *a, curvopt_error *error) {
 
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_assembly *a,
                            curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface, .euler = mesh->info.euler};
+    *a = (co_assembly){.surface = options->surface};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_sweep_select(NULL);
@@ -61,6 +61,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     if (status != CURVOPT_OK)
         return status;
     status = co_carry_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
+    if (status == CURVOPT_OK)
+        status = co_rim_create(mesh, &a->patches, &a->rim, error);
     co_table_cache_create(a->surface, &a->cache);
     if (status == CURVOPT_OK) {
         a->rule = CO_NEW(uint8_t, a->patches.n_patches);
@@ -80,6 +82,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
 
 void co_assembly_free(co_assembly *a) {
     co_patches_free(&a->patches);
+    co_rim_free(&a->rim);
     co_table_cache_free(&a->cache);
     co_layout_free(&a->layout);
     co_layout_free(&a->finer);
@@ -303,14 +306,17 @@ static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, patc
     return status;
 }
 
+double co_assembly_defect(const co_assembly *a, const co_values *values) {
+    return fabs(values->integral[CO_INT_K] + co_rim_turning(&a->rim, &a->patches, a->points) - a->rim.target);
+}
+
 static void report_energies(const co_assembly *a, const co_values *v, int third, const patch_share *coarse,
                             const patch_share *fine, curvopt_energies *out) {
-    const double pi = 3.14159265358979323846;
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
-    out->gauss_bonnet_defect = fabs(gauss - 2 * pi * a->euler);
+    out->gauss_bonnet_defect = co_assembly_defect(a, v);
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;

@@ -8,6 +8,7 @@
 #define CO_ASSEMBLE_H
 
 #include "layout.h"
+#include "rim.h"
 
 typedef struct co_assembly {
     co_patches patches;
@@ -16,7 +17,7 @@ typedef struct co_assembly {
     co_functional functional;
     double weights[CURVOPT_N_TERMS]; /* what it is made of */
     int32_t surface;
-    int32_t euler;
+    co_rim rim; /* boundaries and creases, for Gauss-Bonnet */
     int32_t n_threads;
     int met;               /* the tolerance has been met before */
     int third_allowed;     /* the surface can carry third-order energies */
@@ -57,6 +58,9 @@ int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvo
  * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
+
+/* How far total curvature is from what Gauss and Bonnet say, of the positions that were evaluated last. */
+double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
 /* Which terms a call of co_assembly_resolve() is about. */
 typedef enum co_terms {

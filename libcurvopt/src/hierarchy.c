@@ -111,18 +111,14 @@ static co_settlement step_back(level_problem *p, const co_iterate *before, co_it
     return verdict;
 }
 
-static double defect(const level_problem *p) {
-    const double pi = 3.14159265358979323846;
-    return fabs(p->last.integral[CO_INT_K] - 2 * pi * p->mesh->info.euler);
-}
-
 static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     level_problem *p = context;
     curvopt_energies energies;
     int resolved, changed;
     if (p->failed != CURVOPT_OK) /* in between, where nobody could be told */
         return step_back(p, before, now, CO_SETTLE_STOP);
-    int suspicious = !(defect(p) <= DEFECT_GROWTH * p->defect + DEFECT_FLOOR); /* of `now`, evaluated last */
+    int suspicious =
+        !(co_assembly_defect(&p->assembly, &p->last) <= DEFECT_GROWTH * p->defect + DEFECT_FLOOR); /* of `now` */
     hold_placement(p, now);
     p->edge = mean_edge(p->mesh, now->x);
     /* a long step into unknown country is looked at more closely than one of many short ones */

@@ -182,7 +182,20 @@ static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt
     co_place *place = realloc(out->place, sizeof(co_place) * (size_t)(n_patches + 1));
     if (place)
         out->place = place;
-    return valence && start && points && place ? CURVOPT_OK : co_status_no_memory(error);
+    uint8_t *cuts = realloc(out->cuts, (size_t)(n_patches + 1));
+    if (cuts)
+        out->cuts = cuts;
+    return valence && start && points && place && cuts ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+/* co_patches.cuts of the face whose first corner h is. */
+static uint8_t cuts_of(const level *l, int32_t h) {
+    unsigned cuts = 0;
+    for (int k = 0; co_ring_has_phantoms(l->mesh) && k < 4; k++, h = co_mesh_next(l->mesh, h)) {
+        cuts |= (unsigned)co_crease_is_infinite(co_crease_edge(l->mesh, h)) << k;
+        cuts |= (unsigned)(l->kind[h] == CO_CORNER_SHARP) << (4 + k);
+    }
+    return (uint8_t)cuts;
 }
 
 static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curvopt_error *error) {
@@ -196,6 +209,7 @@ static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curv
         co_ring_regular(m, h, l->kind, points);
     }
     out->valence[p] = fan;
+    out->cuts[p] = cuts_of(l, h);
     out->place[p] = at_corner(l->place[f], corner);
     out->start[p + 1] = out->start[p] + (size_t)co_patches_size(fan);
     for (int32_t i = 0; i < co_patches_size(fan); i++) {
@@ -352,6 +366,7 @@ void co_patches_free(co_patches *p) {
     free(p->start);
     free(p->points);
     free(p->place);
+    free(p->cuts);
     free(p->kinds);
     *p = (co_patches){0};
 }

@@ -31,6 +31,8 @@ typedef struct co_patches {
     size_t *start;     /* [n_patches + 1] into points */
     int32_t *points;   /* 16 of a regular patch (ring.h), else the fan's; some may occur twice */
     co_place *place;   /* [n_patches] */
+    uint8_t *cuts;     /* [n_patches] bit k: the side after corner k lies on a boundary or an infinitely sharp edge; bit
+                          4 + k: corner k is a corner of the surface. Corners are numbered as a quad's, (0, 0) first */
     int32_t n_kinds;
     int32_t *kinds; /* [n_kinds] the fans that occur, ascending */
 } co_patches;
