@@ -244,7 +244,7 @@ class Library:
             options.weights[TERMS.index(term)] = weight
         kinds = dict(COptions._fields_)
         for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "weights", "reserved"):
+            if name not in kinds or name in ("struct_size", "weights"):
                 raise ValueError(f"There is no option '{name}'.")
             if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")

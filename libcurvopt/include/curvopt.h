@@ -167,6 +167,16 @@ typedef enum curvopt_method {
     CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian */
 } curvopt_method;
 
+/* What a minimization leaves as it is on an open surface. Vertices on infinitely sharp creases, and infinitely sharp
+ * ones, stay where they are with all of these but FREE. */
+typedef enum curvopt_boundary {
+    CURVOPT_BOUNDARY_POSITION = 0,  /* the boundary curves: vertices on them are held */
+    CURVOPT_BOUNDARY_TANGENT = 1,   /* the surface's tangent planes along them, too: two rows of vertices are held. On
+                                       Catmull-Clark surfaces curvature there depends on no more than that */
+    CURVOPT_BOUNDARY_CURVATURE = 2, /* how curvature changes there, too: three rows */
+    CURVOPT_BOUNDARY_FREE = 3       /* nothing */
+} curvopt_boundary;
+
 /* Fill with curvopt_options_init(), then change what you want. */
 typedef struct curvopt_options {
     int32_t struct_size;       /* sizeof(curvopt_options) of the caller's header, set by the init */
@@ -177,7 +187,7 @@ typedef struct curvopt_options {
     int32_t threads;           /* 0: all cores; default 0 */
     int32_t as_report;         /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
                                   method, and a fixed quadrature rule that nothing checks; default 0 */
-    int32_t reserved;          /* 0 */
+    int32_t boundary;          /* curvopt_boundary; default POSITION */
     double weights[8];         /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
                                   default Willmore 1, the others 0 */
     double tolerance;          /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */

@@ -140,7 +140,7 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_integer("as_report", o->as_report, 0, 1, error);
     if (status == CURVOPT_OK)
-        status = check_integer("reserved", o->reserved, 0, 0, error);
+        status = check_integer("boundary", o->boundary, CURVOPT_BOUNDARY_POSITION, CURVOPT_BOUNDARY_FREE, error);
     if (status == CURVOPT_OK)
         status = check_weights(o->weights, error);
     if (status == CURVOPT_OK)

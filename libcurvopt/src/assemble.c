@@ -118,7 +118,7 @@ int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvo
 /* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */
 static double normalize(co_assembly *a, const double *xyz) {
     size_t n = (size_t)a->patches.n_cage;
-    double centroid[3], radius = co_placement_frame(n, xyz, centroid);
+    double centroid[3] = {0, 0, 0}, radius = a->frame_held ? 1 : co_placement_frame(n, xyz, centroid);
     for (size_t i = 0; i < 3 * n; i++)
         a->points[i] = (xyz[i] - centroid[i % 3]) / radius;
     if (a->patches.derived.n_rows)
@@ -230,7 +230,8 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
     }
     collect_gradient(a, factor, area_factor, request->gradient);
-    gradient_of_normalized(a, radius, request->gradient);
+    if (!a->frame_held)
+        gradient_of_normalized(a, radius, request->gradient);
 }
 
 /* Per patch: its share in every term and in the area. */

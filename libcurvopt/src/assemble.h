@@ -20,6 +20,7 @@ typedef struct co_assembly {
     co_rim rim; /* boundaries and creases, for Gauss-Bonnet */
     int32_t n_threads;
     int met;               /* the tolerance has been met before */
+    int frame_held;        /* positions are normalized by the caller, once and for all, and taken as they are */
     int third_allowed;     /* the surface can carry third-order energies */
     uint8_t *rule;         /* [n_patches] */
     int32_t rules_version; /* counts their changes */

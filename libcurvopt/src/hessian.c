@@ -281,6 +281,24 @@ static void scatter_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t 
     }
 }
 
+/* Held vertices: their rows and columns become a multiple of the identity's, of the order of the others. */
+static void hold(co_hessian *h) {
+    double sum = 0;
+    int32_t n_free = 0, n = 3 * h->n_vertices;
+    for (int32_t j = 0; j < n; j++)
+        if (!h->held[j / 3]) {
+            sum += h->value[h->column_start[j]];
+            n_free++;
+        }
+    for (int32_t j = 0; j < n; j++) {
+        for (int32_t e = h->column_start[j]; e < h->column_start[j + 1]; e++)
+            if (h->held[j / 3] || h->held[h->row[e] / 3])
+                h->value[e] = 0;
+        if (h->held[j / 3])
+            h->value[h->column_start[j]] = sum > 0 ? sum / n_free : 1;
+    }
+}
+
 int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessian *h, curvopt_error *error) {
     int32_t status = h->rules_version == a->rules_version ? CURVOPT_OK : renew_layout(a, h, error);
     if (status != CURVOPT_OK)
@@ -303,6 +321,8 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessi
         sweep_chunk(a, h, first, n, &integrand, exact);
         scatter_chunk(a, h, first, n);
     }
+    if (h->held)
+        hold(h);
     return CURVOPT_OK;
 }
 

@@ -20,6 +20,7 @@ typedef struct co_hessian {
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;
+    const uint8_t *held; /* [n_vertices] or NULL: vertices that do not move, the caller's */
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */

@@ -8,6 +8,7 @@
 #include "hierarchy.h"
 
 #include "certificate.h"
+#include "hold.h"
 #include "lmvm.h"
 #include "memory.h"
 #include "placement.h"
@@ -36,6 +37,7 @@ typedef struct run {
     const curvopt_cancel *cancel;
     double started;
     double start_energy, start_area;
+    double centroid[3], radius; /* of the input cage: the frame of levels that hold vertices */
     curvopt_result *result;
     double *xyz;         /* of the present level, in the user's units */
     double *level_start; /* what the level began with */
@@ -47,6 +49,7 @@ typedef struct level_problem {
     const curvopt_mesh *mesh;
     co_assembly assembly;
     double tolerance, working_tolerance;
+    uint8_t *held;      /* vertices that stay, or NULL: then it is the cage's place that is held */
     double edge;        /* mean length, normalized */
     double defect;      /* Gauss-Bonnet's, when last resolved, */
     co_values last;     /* and what was evaluated last */
@@ -73,6 +76,8 @@ static double evaluate(void *context, const double *x, double *gradient) {
     level_problem *p = context;
     co_request request = {.gradient = gradient};
     co_assembly_evaluate(&p->assembly, x, &request, &p->last);
+    if (gradient)
+        co_hold_clear(p->held, p->mesh->info.n_vertices, gradient);
     return p->last.objective;
 }
 
@@ -98,6 +103,8 @@ static double step_length(void *context, const double *d) {
 /* Back to centroid 0 and radius 1, where the function is the same and the gradient scales. */
 static void hold_placement(const level_problem *p, co_iterate *now) {
     size_t n = (size_t)p->mesh->info.n_vertices;
+    if (p->held)
+        return;
     double centroid[3], radius = co_placement_frame(n, now->x, centroid);
     for (size_t i = 0; i < 3 * n; i++) {
         now->x[i] = (now->x[i] - centroid[i % 3]) / radius;
@@ -141,9 +148,16 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     return CO_SETTLE_CHANGED;
 }
 
-/* Positions as the user sees them: the area is the input's, and the cage lies as the level's first one did. */
+/* Positions as the user sees them: in the frame they were taken from where something is held; else the area is the
+ * input's, and the cage lies as the level's first one did. */
 static void to_user(const level_problem *p, const double *x, double normalized_area, double *xyz) {
     size_t n = (size_t)p->mesh->info.n_vertices;
+    if (p->held) {
+        for (size_t i = 0; i < 3 * n; i++)
+            xyz[i] = p->r->centroid[i % 3] + p->r->radius * x[i];
+        co_hold_copy(p->held, (int32_t)n, p->r->level_start, xyz);
+        return;
+    }
     double scale = sqrt(p->r->start_area / normalized_area);
     for (size_t i = 0; i < 3 * n; i++)
         xyz[i] = scale * x[i];
@@ -178,6 +192,7 @@ static int report(void *context, const co_iterate *now, int iteration, int evalu
 
 static int32_t create_factor(level_problem *p, curvopt_error *error) {
     int32_t status = co_hessian_create(&p->assembly, &p->hessian, error);
+    p->hessian.held = p->held;
     if (status == CURVOPT_OK)
         status = co_cholesky_create(3 * p->mesh->info.n_vertices, p->hessian.column_start, p->hessian.row,
                                     p->hessian.value, &p->factor, error);
@@ -229,11 +244,15 @@ static int32_t level_create(run *r, const curvopt_mesh *mesh, int32_t number, le
     *p = (level_problem){.r = r, .mesh = mesh, .number = number, .error = error};
     p->tolerance = r->options->as_report ? INFINITY : r->options->tolerance;
     p->working_tolerance = number < r->options->levels ? WORKING_FACTOR * p->tolerance : p->tolerance;
+    int32_t status = co_hold_create(mesh, r->options->boundary, &p->held, error);
+    if (status != CURVOPT_OK)
+        return status;
     double centroid[3], radius = co_placement_frame(n, r->xyz, centroid);
     for (size_t i = 0; i < 3 * n; i++)
-        x[i] = (r->xyz[i] - centroid[i % 3]) / radius;
+        x[i] = p->held ? (r->xyz[i] - r->centroid[i % 3]) / r->radius : (r->xyz[i] - centroid[i % 3]) / radius;
     p->edge = mean_edge(mesh, x);
-    int32_t status = co_assembly_create(mesh, r->options, &p->assembly, error);
+    status = co_assembly_create(mesh, r->options, &p->assembly, error);
+    p->assembly.frame_held = p->held != NULL;
     if (status == CURVOPT_OK && r->options->method != CURVOPT_METHOD_LMVM)
         status = create_factor(p, error);
     return status;
@@ -294,8 +313,9 @@ static int32_t end_level(level_problem *p, const co_iterate *now, const co_lmvm_
                                      .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
                                      .seconds = now_seconds() - started};
     to_user(p, now->x, end->area, r->xyz);
-    end->area_error *= r->start_area / end->area;
-    end->area = r->start_area;
+    double unit = p->held ? r->radius * r->radius : r->start_area / end->area;
+    end->area_error *= unit;
+    end->area = p->held ? unit * end->area : r->start_area;
     return CURVOPT_OK;
 }
 
@@ -368,6 +388,7 @@ done:
     co_cholesky_destroy(p.factor);
     co_hessian_free(&p.hessian);
     co_assembly_free(&p.assembly);
+    free(p.held);
     free(now.x);
     free(now.gradient);
     return status;
@@ -439,6 +460,7 @@ int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const
     } else {
         memcpy(r.xyz, xyz, n * sizeof(double));
         memcpy(r.level_start, xyz, n * sizeof(double));
+        r.radius = co_placement_frame(n / 3, xyz, r.centroid);
         status = co_mesh_copy(mesh, &r.result->mesh, error);
         if (status == CURVOPT_OK)
             status = report_start(&r, mesh, error);

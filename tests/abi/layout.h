@@ -43,7 +43,7 @@ AT(curvopt_options, levels, 12);
 AT(curvopt_options, max_iterations, 16);
 AT(curvopt_options, threads, 20);
 AT(curvopt_options, as_report, 24);
-AT(curvopt_options, reserved, 28);
+AT(curvopt_options, boundary, 28);
 AT(curvopt_options, weights, 32);
 AT(curvopt_options, tolerance, 96);
 AT(curvopt_options, gradient_tolerance, 104);

@@ -53,7 +53,7 @@ class Options(C.Structure):
     """curvopt_options"""
 
     _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
-                                         "as_report", "reserved")] + [
+                                         "as_report", "boundary")] + [
         ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64)]
 
 

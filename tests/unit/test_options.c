@@ -53,7 +53,7 @@ static const integer_field integers[] = {
     {"max_iterations", offsetof(curvopt_options, max_iterations), 0, INT32_MAX},
     {"threads", offsetof(curvopt_options, threads), 0, 1024},
     {"as_report", offsetof(curvopt_options, as_report), 0, 1},
-    {"reserved", offsetof(curvopt_options, reserved), 0, 0}};
+    {"boundary", offsetof(curvopt_options, boundary), 0, 3}};
 
 static int32_t validate_integer(const integer_field *f, int32_t value, curvopt_error *error) {
     curvopt_options o = usual();
