@@ -22,7 +22,11 @@ static const char help_text[] =
     "       curvopt minimize CAGE.obj -o OUT.obj [options]   the cage that minimizes one\n"
     "       curvopt --version | --help\n"
     "\n"
-    "CAGE.obj is a closed polygon mesh (any face sizes, any valence from 3); `-` reads standard input.\n"
+    "CAGE.obj is a polygon mesh, closed or open (any face sizes, any valence from 3); `-` reads standard input. "
+    "Creases\n"
+    "are tags as in OpenSubdiv's shapes, vertices counted from 0: t crease 2/1/0 A B SHARPNESS, t corner 1/1/0 V "
+    "SHARPNESS\n"
+    "(from 10 on infinitely sharp).\n"
     "\n"
     "options\n"
     "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, or a mix by weights such as\n"
@@ -32,11 +36,17 @@ static const char help_text[] =
     "                       extraordinary vertices (default with third-order energies); plane: flattened there, the\n"
     "                       report's\n"
     "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
+    "  --boundary-rule R    boundary vertices of one face are smooth (default) or corners, as in Blender's modifier\n"
     "  --threads N          default all cores\n"
     "  --json FILE|-        write all figures as JSON\n"
     "  --quiet              print nothing but errors\n"
     "for minimize\n"
     "  -o, --output FILE    the optimized cage, written whole or not at all\n"
+    "  --boundary B         what an open surface keeps: position of its boundary (default), also tangent planes along "
+    "it,\n"
+    "                       also curvature and how it changes, or free: nothing. All but free keep vertices on "
+    "infinitely\n"
+    "                       sharp creases\n"
     "  --levels N           optimizations, the cage being subdivided between them (default 4; 1 keeps the cage's own\n"
     "                       vertices)\n"
     "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
@@ -49,10 +59,13 @@ static const char help_text[] =
     "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
 
 static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
+static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
+static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 typedef struct arguments {
     const char *command, *input, *output, *json, *energy;
     curvopt_options options;
+    int boundary_rule;
     int quiet;
 } arguments;
 
@@ -131,6 +144,12 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         surface = find_name(json_surface_name, 4, value, strlen(value));
         o->surface = surface;
         return surface < CURVOPT_SURFACE_LIMIT;
+    } else if (!strcmp(name, "--boundary-rule")) {
+        a->boundary_rule = find_name(boundary_rule_name, 2, value, strlen(value));
+        return a->boundary_rule < 0;
+    } else if (!strcmp(name, "--boundary")) {
+        o->boundary = find_name(boundary_name, 4, value, strlen(value));
+        return o->boundary < 0;
     } else if (!strcmp(name, "--tolerance"))
         return parse_real(value, &o->tolerance);
     else if (!strcmp(name, "--threads"))
@@ -149,8 +168,10 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 }
 
 static int is_valued(const char *name, int minimize) {
-    static const char *const both[] = {"--json", "--energy", "--surface", "--tolerance", "--threads"};
-    static const char *const only_minimize[] = {"-o", "--output", "--levels", "--max-iterations", "--method"};
+    static const char *const both[] = {"--json",      "--energy",  "--surface",
+                                       "--tolerance", "--threads", "--boundary-rule"};
+    static const char *const only_minimize[] = {"-o",       "--output",  "--levels", "--max-iterations",
+                                                "--method", "--boundary"};
     size_t length = strlen(name);
     return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
@@ -253,8 +274,15 @@ static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
     *mesh = NULL;
     if (obj_read(a->input, cage, message, sizeof message))
         return could_not(a->input, message);
-    if (curvopt_mesh_create(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, mesh, &error) ==
-        CURVOPT_OK)
+    curvopt_creases creases = {.crease_vertices = cage->crease_vertices,
+                               .crease_sharpness = cage->crease_sharpness,
+                               .corner_vertices = cage->corner_vertices,
+                               .corner_sharpness = cage->corner_sharpness,
+                               .n_creases = cage->n_creases,
+                               .n_corners = cage->n_corners,
+                               .boundary_rule = a->boundary_rule};
+    if (curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, &creases,
+                                    mesh, &error) == CURVOPT_OK)
         return EXIT_DONE;
     obj_free(cage);
     return could_not(a->input, error.message);
@@ -305,16 +333,25 @@ static int32_t on_progress(const curvopt_progress *p, void *user) {
 
 /* The result as a cage; 0 if memory is out. */
 static int take_result(const curvopt_result *result, const curvopt_mesh_info *info, obj_cage *cage) {
+    const curvopt_mesh *mesh = curvopt_result_mesh(result);
     *cage = (obj_cage){.n_vertices = info->n_vertices, .n_faces = info->n_faces};
+    curvopt_mesh_count_creases(mesh, &cage->n_creases, &cage->n_corners);
     cage->xyz = malloc(sizeof(double) * 3 * (size_t)info->n_vertices);
     cage->face_sizes = malloc(sizeof(int32_t) * (size_t)info->n_faces);
     cage->face_vertices = malloc(sizeof(int32_t) * (size_t)info->n_corners);
-    if (!cage->xyz || !cage->face_sizes || !cage->face_vertices) {
+    cage->crease_vertices = malloc(sizeof(int32_t) * (2 * (size_t)cage->n_creases + 1));
+    cage->crease_sharpness = malloc(sizeof(double) * ((size_t)cage->n_creases + 1));
+    cage->corner_vertices = malloc(sizeof(int32_t) * ((size_t)cage->n_corners + 1));
+    cage->corner_sharpness = malloc(sizeof(double) * ((size_t)cage->n_corners + 1));
+    if (!cage->xyz || !cage->face_sizes || !cage->face_vertices || !cage->crease_vertices || !cage->crease_sharpness ||
+        !cage->corner_vertices || !cage->corner_sharpness) {
         obj_free(cage);
         return 0;
     }
     curvopt_result_get_positions(result, cage->xyz);
-    curvopt_mesh_get_faces(curvopt_result_mesh(result), cage->face_sizes, cage->face_vertices);
+    curvopt_mesh_get_faces(mesh, cage->face_sizes, cage->face_vertices);
+    curvopt_mesh_get_creases(mesh, cage->crease_vertices, cage->crease_sharpness, cage->corner_vertices,
+                             cage->corner_sharpness);
     return 1;
 }
 

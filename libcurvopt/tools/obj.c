@@ -18,6 +18,7 @@ typedef struct cursor {
 typedef struct builder {
     obj_cage *cage;
     size_t vertex_room, face_room, corner_room, n_corners;
+    size_t crease_room, crease_pair_room, sharp_room, sharp_vertex_room;
     char *message;
     size_t message_size;
     int line;
@@ -115,10 +116,82 @@ static int add_face(builder *b, cursor *c) {
     return 0;
 }
 
+static int next_integer(builder *b, cursor *c, int32_t *out) {
+    char word[MAX_NUMBER], *end;
+    errno = 0;
+    long value = next_word(c, word) ? strtol(word, &end, 10) : -1;
+    if (value < 0 || value > INT32_MAX || *end || errno)
+        return complain(b, "not a vertex of a tag: ", word);
+    *out = (int32_t)value;
+    return 0;
+}
+
+static int next_real(builder *b, cursor *c, double *out) {
+    char word[MAX_NUMBER], *end = word;
+    if (next_word(c, word))
+        *out = strtod(word, &end);
+    if (end == word || *end)
+        return complain(b, "not a sharpness: ", word);
+    return 0;
+}
+
+/* Room for one more crease (pairs of vertices) or corner. */
+static int make_tag_room(builder *b, int is_crease) {
+    obj_cage *g = b->cage;
+    if (is_crease)
+        return make_room(b, (void **)&g->crease_sharpness, &b->crease_room, (size_t)g->n_creases, sizeof(double)) ||
+               make_room(b, (void **)&g->crease_vertices, &b->crease_pair_room, (size_t)g->n_creases,
+                         2 * sizeof(int32_t));
+    return make_room(b, (void **)&g->corner_sharpness, &b->sharp_room, (size_t)g->n_corners, sizeof(double)) ||
+           make_room(b, (void **)&g->corner_vertices, &b->sharp_vertex_room, (size_t)g->n_corners, sizeof(int32_t));
+}
+
+/* The vertices of a tag, then its sharpnesses, one for all or one for each. */
+static int add_creases(builder *b, cursor *c, int is_crease, int n_vertices, int n_values) {
+    obj_cage *g = b->cage;
+    int32_t first = is_crease ? g->n_creases : g->n_corners, n = is_crease ? n_vertices - 1 : n_vertices, before = 0;
+    double value = 0;
+    for (int i = 0; i < n_vertices; i++) {
+        int32_t v;
+        if (next_integer(b, c, &v))
+            return 1;
+        if (!is_crease || i > 0) {
+            if (make_tag_room(b, is_crease))
+                return 1;
+            if (is_crease) {
+                g->crease_vertices[2 * g->n_creases] = before;
+                g->crease_vertices[2 * g->n_creases++ + 1] = v;
+            } else {
+                g->corner_vertices[g->n_corners++] = v;
+            }
+        }
+        before = v;
+    }
+    for (int32_t i = 0; i < n; i++) {
+        if (i < n_values && next_real(b, c, &value))
+            return 1;
+        (is_crease ? g->crease_sharpness : g->corner_sharpness)[first + i] = value;
+    }
+    return 0;
+}
+
+static int add_tag(builder *b, cursor *c) {
+    char word[MAX_NUMBER];
+    int n_vertices, n_values, n_texts, end = 0;
+    next_word(c, word);
+    int is_crease = strcmp(word, "crease") == 0;
+    if (!is_crease && strcmp(word, "corner") != 0)
+        return 0;
+    next_word(c, word);
+    if (sscanf(word, "%9d/%9d/%9d%n", &n_vertices, &n_values, &n_texts, &end) != 3 || word[end] ||
+        n_vertices < 1 + is_crease || (n_values != 1 && n_values != n_vertices - is_crease))
+        return complain(b, "not the counts of a crease or corner: ", word);
+    return add_creases(b, c, is_crease, n_vertices, n_values);
+}
+
 /* One line. Words that OBJ knows and a cage does not need are passed over; others mean that this is no OBJ. */
 static int parse_line(builder *b, cursor *c) {
-    static const char *const passed_over[] = {"vt",     "vn",     "vp", "g", "o", "s",
-                                              "usemtl", "mtllib", "l",  "p", "t", "lod"};
+    static const char *const passed_over[] = {"vt", "vn", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "lod"};
     char word[MAX_NUMBER];
     if (!next_word(c, word))
         return 0;
@@ -126,6 +199,8 @@ static int parse_line(builder *b, cursor *c) {
         return add_vertex(b, c);
     if (strcmp(word, "f") == 0)
         return add_face(b, c);
+    if (strcmp(word, "t") == 0)
+        return add_tag(b, c);
     for (size_t i = 0; i < sizeof passed_over / sizeof *passed_over; i++)
         if (strcmp(word, passed_over[i]) == 0)
             return 0;
@@ -210,6 +285,11 @@ int obj_write(FILE *file, const obj_cage *cage) {
             fprintf(file, " %d", *corner++ + 1);
         fputc('\n', file);
     }
+    for (int32_t i = 0; i < cage->n_creases; i++)
+        fprintf(file, "t crease 2/1/0 %d %d %.17g\n", cage->crease_vertices[2 * i], cage->crease_vertices[2 * i + 1],
+                cage->crease_sharpness[i]);
+    for (int32_t i = 0; i < cage->n_corners; i++)
+        fprintf(file, "t corner 1/1/0 %d %.17g\n", cage->corner_vertices[i], cage->corner_sharpness[i]);
     return ferror(file);
 }
 
@@ -217,5 +297,9 @@ void obj_free(obj_cage *cage) {
     free(cage->xyz);
     free(cage->face_sizes);
     free(cage->face_vertices);
+    free(cage->crease_vertices);
+    free(cage->crease_sharpness);
+    free(cage->corner_vertices);
+    free(cage->corner_sharpness);
     *cage = (obj_cage){0};
 }

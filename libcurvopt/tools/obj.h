@@ -1,4 +1,4 @@
-/* Wavefront OBJ cages: vertices and polygons. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Wavefront OBJ cages: vertices, polygons and, as tags, creases. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CURVOPT_TOOL_OBJ_H
 #define CURVOPT_TOOL_OBJ_H
 
@@ -11,10 +11,19 @@ typedef struct obj_cage {
     double *xyz;            /* [3 n_vertices] */
     int32_t *face_sizes;    /* [n_faces] */
     int32_t *face_vertices; /* [sum of sizes] */
+    int32_t n_creases, n_corners;
+    int32_t *crease_vertices; /* [2 n_creases] */
+    double *crease_sharpness; /* [n_creases] */
+    int32_t *corner_vertices; /* [n_corners] */
+    double *corner_sharpness; /* [n_corners] */
 } obj_cage;
 
 /* Parses `length` bytes of text (no zero needed at the end). 0, or nonzero with one sentence in message [size] that
- * names the line. Texture and normal indices, groups and materials are passed over. */
+ * names the line. Texture and normal indices, groups and materials are passed over.
+ *
+ * Creases are the tags that OpenSubdiv's shapes have, vertices counted from 0: "t crease 2/1/0 a b sharpness", or a
+ * chain of n vertices with one sharpness or n - 1 of them; "t corner 1/1/0 v sharpness", or n vertices with 1 or n.
+ * Other tags are passed over. */
 int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size);
 /* Reads a file; `-` is standard input. */
 int obj_read(const char *path, obj_cage *cage, char *message, size_t size);
