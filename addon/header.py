@@ -7,7 +7,7 @@ HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that t
 
 TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area")  # by curvopt_term
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
-STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")  # by curvopt_stop
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
 
 MAX_TERMS = 8
 

@@ -198,6 +198,7 @@ _STOP_WORDS = {
     "limit": "stopped early: iteration limit reached, still falling",
     "cancelled": "cancelled",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
+    "settled": "settled: it would still fall, but hardly",
 }
 
 

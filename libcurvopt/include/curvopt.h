@@ -247,13 +247,15 @@ CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double 
 
 /* Why a run or a level stopped; none of these is an error, all return the best iterate. */
 typedef enum curvopt_stop {
-    CURVOPT_STOP_CONVERGED = 0, /* the gradient is below its tolerance */
-    CURVOPT_STOP_STALLED = 1,   /* no further decrease is possible in floating point */
-    CURVOPT_STOP_LIMIT = 2,     /* max_iterations */
-    CURVOPT_STOP_CANCELLED = 3, /* by the callback or curvopt_cancel_request */
-    CURVOPT_STOP_UNRESOLVED = 4 /* the surface develops features that the finest quadrature cannot resolve */
+    CURVOPT_STOP_CONVERGED = 0,  /* the gradient is below its tolerance */
+    CURVOPT_STOP_STALLED = 1,    /* no further decrease is possible in floating point */
+    CURVOPT_STOP_LIMIT = 2,      /* max_iterations */
+    CURVOPT_STOP_CANCELLED = 3,  /* by the callback or curvopt_cancel_request */
+    CURVOPT_STOP_UNRESOLVED = 4, /* the surface develops features that the finest quadrature cannot resolve */
+    CURVOPT_STOP_SETTLED = 5     /* it still falls, but by less than 2e-4 in 15 steps (1e-3 before the last level);
+                                    gauss_newton only */
 } curvopt_stop;
-/* "converged", "stalled", "limit", "cancelled", "unresolved"; never NULL. */
+/* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
 /* Shown to the callback at the start of every level (iteration 0) and after every accepted step; pointers are valid

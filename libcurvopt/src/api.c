@@ -34,7 +34,7 @@ const char *curvopt_status_text(int32_t status) {
 }
 
 const char *curvopt_stop_text(int32_t stop) {
-    static const char *const text[] = {"converged", "stalled", "limit", "cancelled", "unresolved"};
+    static const char *const text[] = {"converged", "stalled", "limit", "cancelled", "unresolved", "settled"};
     return stop >= 0 && stop < (int32_t)(sizeof text / sizeof *text) ? text[stop] : "unknown";
 }
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_BLOCKS = 32 };
+enum { CHUNK_BLOCKS = 32, NO_RULES = -1, COARSEST = -2 };
 
 void co_hessian_free(co_hessian *h) {
     free(h->neighbour_start);
@@ -146,16 +146,26 @@ static int32_t build_columns(co_hessian *h, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Layout and room for the rules that the assembly has now: this is to be the matrix of the function that is minimized.
- */
-static int32_t renew_layout(co_assembly *a, co_hessian *h, curvopt_error *error) {
+/* The Hessian is to be that of the function that is minimized, by the rules that the assembly has now. The Gauss-Newton
+ * matrix guides steps only, and is positive with any rules: the coarsest will do. */
+static int32_t wanted_rules(const co_assembly *a, int exact) {
+    return exact ? a->rules_version : COARSEST;
+}
+
+/* Layout of these rules, and room. */
+static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
+    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches);
     co_layout_free(&h->layout);
     free(h->chunk);
     free(h->work);
     h->chunk = h->work = NULL;
-    h->rules_version = -1;
-    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 0, 0, &h->layout, error);
+    h->rules_version = NO_RULES;
+    if (!coarsest)
+        return co_status_no_memory(error);
+    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
+                                      &h->layout, error);
+    free(coarsest);
     if (status != CURVOPT_OK)
         return status;
     size_t size = 3 * (size_t)h->layout.max_points;
@@ -165,12 +175,12 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, curvopt_error *error)
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
         return co_status_no_memory(error);
-    h->rules_version = a->rules_version;
+    h->rules_version = wanted_rules(a, exact);
     return CURVOPT_OK;
 }
 
 int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {
-    *h = (co_hessian){.n_vertices = a->patches.n_cage, .rules_version = -1};
+    *h = (co_hessian){.n_vertices = a->patches.n_cage, .rules_version = NO_RULES};
     int32_t status = find_neighbours(&a->patches, h, error);
     if (status == CURVOPT_OK)
         status = build_columns(h, error);
@@ -300,7 +310,7 @@ static void hold(co_hessian *h) {
 }
 
 int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessian *h, curvopt_error *error) {
-    int32_t status = h->rules_version == a->rules_version ? CURVOPT_OK : renew_layout(a, h, error);
+    int32_t status = h->rules_version == wanted_rules(a, exact) ? CURVOPT_OK : renew_layout(a, h, exact, error);
     if (status != CURVOPT_OK)
         return status;
     co_values values;

@@ -15,8 +15,8 @@ typedef struct co_hessian {
     int32_t *column_start;   /* [3 n_vertices + 1] */
     int32_t *row;            /* [n_entries] */
     double *value;           /* [n_entries] */
-    co_layout layout;        /* of the rules that the assembly has, */
-    int32_t rules_version;   /* this version of them */
+    co_layout layout;        /* of the rules that were used last, */
+    int32_t rules_version;   /* a version of the assembly's */
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;

@@ -24,6 +24,7 @@ enum { LARGEST_CERTIFIED = 50000, RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EV
 static const double SHIFT = 0.1;
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-6;
+static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-4;
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
@@ -367,6 +368,7 @@ static int32_t solve_level(run *r, const curvopt_mesh *mesh, int32_t number, cur
                             .max_iterations = r->options->max_iterations,
                             .gradient_tolerance = r->options->gradient_tolerance,
                             .decrement_tolerance = number < r->options->levels ? COARSE_DECREMENT : FINAL_DECREMENT,
+                            .settled_decrease = number < r->options->levels ? COARSE_SETTLED : FINAL_SETTLED,
                             .max_step = r->options->max_step,
                             .renew_every = RENEW_EVERY};
     if (p.factor) {

@@ -16,7 +16,7 @@
 
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
-enum { STALLED_STEPS = 10, SMALL_STEPS = 4 };
+enum { STALLED_STEPS = 10, SMALL_STEPS = 4, PROGRESS_STEPS = 15 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -36,6 +36,7 @@ typedef struct solver {
     double slope;     /* gradient.direction */
     double overshoot; /* the last direction's length over the cap */
     int stale_steps;  /* since the preconditioner was renewed */
+    double mark;      /* value PROGRESS_STEPS steps ago */
     int small_steps;  /* in a row whose predicted decrease is below the tolerance */
     int quiet_steps;  /* in a row without a decrease worth the name */
 } solver;
@@ -169,6 +170,11 @@ static int iterate(solver *s, co_iterate *now) {
             return stop;
         if (s->small_steps >= SMALL_STEPS)
             return CURVOPT_STOP_CONVERGED;
+        if (s->f->precondition && s->result->iterations % PROGRESS_STEPS == 0) {
+            if (s->mark - now->value < s->options->settled_decrease * fabs(now->value))
+                return CURVOPT_STOP_SETTLED;
+            s->mark = now->value;
+        }
     }
 }
 
@@ -189,6 +195,7 @@ int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate
     if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction) {
         status = co_status_no_memory(error);
     } else {
+        s.mark = now->value;
         result->stop = iterate(&s, now);
         if (now->x != x) { /* iterates change places; hand back the caller's arrays */
             memcpy(x, now->x, n * sizeof(double));

@@ -93,7 +93,7 @@ class Summary(C.Structure):
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
-STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved")
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")
 
 SIGNATURES = {
     "curvopt_mesh_create": (I32, [I32, I32, PTR, PTR, PTR, PTR]),
