@@ -22,7 +22,8 @@ void *__wrap_realloc(void *old, size_t size);
 void *__wrap_aligned_alloc(size_t alignment, size_t size);
 void __wrap_free(void *p);
 
-static int failed_in_realloc; /* the allocation that failed last was to change a block that there was */
+static int failed_in_cholmod; /* the last failure was one of CHOLMOD's: we call neither malloc nor realloc of a block
+                                 within a solver */
 
 static int fails(void) {
     return atomic_fetch_add(&allocations, 1) == fail_at;
@@ -35,6 +36,7 @@ static void *counted(void *p) {
 }
 
 void *__wrap_malloc(size_t size) {
+    failed_in_cholmod |= atomic_load(&allocations) == fail_at;
     return fails() ? NULL : counted(__real_malloc(size));
 }
 
@@ -44,7 +46,7 @@ void *__wrap_calloc(size_t count, size_t size) {
 
 void *__wrap_realloc(void *old, size_t size) {
     if (fails()) {
-        failed_in_realloc = old != NULL;
+        failed_in_cholmod |= old != NULL;
         return NULL;
     }
     void *p = __real_realloc(old, size);
@@ -144,8 +146,9 @@ static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *erro
     return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_PLANE, 1, &face, &corner, uv, out, error);
 }
 
-/* Fails allocation 0, 1, 2, ... until a run gets by without meeting the one that would fail. CHOLMOD gives
- * memory back by reallocating, and does without if that fails: such a run, and no other, may come to its end. */
+/* Fails allocation 0, 1, 2, ... until a run gets by without meeting the one that would fail. CHOLMOD gets
+ * over some of its own failures (it gives memory back by reallocating, and tries another ordering): such runs, and no
+ * others, may come to their end. */
 static void fail_each(cage c, work run, long least) {
     curvopt_mesh *mesh = cage_mesh(&c);
     curvopt_error error;
@@ -154,12 +157,12 @@ static void fail_each(cage c, work run, long least) {
     do {
         memset(&error, 0, sizeof error);
         atomic_store(&allocations, 0);
-        failed_in_realloc = 0;
+        failed_in_cholmod = 0;
         fail_at = n;
         int32_t status = run(&c, mesh, &error);
         fail_at = -1;
         met = atomic_load(&allocations);
-        if (met > n && !(status == CURVOPT_OK && failed_in_realloc))
+        if (met > n && !(status == CURVOPT_OK && failed_in_cholmod))
             CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
         else
             CHECK_OK(status, &error);
