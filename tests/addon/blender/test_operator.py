@@ -38,6 +38,15 @@ def test_result_is_a_new_object_and_the_original_is_kept(torus, contents):
     assert (result["curvopt_source"], result["curvopt_energy"]) == ("Torus", "willmore")
 
 
+def test_open_cage_keeps_its_boundary(add):
+    points, faces = shapes.torus()
+    add(points, faces[1:])
+    result = minimize(levels=1)
+    assert result["curvopt_after_willmore"] < result["curvopt_before_willmore"]
+    moved = np.linalg.norm(positions(result) - points, axis=1)
+    assert moved[faces[0]].max() < 1e-6 < moved.max()
+
+
 def test_result_stands_beside_the_original_and_earlier_results(torus):
     first = minimize(levels=1)
     bpy.context.view_layer.objects.active = torus

@@ -135,10 +135,10 @@ def test_zero_scale(torus, refused):
     refused("'Torus' is scaled to zero")
 
 
-def test_open_cage(add, refused):
+def test_vertex_on_two_boundary_loops(add, refused):
     points, faces = shapes.torus()
-    add(points, faces[1:])
-    refused("(?i)open|boundary|closed")
+    add(points, [face for i, face in enumerate(faces) if i not in (0, 5)])  # they meet in vertex 5 only
+    refused("Vertex 5")
 
 
 def test_isolated_vertex(add, refused):
