@@ -374,7 +374,7 @@ class Problem(_Handle):
 
     @classmethod
     def create(cls, mesh: Mesh, options: COptions) -> Problem:
-        """CurvoptError for an open cage or a surface that cannot carry the energy."""
+        """CurvoptError for a surface that cannot carry the energy."""
         problem = cls(mesh.lib, mesh.lib.create("curvopt_problem_create", mesh.pointer, C.byref(options)))
         problem.n_vertices = mesh.info().n_vertices
         return problem
