@@ -16,7 +16,7 @@ struct co_cholesky {
     cholmod_common common;
     cholmod_sparse matrix;
     cholmod_factor *factor;
-    cholmod_dense *x, *y, *e; /* CHOLMOD's work space for solving, kept */
+    cholmod_dense *right, *x, *y, *e; /* for solving, kept: b, the solution, CHOLMOD's work space */
 };
 
 int32_t co_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value, co_cholesky **out,
@@ -54,6 +54,7 @@ void co_cholesky_destroy(co_cholesky *f) {
     if (!f)
         return;
     cholmod_free_factor(&f->factor, &f->common);
+    cholmod_free_dense(&f->right, &f->common);
     cholmod_free_dense(&f->x, &f->common);
     cholmod_free_dense(&f->y, &f->common);
     cholmod_free_dense(&f->e, &f->common);
@@ -96,20 +97,16 @@ int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int32_t *n_nega
 }
 
 int32_t co_cholesky_solve(co_cholesky *f, const double *b, double *x, curvopt_error *error) {
-    /* CHOLMOD reads the right-hand side only, though its type does not say so */
-    cholmod_dense right = {.nrow = f->matrix.nrow,
-                           .ncol = 1,
-                           .nzmax = f->matrix.nrow,
-                           .d = f->matrix.nrow,
-                           .x = (void *)(size_t)b,
-                           .xtype = CHOLMOD_REAL,
-                           .dtype = CHOLMOD_DOUBLE};
+    size_t n = f->matrix.nrow;
+    if (!cholmod_ensure_dense(&f->right, n, 1, n, CHOLMOD_REAL, &f->common))
+        return co_status_no_memory(error);
+    memcpy(f->right->x, b, sizeof(double) * n);
     /* CHOLMOD 3 looks at the second of these allocations only: see to both before */
-    if (!cholmod_ensure_dense(&f->y, f->matrix.nrow, 1, f->matrix.nrow, CHOLMOD_REAL, &f->common) ||
+    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common) ||
         (f->factor->is_super && !cholmod_ensure_dense(&f->e, 1, f->factor->maxesize, 1, CHOLMOD_REAL, &f->common)))
         return co_status_no_memory(error);
-    if (!cholmod_solve2(CHOLMOD_A, f->factor, &right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
+    if (!cholmod_solve2(CHOLMOD_A, f->factor, f->right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
         return co_status_no_memory(error);
-    memcpy(x, f->x->x, sizeof(double) * f->matrix.nrow);
+    memcpy(x, f->x->x, sizeof(double) * n);
     return CURVOPT_OK;
 }

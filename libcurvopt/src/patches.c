@@ -182,7 +182,7 @@ static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt
     co_place *place = realloc(out->place, sizeof(co_place) * (size_t)(n_patches + 1));
     if (place)
         out->place = place;
-    uint8_t *cuts = realloc(out->cuts, (size_t)(n_patches + 1));
+    uint8_t *cuts = realloc(out->cuts, (size_t)n_patches + 1);
     if (cuts)
         out->cuts = cuts;
     return valence && start && points && place && cuts ? CURVOPT_OK : co_status_no_memory(error);

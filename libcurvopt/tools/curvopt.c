@@ -400,7 +400,7 @@ static int deliver(const arguments *a, const curvopt_result *result) {
     return commit(&json);
 }
 
-static int run_minimize(const arguments *a) {
+static int run_minimize(arguments *a) {
     obj_cage cage;
     curvopt_mesh *mesh;
     curvopt_result *result = NULL;
@@ -409,8 +409,7 @@ static int run_minimize(const arguments *a) {
     if (status != EXIT_DONE)
         return status;
     signal(SIGINT, on_interrupt);
-    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, (void *)(uintptr_t)a, NULL, &result, &error) !=
-        CURVOPT_OK)
+    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, a, NULL, &result, &error) != CURVOPT_OK)
         status = could_not(a->input, error.message);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");

@@ -175,18 +175,31 @@ static int add_creases(builder *b, cursor *c, int is_crease, int n_vertices, int
     return 0;
 }
 
+/* "2/1/0": how many vertices, real numbers and texts a tag has. */
+static int parse_counts(const char *word, int count[3]) {
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        errno = 0;
+        long value = strtol(word, &end, 10);
+        if (end == word || errno || value < 0 || value > 999999999 || *end != (i < 2 ? '/' : 0))
+            return 1;
+        count[i] = (int)value;
+        word = end + 1;
+    }
+    return 0;
+}
+
 static int add_tag(builder *b, cursor *c) {
     char word[MAX_NUMBER];
-    int n_vertices, n_values, n_texts, end = 0;
+    int count[3];
     next_word(c, word);
     int is_crease = strcmp(word, "crease") == 0;
     if (!is_crease && strcmp(word, "corner") != 0)
         return 0;
     next_word(c, word);
-    if (sscanf(word, "%9d/%9d/%9d%n", &n_vertices, &n_values, &n_texts, &end) != 3 || word[end] ||
-        n_vertices < 1 + is_crease || (n_values != 1 && n_values != n_vertices - is_crease))
+    if (parse_counts(word, count) || count[0] < 1 + is_crease || (count[1] != 1 && count[1] != count[0] - is_crease))
         return complain(b, "not the counts of a crease or corner: ", word);
-    return add_creases(b, c, is_crease, n_vertices, n_values);
+    return add_creases(b, c, is_crease, count[0], count[1]);
 }
 
 /* One line. Words that OBJ knows and a cage does not need are passed over; others mean that this is no OBJ. */
