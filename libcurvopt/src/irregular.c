@@ -113,10 +113,11 @@ static void subdivide_vector(const co_disc *d, const co_real *in, co_real *out) 
 static void iterate_eigenvalues(const co_disc *d, co_real *vectors, co_real *lambda, co_real *mu) {
     enum { N_EIGEN = 4, STEPS = 1500 }; /* high valences have theirs close together */
     size_t n = (size_t)d->n_points;
-    co_real value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n;
+    co_real value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n, change = 1;
     for (size_t i = 0; i < N_EIGEN * n; i++) /* of no symmetry */
         vectors[i] = i < n ? 1 : sinl((co_real)(i * i % 1009));
-    for (int step = 0; step < STEPS; step++)
+    for (int step = 0; step < STEPS && change > 1e-14L; step++) {
+        change = 0;
         for (size_t k = 0; k < N_EIGEN; k++) {
             co_real *x = vectors + k * n, square = 0;
             subdivide_vector(d, x, image);
@@ -129,10 +130,12 @@ static void iterate_eigenvalues(const co_disc *d, co_real *vectors, co_real *lam
             }
             for (size_t i = 0; i < n; i++)
                 square += image[i] * image[i];
+            change = fmaxl(change, fabsl(sqrtl(square) - value[k]));
             value[k] = sqrtl(square);
             for (size_t i = 0; i < n; i++)
                 x[i] = image[i] / value[k];
         }
+    }
     co_real a = value[1], b = value[2], c = value[3];
     *lambda = sqrtl(a * b);
     *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);

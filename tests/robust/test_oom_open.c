@@ -1,0 +1,128 @@
+/* Memory that runs out at every single allocation in turn, on open and creased cages: what test_oom.c does, with the
+ * allocations that only they make. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "check.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+static atomic_long allocations, live;
+static long fail_at = -1;     /* number of the allocation that fails; -1: none */
+static int failed_in_cholmod; /* perhaps: it gets over some of its own failures */
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void __real_free(void *p);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+void __wrap_free(void *p);
+
+static int fails(void) {
+    return atomic_fetch_add(&allocations, 1) == fail_at;
+}
+static void *counted(void *p) {
+    if (p)
+        atomic_fetch_add(&live, 1);
+    return p;
+}
+void *__wrap_malloc(size_t size) {
+    failed_in_cholmod |= atomic_load(&allocations) == fail_at;
+    return fails() ? NULL : counted(__real_malloc(size));
+}
+void *__wrap_calloc(size_t count, size_t size) {
+    return fails() ? NULL : counted(__real_calloc(count, size));
+}
+void *__wrap_realloc(void *old, size_t size) {
+    if (fails()) {
+        failed_in_cholmod |= old != NULL;
+        return NULL;
+    }
+    void *p = __real_realloc(old, size);
+    return old ? p : counted(p);
+}
+void *__wrap_aligned_alloc(size_t alignment, size_t size) {
+    return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
+}
+void __wrap_free(void *p) {
+    if (p)
+        atomic_fetch_sub(&live, 1);
+    __real_free(p);
+}
+
+/* An open box with a dart from the bottom, a fading crease and a fading corner. */
+static int32_t make_mesh(const cage *c, curvopt_mesh **mesh, curvopt_error *error) {
+    const int32_t edge[4] = {c->vertices[0], c->vertices[1], c->vertices[1], c->vertices[2]};
+    const double sharpness[2] = {10, 1.5};
+    const curvopt_creases creases = {edge, sharpness, c->vertices, sharpness + 1, 2, 1, 0, 0};
+    return curvopt_mesh_create_creased(8, 5, c->sizes, c->vertices, &creases, mesh, error);
+}
+
+static int32_t run(const cage *c, int minimize, curvopt_error *error) {
+    curvopt_options o;
+    curvopt_mesh *mesh;
+    curvopt_options_init(&o);
+    o.levels = o.threads = 1;
+    o.max_iterations = 1;
+    o.tolerance = 0.5;
+    int32_t status = make_mesh(c, &mesh, error);
+    if (status == CURVOPT_OK && minimize) {
+        curvopt_result *result;
+        status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+        curvopt_result_destroy(result);
+    } else if (status == CURVOPT_OK) {
+        curvopt_problem *problem;
+        curvopt_energies e;
+        status = curvopt_problem_create(mesh, &o, &problem, error);
+        if (status == CURVOPT_OK)
+            status = curvopt_problem_evaluate(problem, c->xyz, &e, NULL, error);
+        curvopt_problem_destroy(problem);
+    }
+    curvopt_mesh_destroy(mesh);
+    return status;
+}
+
+static void fail_in_turn(int minimize) {
+    cage c = cage_cube();
+    curvopt_error error;
+    CHECK_OK(run(&c, minimize, &error), &error); /* whatever OpenMP keeps for good is there now */
+    long blocks = atomic_load(&live), n = 0, met;
+    do {
+        memset(&error, 0, sizeof error);
+        atomic_store(&allocations, 0);
+        failed_in_cholmod = 0;
+        fail_at = n;
+        int32_t status = run(&c, minimize, &error);
+        fail_at = -1;
+        met = atomic_load(&allocations);
+        if (met > n && !(status == CURVOPT_OK && minimize && failed_in_cholmod))
+            CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
+        else
+            CHECK_OK(status, &error);
+        CHECK_INT(atomic_load(&live), blocks);
+        n++;
+    } while (met >= n);
+    CHECK_TRUE(n > 50);
+    cage_free(&c);
+}
+
+static void test_evaluation_survives_every_failure(void **state) {
+    (void)state;
+    fail_in_turn(0);
+}
+
+static void test_minimization_survives_every_failure(void **state) {
+    (void)state;
+    fail_in_turn(1);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_evaluation_survives_every_failure),
+        cmocka_unit_test(test_minimization_survives_every_failure),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
