@@ -42,7 +42,7 @@ extern "C" {
     X(ERROR_ARGUMENT, 1, "an argument is out of its range")                                                            \
     X(ERROR_MEMORY, 2, "out of memory")                                                                                \
     X(ERROR_SIZE, 3, "the input is larger than 32-bit indices allow")                                                  \
-    X(ERROR_TOPOLOGY, 4, "the cage is not a closed, consistently oriented surface")                                    \
+    X(ERROR_TOPOLOGY, 4, "the cage is not a manifold, consistently oriented surface")                                  \
     X(ERROR_GEOMETRY, 5, "the cage's coordinates do not make a surface")                                               \
     X(ERROR_SURFACE, 6, "the chosen surface cannot carry the chosen energy")                                           \
     X(ERROR_UNSUPPORTED, 7, "this build cannot do that")                                                               \
@@ -209,7 +209,8 @@ typedef struct curvopt_energies {
     double term[8];             /* every term by curvopt_term, whatever its weight */
     double h2;                  /* int H^2 dA, H = (k1 + k2) / 2 */
     double gauss;               /* int K dA */
-    double gauss_bonnet_defect; /* |int K dA - 2 pi chi|: 0 for a resolved closed surface */
+    double gauss_bonnet_defect; /* 0 for a resolved surface: |int K dA - 2 pi chi|; boundaries and infinitely sharp
+                                   creases cut it, and their geodesic curvature and corner angles count */
     double objective_error;     /* estimated |objective - exact integral|, as the next two: from a finer rule */
     double area_error;          /* in squared units of the cage */
     double term_error[8];       /* by curvopt_term */
@@ -221,7 +222,11 @@ typedef struct curvopt_energies {
 /* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */
 typedef struct curvopt_problem curvopt_problem;
 
-/* ERROR_ARGUMENT, ERROR_TOPOLOGY (open cages), ERROR_SURFACE (third order on `limit`), ERROR_UNSUPPORTED, ERROR_MEMORY.
+/* ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_UNSUPPORTED, ERROR_MEMORY, and ERROR_SURFACE where
+ * the surface has no finite energy: third order on `limit` at extraordinary vertices, and on every surface at those on
+ * boundaries and infinitely sharp creases; any curvature where the Catmull-Clark rules leave no tangent plane: a vertex
+ * of one face that boundary or crease run smoothly through, one of more than three faces on a side of them, a corner of
+ * more than one face, an infinitely sharp vertex inside a smooth surface (`element` is the vertex).
  * Keeps its own copy of the connectivity. */
 CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options,
                                            curvopt_problem **out, curvopt_error *error);
@@ -325,7 +330,8 @@ typedef struct curvopt_summary {
     int32_t reserved;
 } curvopt_summary;
 
-/* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held.
+/* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held,
+ * unless options.boundary holds vertices: then these stay exactly where they are, and their limit curves.
  *   progress, user, cancel may be NULL.
  * Errors as curvopt_problem_create and _evaluate. A cancelled or stalled run is OK and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,

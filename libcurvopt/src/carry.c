@@ -30,10 +30,11 @@ static int32_t refuse_infinite(int32_t v, int32_t fan, curvopt_error *error) {
                               "curvature are infinite; one face between two sharp edges is what a corner can have",
                               v, n);
     if (n == 1)
-        return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
-                              "vertex %d has one face where boundary or crease run smoothly through it: energies of "
-                              "curvature are infinite there; make it a corner (boundary rule `corners`)",
-                              v);
+        return co_status_fail(
+            error, CURVOPT_ERROR_SURFACE, v,
+            "vertex %d has one face where boundary or crease run smoothly through it: energies of "
+            "curvature are infinite there; make it an infinitely sharp vertex (on boundaries the rule `corners` does)",
+            v);
     return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
                           "vertex %d has %d faces on one side of boundary or crease: the surface has no tangent plane "
                           "there, and energies of curvature are infinite; it can have 2 or 3",

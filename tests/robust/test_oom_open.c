@@ -53,11 +53,12 @@ void __wrap_free(void *p) {
     __real_free(p);
 }
 
-/* An open box with a dart from the bottom, a fading crease and a fading corner. */
-static int32_t make_mesh(const cage *c, curvopt_mesh **mesh, curvopt_error *error) {
+/* An open box with a dart from the bottom, a fading crease and a fading corner; or with the latter alone, which is less
+ * work: what is held while minimizing is then the boundary. */
+static int32_t make_mesh(const cage *c, int minimize, curvopt_mesh **mesh, curvopt_error *error) {
     const int32_t edge[4] = {c->vertices[0], c->vertices[1], c->vertices[1], c->vertices[2]};
     const double sharpness[2] = {10, 1.5};
-    const curvopt_creases creases = {edge, sharpness, c->vertices, sharpness + 1, 2, 1, 0, 0};
+    const curvopt_creases creases = {edge, sharpness, c->vertices, sharpness + 1, minimize ? 0 : 2, 1, 0, 0};
     return curvopt_mesh_create_creased(8, 5, c->sizes, c->vertices, &creases, mesh, error);
 }
 
@@ -68,7 +69,8 @@ static int32_t run(const cage *c, int minimize, curvopt_error *error) {
     o.levels = o.threads = 1;
     o.max_iterations = 1;
     o.tolerance = 0.5;
-    int32_t status = make_mesh(c, &mesh, error);
+    o.as_report = !minimize; /* one rule is enough */
+    int32_t status = make_mesh(c, minimize, &mesh, error);
     if (status == CURVOPT_OK && minimize) {
         curvopt_result *result;
         status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
