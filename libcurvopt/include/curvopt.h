@@ -239,11 +239,14 @@ CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const dou
                                              double *gradient, curvopt_error *error);
 
 /* Points of the surface and their derivatives.
- *   face [n], corner [n], uv [2 n]   corner k of a face with m corners: for m = 4 only corner 0, u towards corner 1 and
- * v towards corner 3, both in 0..1 over the face; for other m the quarter at corner k, u towards the middle of the edge
- * to corner k + 1, v of the edge to corner k - 1 jets [30 n]                      S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu,
- * S_uuv, S_uvv, S_vvv of each point `surface` is limit or plane. Exactly at an extraordinary vertex derivatives do not
- * exist: NAN. ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
+ * face [n], corner [n], uv [2 n]: where. On a face with four corners only corner 0, u towards corner 1 and v towards
+ * corner 3, both in 0..1 over the face; on a face with another number the quarter at that corner, u towards the middle
+ * of the edge to the next corner, v of the edge to the one before. jets [30 n]: S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu,
+ * S_uuv, S_uvv, S_vvv of each point.
+ *
+ * `surface` is not AUTO. Exactly at an extraordinary vertex derivatives do not exist: NAN.
+ *
+ * ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n,
                                          const int32_t *face, const int32_t *corner, const double *uv, double *jets,
                                          curvopt_error *error);
