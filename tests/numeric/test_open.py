@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Open cages and creases: evaluation at edges and fans, energies, Gauss-Bonnet, what is held while minimizing, refusals."""
+"""Open cages and creases: evaluation at edges and fans, energies, Gauss-Bonnet, held boundaries, refusals."""
 from __future__ import annotations
 
 import tempfile
@@ -10,8 +10,8 @@ import pytest
 
 import lib
 from catalogue import Case, creased_cases, grid, open_cases, quad_fan
-from ccref import Mesh, deep_jets, mesh_from_faces
-from nets import CUBE, torus_cage
+from ccref import Mesh, deep_jets, mesh_from_faces, topology
+from nets import CUBE, mixed_cage, torus_cage
 from osd import osd_jets
 
 CASES = {**open_cases(), **creased_cases()}
@@ -79,6 +79,26 @@ def test_fans_agree_with_deep_refinement_close_to_the_vertex(name):
     uv = np.where(rng.integers(0, 2, (len(face), 2)) == 0, near, 1 - near)
     ours, deep = lib.jets(mesh, face, corner, uv), deep_jets(mesh, face, corner, uv).astype(float)
     assert relative(ours, deep, size(mesh)).max() <= 1e-8
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_creases_agree_with_deep_refinement(seed):
+    """Any sharpness anywhere, crossings, T shapes, darts, cones, closed and open cages; third derivatives too."""
+    rng = np.random.default_rng(seed)
+    cages = [torus_cage(6, 5, 0.4), grid(4, 4), quad_fan(5), mixed_cage(seed), mesh_from_faces(*CUBE), grid(2, 1),
+             CASES["holed_torus_all"].mesh, CASES["polygon_6_all"].mesh]
+    for mesh in cages:
+        ends = topology(mesh).ends
+        edges = rng.choice(len(ends), rng.integers(1, min(12, len(ends))), replace=False)
+        values = rng.choice([0.25, 0.5, 1.0, 1.4375, 2.0, 3.25, 10.0, 10.0, 10.0], len(edges))
+        vertices = rng.choice(mesh.n_vertices, rng.integers(0, 3), replace=False)
+        mesh = mesh_from_faces(mesh.xyz + 0.05 * rng.uniform(-1, 1, mesh.xyz.shape), mesh.face_list(),
+                               {(int(a), int(b)): v for (a, b), v in zip(ends[edges], values)},
+                               {int(v): rng.choice([0.5, 1.25, 10.0]) for v in vertices})
+        mesh = Case(mesh, ("all", "corners")[rng.integers(2)]).reference()
+        face, corner, uv = random_points(mesh, 60, seed)
+        error = relative(lib.jets(mesh, face, corner, uv), deep_jets(mesh, face, corner, uv).astype(float), size(mesh))
+        assert error.max() <= 1e-10
 
 
 def test_boundary_is_the_curve_of_its_vertices():
@@ -199,7 +219,7 @@ def test_third_order_at_fans_is_refused_by_vertex():
 def test_bad_creases_are_refused():
     cube = mesh_from_faces(*CUBE)
     faces = cube.face_list()
-    for creases, corners, text in (({(0, 1): -1.0}, {}, "sharpness -1"), ({(0, 1): float("nan")}, {}, "sharpness nan"),
+    for creases, corners, text in (({(0, 1): -1.0}, {}, "sharpness -1"), ({(0, 1): np.nan}, {}, "sharpness nan"),
                                    ({(0, 1): 1001.0}, {}, "sharpness 1001"), ({(0, 7): 1.0}, {}, "which no edge"),
                                    ({}, {3: -2.0}, "corner 0 has sharpness -2"), ({(0, 9): 1.0}, {}, "names vertex 9")):
         with pytest.raises(lib.CurvoptError, match=text):
@@ -231,7 +251,7 @@ def catenoid(n: int, m: int, half: float = 0.8) -> Mesh:
 def test_catenoid(capsys):
     """As fitted, int H^2 falls with order 1: a Catmull-Clark boundary has second derivative 0 across it, which is wrong
     by a finite curvature in one row of faces. With the tangents held int K is fixed, so that Willmore's minimum is the
-    catenoid, and its int H^2 falls at least as fast. With positions alone held, surfaces with less int k1^2 + k2^2 exist:
+    catenoid, and its int H^2 falls at least as fast. With positions alone held, others have less int k1^2 + k2^2:
     int K depends on the tangents."""
     fitted, tangent = [], []
     for n in (8, 16, 32):
@@ -251,7 +271,7 @@ def test_catenoid(capsys):
 
 
 def hemisphere(levels: int) -> tuple[Mesh, np.ndarray]:
-    """The upper half of a subdivided cube: its boundary curve close to the equator, tangent planes along it vertical, the
+    """The upper half of a subdivided cube: its boundary near the equator, tangent planes along it vertical, the
     rest roughly on the sphere; and which vertices are in the two rows of the boundary."""
     points = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
     mesh = mesh_from_faces(points, [[4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
