@@ -45,7 +45,7 @@ static int32_t watch(const curvopt_progress *p, void *user) {
     if (w->calls > 0 && p->level == w->last_level) {
         CHECK_INT(p->iteration, w->last_iteration + 1);
         CHECK_TRUE(p->evaluations >= w->last_evaluations + (w->last_iteration > 0));
-        CHECK_TRUE(p->energy <= w->last_energy * (1 + 1e-2)); /* rules may change between, within ten tolerances */
+        CHECK_TRUE(p->energy <= w->last_energy * (1 + 1e-3)); /* rules may change between */
     } else {
         CHECK_INT(p->iteration, 0);
         CHECK_INT(p->level, w->last_level + 1);
