@@ -118,25 +118,56 @@ def cube_grid(n: int) -> Mesh:
     return mesh_from_faces(points, faces)
 
 
-def limit_mask(mesh: Mesh) -> np.ndarray:
-    """Dense matrix cage -> limit positions of the vertices of a closed all-quad mesh."""
-    n = mesh.n_vertices
-    edges = topology(mesh).ends
-    valence = np.bincount(edges.ravel(), minlength=n).astype(float)
-    mask = np.zeros((n, n))
-    for face in mesh.flat.reshape(-1, 4):
-        for k in range(4):
-            mask[face[k], face[(k + 2) % 4]] += 1
-    for a, b in edges:
-        mask[a, b] += 4
-        mask[b, a] += 4
-    mask[np.arange(n), np.arange(n)] += valence ** 2
-    return mask / (valence * (valence + 5))[:, None]
+def subdivided_cube(n: int) -> Mesh:
+    """Unit sphere as the 6 n^2 quads of a cube subdivided, put back on the sphere at every step; n a power of two.
+
+    Its lines have no kink at the cube's edges, as those of `cube_grid` have, and it looks like the characteristic map
+    near the eight extraordinary vertices.
+    """
+    if n < 1 or n & (n - 1):
+        raise ValueError("n is no power of two")
+    mesh = mesh_from_faces(CUBE[0] / np.sqrt(3), CUBE[1])
+    while mesh.n_faces < 6 * n * n:
+        mesh = refine(mesh)
+        mesh = mesh.with_xyz(mesh.xyz / np.linalg.norm(mesh.xyz, axis=1)[:, None])
+    return mesh
+
+
+def limit_mask(mesh: Mesh) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+    """Limit positions of the vertices of a closed all-quad mesh as (A, d): A(points [n, 3]) / d[:, None], A symmetric."""
+    a, b = topology(mesh).ends.T
+    quads = mesh.flat.reshape(-1, 4)
+    valence = np.bincount(np.concatenate([a, b]), minlength=mesh.n_vertices).astype(float)
+    to = np.concatenate([a, b, quads.ravel()])
+    start = np.concatenate([b, a, np.roll(quads, 2, axis=1).ravel()])
+    weight = np.repeat([4.0, 1.0], [2 * len(a), quads.size])
+
+    def apply(points: np.ndarray) -> np.ndarray:
+        sums = [np.bincount(to, weight * x[start], mesh.n_vertices) for x in points.T]
+        return valence[:, None] ** 2 * points + np.stack(sums, axis=1)
+
+    return apply, valence * (valence + 5)
 
 
 def fitted(mesh: Mesh, targets: np.ndarray) -> Mesh:
-    """The cage whose limit surface passes through targets at its vertices."""
-    return mesh.with_xyz(np.linalg.solve(limit_mask(mesh), targets))
+    """The cage whose limit surface passes through targets at its vertices (conjugate gradients)."""
+    apply, scale = limit_mask(mesh)
+    goal = scale[:, None] * targets
+    xyz = np.array(targets, float)
+    for _ in range(2):  # the second time from the residual as it is, not as it was updated
+        left = goal - apply(xyz)
+        step, size = left, (left ** 2).sum(axis=0)
+        for _ in range(500):
+            if np.sqrt(size.max()) <= 1e-15 * np.linalg.norm(goal):
+                break
+            image = apply(step)
+            along = size / np.maximum((step * image).sum(axis=0), 1e-300)
+            xyz, left = xyz + along * step, left - along * image
+            before, size = size, (left ** 2).sum(axis=0)
+            step = left + size / np.maximum(before, 1e-300) * step
+    if abs(goal - apply(xyz)).max() > 1e-12 * abs(goal).max():
+        raise ValueError("the targets do not determine a cage")
+    return mesh.with_xyz(xyz)
 
 
 def ellipsoid_points(directions: np.ndarray, axes: tuple[float, float, float]) -> np.ndarray:
@@ -151,12 +182,12 @@ def star_points(directions: np.ndarray, name: str) -> np.ndarray:
     return directions * r[:, None]
 
 
-def sphere_like(n: int, name: str = "sphere") -> Mesh:
+def sphere_like(n: int, name: str = "sphere", grid: Callable[[int], Mesh] = cube_grid) -> Mesh:
     """Fitted cube-like net of `sphere`, `ellipsoid_a_b_c`, `star_P2` or `star_xyz` with 6 n^2 faces."""
-    grid = cube_grid(n)
+    mesh = grid(n)
     if name.startswith("ellipsoid"):
-        return fitted(grid, ellipsoid_points(grid.xyz, tuple(float(x) for x in name.split("_")[1:])))
-    return fitted(grid, grid.xyz if name == "sphere" else star_points(grid.xyz, name))
+        return fitted(mesh, ellipsoid_points(mesh.xyz, tuple(float(x) for x in name.split("_")[1:])))
+    return fitted(mesh, mesh.xyz if name == "sphere" else star_points(mesh.xyz, name))
 
 
 # ----------------------------------------------------------------------------------------- mixed and random --
