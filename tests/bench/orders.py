@@ -184,12 +184,12 @@ def face_variation(mesh: Mesh, kind: str, n_gauss: int = 14) -> np.ndarray:
     sums = []
     for face in range(mesh.n_faces):
         jets = lib.jets(mesh, np.full(len(u), face), np.zeros(len(u)), np.c_[u, v], kind)
-        sums.append([weight @ part for part in _variation(jets)])
+        sums.append([weight @ part for part in variation_density(jets)])
     variation, area = np.array(sums).T
     return area.sum() * variation
 
 
-def _variation(jets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def variation_density(jets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """|grad h|^2 dA and dA at jets [n, 10, 3]."""
     d1 = jets[:, 1:3]
     d2 = jets[:, [[3, 4], [4, 5]]]
