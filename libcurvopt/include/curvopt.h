@@ -177,6 +177,23 @@ typedef enum curvopt_boundary {
     CURVOPT_BOUNDARY_FREE = 3       /* nothing */
 } curvopt_boundary;
 
+/* Whether a cage's symmetries are kept. */
+typedef enum curvopt_symmetry {
+    CURVOPT_SYMMETRY_AUTO = 0, /* those that the input cage has, to 1e-5 of its size, with its creases and constraints:
+                                  the result has them to rounding, and one of several like faces stands for all */
+    CURVOPT_SYMMETRY_NONE = 1
+} curvopt_symmetry;
+
+/* Vertices that may not move freely; the arrays are the caller's. After a subdivision they keep their constraints, and
+ * new vertices inherit where all vertices of their edge or face have the same. */
+typedef struct curvopt_constraints {
+    const int32_t *vertices;  /* [n] none twice, unless it says the same */
+    const int32_t *freedom;   /* [n] dimensions: 0 held, 1 moves along its direction, 2 across it; NULL: all 0 */
+    const double *directions; /* [3 n] of any length; not looked at where the freedom is 0; NULL if it is everywhere */
+    int32_t n;
+    int32_t reserved;
+} curvopt_constraints;
+
 /* Fill with curvopt_options_init(), then change what you want. */
 typedef struct curvopt_options {
     int32_t struct_size;       /* sizeof(curvopt_options) of the caller's header, set by the init */
@@ -193,6 +210,10 @@ typedef struct curvopt_options {
     double tolerance;          /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
     double gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; default 1e-6 */
     double max_step;           /* longest step of a vertex, in mean edge lengths; default 0.5 */
+    const curvopt_constraints *constraints; /* for curvopt_minimize(); NULL, the default: none */
+    int32_t symmetry;                       /* curvopt_symmetry; default AUTO; as_report keeps none */
+    int32_t verify;                         /* 1: the result is also looked at without its symmetries, and by a Hessian
+                                               from finite differences; takes longer than the run may; default 0 */
 } curvopt_options;
 
 CURVOPT_API void curvopt_options_init(curvopt_options *options);
@@ -329,8 +350,14 @@ typedef struct curvopt_summary {
     int32_t n_faces;
     int32_t method;              /* curvopt_method that was used, never AUTO */
     int32_t verdict;             /* curvopt_verdict */
-    int32_t negative_directions; /* of the Hessian, beyond the invariances; -1: some, not counted, or unknown */
-    int32_t reserved;
+    int32_t negative_directions; /* of the Hessian over what could move, symmetries kept, beyond the invariances
+                                    (similarities; for Willmore alone Moebius maps); -1: not counted, or unknown */
+    int32_t symmetry_order;      /* symmetries that were kept; 1: none */
+    /* with options.verify, else NAN and -1: */
+    double difference_decrement; /* the Newton decrement by a Hessian from finite differences of the gradient, as the
+                                    report checked its minima */
+    int32_t all_negative_directions;  /* negative directions when symmetries need not be kept, */
+    int32_t free_negative_directions; /* and those among them that change the shape: of motion along normals alone */
 } curvopt_summary;
 
 /* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held,

@@ -149,6 +149,10 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
         status = check_real("gradient_tolerance", o->gradient_tolerance, 1e-15, 1, error);
     if (status == CURVOPT_OK)
         status = check_real("max_step", o->max_step, 1e-6, 100, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_NONE, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("verify", o->verify, 0, 1, error);
     return status;
 }
 
@@ -180,7 +184,7 @@ int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *
     if (!p)
         return co_status_no_memory(error);
     p->tolerance = settled.as_report ? (double)INFINITY : settled.tolerance;
-    status = co_assembly_create(mesh, &settled, &p->assembly, error);
+    status = co_assembly_create(mesh, &settled, NULL, &p->assembly, error);
     if (status != CURVOPT_OK) {
         free(p);
         return status;

@@ -50,8 +50,23 @@ static int32_t renew_layout(co_assembly *a, curvopt_error *error) {
     return status;
 }
 
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_assembly *a,
-                           curvopt_error *error) {
+/* Rules at first, and weights by faces. */
+static int32_t start_rules(co_assembly *a, int first_rule, const double *face_weight, curvopt_error *error) {
+    a->rule = CO_NEW(uint8_t, a->patches.n_patches);
+    a->weight = face_weight ? CO_NEW(double, a->patches.n_patches) : NULL;
+    if (!a->rule || (face_weight && !a->weight))
+        return co_status_no_memory(error);
+    memset(a->rule, first_rule, (size_t)a->patches.n_patches);
+    for (int32_t p = 0; a->weight && p < a->patches.n_patches; p++) {
+        a->weight[p] = face_weight[a->patches.place[p].face];
+        if (a->weight[p] == 0)
+            a->rule[p] = CO_LAYOUT_SKIP;
+    }
+    return CURVOPT_OK;
+}
+
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, const double *face_weight,
+                           co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
@@ -65,16 +80,15 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
         status = co_rim_create(mesh, &a->patches, &a->rim, error);
     co_table_cache_create(a->surface, &a->cache);
     if (status == CURVOPT_OK) {
-        a->rule = CO_NEW(uint8_t, a->patches.n_patches);
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
-        if (!a->rule || !a->points || !a->point_gradient)
+        if (!a->points || !a->point_gradient)
             status = co_status_no_memory(error);
     }
-    if (status == CURVOPT_OK) {
-        memset(a->rule, options->as_report ? REPORT_RULE : FIRST_RULE, (size_t)a->patches.n_patches);
+    if (status == CURVOPT_OK)
+        status = start_rules(a, options->as_report ? REPORT_RULE : FIRST_RULE, face_weight, error);
+    if (status == CURVOPT_OK)
         status = renew_layout(a, error);
-    }
     if (status != CURVOPT_OK)
         co_assembly_free(a);
     return status;
@@ -87,6 +101,7 @@ void co_assembly_free(co_assembly *a) {
     co_layout_free(&a->layout);
     co_layout_free(&a->finer);
     free(a->rule);
+    free(a->weight);
     free(a->points);
     free(a->point_gradient);
     free(a->work);
@@ -139,6 +154,20 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
         gradient[i] = (gradient[i] - mean[i % 3] - radial * a->points[i]) / radius;
 }
 
+/* What a block found, times the weights of its patches. */
+static void weigh_block(const co_assembly *a, const co_layout *l, int32_t b, int gradient, int area) {
+    const co_block *block = &l->block[b];
+    size_t lanes = (size_t)l->lanes, n = gradient ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
+    for (size_t lane = 0; lane < (size_t)block->n_used; lane++) {
+        double weight = a->weight[l->patch[(size_t)b * lanes + lane]];
+        double *sum = l->sums + (size_t)b * CO_N_SUMS * lanes + lane;
+        for (size_t i = 0; i < CO_N_INTEGRALS; i++)
+            sum[i * lanes] *= weight;
+        for (size_t i = 0; i < n; i++)
+            l->gradients[block->gradient + i * lanes + lane] *= weight;
+    }
+}
+
 /* All blocks of a layout; `integrand` is what gradients are of. */
 static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *integrand, int third, int gradient) {
     int area = gradient && needs_area_gradient(a);
@@ -157,6 +186,8 @@ static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *i
                           .gradients = gradient ? l->gradients + block->gradient : NULL,
                           .work = a->work + (size_t)omp_get_thread_num() * a->work_stride};
         a->kernel->run(&sweep);
+        if (a->weight)
+            weigh_block(a, l, b, gradient, area);
     }
 }
 
@@ -232,6 +263,13 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     collect_gradient(a, factor, area_factor, request->gradient);
     if (!a->frame_held)
         gradient_of_normalized(a, radius, request->gradient);
+}
+
+void co_assembly_factor_gradients(co_assembly *a, const double *xyz, double *area, double *third) {
+    normalize(a, xyz);
+    run_blocks(a, &a->layout, &a->functional.third, 1, 1);
+    collect_gradient(a, 0, 1, area);
+    collect_gradient(a, 1, 0, third);
 }
 
 /* Per patch: its share in every term and in the area. */
@@ -335,12 +373,14 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
 static int32_t refine_rules(co_assembly *a, const error_measure *m, const patch_share *coarse, const patch_share *fine,
                             double tolerance) {
     int32_t raised = 0;
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (!(relative_difference(m, &coarse[p], &fine[p]) <= tolerance / a->patches.n_patches) &&
-            a->rule[p] + 2 < CO_N_RULES) {
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        double weight = a->weight ? a->weight[p] : 1;
+        if (weight > 0 && a->rule[p] + 2 < CO_N_RULES &&
+            !(relative_difference(m, &coarse[p], &fine[p]) <= weight * tolerance / a->patches.n_patches)) {
             a->rule[p]++;
             raised++;
         }
+    }
     return raised;
 }
 

@@ -22,7 +22,8 @@ typedef struct co_assembly {
     int met;               /* the tolerance has been met before */
     int frame_held;        /* positions are normalized by the caller, once and for all, and taken as they are */
     int third_allowed;     /* the surface can carry third-order energies */
-    uint8_t *rule;         /* [n_patches] */
+    double *weight;        /* [n_patches] symmetric patches that one stands for; NULL: each for itself */
+    uint8_t *rule;         /* [n_patches]; CO_LAYOUT_SKIP where the weight is 0 */
     int32_t rules_version; /* counts their changes */
     co_layout layout;      /* of these rules */
     co_layout finer;       /* of rules one step finer, values only; made when first needed */
@@ -48,9 +49,11 @@ typedef struct co_values {
     int32_t worst_face; /* cage face that has it */
 } co_values;
 
-/* options->surface is not AUTO. As curvopt_problem_create. */
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_assembly *out,
-                           curvopt_error *error);
+/* options->surface is not AUTO. face_weight [n_faces] or NULL: how often each face's share counts. With weights from a
+ * cage's symmetry (reduce.h) values are those of the whole; of gradients that is true of their symmetric part only.
+ * As curvopt_problem_create. */
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, const double *face_weight,
+                           co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
 /* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
@@ -59,6 +62,10 @@ int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvo
  * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
+
+/* Of an objective with third-order terms at xyz [3 n_cage], normalized: the gradients of the area and of the
+ * third-order integral it is multiplied by, [3 n_cage] each, raw: normalization is not differentiated. */
+void co_assembly_factor_gradients(co_assembly *assembly, const double *xyz, double *area, double *third);
 
 /* How far total curvature is from what Gauss and Bonnet say, of the positions that were evaluated last. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);

@@ -7,8 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, co_cell *cell, curvopt_error *error) {
-    *cell = (co_cell){.n_points = disc->n_points, .polynomial = polynomial};
+int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, const co_real *chart, co_cell *cell,
+                       curvopt_error *error) {
+    *cell = (co_cell){.n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
     cell->points = CO_NEW(co_real, 16 * (size_t)disc->n_points);
     return cell->points ? CURVOPT_OK : co_status_no_memory(error);
 }
@@ -23,12 +24,30 @@ void co_cell_set(co_cell *cell, const co_disc *disc, int which) {
     for (int c = 0; c < 2; c++)
         cell->origin[c] = cell->side * co_irregular_cell_place[which][c];
     co_disc_cell(disc, which, cell->points);
-    for (int i = 0; cell->polynomial && i < 16; i++)
+    const co_real *map = cell->polynomial ? cell->polynomial->map : cell->chart;
+    for (int i = 0; map && i < 16; i++)
         for (int c = 0; c < 2; c++) {
             cell->map[i][c] = 0;
             for (int32_t p = 0; p < cell->n_points; p++)
-                cell->map[i][c] += cell->points[i * cell->n_points + p] * cell->polynomial->map[2 * p + c];
+                cell->map[i][c] += cell->points[i * cell->n_points + p] * map[2 * p + c];
         }
+}
+
+/* Jets of the characteristic map. */
+static void map_jets(const co_cell *cell, co_real basis[16][CO_JET], co_real chi[2][CO_JET]) {
+    memset(chi, 0, 2 * sizeof *chi);
+    for (int i = 0; i < 16; i++)
+        for (int k = 0; k < CO_JET; k++)
+            for (int c = 0; c < 2; c++)
+                chi[c][k] += cell->map[i][c] * basis[i][k];
+}
+
+void co_cell_chart(const co_cell *cell, co_real s, co_real t, co_chart *chart) {
+    co_real basis[16][CO_JET], chi[2][CO_JET] = {{0, 1}, {0, 0, 1}};
+    co_bspline_bicubic(s, t, basis);
+    if (cell->chart)
+        map_jets(cell, basis, chi);
+    co_chart_create(chi[0], chi[1], chart);
 }
 
 void co_cell_blend(const co_cell *cell, co_blend blend, co_real s, co_real t, co_real jet[CO_JET]) {
@@ -46,11 +65,7 @@ typedef struct generators {
 static void blend_generators(const co_cell *cell, co_real s, co_real t, generators *g) {
     co_real basis[16][CO_JET], monomial[CO_POLYNOMIAL_TERMS][CO_JET], chi[2][CO_JET], w[CO_JET], rest[CO_JET];
     memcpy(basis, g->points, sizeof basis);
-    memset(chi, 0, sizeof chi);
-    for (int i = 0; i < 16; i++)
-        for (int k = 0; k < CO_JET; k++)
-            for (int c = 0; c < 2; c++)
-                chi[c][k] += cell->map[i][c] * basis[i][k];
+    map_jets(cell, basis, chi);
     co_cell_blend(cell, CO_BLEND_POLYNOMIAL, s, t, w);
     for (int k = 0; k < CO_JET; k++)
         rest[k] = (k == 0) - w[k];
@@ -66,6 +81,14 @@ void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, 
     co_bspline_bicubic(s, t, g.points);
     if (cell->polynomial)
         blend_generators(cell, s, t, &g);
+    if (cell->chart) {
+        co_chart chart;
+        co_cell_chart(cell, s, t, &chart);
+        for (int i = 0; i < 16; i++)
+            co_chart_apply(&chart, g.points[i]);
+        for (int i = 0; cell->polynomial && i < CO_POLYNOMIAL_TERMS; i++)
+            co_chart_apply(&chart, g.terms[i]);
+    }
     for (int32_t p = 0; p < n_support; p++, rows += CO_JET) {
         co_real sum[CO_JET] = {0};
         for (int i = 0; i < 16; i++) {

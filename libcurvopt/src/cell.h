@@ -3,24 +3,30 @@
 #ifndef CO_CELL_H
 #define CO_CELL_H
 
+#include "chart.h"
 #include "polynomial.h"
 
 typedef struct co_cell {
     int32_t n_points;                /* of the two-ring */
     co_real origin[2], side;         /* place in the face */
     co_real *points;                 /* [16][n_points] control points of its bicubic patch over the two-ring */
-    co_real map[16][2];              /* control points of the characteristic map, if there is a polynomial */
+    co_real map[16][2];              /* control points of the characteristic map, if it is known */
     const co_polynomial *polynomial; /* NULL: the limit surface itself */
+    const co_real *chart;            /* NULL: derivatives are with respect to s, t */
 } co_cell;
 
-/* Room for cells of a disc; `polynomial` (may be NULL) must outlive them. */
-int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, co_cell *cell, curvopt_error *error);
+/* Room for cells of a disc. Both must outlive them: `polynomial`, NULL for the limit surface; `chart` [2 n_points], the
+ * characteristic map's control points over the two-ring, NULL for derivatives with respect to s, t. */
+int32_t co_cell_create(const co_disc *disc, const co_polynomial *polynomial, const co_real *chart, co_cell *cell,
+                       curvopt_error *error);
 void co_cell_free(co_cell *cell);
 /* Becomes cell number `which` of the disc's present ring. */
 void co_cell_set(co_cell *cell, const co_disc *disc, int which);
-/* Rows at (s, t) in 0..1 of the cell, derivatives with respect to s, t: rows [n_support][CO_JET], of the two-ring
- * points support [n_support]. */
+/* Rows at (s, t) in 0..1 of the cell: rows [n_support][CO_JET], of the two-ring points support [n_support]. Derivatives
+ * with respect to the chart, the characteristic map, if there is one, else to s, t. */
 void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support, double *rows);
+/* The chart there; its Jacobian is 1 if there is none. */
+void co_cell_chart(const co_cell *cell, co_real s, co_real t, co_chart *chart);
 /* Jet of the blend there, derivatives with respect to s, t. */
 void co_cell_blend(const co_cell *cell, co_blend blend, co_real s, co_real t, co_real jet[CO_JET]);
 

@@ -72,8 +72,26 @@ int32_t co_cholesky_factorize(co_cholesky *f, double shift, int *positive, curvo
     return CURVOPT_OK;
 }
 
-int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int32_t *n_negative, curvopt_error *error) {
+/* With any factor. */
+static int32_t solve_with(co_cholesky *f, cholmod_factor *factor, const double *b, double *x, curvopt_error *error) {
+    size_t n = f->matrix.nrow;
+    if (!cholmod_ensure_dense(&f->right, n, 1, n, CHOLMOD_REAL, &f->common))
+        return co_status_no_memory(error);
+    memcpy(f->right->x, b, sizeof(double) * n);
+    /* CHOLMOD 3 looks at the second of these allocations only: see to both before */
+    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common) ||
+        (factor->is_super && !cholmod_ensure_dense(&f->e, 1, factor->maxesize, 1, CHOLMOD_REAL, &f->common)))
+        return co_status_no_memory(error);
+    if (!cholmod_solve2(CHOLMOD_A, factor, f->right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
+        return co_status_no_memory(error);
+    memcpy(x, f->x->x, sizeof(double) * n);
+    return CURVOPT_OK;
+}
+
+int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int n_right, const double *right, double *solved,
+                                   int32_t *n_negative, curvopt_error *error) {
     double beta[2] = {shift, 0};
+    size_t n = f->matrix.nrow;
     int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK;
     *n_negative = -1;
     f->common.supernodal = CHOLMOD_SIMPLICIAL;
@@ -91,22 +109,13 @@ int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int32_t *n_nega
         *n_negative = 0;
         for (size_t j = 0; j < ldl->n; j++) /* D stands first in each column */
             *n_negative += value[column_start[j]] < 0;
+        for (size_t k = 0; k < (size_t)n_right && status == CURVOPT_OK; k++)
+            status = solve_with(f, ldl, right + k * n, solved + k * n, error);
     }
     cholmod_free_factor(&ldl, &f->common);
     return status;
 }
 
 int32_t co_cholesky_solve(co_cholesky *f, const double *b, double *x, curvopt_error *error) {
-    size_t n = f->matrix.nrow;
-    if (!cholmod_ensure_dense(&f->right, n, 1, n, CHOLMOD_REAL, &f->common))
-        return co_status_no_memory(error);
-    memcpy(f->right->x, b, sizeof(double) * n);
-    /* CHOLMOD 3 looks at the second of these allocations only: see to both before */
-    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common) ||
-        (f->factor->is_super && !cholmod_ensure_dense(&f->e, 1, f->factor->maxesize, 1, CHOLMOD_REAL, &f->common)))
-        return co_status_no_memory(error);
-    if (!cholmod_solve2(CHOLMOD_A, f->factor, f->right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
-        return co_status_no_memory(error);
-    memcpy(x, f->x->x, sizeof(double) * n);
-    return CURVOPT_OK;
+    return solve_with(f, f->factor, b, x, error);
 }

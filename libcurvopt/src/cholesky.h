@@ -17,8 +17,10 @@ void co_cholesky_destroy(co_cholesky *factor);
  * is no factor. ERROR_MEMORY. */
 int32_t co_cholesky_factorize(co_cholesky *factor, double shift, int *positive, curvopt_error *error);
 /* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization; -1 if
- * a pivot is zero. Leaves no factor for solving. ERROR_MEMORY. */
-int32_t co_cholesky_count_negative(co_cholesky *factor, double shift, int32_t *n_negative, curvopt_error *error);
+ * a pivot is zero. On the way solves for n_right right-hand sides: right, solved [n_right][n]. Leaves no factor for
+ * solving. ERROR_MEMORY. */
+int32_t co_cholesky_count_negative(co_cholesky *factor, double shift, int n_right, const double *right, double *solved,
+                                   int32_t *n_negative, curvopt_error *error);
 /* x [n] = solution of (matrix + shift) x = b [n]; x may be b. ERROR_MEMORY. */
 int32_t co_cholesky_solve(co_cholesky *factor, const double *b, double *x, curvopt_error *error);
 

@@ -12,6 +12,7 @@ enum { CHUNK_BLOCKS = 32, NO_RULES = -1, COARSEST = -2 };
 void co_hessian_free(co_hessian *h) {
     free(h->neighbour_start);
     free(h->neighbour);
+    free(h->neighbour_row);
     free(h->column_start);
     free(h->row);
     free(h->value);
@@ -39,21 +40,23 @@ static point_row row_of_point(const co_patches *patches, const int32_t *point) {
                        patches->derived.start[*point - patches->n_cage + 1] - begin};
 }
 
-/* Calls for every (patch, cage vertex) once: count only, or fill `list` (patches of each vertex). mark [n_vertices]. */
-static void visit_vertices_of_patches(const co_patches *patches, int32_t *mark, size_t *count, int32_t *list) {
-    for (int32_t v = 0; v < patches->n_cage; v++)
-        mark[v] = -1;
+/* Calls for every (patch, node) once: count only, or fill `list` (patches of each node). mark [n_nodes]. */
+static void visit_nodes_of_patches(const co_assembly *a, const co_reduction *r, int32_t *mark, size_t *count,
+                                   int32_t *list) {
+    const co_patches *patches = &a->patches;
+    for (int32_t n = 0; n < r->n_nodes; n++)
+        mark[n] = -1;
     for (int32_t p = 0; p < patches->n_patches; p++)
-        for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++) {
-            point_row r = row_of_point(patches, &patches->points[i]);
-            for (size_t k = 0; k < r.n; k++) {
-                int32_t v = r.vertex[k];
-                if (mark[v] == p)
+        for (size_t i = patches->start[p]; a->rule[p] != CO_LAYOUT_SKIP && i < patches->start[p + 1]; i++) {
+            point_row row = row_of_point(patches, &patches->points[i]);
+            for (size_t k = 0; k < row.n; k++) {
+                int32_t node = r->node[row.vertex[k]];
+                if (node < 0 || mark[node] == p)
                     continue;
-                mark[v] = p;
+                mark[node] = p;
                 if (list)
-                    list[count[v]] = p;
-                count[v]++;
+                    list[count[node]] = p;
+                count[node]++;
             }
         }
 }
@@ -63,20 +66,20 @@ static int compare_indices(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Larger vertices that share a patch with v, into out (may be NULL: only counted). */
-static size_t neighbours_of(const co_patches *patches, const size_t *start, const int32_t *list, int32_t v,
-                            int32_t *mark, int32_t *out) {
+/* Larger nodes that share a patch with `node`, into out (may be NULL: only counted). */
+static size_t neighbours_of(const co_patches *patches, const co_reduction *r, const size_t *start, const int32_t *list,
+                            int32_t node, int32_t *mark, int32_t *out) {
     size_t n = 0;
-    for (size_t e = start[v]; e < start[v + 1]; e++)
+    for (size_t e = start[node]; e < start[node + 1]; e++)
         for (size_t i = patches->start[list[e]]; i < patches->start[list[e] + 1]; i++) {
-            point_row r = row_of_point(patches, &patches->points[i]);
-            for (size_t k = 0; k < r.n; k++) {
-                int32_t w = r.vertex[k];
-                if (w <= v || mark[w] == v)
+            point_row row = row_of_point(patches, &patches->points[i]);
+            for (size_t k = 0; k < row.n; k++) {
+                int32_t other = r->node[row.vertex[k]];
+                if (other <= node || mark[other] == node)
                     continue;
-                mark[w] = v;
+                mark[other] = node;
                 if (out)
-                    out[n] = w;
+                    out[n] = other;
                 n++;
             }
         }
@@ -85,29 +88,30 @@ static size_t neighbours_of(const co_patches *patches, const size_t *start, cons
     return n;
 }
 
-static int32_t find_neighbours(const co_patches *patches, co_hessian *h, curvopt_error *error) {
-    size_t n = (size_t)patches->n_cage;
+static int32_t find_neighbours(const co_assembly *a, co_hessian *h, curvopt_error *error) {
+    const co_reduction *r = h->reduction;
+    size_t n = (size_t)r->n_nodes;
     int32_t status = CURVOPT_ERROR_MEMORY, *list = NULL, *mark = CO_NEW(int32_t, n);
     size_t *start = CO_NEW(size_t, n + 1);
     h->neighbour_start = CO_NEW(size_t, n + 1);
     if (!mark || !start || !h->neighbour_start)
         goto done;
-    visit_vertices_of_patches(patches, mark, start + 1, NULL);
+    visit_nodes_of_patches(a, r, mark, start + 1, NULL);
     for (size_t v = 0; v < n; v++)
         start[v + 1] += start[v];
     list = CO_NEW(int32_t, start[n]);
     if (!list)
         goto done;
-    visit_vertices_of_patches(patches, mark, start, list);
+    visit_nodes_of_patches(a, r, mark, start, list);
     for (size_t v = n; v > 0; v--)
         start[v] = start[v - 1];
     start[0] = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t v = 0; v < n; v++)
             mark[v] = -1;
-        for (int32_t v = 0; v < patches->n_cage; v++) {
+        for (int32_t v = 0; v < r->n_nodes; v++) {
             int32_t *out = pass ? h->neighbour + h->neighbour_start[v] : NULL;
-            size_t found = neighbours_of(patches, start, list, v, mark, out);
+            size_t found = neighbours_of(&a->patches, r, start, list, v, mark, out);
             h->neighbour_start[v + 1] = h->neighbour_start[v] + found;
         }
         if (pass == 0 && !(h->neighbour = CO_NEW(int32_t, h->neighbour_start[n])))
@@ -121,28 +125,51 @@ done:
     return status == CURVOPT_OK ? status : co_status_no_memory(error);
 }
 
-static int32_t build_columns(co_hessian *h, curvopt_error *error) {
-    size_t n = (size_t)h->n_vertices;
-    h->n_entries = 6 * n + 9 * h->neighbour_start[n];
+static int32_t dimension(const co_reduction *r, int32_t node) {
+    return r->first[node + 1] - r->first[node];
+}
+
+/* Rows below a node's own block, in all columns of the node alike: where each neighbour's begin. */
+static int32_t count_rows(co_hessian *h, curvopt_error *error) {
+    const co_reduction *r = h->reduction;
+    h->n_entries = 0;
+    h->neighbour_row = CO_NEW(int32_t, h->neighbour_start[r->n_nodes]);
+    if (!h->neighbour_row)
+        return co_status_no_memory(error);
+    for (int32_t node = 0; node < r->n_nodes; node++) {
+        int32_t rows = 0, n = dimension(r, node);
+        for (size_t e = h->neighbour_start[node]; e < h->neighbour_start[node + 1]; e++) {
+            h->neighbour_row[e] = rows;
+            rows += dimension(r, h->neighbour[e]);
+        }
+        h->n_entries += (size_t)(n * (n + 1) / 2 + n * rows);
+    }
     if (h->n_entries > INT32_MAX)
         return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d vertices is too large for this method",
-                              h->n_vertices);
-    h->column_start = CO_NEW(int32_t, 3 * n + 1);
+                              r->n_vertices);
+    return CURVOPT_OK;
+}
+
+static int32_t build_columns(co_hessian *h, curvopt_error *error) {
+    const co_reduction *r = h->reduction;
+    int32_t at = 0, status = count_rows(h, error);
+    if (status != CURVOPT_OK)
+        return status;
+    h->column_start = CO_NEW(int32_t, (size_t)r->n_variables + 1);
     h->row = CO_NEW(int32_t, h->n_entries);
     h->value = CO_NEW(double, h->n_entries);
     if (!h->column_start || !h->row || !h->value)
         return co_status_no_memory(error);
-    int32_t at = 0;
-    for (int32_t v = 0; v < h->n_vertices; v++)
-        for (int c = 0; c < 3; c++) {
-            h->column_start[3 * v + c] = at;
-            for (int d = c; d < 3; d++)
-                h->row[at++] = 3 * v + d;
-            for (size_t e = h->neighbour_start[v]; e < h->neighbour_start[v + 1]; e++)
-                for (int d = 0; d < 3; d++)
-                    h->row[at++] = 3 * h->neighbour[e] + d;
+    for (int32_t node = 0; node < r->n_nodes; node++)
+        for (int32_t column = r->first[node]; column < r->first[node + 1]; column++) {
+            h->column_start[column] = at;
+            for (int32_t row = column; row < r->first[node + 1]; row++)
+                h->row[at++] = row;
+            for (size_t e = h->neighbour_start[node]; e < h->neighbour_start[node + 1]; e++)
+                for (int32_t row = r->first[h->neighbour[e]]; row < r->first[h->neighbour[e] + 1]; row++)
+                    h->row[at++] = row;
         }
-    h->column_start[3 * n] = at;
+    h->column_start[r->n_variables] = at;
     return CURVOPT_OK;
 }
 
@@ -155,7 +182,7 @@ static int32_t wanted_rules(const co_assembly *a, int exact) {
 /* Layout of these rules, and room. */
 static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
-    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches);
+    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches); /* but for patches left out */
     co_layout_free(&h->layout);
     free(h->chunk);
     free(h->work);
@@ -163,6 +190,8 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     h->rules_version = NO_RULES;
     if (!coarsest)
         return co_status_no_memory(error);
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        coarsest[p] = a->rule[p] == CO_LAYOUT_SKIP ? CO_LAYOUT_SKIP : 0;
     int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
                                       &h->layout, error);
     free(coarsest);
@@ -179,9 +208,9 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     return CURVOPT_OK;
 }
 
-int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {
-    *h = (co_hessian){.n_vertices = a->patches.n_cage, .rules_version = NO_RULES};
-    int32_t status = find_neighbours(&a->patches, h, error);
+int32_t co_hessian_create(const co_assembly *a, const co_reduction *reduction, co_hessian *h, curvopt_error *error) {
+    *h = (co_hessian){.reduction = reduction, .rules_version = NO_RULES};
+    int32_t status = find_neighbours(a, h, error);
     if (status == CURVOPT_OK)
         status = build_columns(h, error);
     if (status != CURVOPT_OK)
@@ -191,32 +220,47 @@ int32_t co_hessian_create(co_assembly *a, co_hessian *h, curvopt_error *error) {
 
 /* ----------------------------------------------------------------------------------------------- values -- */
 
-/* Where the 3 x 3 block of vertices column <= row begins in the first of its three columns. */
-static size_t block_of(const co_hessian *h, int32_t row, int32_t column) {
-    size_t low = h->neighbour_start[column], high = h->neighbour_start[column + 1], first = low;
-    if (row == column)
-        return (size_t)h->column_start[3 * column];
-    while (high - low > 1) {
-        size_t middle = (low + high) / 2;
-        if (h->neighbour[middle] <= row)
-            low = middle;
+/* Where the rows of node `high` begin below the own block of node `low`, which is smaller. */
+static int32_t rows_of(const co_hessian *h, int32_t high, int32_t low) {
+    size_t begin = h->neighbour_start[low], end = h->neighbour_start[low + 1];
+    while (end - begin > 1) {
+        size_t middle = (begin + end) / 2;
+        if (h->neighbour[middle] <= high)
+            begin = middle;
         else
-            high = middle;
+            end = middle;
     }
-    return (size_t)h->column_start[3 * column] + 3 + 3 * (low - first);
+    return h->neighbour_row[begin];
 }
 
-/* value += weight * block, a full 3 x 3 matrix with rows of vertex `row`, columns of vertex `column`. */
-static void add_block(co_hessian *h, int32_t row, int32_t column, double weight, const double block[3][3]) {
-    int transposed = row < column;
-    int32_t high = transposed ? column : row, low = transposed ? row : column;
-    size_t at = block_of(h, high, low);
-    size_t length = 3 + 3 * (h->neighbour_start[low + 1] - h->neighbour_start[low]);
-    for (int c = 0; c < 3; c++) {
-        /* column c of the three is c shorter at its head */
-        double *to = h->value + at + (size_t)c * length - (size_t)(c * (c - 1) / 2) - (high == low ? 0 : (size_t)c);
-        for (int r = high == low ? c : 0; r < 3; r++)
-            to[high == low ? r - c : r] += weight * (transposed ? block[c][r] : block[r][c]);
+/* Adds B_v^T block B_w, block [3][3], to the rows of v's node and the columns of w's; where they are one node, also the
+ * transpose if `twice`. */
+static void add_block(co_hessian *h, int32_t v, int32_t w, double weight, double block[3][3], int twice) {
+    const co_reduction *r = h->reduction;
+    const double *left = r->basis + 9 * (size_t)v, *right = r->basis + 9 * (size_t)w;
+    int32_t a = r->node[v], b = r->node[w], n_a = dimension(r, a), n_b = dimension(r, b);
+    double half[3][3], full[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < n_b; k++)
+            half[i][k] = r->plain ? block[i][k]
+                                  : block[i][0] * right[k] + block[i][1] * right[3 + k] + block[i][2] * right[6 + k];
+    for (int i = 0; i < n_a; i++)
+        for (int k = 0; k < n_b; k++)
+            full[i][k] =
+                weight *
+                (r->plain ? half[i][k] : left[i] * half[0][k] + left[3 + i] * half[1][k] + left[6 + i] * half[2][k]);
+    if (a == b) {
+        for (int k = 0; k < n_a; k++)
+            for (int i = k; i < n_a; i++)
+                h->value[h->column_start[r->first[a] + k] + i - k] += full[i][k] + (twice ? full[k][i] : 0);
+        return;
+    }
+    int32_t high = a > b ? a : b, low = a > b ? b : a, n_high = dimension(r, high), n_low = dimension(r, low);
+    int32_t rows = rows_of(h, high, low);
+    for (int32_t k = 0; k < n_low; k++) {
+        double *to = h->value + h->column_start[r->first[low] + k] + n_low - k + rows;
+        for (int32_t i = 0; i < n_high; i++)
+            to[i] += a > b ? full[i][k] : full[k][i];
     }
 }
 
@@ -230,34 +274,36 @@ static void face_block(const double *matrix, size_t lanes, size_t lane, int32_t 
         }
 }
 
-/* Adds the entries of one face that belong to columns first <= vertex < end. */
-static void scatter_face(const co_patches *patches, co_hessian *h, const co_block *b, const double *matrix, size_t lane,
-                         int32_t first, int32_t end) {
+/* What the points p >= q of one face's matrix contribute to columns of the nodes first <= node < end. */
+static void scatter_pair(const co_patches *patches, co_hessian *h, const co_block *b, const double *matrix, size_t lane,
+                         int32_t p, int32_t q, double weight, int32_t first, int32_t end) {
     size_t lanes = (size_t)h->layout.lanes;
-    const int32_t *points = h->layout.points + b->points;
-    for (int32_t p = 0; p < b->table->n_points; p++)
-        for (int32_t q = 0; q <= p; q++) {
-            double block[3][3], transposed[3][3];
-            point_row x = row_of_point(patches, &points[(size_t)p * lanes + lane]);
-            point_row y = row_of_point(patches, &points[(size_t)q * lanes + lane]);
-            int read = 0;
-            for (size_t i = 0; i < x.n; i++)
-                for (size_t j = 0; j < y.n; j++) {
-                    int32_t v = x.vertex[i], w = y.vertex[j], column = v < w ? v : w;
-                    if (column < first || column >= end)
-                        continue;
-                    if (!read) {
-                        face_block(matrix, lanes, lane, p, q, block);
-                        for (int r = 0; r < 9; r++)
-                            transposed[r % 3][r / 3] = block[r / 3][r % 3];
-                        read = 1;
-                    }
-                    /* (p, q) and (q, p) both stand for entries of the whole; on a vertex's own block both are added */
-                    add_block(h, v, w, x.weight[i] * y.weight[j], (const double(*)[3])block);
-                    if (p != q && v == w)
-                        add_block(h, v, v, x.weight[i] * y.weight[j], (const double(*)[3])transposed);
-                }
+    const int32_t *points = h->layout.points + b->points, *node = h->reduction->node;
+    point_row x = row_of_point(patches, &points[(size_t)p * lanes + lane]);
+    point_row y = row_of_point(patches, &points[(size_t)q * lanes + lane]);
+    double block[3][3];
+    int read = 0;
+    for (size_t i = 0; i < x.n; i++)
+        for (size_t j = 0; j < (p == q ? i + 1 : y.n); j++) {
+            int32_t v = node[x.vertex[i]], w = node[y.vertex[j]], column = v < w ? v : w;
+            if (v < 0 || w < 0 || column < first || column >= end)
+                continue;
+            if (!read)
+                face_block(matrix, lanes, lane, p, q, block);
+            read = 1;
+            /* (p, q) and (q, p) both stand for entries of the whole; on a node's own block both are added */
+            add_block(h, x.vertex[i], y.vertex[j], weight * x.weight[i] * y.weight[j], block, p != q || i != j);
         }
+}
+
+static void scatter_face(const co_assembly *a, co_hessian *h, int32_t block, int32_t lane, const double *matrix,
+                         int32_t first, int32_t end) {
+    const co_block *b = &h->layout.block[block];
+    int32_t patch = h->layout.patch[block * h->layout.lanes + lane];
+    double weight = a->weight ? a->weight[patch] : 1;
+    for (int32_t p = 0; p < b->table->n_points; p++)
+        for (int32_t q = 0; q <= p; q++)
+            scatter_pair(&a->patches, h, b, matrix, (size_t)lane, p, q, weight, first, end);
 }
 
 static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n, const co_integrand *integrand,
@@ -279,33 +325,15 @@ static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n,
 }
 
 /* Each thread owns some columns, so that sums come in the same order for any number of threads. */
-static void scatter_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n) {
+static void scatter_chunk(const co_assembly *a, co_hessian *h, int32_t first, int32_t n) {
+    int32_t n_nodes = h->reduction->n_nodes;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t t = 0; t < a->n_threads; t++) {
-        int32_t begin = (int32_t)((int64_t)h->n_vertices * t / a->n_threads);
-        int32_t end = (int32_t)((int64_t)h->n_vertices * (t + 1) / a->n_threads);
+        int32_t begin = (int32_t)((int64_t)n_nodes * t / a->n_threads);
+        int32_t end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads);
         for (int32_t k = 0; k < n; k++)
             for (int32_t lane = 0; lane < h->layout.block[first + k].n_used; lane++)
-                scatter_face(&a->patches, h, &h->layout.block[first + k], h->chunk + (size_t)k * h->matrix_stride,
-                             (size_t)lane, begin, end);
-    }
-}
-
-/* Held vertices: their rows and columns become a multiple of the identity's, of the order of the others. */
-static void hold(co_hessian *h) {
-    double sum = 0;
-    int32_t n_free = 0, n = 3 * h->n_vertices;
-    for (int32_t j = 0; j < n; j++)
-        if (!h->held[j / 3]) {
-            sum += h->value[h->column_start[j]];
-            n_free++;
-        }
-    for (int32_t j = 0; j < n; j++) {
-        for (int32_t e = h->column_start[j]; e < h->column_start[j + 1]; e++)
-            if (h->held[j / 3] || h->held[h->row[e] / 3])
-                h->value[e] = 0;
-        if (h->held[j / 3])
-            h->value[h->column_start[j]] = sum > 0 ? sum / n_free : 1;
+                scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, begin, end);
     }
 }
 
@@ -331,14 +359,12 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessi
         sweep_chunk(a, h, first, n, &integrand, exact);
         scatter_chunk(a, h, first, n);
     }
-    if (h->held)
-        hold(h);
     return CURVOPT_OK;
 }
 
 double co_hessian_mean_diagonal(const co_hessian *h) {
     double sum = 0;
-    for (int32_t i = 0; i < 3 * h->n_vertices; i++)
+    for (int32_t i = 0; i < h->reduction->n_variables; i++)
         sum += h->value[h->column_start[i]];
-    return sum / (3.0 * h->n_vertices);
+    return sum / h->reduction->n_variables;
 }

@@ -4,15 +4,18 @@
 #define CO_HESSIAN_H
 
 #include "assemble.h"
+#include "reduce.h"
 
-/* Symmetric, its lower triangle by columns (as CHOLMOD takes it): column 3 v + c has the rows of its own vertex from c
- * on, then three rows for each neighbour of larger number. The pattern is that of one connectivity: made once. */
+/* Symmetric, its lower triangle by columns (as CHOLMOD takes it), over a reduction's variables: a column has the rows
+ * of its own node from itself on, then those of each neighbour of larger number. The pattern is that of one
+ * connectivity: made once. */
 typedef struct co_hessian {
-    int32_t n_vertices;
+    const co_reduction *reduction; /* the caller's */
     size_t n_entries;
-    size_t *neighbour_start; /* [n_vertices + 1] */
-    int32_t *neighbour;      /* larger vertices that share a patch, ascending */
-    int32_t *column_start;   /* [3 n_vertices + 1] */
+    size_t *neighbour_start; /* [n_nodes + 1] */
+    int32_t *neighbour;      /* larger nodes that share a patch, ascending */
+    int32_t *neighbour_row;  /* where their rows begin below the own block */
+    int32_t *column_start;   /* [n_variables + 1] */
     int32_t *row;            /* [n_entries] */
     double *value;           /* [n_entries] */
     co_layout layout;        /* of the rules that were used last, */
@@ -20,11 +23,11 @@ typedef struct co_hessian {
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;
-    const uint8_t *held; /* [n_vertices] or NULL: vertices that do not move, the caller's */
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
-int32_t co_hessian_create(co_assembly *assembly, co_hessian *out, curvopt_error *error);
+int32_t co_hessian_create(const co_assembly *assembly, const co_reduction *reduction, co_hessian *out,
+                          curvopt_error *error);
 void co_hessian_free(co_hessian *hessian);
 /* Values at positions x [3 n_vertices], normalized: the Gauss-Newton matrix, or the Hessian. Of an objective A T, area
  * times a third-order integral, both leave out the dense grad A grad T^T + grad T grad A^T; the first T grad^2 A as

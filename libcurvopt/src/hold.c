@@ -1,11 +1,142 @@
-/* Vertices that a minimization leaves where they are. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Vertices that a minimization does not move freely. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hold.h"
 
 #include "crease.h"
 #include "memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const double SAME_DIRECTION = 1e-9; /* sine of the angle */
+
+static int32_t allocate(int32_t n_vertices, co_hold *hold, curvopt_error *error) {
+    if (hold->freedom)
+        return CURVOPT_OK;
+    hold->freedom = CO_NEW(uint8_t, n_vertices);
+    hold->direction = CO_NEW(double, 3 * (size_t)n_vertices);
+    if (!hold->freedom || !hold->direction) {
+        co_hold_free(hold);
+        return co_status_no_memory(error);
+    }
+    memset(hold->freedom, CO_FREEDOM_ALL, (size_t)n_vertices);
+    return CURVOPT_OK;
+}
+
+void co_hold_free(co_hold *hold) {
+    free(hold->freedom);
+    free(hold->direction);
+    *hold = (co_hold){0};
+}
+
+int32_t co_hold_copy(const curvopt_mesh *m, const co_hold *from, co_hold *to, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    *to = (co_hold){0};
+    if (!from->freedom)
+        return CURVOPT_OK;
+    int32_t status = allocate(m->info.n_vertices, to, error);
+    if (status != CURVOPT_OK)
+        return status;
+    memcpy(to->freedom, from->freedom, n);
+    memcpy(to->direction, from->direction, 3 * n * sizeof(double));
+    return CURVOPT_OK;
+}
+
+static int same_direction(const double *a, const double *b) {
+    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    return sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]) <= SAME_DIRECTION;
+}
+
+static int same_constraint(const co_hold *hold, int32_t v, int32_t w) {
+    int freedom = hold->freedom[v];
+    if (freedom != hold->freedom[w])
+        return 0;
+    return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
+           same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
+}
+
+static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, uint8_t *seen,
+                              co_hold *hold, curvopt_error *error) {
+    int32_t v = from->vertices[i], freedom = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
+    double direction[3] = {0, 0, 0}, length = 0;
+    if (v < 0 || v >= m->info.n_vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
+                              i, v, m->info.n_vertices);
+    if (freedom < CO_FREEDOM_NONE || freedom > CO_FREEDOM_PLANE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, freedom);
+    if (freedom != CO_FREEDOM_NONE) {
+        if (!from->directions)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
+                                  v);
+        memcpy(direction, from->directions + 3 * (size_t)i, sizeof direction);
+        length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+        if (!(length > 0) || !isfinite(length))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                  "constraint %d on vertex %d has the direction %g %g %g", i, v, direction[0],
+                                  direction[1], direction[2]);
+    }
+    for (int c = 0; c < 3 && length > 0; c++)
+        direction[c] /= length;
+    if (seen[v] &&
+        (hold->freedom[v] != freedom || (length > 0 && !same_direction(direction, hold->direction + 3 * (size_t)v))))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
+    seen[v] = 1;
+    hold->freedom[v] = (uint8_t)freedom;
+    memcpy(hold->direction + 3 * (size_t)v, direction, sizeof direction);
+    return CURVOPT_OK;
+}
+
+int32_t co_hold_create(const curvopt_mesh *m, const curvopt_constraints *from, co_hold *hold, curvopt_error *error) {
+    *hold = (co_hold){0};
+    if (!from || from->n == 0)
+        return CURVOPT_OK;
+    if (from->n < 0 || !from->vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
+                              from->vertices ? "given" : "is NULL");
+    uint8_t *seen = CO_NEW(uint8_t, m->info.n_vertices);
+    int32_t status = seen ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
+        status = add_constraint(m, from, i, seen, hold, error);
+    free(seen);
+    if (status != CURVOPT_OK)
+        co_hold_free(hold);
+    return status;
+}
+
+/* Vertex `to` of the finer cage inherits from vertex `from` of the coarser one. */
+static void inherit(const co_hold *coarse, int32_t from, co_hold *fine, int32_t to) {
+    fine->freedom[to] = coarse->freedom[from];
+    memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
+}
+
+int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, co_hold *hold, curvopt_error *error) {
+    co_hold out = {0};
+    int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
+    if (!hold->freedom)
+        return CURVOPT_OK;
+    int32_t status = allocate(fine->info.n_vertices, &out, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (int32_t v = 0; v < n; v++)
+        inherit(hold, v, &out, v);
+    for (int32_t e = 0; e < n_edges; e++) {
+        int32_t h = m->edge_corner[e];
+        if (same_constraint(hold, m->corner_vertex[h], co_mesh_destination(m, h)))
+            inherit(hold, m->corner_vertex[h], &out, n + e);
+    }
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        int same = 1;
+        int32_t first = m->corner_vertex[m->face_start[f]];
+        for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+            same = same && same_constraint(hold, first, m->corner_vertex[h]);
+        if (same)
+            inherit(hold, first, &out, n + n_edges + f);
+    }
+    co_hold_free(hold);
+    *hold = out;
+    return CURVOPT_OK;
+}
 
 /* The next row: vertices of faces with a held one. face [n_faces] is work space. */
 static void add_row(const curvopt_mesh *m, uint8_t *held, uint8_t *face) {
@@ -16,17 +147,7 @@ static void add_row(const curvopt_mesh *m, uint8_t *held, uint8_t *face) {
         held[m->corner_vertex[h]] |= face[m->corner_face[h]];
 }
 
-int32_t co_hold_create(const curvopt_mesh *m, int32_t boundary, uint8_t **held, curvopt_error *error) {
-    int any = 0, rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
-    *held = NULL;
-    if (boundary == CURVOPT_BOUNDARY_FREE || !(m->info.n_boundary_edges || m->edge_sharpness || m->vertex_sharpness))
-        return CURVOPT_OK;
-    uint8_t *mark = CO_NEW(uint8_t, m->info.n_vertices), *face = CO_NEW(uint8_t, m->info.n_faces);
-    if (!mark || !face) {
-        free(mark);
-        free(face);
-        return co_status_no_memory(error);
-    }
+static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_t *face) {
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         mark[v] = co_mesh_is_boundary_vertex(m, v);
     for (int row = 0; row < rows; row++)
@@ -36,24 +157,38 @@ int32_t co_hold_create(const curvopt_mesh *m, int32_t boundary, uint8_t **held, 
     for (int32_t h = 0; h < m->info.n_corners; h++)
         if (co_crease_is_infinite(co_crease_edge(m, h)))
             mark[m->corner_vertex[h]] = mark[co_mesh_destination(m, h)] = 1;
-    for (int32_t v = 0; v < m->info.n_vertices; v++)
-        any |= mark[v];
+}
+
+int32_t co_hold_boundary(const curvopt_mesh *m, int32_t boundary, co_hold *hold, curvopt_error *error) {
+    int any = 0, rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
+    int32_t status = CURVOPT_OK;
+    if (boundary == CURVOPT_BOUNDARY_FREE || !(m->info.n_boundary_edges || m->edge_sharpness || m->vertex_sharpness))
+        return CURVOPT_OK;
+    uint8_t *mark = CO_NEW(uint8_t, m->info.n_vertices), *face = CO_NEW(uint8_t, m->info.n_faces);
+    if (!mark || !face) {
+        status = co_status_no_memory(error);
+    } else {
+        mark_boundary(m, rows, mark, face);
+        for (int32_t v = 0; v < m->info.n_vertices; v++)
+            any |= mark[v];
+        if (any)
+            status = allocate(m->info.n_vertices, hold, error);
+        for (int32_t v = 0; any && status == CURVOPT_OK && v < m->info.n_vertices; v++)
+            if (mark[v])
+                hold->freedom[v] = CO_FREEDOM_NONE;
+    }
+    free(mark);
     free(face);
-    if (any)
-        *held = mark;
-    else
-        free(mark);
-    return CURVOPT_OK;
+    return status;
 }
 
-void co_hold_clear(const uint8_t *held, int32_t n_vertices, double *xyz) {
-    for (int32_t v = 0; held && v < n_vertices; v++)
-        if (held[v])
-            memset(xyz + 3 * (size_t)v, 0, 3 * sizeof *xyz);
-}
-
-void co_hold_copy(const uint8_t *held, int32_t n_vertices, const double *from, double *to) {
-    for (int32_t v = 0; held && v < n_vertices; v++)
-        if (held[v])
-            memcpy(to + 3 * (size_t)v, from + 3 * (size_t)v, 3 * sizeof *to);
+int32_t co_hold_check(const curvopt_mesh *m, const co_hold *hold, curvopt_error *error) {
+    for (int32_t v = 0; hold->freedom && v < m->info.n_vertices; v++)
+        if (hold->freedom[v] != CO_FREEDOM_NONE)
+            return CURVOPT_OK;
+    if (!hold->freedom)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                          "nothing may move: all %d vertices are held by pins, boundary or creases",
+                          m->info.n_vertices);
 }

@@ -1,19 +1,37 @@
-/* Vertices that a minimization leaves where they are. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Vertices that a minimization does not move freely. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HOLD_H
 #define CO_HOLD_H
 
 #include "mesh.h"
 
-/* *held [n_vertices], to be freed: 1 where `boundary` (curvopt_boundary) holds a vertex; NULL if it holds none.
+enum { CO_FREEDOM_NONE = 0, CO_FREEDOM_LINE = 1, CO_FREEDOM_PLANE = 2, CO_FREEDOM_ALL = 3 };
+
+/* How each vertex may move. */
+typedef struct co_hold {
+    uint8_t *freedom;  /* [n_vertices] dimensions; NULL: all are free */
+    double *direction; /* [3 n_vertices] unit: the line, or the plane's normal; what stands elsewhere means nothing */
+} co_hold;
+
+/* The user's constraints, checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY. */
+int32_t co_hold_create(const curvopt_mesh *mesh, const curvopt_constraints *constraints, co_hold *out,
+                       curvopt_error *error);
+/* ERROR_MEMORY. */
+int32_t co_hold_copy(const curvopt_mesh *mesh, const co_hold *from, co_hold *to, curvopt_error *error);
+void co_hold_free(co_hold *hold);
+
+/* Takes constraints from a cage to its subdivision: vertices keep theirs; a vertex made of an edge or face inherits
+ * where all the edge's or face's vertices have the same. `fine` is the subdivided mesh (refine.h). ERROR_MEMORY. */
+int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, co_hold *hold, curvopt_error *error);
+
+/* Adds what `boundary` (curvopt_boundary) holds.
  *
  * The limit of a boundary is a B-spline curve of the boundary's vertices. Of the surface's derivatives across it the
  * first depends on the next row of vertices too, and the second, 0 in the parameter across, on no more than that; a
  * third row holds how curvature changes. Subdivision keeps all this: what the finer cage's rows determine is what the
- * coarser one's did. Rows are counted by faces: all vertices of a face that touches the row before. */
-int32_t co_hold_create(const curvopt_mesh *mesh, int32_t boundary, uint8_t **held, curvopt_error *error);
-/* Sets the three coordinates of held vertices to 0; held may be NULL. */
-void co_hold_clear(const uint8_t *held, int32_t n_vertices, double *xyz);
-/* Copies those of held vertices; held may be NULL. */
-void co_hold_copy(const uint8_t *held, int32_t n_vertices, const double *from, double *to);
+ * coarser one's did. Rows are counted by faces: all vertices of a face that touches the row before. ERROR_MEMORY. */
+int32_t co_hold_boundary(const curvopt_mesh *mesh, int32_t boundary, co_hold *hold, curvopt_error *error);
+
+/* ERROR_ARGUMENT if no vertex may move. */
+int32_t co_hold_check(const curvopt_mesh *mesh, const co_hold *hold, curvopt_error *error);
 
 #endif

@@ -16,7 +16,7 @@
 
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
-enum { STALLED_STEPS = 10, SMALL_STEPS = 4, PROGRESS_STEPS = 15 };
+enum { STALLED_STEPS = 10, SMALL_STEPS = 4, PROGRESS_STEPS = 15, HALVINGS = 12 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -42,6 +42,8 @@ typedef struct solver {
 } solver;
 
 static void history_update(history *h, size_t n, const co_iterate *before, const co_iterate *after) {
+    if (h->memory == 0)
+        return;
     int slot = h->n_pairs ? (h->newest + 1) % h->memory : 0;
     double *s = h->s + (size_t)slot * n, *y = h->y + (size_t)slot * n;
     for (size_t i = 0; i < n; i++) {
@@ -88,7 +90,7 @@ static void find_direction(solver *s, const double *gradient) {
         co_vector_add(n, -h->alpha[slot], h->y + (size_t)slot * n, d);
     }
     apply_initial(s, d);
-    int oldest = (h->newest + 1 + h->memory - h->n_pairs) % h->memory;
+    int oldest = h->n_pairs ? (h->newest + 1 + h->memory - h->n_pairs) % h->memory : 0;
     for (int k = 0, slot = oldest; k < h->n_pairs; k++, slot = (slot + 1) % h->memory) {
         double beta = h->inverse_sy[slot] * co_vector_dot(n, h->y + (size_t)slot * n, d);
         co_vector_add(n, h->alpha[slot] - beta, h->s + (size_t)slot * n, d);
@@ -125,6 +127,26 @@ static int find_step(solver *s, const co_iterate *now) {
         keep_fresh(s, now);
         s->result->restarts++;
     }
+}
+
+/* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
+ * decrease worth the name. */
+static int leave_saddle(solver *s, const co_iterate *now) {
+    double least = s->options->decrement_tolerance * fabs(now->value);
+    if (!s->f->negative_curvature || !s->f->negative_curvature(s->f->context, now, s->direction))
+        return 0;
+    double scale = s->cap / s->f->step_length(s->f->context, s->direction);
+    for (int halving = 0; halving < HALVINGS; halving++, scale *= 0.5) {
+        memcpy(s->trial.x, now->x, s->f->n * sizeof *now->x);
+        co_vector_add(s->f->n, scale, s->direction, s->trial.x);
+        s->trial.value = s->f->evaluate(s->f->context, s->trial.x, s->trial.gradient);
+        s->result->evaluations++;
+        if (s->trial.value < now->value - least) {
+            s->h.n_pairs = 0;
+            return 1;
+        }
+    }
+    return 0;
 }
 
 /* What the settled step means for history and cap; a stop reason, or -1 to go on. */
@@ -168,8 +190,14 @@ static int iterate(solver *s, co_iterate *now) {
         int stop = take_step(s, now);
         if (stop >= 0)
             return stop;
-        if (s->small_steps >= SMALL_STEPS)
-            return CURVOPT_STOP_CONVERGED;
+        if (s->small_steps >= SMALL_STEPS) {
+            if (!leave_saddle(s, now))
+                return CURVOPT_STOP_CONVERGED;
+            s->small_steps = 0;
+            stop = take_step(s, now);
+            if (stop >= 0)
+                return stop;
+        }
         if (s->f->precondition && s->result->iterations % PROGRESS_STEPS == 0) {
             if (s->mark - now->value < s->options->settled_decrease * fabs(now->value))
                 return CURVOPT_STOP_SETTLED;

@@ -33,6 +33,9 @@ typedef struct co_minimand {
     /* Makes M that of `now`; nonzero if that failed (the one before stays). `overshoot` is how many times longer than
      * the cap the last direction was, 0 at first: where it is large, M should be stiffer. */
     int (*renew)(void *context, const co_iterate *now, double overshoot);
+    /* A direction of negative curvature at `now`, or NULL where none is known of: d [n] of any length, its sign such
+     * that the function does not rise at first; 0 if there is none. */
+    int (*negative_curvature)(void *context, const co_iterate *now, double *d);
     /* After every settled step; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);
 } co_minimand;

@@ -117,16 +117,20 @@ static void regular_rows(co_real u, co_real v, double *rows) {
 
 static void store_sample(co_table *t, const cell_samples *c, co_real u, co_real v, co_real weight, int32_t sample) {
     double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
-    if (c->cell)
+    co_chart chart = {.jacobian = 1};
+    if (c->cell) {
         co_cell_rows(c->cell, u, v, t->n_points, t->support, rows);
-    else
+        co_cell_chart(c->cell, u, v, &chart);
+    } else {
         regular_rows(u, v, rows);
-    t->area_weight[sample] = (double)weight * c->area_factor;
-    t->weight[sample] = (double)weight * c->curvature_factor;
-    t->jacobian_scale[sample] = c->jacobian_scale;
+    }
+    t->area_weight[sample] = (double)(weight * chart.jacobian) * c->area_factor;
+    t->weight[sample] = (double)(weight * chart.jacobian) * c->curvature_factor;
+    t->jacobian_scale[sample] = (double)chart.jacobian * c->jacobian_scale;
     if (t->blend) {
         co_real jet[CO_JET];
         co_cell_blend(c->cell, CO_BLEND_SMOOTH, u, v, jet);
+        co_chart_apply(&chart, jet);
         for (int k = 0; k < CO_JET; k++)
             t->blend[(size_t)sample * CO_JET + (size_t)k] = (double)jet[k];
     }
@@ -160,11 +164,16 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
     co_polynomial polynomial = {0};
     co_cell cell = {0};
     int32_t sample = 0, status = CURVOPT_OK;
-    int has_polynomial = t->surface == CURVOPT_SURFACE_POLYNOMIAL;
+    int has_polynomial = t->surface == CURVOPT_SURFACE_POLYNOMIAL, smooth = co_fan_is_smooth(disc->fan);
+    co_real *chart = CO_NEW(co_real, 2 * (size_t)disc->n_points);
+    if (!chart)
+        return co_status_no_memory(error);
+    if (smooth)
+        co_irregular_characteristic_map(disc, chart);
     if (has_polynomial)
         status = co_polynomial_create(disc, &polynomial, error);
     if (status == CURVOPT_OK)
-        status = co_cell_create(disc, has_polynomial ? &polynomial : NULL, &cell, error);
+        status = co_cell_create(disc, has_polynomial ? &polynomial : NULL, smooth ? chart : NULL, &cell, error);
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
@@ -182,6 +191,7 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
         status = fill_masks(t, disc->n_points, error);
     co_cell_free(&cell);
     co_polynomial_free(&polynomial);
+    free(chart);
     return status;
 }
 
@@ -251,7 +261,7 @@ static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, doubl
 static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, const int32_t *all,
                          double *rows, curvopt_error *error) {
     co_cell cell;
-    int32_t status = co_cell_create(disc, polynomial->n_points ? polynomial : NULL, &cell, error);
+    int32_t status = co_cell_create(disc, polynomial->n_points ? polynomial : NULL, NULL, &cell, error);
     if (status != CURVOPT_OK)
         return status;
     co_real side = 0.5L;

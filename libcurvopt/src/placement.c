@@ -18,14 +18,15 @@ static double cofactor(double m[3][3], int i, int j) {
     return m[a][c] * m[b][d] - m[a][d] * m[b][c];
 }
 
-/* The rotation nearest to m: Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986). 0 where m has
- * none, being singular or mirrored. */
-static int nearest_rotation(double m[3][3]) {
+static double determinant(double m[3][3]) {
+    return m[0][0] * cofactor(m, 0, 0) + m[0][1] * cofactor(m, 0, 1) + m[0][2] * cofactor(m, 0, 2);
+}
+
+/* Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986). */
+int co_placement_orthogonal_factor(double m[3][3]) {
     for (int step = 0; step < 60; step++) {
-        double next[3][3], change = 0, det = 0;
-        for (int j = 0; j < 3; j++)
-            det += m[0][j] * cofactor(m, 0, j);
-        if (!(det > 1e-12))
+        double next[3][3], change = 0, det = determinant(m);
+        if (!(fabs(det) > 1e-12))
             return 0;
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) {
@@ -47,7 +48,7 @@ void co_placement_align(size_t n, const double *reference, double *xyz) {
         for (size_t i = 0; i < 3; i++)
             for (size_t j = 0; j < 3; j++)
                 m[i][j] += (reference[3 * p + i] - to[i]) * (xyz[3 * p + j] - from[j]) / (scale * (double)n);
-    int turn = nearest_rotation(m);
+    int turn = determinant(m) > 0 && co_placement_orthogonal_factor(m);
     for (size_t p = 0; p < n; p++) {
         double x[3] = {xyz[3 * p] - from[0], xyz[3 * p + 1] - from[1], xyz[3 * p + 2] - from[2]};
         for (size_t i = 0; i < 3; i++)

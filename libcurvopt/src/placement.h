@@ -6,6 +6,8 @@
 
 /* Mean of n points, and root mean square distance from it. */
 double co_placement_frame(size_t n, const double *xyz, double centroid[3]);
+/* Replaces m by the orthogonal matrix nearest to it; 0 where m is singular, and then it is undefined. */
+int co_placement_orthogonal_factor(double m[3][3]);
 /* Rotates xyz [3 n] about its centroid to lie closest to `reference` [3 n] and moves its centroid there; no scaling. */
 void co_placement_align(size_t n, const double *reference, double *xyz);
 

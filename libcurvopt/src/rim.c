@@ -61,7 +61,7 @@ static int32_t fill_extraordinary(co_rim_table *t, curvopt_error *error) {
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
     int32_t status = all && rows ? co_disc_create(t->fan, &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_cell_create(&disc, NULL, &cell, error);
+        status = co_cell_create(&disc, NULL, NULL, &cell, error);
     co_quadrature_gauss(CELL_GAUSS, node, weight);
     for (int32_t p = 0; status == CURVOPT_OK && p < t->n_points; p++)
         all[p] = p;

@@ -4,6 +4,7 @@
 
 #include "json.h"
 #include "obj.h"
+#include "pins.h"
 #include "staged.h"
 
 #include <errno.h>
@@ -52,6 +53,10 @@ static const char help_text[] =
     "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
     "                       matrix (default); lmvm: without it, the report's\n"
     "  --max-iterations N   a level (default 1000)\n"
+    "  --symmetry S         auto: the cage's symmetries are kept, and make the work less (default); none: not looked "
+    "for\n"
+    "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
+    "                       along a direction, V plane X Y Z across one\n"
     "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
     "                       rule that nothing checks\n"
     "\n"
@@ -60,10 +65,11 @@ static const char help_text[] =
 
 static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
+static const char *const symmetry_name[2] = {"auto", "none"};
 static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 typedef struct arguments {
-    const char *command, *input, *output, *json, *energy;
+    const char *command, *input, *output, *json, *energy, *pins;
     curvopt_options options;
     int boundary_rule;
     int quiet;
@@ -160,7 +166,12 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->levels);
     else if (!strcmp(name, "--max-iterations"))
         return parse_integer(value, &o->max_iterations);
-    else if (!strcmp(name, "--method")) {
+    else if (!strcmp(name, "--pin"))
+        a->pins = value;
+    else if (!strcmp(name, "--symmetry")) {
+        o->symmetry = find_name(symmetry_name, 2, value, strlen(value));
+        return o->symmetry < 0;
+    } else if (!strcmp(name, "--method")) {
         o->method = find_name(method_name, 3, value, strlen(value));
         return o->method < CURVOPT_METHOD_LMVM;
     }
@@ -170,8 +181,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 static int is_valued(const char *name, int minimize) {
     static const char *const both[] = {"--json",      "--energy",  "--surface",
                                        "--tolerance", "--threads", "--boundary-rule"};
-    static const char *const only_minimize[] = {"-o",       "--output",  "--levels", "--max-iterations",
-                                                "--method", "--boundary"};
+    static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
+                                                "--method", "--boundary", "--symmetry", "--pin"};
     size_t length = strlen(name);
     return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
@@ -196,8 +207,6 @@ static int parse_arguments(int argc, char **argv, arguments *a) {
             a->quiet = 1;
         } else if (minimize && !strcmp(arg, "--as-report")) {
             a->options.as_report = 1;
-        } else if (!strcmp(arg, "--pin") || !strcmp(arg, "--symmetry")) {
-            return usage_error("this build does not know yet:", arg);
         } else if (arg[0] == '-' && arg[1]) {
             return usage_error("unknown option", arg);
         } else if (a->input) {
@@ -400,14 +409,35 @@ static int deliver(const arguments *a, const curvopt_result *result) {
     return commit(&json);
 }
 
+/* Pins into the options, if there are to be any. */
+static int load_pins(arguments *a, pin_list *pins, curvopt_constraints *constraints) {
+    char message[256];
+    *pins = (pin_list){0};
+    if (!a->pins)
+        return EXIT_DONE;
+    if (pins_read(a->pins, pins, message, sizeof message))
+        return could_not(a->pins, message);
+    *constraints = (curvopt_constraints){
+        .vertices = pins->vertices, .freedom = pins->freedom, .directions = pins->directions, .n = pins->n};
+    a->options.constraints = constraints;
+    return EXIT_DONE;
+}
+
 static int run_minimize(arguments *a) {
     obj_cage cage;
     curvopt_mesh *mesh;
     curvopt_result *result = NULL;
     curvopt_error error;
-    int status = load(a, &cage, &mesh);
+    pin_list pins;
+    curvopt_constraints constraints;
+    int status = load_pins(a, &pins, &constraints);
     if (status != EXIT_DONE)
         return status;
+    status = load(a, &cage, &mesh);
+    if (status != EXIT_DONE) {
+        pins_free(&pins);
+        return status;
+    }
     signal(SIGINT, on_interrupt);
     if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, a, NULL, &result, &error) != CURVOPT_OK)
         status = could_not(a->input, error.message);
@@ -418,6 +448,7 @@ static int run_minimize(arguments *a) {
     curvopt_result_destroy(result);
     curvopt_mesh_destroy(mesh);
     obj_free(&cage);
+    pins_free(&pins);
     return status;
 }
 

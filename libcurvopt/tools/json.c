@@ -68,7 +68,7 @@ int json_write(FILE *f, const json_report *r) {
             r->info->euler);
     fprintf(f, "  \"energy\": \"%s\",\n", r->energy);
     if (r->summary) {
-        fprintf(f, "  \"method\": \"%s\",\n", r->method);
+        fprintf(f, "  \"method\": \"%s\", \"symmetry_order\": %d,\n", r->method, r->summary->symmetry_order);
         put_levels(f, r);
     }
     put_energies(f, r->energies, "  ");

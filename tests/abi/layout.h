@@ -35,7 +35,7 @@ AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
 
-SIZE(curvopt_options, 120);
+SIZE(curvopt_options, 136);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -48,6 +48,16 @@ AT(curvopt_options, weights, 32);
 AT(curvopt_options, tolerance, 96);
 AT(curvopt_options, gradient_tolerance, 104);
 AT(curvopt_options, max_step, 112);
+AT(curvopt_options, constraints, 120);
+AT(curvopt_options, symmetry, 128);
+AT(curvopt_options, verify, 132);
+
+SIZE(curvopt_constraints, 32);
+AT(curvopt_constraints, vertices, 0);
+AT(curvopt_constraints, freedom, 8);
+AT(curvopt_constraints, directions, 16);
+AT(curvopt_constraints, n, 24);
+AT(curvopt_constraints, reserved, 28);
 
 SIZE(curvopt_energies, 200);
 AT(curvopt_energies, objective, 0);
@@ -88,7 +98,7 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
-SIZE(curvopt_summary, 448);
+SIZE(curvopt_summary, 464);
 AT(curvopt_summary, start, 0);
 AT(curvopt_summary, end, 200);
 AT(curvopt_summary, seconds, 400);
@@ -100,6 +110,10 @@ AT(curvopt_summary, n_faces, 428);
 AT(curvopt_summary, method, 432);
 AT(curvopt_summary, verdict, 436);
 AT(curvopt_summary, negative_directions, 440);
+AT(curvopt_summary, symmetry_order, 444);
+AT(curvopt_summary, difference_decrement, 448);
+AT(curvopt_summary, all_negative_directions, 456);
+AT(curvopt_summary, free_negative_directions, 460);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

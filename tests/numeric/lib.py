@@ -54,7 +54,8 @@ class Options(C.Structure):
 
     _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
                                          "as_report", "boundary")] + [
-        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64)]
+        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64),
+        ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32)]
 
 
 class Energies(C.Structure):
@@ -89,7 +90,8 @@ class Summary(C.Structure):
 
     _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("newton_decrement", F64)] + [
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
-                                 "negative_directions", "reserved")]
+                                 "negative_directions", "symmetry_order")] + [
+        ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32)]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)

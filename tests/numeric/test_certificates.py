@@ -1,12 +1,14 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """Long campaigns on what a result says about its own error; they run with CURVOPT_LONG=1, a sample of them always.
 
 `quadrature_error` must be at least a tenth of the true error in 99 % of the cages and never more than 1e3 times it
-(errors below 1e-9 of the energy count as rounding); the true error is that against the oracle.
+(errors below 1e-9 of the energy count as rounding). The true error is that against a rule refined until it stops moving:
+the oracle's for Willmore on the limit surface, the library's own at tighter tolerances for MVS on `polynomial`.
 """
 from __future__ import annotations
 
 from math import pi
+from multiprocessing import Pool
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,6 +20,25 @@ from nets import euler, genus_cage, mixed_cage, perturbed, random_voxels, torus_
 
 COUNT = 500 if lib.LONG else 4
 SEEDS = 20 if lib.LONG else 2
+FLOOR = 1e-9
+
+
+class Claim(NamedTuple):
+    """What one evaluation claimed and what came out."""
+
+    seed: int
+    energy: str
+    objective: float
+    claimed: float
+    true: float
+    gauss_error: float
+    gauss_claimed: float
+
+    @property
+    def ratio(self) -> float:
+        """Claimed over true error, rounding apart."""
+        floor = FLOOR * abs(self.objective)
+        return max(self.claimed, floor) / max(self.true, floor)
 
 
 def random_cage(seed: int) -> Mesh:
@@ -32,24 +53,57 @@ def random_cage(seed: int) -> Mesh:
         mesh = random_voxels(genus, seed, 15)
     else:
         mesh = mixed_cage(seed % 7)
-    return perturbed(mesh, float(rng.uniform(0, 0.15)), seed)
+    return perturbed(mesh, float(rng.uniform(0, 0.3)), seed)
 
 
-def test_random_cages_know_their_error(capsys):
-    low, high, gauss = [], [], []
-    for seed in range(COUNT):
-        mesh = random_cage(seed)
-        got = lib.evaluate(mesh, "willmore", "limit")
-        oracle = energy_ref.energies(mesh, n_gauss=8, levels=1, depth=50)
-        floor = 1e-9 * oracle["willmore"]
-        true = max(abs(got.objective - oracle["willmore"]), floor)
-        claimed = max(got.objective_error, floor)
-        low += [seed] if claimed < true / 10 else []
-        high += [seed] if claimed > 1e3 * true else []
-        if abs(got.gauss - 2 * pi * euler(mesh)) > got.gauss_bonnet_defect * (1 + 1e-9) + 1e-12:
-            gauss.append(seed)
+def settled_oracle(mesh: Mesh, objective: float) -> float:
+    """Willmore energy by the oracle, faces split until it stands still beside the error that is to be judged."""
+    last = energy_ref.energies(mesh, n_gauss=8, levels=0, depth=50)["willmore"]
+    for levels in range(1, 6):
+        now = energy_ref.energies(mesh, n_gauss=8, levels=levels, depth=50)["willmore"]
+        if abs(now - last) <= max(0.1 * abs(now - objective), FLOOR * now):
+            return now
+        last = now
+    raise AssertionError("the oracle does not settle")
+
+
+def settled_library(mesh: Mesh, energy: str, surface: str, objective: float) -> float:
+    """The library's own value at ever tighter tolerances, until it stands still beside the error to be judged."""
+    last = objective
+    for tolerance in (1e-6, 1e-7, 1e-8, 1e-9):
+        now = lib.evaluate(mesh, energy, surface, tolerance=tolerance).objective
+        if abs(now - last) <= 0.1 * abs(now - objective):
+            return now
+        last = now
+    return last
+
+
+def judge(job: tuple[int, str]) -> Claim:
+    """One cage, one energy, one thread."""
+    seed, energy = job
+    mesh = random_cage(seed)
+    surface = "limit" if energy == "willmore" else "polynomial"
+    got = lib.evaluate(mesh, energy, surface, threads=1)
+    true = (settled_oracle(mesh, got.objective) if energy == "willmore"
+            else settled_library(mesh, energy, surface, got.objective))
+    return Claim(seed, energy, got.objective, got.objective_error, abs(got.objective - true),
+                 abs(got.gauss - 2 * pi * euler(mesh)), got.gauss_bonnet_defect)
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_random_cages_know_their_error(energy, capsys):
+    with Pool(2) as pool:
+        claims = pool.map(judge, [(seed, energy) for seed in range(COUNT)], chunksize=1)
+    low = [c for c in claims if c.ratio < 0.1]
+    high = [c for c in claims if c.ratio > 1e3]
+    gauss = [c for c in claims if c.gauss_error > c.gauss_claimed * (1 + 1e-9) + 1e-12]
+    ratios = np.percentile([c.ratio for c in claims], [0, 1, 10, 50, 90, 100])
     with capsys.disabled():
-        print(f"\n  {COUNT} cages: claimed error too small {low}, too large {high}, Gauss-Bonnet {gauss}")
+        print(f"\n  {COUNT} cages, {energy}: claimed over true error, percentiles 0 1 10 50 90 100: "
+              + " ".join(f"{r:.3g}" for r in ratios))
+        for name, bad in (("too small", low), ("too large", high), ("Gauss-Bonnet", gauss)):
+            for claim in bad:
+                print(f"  {name}: {claim}")
     assert len(low) <= 0.01 * COUNT and not high and not gauss
 
 

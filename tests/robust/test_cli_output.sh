@@ -88,10 +88,11 @@ test_result_can_be_read_again_and_is_as_good_as_said() {
 }
 
 test_output_may_replace_the_input() {
-    cube_obj >cage.obj
+    { echo '# the input' && cube_obj; } >cage.obj
     run minimize cage.obj -o cage.obj --levels 1 --max-iterations 2
     expect 0 ''
-    [[ $(grep -c '^v ' cage.obj) == 8 && $(head -1 cage.obj) != 'v -1 -1 -1' ]] || fail "it was not replaced"
+    [[ $(grep -c '^v ' cage.obj) == 8 ]] || fail "it has not eight vertices"
+    ! grep -q 'the input' cage.obj || fail "it was not replaced"
 }
 
 test_unwritable_outputs_are_refused_and_nothing_is_left() {

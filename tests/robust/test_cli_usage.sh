@@ -85,9 +85,42 @@ test_values_out_of_range_are_named() {
     minimize "weights add up to 0" --energy mvs:0
 }
 
-test_options_of_the_future_are_refused_by_name() {
-    minimize "--pin" --pin pins.txt
-    minimize "--symmetry" --symmetry auto
+# pins CONTENT SENTENCE: a file of pins with that content is refused with that sentence.
+pins() {
+    cube_obj >cage.obj
+    printf -- "$1" >pins.txt
+    refused 1 "$2" minimize cage.obj -o result.obj --levels 1 --pin pins.txt
+}
+
+test_bad_pins_are_refused_by_name() {
+    pins '' 'pins.txt: names no vertex'
+    pins '# nothing but a comment\n\n' 'pins.txt: names no vertex'
+    pins '1\n2 lime 0 0 1\n' 'pins.txt: line 2 is no pin'
+    pins '1 line 0 0\n' 'pins.txt: line 1 is no pin'
+    pins '-1\n' 'pins.txt: line 1 is no pin'
+    pins '1.5\n' 'pins.txt: line 1 is no pin'
+    pins '8\n' 'vertex 8; there are 8 vertices'
+    pins '1\n3 line 0 0 0\n' 'vertex 3 has the direction 0 0 0'
+    pins '1 line 0 0 nan\n' 'vertex 1 has the direction'
+    pins '1\n1 plane 0 0 1\n' 'vertex 1 has two constraints that contradict'
+    pins '0\n1\n2\n3\n4\n5\n6\n7\n' 'nothing may move: all 8 vertices'
+    refused 1 "no/pins.txt: No such file" minimize cage.obj -o result.obj --levels 1 --pin no/pins.txt
+}
+
+test_pins_hold_vertices() {
+    cube_obj >cage.obj
+    printf '0 # stays\n3 line 0 0 2\n5 plane 1 0 0\n0\n' >pins.txt
+    run minimize cage.obj -o result.obj --levels 1 --pin pins.txt --quiet
+    expect 0 ''
+    [[ $(sed -n 1p result.obj) == "$(sed -n 1p cage.obj)" ]] || fail "vertex 0 has moved"
+    [[ $(sed -n 4p result.obj | cut -d' ' -f2,3) == "$(sed -n 4p cage.obj | cut -d' ' -f2,3)" ]] ||
+        fail "vertex 3 has left its line"
+    [[ $(sed -n 6p result.obj | cut -d' ' -f2) == "$(sed -n 6p cage.obj | cut -d' ' -f2)" ]] ||
+        fail "vertex 5 has left its plane"
+}
+
+test_symmetry_is_auto_or_none() {
+    minimize "--symmetry cannot be perhaps" --symmetry perhaps
 }
 
 test_energy_that_the_surface_cannot_carry_is_refused() {

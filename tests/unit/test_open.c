@@ -138,13 +138,13 @@ static void test_rows_of_vertices_are_held(void **state) {
     curvopt_mesh *mesh = grid_mesh(NULL);
     curvopt_error error;
     for (int32_t boundary = CURVOPT_BOUNDARY_POSITION; boundary <= CURVOPT_BOUNDARY_FREE; boundary++) {
-        uint8_t *held;
+        co_hold hold = {0};
         int n = 0;
-        CHECK_OK(co_hold_create(mesh, boundary, &held, &error), &error);
-        for (int32_t v = 0; held && v < N_VERTICES; v++)
-            n += held[v];
+        CHECK_OK(co_hold_boundary(mesh, boundary, &hold, &error), &error);
+        for (int32_t v = 0; hold.freedom && v < N_VERTICES; v++)
+            n += hold.freedom[v] == CO_FREEDOM_NONE;
         CHECK_INT(n, expected[boundary]);
-        free(held);
+        co_hold_free(&hold);
     }
     curvopt_mesh_destroy(mesh);
 }

@@ -1,0 +1,360 @@
+/* One level of a run.
+ *
+ * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out. Here every
+ * accepted step is looked at: Gauss-Bonnet's defect is free, and when it grows, or after RESOLVE_EVERY steps, the rules
+ * are held against finer ones. A step that looked like progress only to a rule too coarse is taken back.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "level.h"
+
+#include "memory.h"
+#include "placement.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1, INVERSE_ITERATIONS = 30, NEWTON_MEMORY = 5 };
+static const double SHIFT = 0.1;
+/* Of the energy; between levels only what the next one would not do better at once. */
+static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-6;
+static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-4;
+/* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
+ * figures at the end: the step check above needs a resolved energy, not an accurate one. */
+static const double WORKING_FACTOR = 10;
+static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total curvature */
+
+static int is_fixed(const co_level *l) {
+    return l->hold.freedom != NULL;
+}
+
+/* -------------------------------------------------------------------------------------------- the function -- */
+
+static double evaluate(void *context, const double *z, double *gradient) {
+    co_level *l = context;
+    co_request request = {.gradient = gradient ? l->gx : NULL};
+    co_reduce_expand(&l->reduction, z, l->x);
+    co_assembly_evaluate(&l->assembly, l->x, &request, &l->last);
+    if (gradient)
+        co_reduce_gradient(&l->reduction, l->gx, gradient);
+    return l->last.objective;
+}
+
+static double mean_edge(const curvopt_mesh *m, const double *x) {
+    double sum = 0;
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        const double *a = x + 3 * (size_t)m->corner_vertex[m->edge_corner[e]];
+        const double *b = x + 3 * (size_t)co_mesh_destination(m, m->edge_corner[e]);
+        sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    }
+    return sum / m->info.n_edges;
+}
+
+/* Longest vertex displacement in mean edges. */
+static double step_length(void *context, const double *d) {
+    const co_level *l = context;
+    return co_reduce_longest(&l->reduction, d) / l->edge;
+}
+
+/* Back to centroid 0 and radius 1, where the function is the same and the gradient scales. */
+static void hold_placement(co_level *l, co_iterate *now) {
+    size_t n = (size_t)l->mesh->info.n_vertices;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    if (is_fixed(l))
+        return;
+    double centroid[3], radius = co_placement_frame(n, l->x, centroid);
+    for (size_t i = 0; i < 3 * n; i++)
+        l->x[i] = (l->x[i] - centroid[i % 3]) / radius;
+    co_reduce_variables(&l->reduction, l->x, now->x);
+    for (int32_t k = 0; k < l->reduction.n_variables; k++)
+        now->gradient[k] *= radius;
+}
+
+static co_settlement step_back(co_level *l, const co_iterate *before, co_iterate *now, co_settlement verdict) {
+    memcpy(now->x, before->x, sizeof(double) * (size_t)l->reduction.n_variables);
+    now->value = evaluate(l, now->x, now->gradient);
+    return verdict;
+}
+
+static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
+    co_level *l = context;
+    curvopt_energies energies;
+    int resolved, changed;
+    if (l->failed != CURVOPT_OK) /* in between, where nobody could be told */
+        return step_back(l, before, now, CO_SETTLE_STOP);
+    int suspicious =
+        !(co_assembly_defect(&l->assembly, &l->last) <= DEFECT_GROWTH * l->defect + DEFECT_FLOOR); /* of `now` */
+    hold_placement(l, now);
+    l->edge = mean_edge(l->mesh, l->x);
+    /* a long step into unknown country is looked at more closely than one of many short ones */
+    int due = l->has_model || iteration % RESOLVE_EVERY == 0;
+    if (l->frame->options->as_report || (!due && !suspicious))
+        return CO_SETTLE_KEEP;
+    l->failed = co_assembly_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
+                                    &changed, l->error);
+    if (l->failed != CURVOPT_OK)
+        return step_back(l, before, now, CO_SETTLE_STOP);
+    if (!resolved)
+        return step_back(l, before, now, CO_SETTLE_REJECT);
+    l->defect = energies.gauss_bonnet_defect;
+    if (!changed)
+        return CO_SETTLE_KEEP;
+    double value_before = evaluate(l, before->x, now->gradient);
+    now->value = evaluate(l, now->x, now->gradient);
+    if (!(now->value <= value_before))
+        return step_back(l, before, now, CO_SETTLE_REJECT);
+    return CO_SETTLE_CHANGED;
+}
+
+static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
+    co_level *l = context;
+    return l->failed != CURVOPT_OK ||
+           (l->report && l->report(l, now, l->iterations + iteration, l->evaluations + evaluations, l->user));
+}
+
+/* ---------------------------------------------------------------------------------------- preconditioning -- */
+
+static int32_t create_model(co_level *l, curvopt_error *error) {
+    int32_t status = co_model_create(&l->assembly, &l->reduction, &l->model, error);
+    l->has_model = status == CURVOPT_OK;
+    return status;
+}
+
+static double least_shift(const co_level *l, double value) {
+    return SHIFT * fabs(value) / l->mesh->info.n_vertices;
+}
+
+/* The matrix of `now`, shifted (Levenberg 1944, Marquardt 1963): so little that what the matrix does not see (sliding
+ * in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's size costing at
+ * least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back to the cap
+ * instead needs ten times as many on the curved valley floor of MVS. */
+static int renew(void *context, const co_iterate *now, double overshoot) {
+    co_level *l = context;
+    int positive = 0;
+    if (l->failed != CURVOPT_OK)
+        return 1;
+    double least = least_shift(l, now->value);
+    double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
+    l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    l->failed =
+        co_model_assemble(&l->model, l->x, l->exact, is_fixed(l) ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY, l->error);
+    if (l->failed != CURVOPT_OK)
+        return 1;
+    double stiffest = co_model_mean_diagonal(&l->model);
+    for (l->shift = fmax(l->shift * change, least); !positive && l->shift <= stiffest; l->shift *= positive ? 1 : 4) {
+        l->failed = co_model_factorize(&l->model, l->shift, &positive, l->error);
+        if (l->failed != CURVOPT_OK)
+            return 1;
+    }
+    l->has_factor = positive;
+    return !positive;
+}
+
+static int precondition(void *context, const double *in, double *out) {
+    co_level *l = context;
+    if (!l->has_factor)
+        return 1;
+    int32_t status = co_model_solve(&l->model, in, out, l->error);
+    if (status != CURVOPT_OK)
+        l->failed = status;
+    return status != CURVOPT_OK;
+}
+
+/* The direction in which the Hessian is most negative, by inverse iteration with its shifted factor. The shift is more
+ * than the least one only if something is negative. */
+static int negative_curvature(void *context, const co_iterate *now, double *d) {
+    co_level *l = context;
+    size_t n = (size_t)l->reduction.n_variables;
+    double curvature = 0, least = least_shift(l, now->value);
+    if (l->failed != CURVOPT_OK || !l->has_factor || l->shift <= least)
+        return 0;
+    for (size_t i = 0; i < n; i++) /* some vector without symmetries: the golden section's multiples are well spread */
+        d[i] = fmod(0.6180339887498949 * (double)(i + 1), 1) - 0.5;
+    for (int step = 0; step < INVERSE_ITERATIONS; step++) {
+        double norm = co_vector_norm(n, d);
+        for (size_t i = 0; i < n; i++)
+            d[i] /= norm;
+        memcpy(l->gx, d, n * sizeof *d);
+        if (precondition(l, d, d))
+            return 0;
+        curvature = 1 / co_vector_dot(n, l->gx, d) - l->shift;
+    }
+    if (co_vector_dot(n, d, now->gradient) > 0)
+        for (size_t i = 0; i < n; i++)
+            d[i] = -d[i];
+    return curvature < -least;
+}
+
+/* ------------------------------------------------------------------------------------------------ the level -- */
+
+static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z, curvopt_error *error) {
+    const co_frame *f = l->frame;
+    size_t n = (size_t)l->mesh->info.n_vertices;
+    double centroid[3], radius = co_placement_frame(n, l->start, centroid), *face_weight = NULL;
+    const double *origin = is_fixed(l) ? f->centroid : centroid;
+    double unit = is_fixed(l) ? f->radius : radius;
+    for (size_t i = 0; i < 3 * n; i++)
+        l->x[i] = (l->start[i] - origin[i % 3]) / unit;
+    l->edge = mean_edge(l->mesh, l->x);
+    int32_t status = co_reduce_create(l->mesh, symmetry, &l->hold, l->x, &l->reduction, error);
+    if (status == CURVOPT_OK)
+        co_reduce_variables(&l->reduction, l->x, z);
+    if (status == CURVOPT_OK && symmetry->order > 1)
+        status = co_reduce_face_weights(l->mesh, symmetry, &face_weight, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_create(l->mesh, f->options, face_weight, &l->assembly, error);
+    free(face_weight);
+    l->assembly.frame_held = is_fixed(l);
+    if (status == CURVOPT_OK && f->options->method != CURVOPT_METHOD_LMVM && l->reduction.n_variables)
+        status = create_model(l, error);
+    return status;
+}
+
+int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+                        const co_hold *constraints, const double *start, int32_t number, co_level *l, double *z,
+                        curvopt_error *error) {
+    size_t n = (size_t)mesh->info.n_vertices;
+    const curvopt_options *o = frame->options;
+    *l = (co_level){.frame = frame,
+                    .mesh = mesh,
+                    .start = start,
+                    .number = number,
+                    .error = error,
+                    .x = CO_NEW(double, 3 * n),
+                    .gx = CO_NEW(double, 3 * n)};
+    l->tolerance = o->as_report ? (double)INFINITY : o->tolerance;
+    l->working_tolerance = number < o->levels ? WORKING_FACTOR * l->tolerance : l->tolerance;
+    int32_t status = l->x && l->gx ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_hold_copy(mesh, constraints, &l->hold, error);
+    if (status == CURVOPT_OK)
+        status = co_hold_boundary(mesh, o->boundary, &l->hold, error);
+    if (status == CURVOPT_OK)
+        status = create_parts(l, symmetry, z, error);
+    if (status != CURVOPT_OK)
+        co_level_free(l);
+    return status;
+}
+
+void co_level_free(co_level *l) {
+    co_model_free(&l->model);
+    co_assembly_free(&l->assembly);
+    co_reduce_free(&l->reduction);
+    co_hold_free(&l->hold);
+    free(l->x);
+    free(l->gx);
+    *l = (co_level){0};
+}
+
+int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
+    curvopt_energies energies;
+    int resolved, changed;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    int32_t status = co_assembly_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies,
+                                         &resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    l->defect = energies.gauss_bonnet_defect;
+    now->value = evaluate(l, now->x, now->gradient);
+    if (!isfinite(now->value) || !isfinite(co_vector_norm((size_t)l->reduction.n_variables, now->gradient)))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, l->last.worst_face,
+                              "the energy is not finite: the surface is degenerate at face %d", l->last.worst_face);
+    return CURVOPT_OK;
+}
+
+/* The second stage, from where the first one has settled: Newton's method proper. */
+static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+                      curvopt_error *error) {
+    l->iterations = result->iterations;
+    l->evaluations = result->evaluations;
+    l->exact = 1;
+    l->shift = 0;
+    f->negative_curvature = negative_curvature;
+    options->memory = NEWTON_MEMORY;
+    options->max_iterations -= l->iterations;
+    int32_t status = co_lmvm(f, options, now, result, error);
+    result->iterations += l->iterations;
+    result->evaluations += l->evaluations;
+    return status == CURVOPT_OK ? l->failed : status;
+}
+
+int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
+    const curvopt_options *o = l->frame->options;
+    int last = l->number == o->levels;
+    co_minimand f = {.context = l,
+                     .n = (size_t)l->reduction.n_variables,
+                     .evaluate = evaluate,
+                     .step_length = step_length,
+                     .settle = settle,
+                     .report = report};
+    co_lmvm_options lmvm = {.memory = LMVM_MEMORY,
+                            .max_iterations = o->max_iterations,
+                            .gradient_tolerance = o->gradient_tolerance,
+                            .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
+                            .settled_decrease = last ? FINAL_SETTLED : COARSE_SETTLED,
+                            .max_step = o->max_step,
+                            .renew_every = RENEW_EVERY};
+    *result = (co_lmvm_result){0};
+    if (l->has_model) {
+        f.precondition = precondition;
+        f.renew = renew;
+    }
+    if (report(l, now, 0, 0)) {
+        result->stop = CURVOPT_STOP_CANCELLED;
+        return CURVOPT_OK;
+    }
+    int32_t status = co_lmvm(&f, &lmvm, now, result, error);
+    if (status == CURVOPT_OK)
+        status = l->failed;
+    int done = result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
+    if (status == CURVOPT_OK && l->has_model && last && done)
+        status = polish(l, &f, &lmvm, now, result, error);
+    return status;
+}
+
+void co_level_to_user(const co_level *l, const double *z, double normalized_area, double *xyz) {
+    size_t n = (size_t)l->mesh->info.n_vertices;
+    co_reduce_expand(&l->reduction, z, xyz);
+    if (is_fixed(l)) {
+        for (size_t i = 0; i < 3 * n; i++)
+            xyz[i] = l->hold.freedom[i / 3] == CO_FREEDOM_NONE ? l->start[i]
+                                                               : l->frame->centroid[i % 3] + l->frame->radius * xyz[i];
+        return;
+    }
+    double scale = sqrt(l->frame->area / normalized_area);
+    for (size_t i = 0; i < 3 * n; i++)
+        xyz[i] *= scale;
+    co_placement_align(n, l->start, xyz);
+}
+
+double co_level_relative_gradient(const co_level *l, const co_iterate *now) {
+    return co_vector_norm((size_t)l->reduction.n_variables, now->gradient) / fabs(now->value);
+}
+
+int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt_energies *energies, int *resolved,
+                        curvopt_error *error) {
+    int changed;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    int32_t status =
+        co_assembly_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, energies, resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_level_to_user(l, now->x, energies->area, xyz);
+    double unit = is_fixed(l) ? l->frame->radius * l->frame->radius : l->frame->area / energies->area;
+    energies->area_error *= unit;
+    energies->area = is_fixed(l) ? unit * energies->area : l->frame->area;
+    return CURVOPT_OK;
+}
+
+int32_t co_level_certify(co_level *l, co_iterate *now, co_certificate *out, curvopt_error *error) {
+    *out = (co_certificate){.newton_decrement = 0, .verdict = CURVOPT_VERDICT_MINIMUM};
+    if (l->reduction.n_variables == 0)
+        return CURVOPT_OK;
+    int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
+    if (status != CURVOPT_OK)
+        return status;
+    now->value = evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
+    return co_certify(&l->model, is_fixed(l) ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY, l->x, now->value, now->gradient,
+                      least_shift(l, now->value), out, error);
+}

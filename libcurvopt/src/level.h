@@ -1,0 +1,62 @@
+/* One level of a run: the cage's energy as a function of its variables, minimized, kept resolved.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_LEVEL_H
+#define CO_LEVEL_H
+
+#include "certificate.h"
+#include "lmvm.h"
+
+/* What does not change during a run. */
+typedef struct co_frame {
+    const curvopt_options *options;
+    double centroid[3], radius; /* of the input cage: the frame of levels that hold vertices */
+    double area;                /* of its surface, which the result gets */
+} co_frame;
+
+typedef struct co_level {
+    const co_frame *frame;
+    const curvopt_mesh *mesh;
+    const double *start; /* [3 n_vertices] what the level began with, in the user's units */
+    co_hold hold;
+    co_reduction reduction;
+    co_assembly assembly;
+    double tolerance, working_tolerance; /* of quadrature: of the figures at the end, and for the work */
+    double *x, *gx;                      /* [3 n_vertices] positions that were looked at last, normalized; a gradient */
+    double edge;                         /* mean length, normalized */
+    double defect;                       /* Gauss-Bonnet's, when last resolved, */
+    co_values last;                      /* and what was evaluated last */
+    co_model model;                      /* for a preconditioner */
+    int has_model;
+    int exact; /* it is the Hessian, not the Gauss-Newton matrix */
+    int has_factor;
+    double shift;
+    int32_t number;
+    int iterations, evaluations; /* of stages that are over */
+    int32_t failed; /* status of a call that cannot report it */
+    curvopt_error *error;
+    int (*report)(const struct co_level *level, const co_iterate *now, int iteration, int evaluations, void *user);
+    void *user;
+} co_level;
+
+/* Takes over neither mesh nor start; constraints are copied. z [3 n_vertices at most] gets the variables.
+ * As curvopt_minimize. */
+int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+                        const co_hold *constraints, const double *start, int32_t number, co_level *out, double *z,
+                        curvopt_error *error);
+void co_level_free(co_level *level);
+
+/* Rules, value and gradient at `now`; refuses what has none. */
+int32_t co_level_begin(co_level *level, co_iterate *now, curvopt_error *error);
+/* From `now`, in place. level->report is told of every step. */
+int32_t co_level_solve(co_level *level, co_iterate *now, co_lmvm_result *result, curvopt_error *error);
+/* Energies at `now` by rules that give the wanted accuracy, and positions in the user's units. */
+int32_t co_level_finish(co_level *level, const co_iterate *now, double *xyz, curvopt_energies *energies, int *resolved,
+                        curvopt_error *error);
+/* Positions as the user sees them: in the frame they were taken from where something is held; else the area is the
+ * input's, and the cage lies as the level's first one did. */
+void co_level_to_user(const co_level *level, const double *z, double normalized_area, double *xyz);
+/* What the Hessian says of `now`, whose value and gradient are renewed. */
+int32_t co_level_certify(co_level *level, co_iterate *now, co_certificate *out, curvopt_error *error);
+double co_level_relative_gradient(const co_level *level, const co_iterate *now);
+
+#endif

@@ -1,0 +1,52 @@
+/* A quadratic model of the objective over a reduction's variables, factored.
+ *
+ * The sparse matrix is hessian.h's. Two things are dense. Of an objective S + A T, second order plus area times third
+ * order, the Hessian also has grad A grad T^T + grad T grad A^T. And motions that the objective does not see (rigid
+ * ones, scaling) are made stiff, or rounding would decide whether they are soft or negative. Together the matrix is
+ * M = H + U C U^T with a dozen columns U; it is solved by the formula of Sherman, Morrison and Woodbury, and its
+ * inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_MODEL_H
+#define CO_MODEL_H
+
+#include "cholesky.h"
+#include "hessian.h"
+
+enum { CO_MODEL_DENSE = 12 };
+
+typedef struct co_model {
+    co_assembly *assembly; /* the caller's */
+    co_hessian hessian;
+    co_cholesky *factor;
+    double *dense;  /* [CO_MODEL_DENSE][n_variables] U */
+    double *solved; /* [CO_MODEL_DENSE][n_variables] H^-1 U */
+    double *full;   /* [2][3 n_vertices] work */
+    int n_dense;
+    int n_pair;                                     /* 2 if the first two columns are grad A, grad T, else 0 */
+    double stiffness;                               /* of the others, which are orthonormal */
+    double inverse[CO_MODEL_DENSE][CO_MODEL_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
+} co_model;
+
+/* Motions that count as seen by nobody. */
+typedef enum co_gauge {
+    CO_GAUGE_NONE,       /* something is held */
+    CO_GAUGE_SIMILARITY, /* translations, rotations, scaling */
+    CO_GAUGE_MOEBIUS     /* also inversions' infinitesimal ones: of Willmore's energy, but for discretization */
+} co_gauge;
+
+/* assembly and reduction must outlive it; the reduction has variables. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_model_create(co_assembly *assembly, const co_reduction *reduction, co_model *out, curvopt_error *error);
+void co_model_free(co_model *model);
+/* The matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the exact Hessian.
+ * What was factored is lost. ERROR_MEMORY. */
+int32_t co_model_assemble(co_model *model, const double *x, int exact, co_gauge gauge, curvopt_error *error);
+double co_model_mean_diagonal(const co_model *model);
+/* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
+int32_t co_model_factorize(co_model *model, double shift, int *positive, curvopt_error *error);
+/* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
+int32_t co_model_solve(co_model *model, const double *b, double *x, curvopt_error *error);
+/* Negative eigenvalues of M + shift; -1 if it is singular to rounding. ERROR_MEMORY. */
+int32_t co_model_count_negative(co_model *model, double shift, int32_t *n_negative, curvopt_error *error);
+
+#endif

@@ -1,0 +1,226 @@
+/* The variables of a minimization. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "reduce.h"
+
+#include "memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIXED = -1, UNSEEN = -2 };
+static const double IN_PLANE = 0.5; /* a projector's columns are 0 or not */
+
+void co_reduce_free(co_reduction *r) {
+    free(r->node);
+    free(r->first);
+    free(r->basis);
+    free(r->offset);
+    free(r->stretch);
+    *r = (co_reduction){0};
+}
+
+static void multiply(const double a[9], const double b[9], double out[9]) {
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            out[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+}
+
+/* Directions that a constraint leaves, as a projector. */
+static void allowed(const co_hold *hold, int32_t v, double projector[9]) {
+    int freedom = hold->freedom ? hold->freedom[v] : CO_FREEDOM_ALL;
+    memset(projector, 0, 9 * sizeof *projector);
+    for (int k = 0; k < 3; k++)
+        projector[4 * k] = freedom == CO_FREEDOM_ALL || freedom == CO_FREEDOM_PLANE;
+    if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
+        return;
+    const double *d = hold->direction + 3 * (size_t)v;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            projector[3 * i + j] += (freedom == CO_FREEDOM_LINE ? 1 : -1) * d[i] * d[j];
+}
+
+/* Orthonormal columns that span a projector's range, by Gram and Schmidt; their number. Axes are tried first, so that
+ * the identity's basis is the identity. */
+static int range_of(const double projector[9], double basis[9]) {
+    int n = 0;
+    memset(basis, 0, 9 * sizeof(double));
+    for (double least = IN_PLANE; least > 1e-3 && n < 3; least *= 0.3)
+        for (int j = 0; j < 3 && n < 3; j++) {
+            double column[3] = {projector[j], projector[3 + j], projector[6 + j]}, square = 0;
+            for (int k = 0; k < n; k++) {
+                double along = column[0] * basis[k] + column[1] * basis[3 + k] + column[2] * basis[6 + k];
+                for (int i = 0; i < 3; i++)
+                    column[i] -= along * basis[3 * i + k];
+            }
+            for (int i = 0; i < 3; i++)
+                square += column[i] * column[i];
+            if (square < least * least)
+                continue;
+            for (int i = 0; i < 3; i++)
+                basis[3 * i + n] = column[i] / sqrt(square);
+            n++;
+        }
+    return n;
+}
+
+/* Directions in which vertex v may move so that its orbit keeps the symmetry: those that its stabilizer fixes. *size is
+ * the orbit's. */
+static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const co_hold *hold, int32_t v,
+                            double projector[9], int32_t *size) {
+    double mean[9] = {0}, own[9];
+    int32_t stabilizer = 0;
+    for (int32_t g = 0; g < s->order; g++)
+        if (co_symmetry_vertex(s, m, g, v) == v) {
+            for (int k = 0; k < 9; k++)
+                mean[k] += s->matrix[9 * (size_t)g + (size_t)k];
+            stabilizer++;
+        }
+    for (int k = 0; k < 9; k++)
+        mean[k] /= stabilizer;
+    allowed(hold, v, own);
+    multiply(mean, own, projector);
+    *size = s->order / stabilizer;
+}
+
+/* The orbit of v becomes a node, unless it cannot move. */
+static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_hold *hold, int32_t v, co_reduction *r) {
+    double projector[9], basis[9];
+    int32_t size;
+    free_directions(m, s, hold, v, projector, &size);
+    int n = range_of(projector, basis);
+    double stretch = 1 / sqrt((double)size);
+    for (int32_t g = 0; g < s->order; g++) {
+        int32_t w = co_symmetry_vertex(s, m, g, v);
+        double *to = r->basis + 9 * (size_t)w;
+        if (r->node[w] != UNSEEN)
+            continue;
+        r->node[w] = n ? r->n_nodes : FIXED;
+        multiply(s->matrix + 9 * (size_t)g, basis, to);
+        for (int k = 0; k < 9; k++)
+            to[k] *= stretch;
+    }
+    if (!n)
+        return;
+    r->stretch[r->n_nodes++] = stretch;
+    r->n_variables += n;
+    r->first[r->n_nodes] = r->n_variables;
+}
+
+/* Where nothing is free: what x is. Else what of it no variables reach. */
+static void find_offset(co_reduction *r, const co_hold *hold, const double *x, double *z) {
+    size_t n = 3 * (size_t)r->n_vertices;
+    double *offset = r->offset;
+    r->offset = NULL;
+    co_reduce_variables(r, x, z);
+    co_reduce_expand(r, z, offset);
+    for (size_t i = 0; i < n; i++)
+        offset[i] = hold->freedom[i / 3] == CO_FREEDOM_ALL ? 0 : x[i] - offset[i];
+    r->offset = offset;
+}
+
+int32_t co_reduce_create(const curvopt_mesh *m, const co_symmetry *s, const co_hold *hold, const double *x,
+                         co_reduction *r, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    double *z = hold->freedom ? CO_NEW(double, 3 * n) : NULL;
+    *r = (co_reduction){.n_vertices = m->info.n_vertices,
+                        .node = CO_NEW(int32_t, n),
+                        .first = CO_NEW(int32_t, n + 1),
+                        .basis = CO_NEW(double, 9 * n),
+                        .offset = hold->freedom ? CO_NEW(double, 3 * n) : NULL,
+                        .stretch = CO_NEW(double, n),
+                        .plain = s->order == 1 && !hold->freedom};
+    if (!r->node || !r->first || !r->basis || !r->stretch || (hold->freedom && (!z || !r->offset))) {
+        free(z);
+        co_reduce_free(r);
+        return co_status_no_memory(error);
+    }
+    for (size_t v = 0; v < n; v++)
+        r->node[v] = UNSEEN;
+    for (int32_t v = 0; v < r->n_vertices; v++)
+        if (r->node[v] == UNSEEN)
+            add_orbit(m, s, hold, v, r);
+    if (hold->freedom)
+        find_offset(r, hold, x, z);
+    free(z);
+    return CURVOPT_OK;
+}
+
+void co_reduce_expand(const co_reduction *r, const double *z, double *x) {
+    if (r->plain) {
+        memcpy(x, z, sizeof *x * 3 * (size_t)r->n_vertices);
+        return;
+    }
+    for (int32_t v = 0; v < r->n_vertices; v++, x += 3) {
+        const double *basis = r->basis + 9 * (size_t)v;
+        for (int c = 0; c < 3; c++)
+            x[c] = r->offset ? r->offset[3 * (size_t)v + (size_t)c] : 0;
+        if (r->node[v] == FIXED)
+            continue;
+        int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
+        for (int c = 0; c < 3; c++)
+            for (int32_t k = 0; k < n; k++)
+                x[c] += basis[3 * c + k] * z[first + k];
+    }
+}
+
+/* z = B^T (x - from); from may be NULL */
+static void project(const co_reduction *r, const double *x, const double *from, double *z) {
+    memset(z, 0, sizeof *z * (size_t)r->n_variables);
+    for (int32_t v = 0; v < r->n_vertices; v++) {
+        const double *basis = r->basis + 9 * (size_t)v;
+        if (r->node[v] == FIXED)
+            continue;
+        int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
+        for (int c = 0; c < 3; c++) {
+            size_t i = 3 * (size_t)v + (size_t)c;
+            double value = x[i] - (from ? from[i] : 0);
+            for (int32_t k = 0; k < n; k++)
+                z[first + k] += basis[3 * c + k] * value;
+        }
+    }
+}
+
+void co_reduce_variables(const co_reduction *r, const double *x, double *z) {
+    project(r, x, r->offset, z);
+}
+
+void co_reduce_gradient(const co_reduction *r, const double *gx, double *gz) {
+    if (r->plain)
+        memcpy(gz, gx, sizeof *gz * 3 * (size_t)r->n_vertices);
+    else
+        project(r, gx, NULL, gz);
+}
+
+double co_reduce_longest(const co_reduction *r, const double *dz) {
+    double longest = 0;
+    for (int32_t node = 0; node < r->n_nodes; node++) {
+        double square = 0;
+        for (int32_t k = r->first[node]; k < r->first[node + 1]; k++)
+            square += dz[k] * dz[k];
+        longest = fmax(longest, r->stretch[node] * sqrt(square));
+    }
+    return longest;
+}
+
+int32_t co_reduce_face_weights(const curvopt_mesh *m, const co_symmetry *s, double **weight, curvopt_error *error) {
+    uint8_t *seen = CO_NEW(uint8_t, m->info.n_faces);
+    *weight = CO_NEW(double, m->info.n_faces);
+    if (!seen || !*weight) {
+        free(seen);
+        free(*weight);
+        *weight = NULL;
+        return co_status_no_memory(error);
+    }
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        for (int32_t g = 0; !seen[f] && g < s->order; g++) {
+            int32_t image = m->corner_face[s->corner[(size_t)g * (size_t)s->n_corners + (size_t)m->face_start[f]]];
+            if (image > f && !seen[image]) {
+                seen[image] = 1;
+                (*weight)[f]++;
+            }
+        }
+        (*weight)[f] += !seen[f]; /* itself */
+    }
+    free(seen);
+    return CURVOPT_OK;
+}

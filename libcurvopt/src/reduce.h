@@ -1,0 +1,41 @@
+/* The variables of a minimization: the cage's positions as a linear function of fewer numbers.
+ *
+ * Pins, sliding along lines and planes, and symmetry are one thing: x_v = offset_v + B_v z_node(v), with the columns of
+ * the whole matrix orthonormal, so that lengths of gradients and steps are those of the cage.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_REDUCE_H
+#define CO_REDUCE_H
+
+#include "symmetry.h"
+
+typedef struct co_reduction {
+    int32_t n_vertices, n_nodes, n_variables;
+    int32_t *node;   /* [n_vertices] node that a vertex moves with, -1: it does not move */
+    int32_t *first;  /* [n_nodes + 1] its first variable; at most three each */
+    double *basis;   /* [n_vertices][3][3] B_v: by rows x, y, z, as many columns as the node has variables */
+    double *offset;  /* [3 n_vertices], or NULL for 0 */
+    double *stretch; /* [n_nodes] length of B_v's columns: 1 / sqrt(vertices of the node) */
+    int plain;       /* every vertex is a node, every B_v the identity */
+} co_reduction;
+
+/* Variables for a cage at x [3 n_vertices], whose centroid is the symmetry's centre. Where nothing is constrained,
+ * positions that are not symmetric are not in reach, and offset is NULL. ERROR_MEMORY. */
+int32_t co_reduce_create(const curvopt_mesh *mesh, const co_symmetry *symmetry, const co_hold *hold, const double *x,
+                         co_reduction *out, curvopt_error *error);
+void co_reduce_free(co_reduction *reduction);
+
+/* x [3 n_vertices] = offset + B z */
+void co_reduce_expand(const co_reduction *reduction, const double *z, double *x);
+/* z [n_variables] = B^T (x - offset): of positions in reach, their variables. */
+void co_reduce_variables(const co_reduction *reduction, const double *x, double *z);
+/* gz [n_variables] = B^T gx: a gradient. */
+void co_reduce_gradient(const co_reduction *reduction, const double *gx, double *gz);
+/* Length of the longest displacement of a vertex that dz brings. */
+double co_reduce_longest(const co_reduction *reduction, const double *dz);
+
+/* weight [n_faces]: how many faces of its orbit each face stands for; 0 for all but one of them. ERROR_MEMORY. */
+int32_t co_reduce_face_weights(const curvopt_mesh *mesh, const co_symmetry *symmetry, double **weight,
+                               curvopt_error *error);
+
+#endif

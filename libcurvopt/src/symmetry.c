@@ -1,0 +1,394 @@
+/* A cage's symmetries.
+ *
+ * An automorphism of a connected cage is given by where it takes one corner, and whether it mirrors: the rest follows
+ * from edge to edge. So all of them are found by trying the images of one corner that has few candidates. What remains
+ * is geometry: the motion that fits best, and how well.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "symmetry.h"
+
+#include "crease.h"
+#include "memory.h"
+#include "placement.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of the cage's size. Single precision, in which Blender keeps cages, leaves some 1e-7. */
+static const double SYMMETRY_TOLERANCE = 1e-5;
+enum { LARGEST_ORDER = 512, UNSET = -1 };
+
+/* The search. */
+typedef struct search {
+    const curvopt_mesh *mesh;
+    const co_hold *hold;
+    double *x;         /* [3 n_vertices] centroid 0, radius 1 */
+    double *length;    /* [n_vertices] |x| */
+    int32_t *queue;    /* [n_corners] */
+    int32_t seed;      /* corner whose images are tried */
+    double tolerance;  /* of the size */
+    co_symmetry found; /* room for LARGEST_ORDER elements, one more than is used */
+    int32_t room;
+} search;
+
+void co_symmetry_free(co_symmetry *s) {
+    free(s->corner);
+    free(s->mirrored);
+    free(s->matrix);
+    *s = (co_symmetry){0};
+}
+
+static int32_t grow(search *s, curvopt_error *error) {
+    co_symmetry *f = &s->found;
+    int32_t room = s->room ? 2 * s->room : 4;
+    size_t n = (size_t)f->n_corners, used = (size_t)f->order;
+    co_symmetry next = {.order = f->order,
+                        .n_corners = f->n_corners,
+                        .corner = CO_NEW(int32_t, (size_t)room * n),
+                        .mirrored = CO_NEW(uint8_t, room),
+                        .matrix = CO_NEW(double, 9 * (size_t)room)};
+    if (!next.corner || !next.mirrored || !next.matrix) {
+        co_symmetry_free(&next);
+        return co_status_no_memory(error);
+    }
+    if (used) {
+        memcpy(next.corner, f->corner, used * n * sizeof(int32_t));
+        memcpy(next.mirrored, f->mirrored, used);
+        memcpy(next.matrix, f->matrix, used * 9 * sizeof(double));
+    }
+    co_symmetry_free(f);
+    *f = next;
+    s->room = room;
+    return CURVOPT_OK;
+}
+
+/* ------------------------------------------------------------------------------------------- combinatorics -- */
+
+static int same_sharpness(double a, double b) {
+    return a == b || (co_crease_is_infinite(a) && co_crease_is_infinite(b));
+}
+
+static double distance(const double *a, const double *b) {
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* The half-edge that the image of half-edge h is, as the image of its corner is `to`. */
+static int32_t image_of_edge(const curvopt_mesh *m, int32_t to, int mirrored) {
+    return mirrored ? co_mesh_prev(m, to) : to;
+}
+
+/* Whether corner h could go to `to`, by what can be seen from there. */
+static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
+    const curvopt_mesh *m = s->mesh;
+    int32_t v = m->corner_vertex[h], w = m->corner_vertex[to], edge = image_of_edge(m, to, mirrored);
+    int32_t v_next = co_mesh_destination(m, h), w_next = m->corner_vertex[mirrored ? edge : co_mesh_next(m, to)];
+    return m->valence[v] == m->valence[w] &&
+           co_mesh_face_size(m, m->corner_face[h]) == co_mesh_face_size(m, m->corner_face[to]) &&
+           (m->twin[h] < 0) == (m->twin[edge] < 0) && fabs(s->length[v] - s->length[w]) <= s->tolerance &&
+           fabs(distance(s->x + 3 * (size_t)v, s->x + 3 * (size_t)v_next) -
+                distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
+           same_sharpness(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
+           same_sharpness(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
+           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]);
+}
+
+/* Follows corner h -> to over its component; s->queue [the number returned] has the corners that were mapped, *fits
+ * whether that went well. */
+static int32_t follow(search *s, int32_t h, int32_t to, int mirrored, int32_t *map, int *fits) {
+    const curvopt_mesh *m = s->mesh;
+    int32_t n = 0;
+    *fits = may_go(s, h, to, mirrored);
+    if (!*fits)
+        return 0;
+    map[h] = to;
+    s->queue[n++] = h;
+    for (int32_t head = 0; head < n; head++) {
+        int32_t at = s->queue[head], image = map[at], edge = image_of_edge(m, image, mirrored);
+        int32_t next[2] = {co_mesh_next(m, at), m->twin[at]};
+        int32_t next_image[2] = {mirrored ? co_mesh_prev(m, image) : co_mesh_next(m, image), UNSET};
+        if (next[1] >= 0) /* the corner at the head of `at`, in the face across; its image likewise */
+            next_image[1] = mirrored ? co_mesh_next(m, m->twin[edge]) : m->twin[edge];
+        for (int k = 0; k < 2; k++) {
+            if (next[k] < 0)
+                continue;
+            if (map[next[k]] == UNSET) {
+                *fits = may_go(s, next[k], next_image[k], mirrored);
+                if (!*fits)
+                    return n;
+                map[next[k]] = next_image[k];
+                s->queue[n++] = next[k];
+            } else if (map[next[k]] != next_image[k]) {
+                *fits = 0;
+                return n;
+            }
+        }
+    }
+    return n;
+}
+
+/* Fills `map` [n_corners], UNSET where unknown, over the component of h; 0, and nothing changed, if it cannot be. */
+static int propagate(search *s, int32_t h, int32_t to, int mirrored, int32_t *map) {
+    int fits;
+    int32_t n = follow(s, h, to, mirrored, map, &fits);
+    for (int32_t i = 0; !fits && i < n; i++)
+        map[s->queue[i]] = UNSET;
+    return fits;
+}
+
+/* ------------------------------------------------------------------------------------------------ geometry -- */
+
+static void apply(const double matrix[9], const double *x, double *out) {
+    for (int i = 0; i < 3; i++)
+        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
+}
+
+/* The motion that takes the vertices of mapped corners closest to their images; 0 if they do not determine one. */
+static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
+    const curvopt_mesh *m = s->mesh;
+    double sum[3][3] = {{0}};
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        if (map[h] == UNSET)
+            continue;
+        const double *from = s->x + 3 * (size_t)m->corner_vertex[h], *to = s->x + 3 * (size_t)m->corner_vertex[map[h]];
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                sum[i][j] += to[i] * from[j] / m->info.n_corners;
+    }
+    if (!co_placement_orthogonal_factor(sum))
+        return 0;
+    memcpy(matrix, sum, sizeof sum);
+    return 1;
+}
+
+/* Whether `map` is the motion, and keeps the constraints' directions. */
+static int is_motion(const search *s, const int32_t *map, const double matrix[9], double tolerance) {
+    const curvopt_mesh *m = s->mesh;
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        double at[3];
+        int32_t v = m->corner_vertex[h], w = m->corner_vertex[map[h]];
+        apply(matrix, s->x + 3 * (size_t)v, at);
+        if (!(distance(at, s->x + 3 * (size_t)w) <= tolerance))
+            return 0;
+        if (!s->hold->freedom || s->hold->freedom[v] == CO_FREEDOM_NONE || s->hold->freedom[v] == CO_FREEDOM_ALL)
+            continue;
+        const double *to = s->hold->direction + 3 * (size_t)w;
+        apply(matrix, s->hold->direction + 3 * (size_t)v, at);
+        if (!(fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - tolerance * tolerance))
+            return 0;
+    }
+    return 1;
+}
+
+/* The other components, once the first has told the motion. */
+static int map_components(search *s, const double matrix[9], int mirrored, int32_t *map) {
+    const curvopt_mesh *m = s->mesh;
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        double at[3];
+        int32_t to = 0;
+        if (map[h] != UNSET)
+            continue;
+        apply(matrix, s->x + 3 * (size_t)m->corner_vertex[h], at);
+        for (; to < m->info.n_corners; to++) /* a wrong turn at the vertex maps something nobody knows to be there */
+            if (distance(at, s->x + 3 * (size_t)m->corner_vertex[to]) <= s->tolerance &&
+                propagate(s, h, to, mirrored, map))
+                break;
+        if (to == m->info.n_corners)
+            return 0;
+    }
+    return 1;
+}
+
+/* One candidate; kept if it is a symmetry. */
+static int32_t try_image(search *s, int32_t to, int mirrored, curvopt_error *error) {
+    int32_t n = s->found.n_corners;
+    if (s->found.order == s->room) {
+        int32_t status = grow(s, error);
+        if (status != CURVOPT_OK)
+            return status;
+    }
+    int32_t *map = s->found.corner + (size_t)s->found.order * (size_t)n;
+    double *matrix = s->found.matrix + 9 * (size_t)s->found.order;
+    for (int32_t h = 0; h < n; h++)
+        map[h] = UNSET;
+    if (!propagate(s, s->seed, to, mirrored, map) || !fit_motion(s, map, matrix) ||
+        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix, s->tolerance))
+        return CURVOPT_OK;
+    s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
+    return CURVOPT_OK;
+}
+
+/* A corner at a vertex whose distance from the centre few others have. */
+typedef struct ranked {
+    double length;
+    int32_t vertex;
+} ranked;
+
+static int by_length(const void *a, const void *b) {
+    const ranked *x = a, *y = b;
+    return (x->length > y->length) - (x->length < y->length);
+}
+
+static int32_t choose_seed(search *s, curvopt_error *error) {
+    int32_t n = s->mesh->info.n_vertices, fewest = n + 1;
+    ranked *order = CO_NEW(ranked, n);
+    if (!order)
+        return co_status_no_memory(error);
+    for (int32_t v = 0; v < n; v++)
+        order[v] = (ranked){s->length[v], v};
+    qsort(order, (size_t)n, sizeof *order, by_length);
+    for (int32_t first = 0, end; first < n; first = end) {
+        for (end = first + 1; end < n && order[end].length - order[end - 1].length <= s->tolerance;)
+            end++;
+        if (end - first < fewest) {
+            fewest = end - first;
+            s->seed = s->mesh->vertex_corner[order[first].vertex];
+        }
+    }
+    free(order);
+    return CURVOPT_OK;
+}
+
+static int32_t find_all(search *s, curvopt_error *error) {
+    int32_t status = choose_seed(s, error);
+    s->found.order = 0;
+    if (status == CURVOPT_OK)
+        status = try_image(s, s->seed, 0, error); /* the identity comes first */
+    for (int32_t to = 0; status == CURVOPT_OK && to < s->found.n_corners && s->found.order <= LARGEST_ORDER; to++)
+        for (int mirrored = 0; status == CURVOPT_OK && mirrored < 2; mirrored++)
+            if (to != s->seed || mirrored)
+                status = try_image(s, to, mirrored, error);
+    return status;
+}
+
+/* --------------------------------------------------------------------------------------------------- group -- */
+
+/* table[a * order + b] = index of "b, then a"; 0 if the elements are no group. */
+static int multiply(const search *s, int32_t *table) {
+    const co_symmetry *f = &s->found;
+    size_t n = (size_t)f->n_corners;
+    for (int32_t a = 0; a < f->order; a++)
+        for (int32_t b = 0; b < f->order; b++) {
+            int32_t image = f->corner[(size_t)a * n + (size_t)f->corner[(size_t)b * n + (size_t)s->seed]], k = 0;
+            while (k < f->order && (f->corner[(size_t)k * n + (size_t)s->seed] != image ||
+                                    f->mirrored[k] != (f->mirrored[a] ^ f->mirrored[b])))
+                k++;
+            if (k == f->order)
+                return 0;
+            table[a * f->order + b] = k;
+        }
+    return 1;
+}
+
+/* Matrices were fitted one by one, to positions that are symmetric up to the tolerance. Q_g <- the orthogonal matrix
+ * nearest to the mean over h of Q_gh Q_h^T, a few times, makes them multiply like the group's elements: the centre of
+ * mass of what a near-homomorphism offers (Grove, Karcher, Ruh, "Jacobi fields and Finsler metrics on compact Lie
+ * groups", 1974); the defect squares in each pass. */
+static void make_representation(co_symmetry *f, const int32_t *table, double *next) {
+    for (int pass = 0; pass < 4; pass++) {
+        for (int32_t g = 0; g < f->order; g++) {
+            double mean[3][3] = {{0}};
+            for (int32_t h = 0; h < f->order; h++) {
+                const double *gh = f->matrix + 9 * (size_t)table[g * f->order + h], *q = f->matrix + 9 * (size_t)h;
+                for (int i = 0; i < 3; i++)
+                    for (int j = 0; j < 3; j++)
+                        for (int k = 0; k < 3; k++)
+                            mean[i][j] += gh[3 * i + k] * q[3 * j + k] / f->order;
+            }
+            co_placement_orthogonal_factor(mean);
+            memcpy(next + 9 * (size_t)g, mean, sizeof mean);
+        }
+        memcpy(f->matrix, next, 9 * sizeof(double) * (size_t)f->order);
+    }
+}
+
+/* 1 if what was found is a group, whose matrices are then exact; 0 if not; -1 if memory is out. */
+static int complete(search *s) {
+    size_t order = (size_t)s->found.order;
+    int32_t *table = CO_NEW(int32_t, order * order);
+    double *next = CO_NEW(double, 9 * order);
+    int result = table && next ? multiply(s, table) : -1;
+    if (result > 0)
+        make_representation(&s->found, table, next);
+    free(table);
+    free(next);
+    return result;
+}
+
+static int32_t run(search *s, curvopt_error *error) {
+    for (s->tolerance = SYMMETRY_TOLERANCE; s->tolerance > 1e-12; s->tolerance /= 10) {
+        int32_t status = find_all(s, error);
+        if (status != CURVOPT_OK)
+            return status;
+        if (s->found.order == 0 || s->found.order > LARGEST_ORDER) /* 0: flat or on a line, no motion to be had */
+            return co_symmetry_none(s->mesh, &s->found, error);
+        int group = complete(s);
+        if (group > 0)
+            return CURVOPT_OK;
+        if (group < 0)
+            return co_status_no_memory(error);
+    }
+    return co_symmetry_none(s->mesh, &s->found, error);
+}
+
+int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_hold *hold, co_symmetry *out,
+                           curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    double centroid[3], radius = co_placement_frame(n, xyz, centroid);
+    search s = {.mesh = m,
+                .hold = hold,
+                .x = CO_NEW(double, 3 * n),
+                .length = CO_NEW(double, n),
+                .queue = CO_NEW(int32_t, m->info.n_corners),
+                .found = {.n_corners = m->info.n_corners}};
+    int32_t status = CURVOPT_ERROR_MEMORY;
+    if (!s.x || !s.length || !s.queue) {
+        co_status_no_memory(error);
+    } else {
+        for (size_t i = 0; i < 3 * n; i++)
+            s.x[i] = (xyz[i] - centroid[i % 3]) / radius;
+        for (size_t v = 0; v < n; v++)
+            s.length[v] = distance(s.x + 3 * v, (const double[3]){0, 0, 0});
+        status = run(&s, error);
+    }
+    free(s.x);
+    free(s.length);
+    free(s.queue);
+    if (status != CURVOPT_OK)
+        co_symmetry_free(&s.found);
+    *out = s.found;
+    return status;
+}
+
+int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error *error) {
+    co_symmetry_free(out);
+    *out = (co_symmetry){.order = 1,
+                         .n_corners = m->info.n_corners,
+                         .corner = CO_NEW(int32_t, m->info.n_corners),
+                         .mirrored = CO_NEW(uint8_t, 1),
+                         .matrix = CO_NEW(double, 9)};
+    if (!out->corner || !out->mirrored || !out->matrix) {
+        co_symmetry_free(out);
+        return co_status_no_memory(error);
+    }
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        out->corner[h] = h;
+    for (int k = 0; k < 3; k++)
+        out->matrix[4 * k] = 1;
+    return CURVOPT_OK;
+}
+
+int32_t co_symmetry_refine(co_symmetry *s, curvopt_error *error) {
+    size_t n = (size_t)s->n_corners;
+    int32_t *fine = CO_NEW(int32_t, 4 * n * (size_t)s->order);
+    if (!fine)
+        return co_status_no_memory(error);
+    for (size_t g = 0; g < (size_t)s->order; g++)
+        for (size_t h = 0; h < n; h++)
+            for (int32_t k = 0; k < 4; k++) /* a child's corners: vertex, edge leaving it, face, edge arriving */
+                fine[(g * n + h) * 4 + (size_t)k] = 4 * s->corner[g * n + h] + (s->mirrored[g] ? (4 - k) % 4 : k);
+    free(s->corner);
+    s->corner = fine;
+    s->n_corners *= 4;
+    return CURVOPT_OK;
+}

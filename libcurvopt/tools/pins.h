@@ -1,0 +1,21 @@
+/* Files of pins. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef PINS_H
+#define PINS_H
+
+#include "curvopt.h"
+
+#include <stddef.h>
+
+typedef struct pin_list {
+    int32_t *vertices;
+    int32_t *freedom;
+    double *directions;
+    int32_t n;
+} pin_list;
+
+/* Reads lines "VERTEX", "VERTEX line X Y Z" or "VERTEX plane X Y Z", vertices counted from 0, `#` starting a comment.
+ * Nonzero with a sentence in message if that cannot be done, or if no vertex is named. */
+int pins_read(const char *path, pin_list *out, char *message, size_t size);
+void pins_free(pin_list *pins);
+
+#endif

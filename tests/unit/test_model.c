@@ -1,0 +1,245 @@
+/* Second derivatives: the assembled Hessian against differences of gradients, its factors and its inertia against plain
+ * dense algebra. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "check.h"
+
+#include "model.h"
+#include "placement.h"
+
+/* A cage's function, its variables and a point. */
+typedef struct problem {
+    curvopt_mesh *mesh;
+    co_hold hold;
+    co_symmetry symmetry;
+    co_reduction reduction;
+    co_assembly assembly;
+    double *x, *gx, *z;
+    int n;
+} problem;
+
+static problem problem_of(cage c, const curvopt_options *o, const curvopt_constraints *constraints, int symmetric) {
+    problem p = {.mesh = cage_mesh(&c)};
+    curvopt_error error;
+    double centroid[3], radius = co_placement_frame((size_t)c.n_vertices, c.xyz, centroid), *weight = NULL;
+    p.x = calloc(3 * (size_t)c.n_vertices, sizeof(double));
+    p.gx = calloc(3 * (size_t)c.n_vertices, sizeof(double));
+    p.z = calloc(3 * (size_t)c.n_vertices, sizeof(double));
+    CHECK_TRUE(p.x && p.gx && p.z);
+    for (int32_t i = 0; i < 3 * c.n_vertices; i++)
+        p.x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
+    CHECK_OK(co_hold_create(p.mesh, constraints, &p.hold, &error), &error);
+    if (symmetric)
+        CHECK_OK(co_symmetry_create(p.mesh, c.xyz, &p.hold, &p.symmetry, &error), &error);
+    else
+        CHECK_OK(co_symmetry_none(p.mesh, &p.symmetry, &error), &error);
+    CHECK_OK(co_reduce_create(p.mesh, &p.symmetry, &p.hold, p.x, &p.reduction, &error), &error);
+    CHECK_OK(co_reduce_face_weights(p.mesh, &p.symmetry, &weight, &error), &error);
+    CHECK_OK(co_assembly_create(p.mesh, o, symmetric ? weight : NULL, &p.assembly, &error), &error);
+    p.assembly.frame_held = 1;
+    co_reduce_variables(&p.reduction, p.x, p.z);
+    p.n = p.reduction.n_variables;
+    free(weight);
+    cage_free(&c);
+    return p;
+}
+
+static void problem_free(problem *p) {
+    co_assembly_free(&p->assembly);
+    co_reduce_free(&p->reduction);
+    co_symmetry_free(&p->symmetry);
+    co_hold_free(&p->hold);
+    curvopt_mesh_destroy(p->mesh);
+    free(p->x);
+    free(p->gx);
+    free(p->z);
+}
+
+static void gradient_at(problem *p, const double *z, double *g) {
+    co_values values;
+    co_reduce_expand(&p->reduction, z, p->x);
+    co_assembly_evaluate(&p->assembly, p->x, &(co_request){.gradient = p->gx}, &values);
+    co_reduce_gradient(&p->reduction, p->gx, g);
+}
+
+/* (H + U C U^T) v, from what the model keeps. */
+static void multiply(const co_model *m, int n, const double *v, double *out) {
+    const co_hessian *h = &m->hessian;
+    memset(out, 0, sizeof *out * (size_t)n);
+    for (int j = 0; j < n; j++)
+        for (int32_t e = h->column_start[j]; e < h->column_start[j + 1]; e++) {
+            int i = h->row[e];
+            out[i] += h->value[e] * v[j];
+            if (i != j)
+                out[j] += h->value[e] * v[i];
+        }
+    for (int k = 0; k < m->n_dense; k++) {
+        const double *u = m->dense + (size_t)k * (size_t)n,
+                     *other = k < m->n_pair ? m->dense + (size_t)(1 - k) * (size_t)n : u;
+        double along = k < m->n_pair ? 1 : m->stiffness, sum = 0;
+        for (int i = 0; i < n; i++)
+            sum += other[i] * v[i];
+        for (int i = 0; i < n; i++)
+            out[i] += along * sum * u[i];
+    }
+}
+
+static double wave(int i, int k) {
+    return sin(1.7 * i + 0.3 * k * k + 0.5);
+}
+
+/* Slope of the gradient along a few directions, by differences of fourth order, against the matrix. */
+static void check_against_differences(problem p, double tolerance) {
+    size_t n = (size_t)p.n;
+    double *v = calloc(7 * n, sizeof *v), *z = v + n, *got = v + 2 * n, *g = v + 3 * n;
+    const double h = 2e-5;
+    co_model model;
+    curvopt_error error;
+    CHECK_TRUE(v != NULL && n > 0);
+    CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
+    co_reduce_expand(&p.reduction, p.z, p.x);
+    CHECK_OK(co_model_assemble(&model, p.x, 1, CO_GAUGE_NONE, &error), &error);
+    for (int k = 0; k < 4; k++) {
+        double worst = 0, scale = 0;
+        static const double at[4] = {-2, -1, 1, 2}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+        for (int i = 0; i < p.n; i++)
+            v[i] = wave(i, k);
+        for (int s = 0; s < 4; s++) {
+            for (size_t i = 0; i < n; i++)
+                z[i] = p.z[i] + at[s] * h * v[i];
+            gradient_at(&p, z, g + (size_t)s * n);
+        }
+        multiply(&model, p.n, v, got);
+        for (size_t i = 0; i < n; i++) {
+            double wanted = 0;
+            for (size_t s = 0; s < 4; s++)
+                wanted += weight[s] * g[s * n + i] / h;
+            worst = fmax(worst, fabs(got[i] - wanted));
+            scale = fmax(scale, fabs(wanted));
+        }
+        CHECK_BETWEEN(worst / scale, 0, tolerance);
+    }
+    co_model_free(&model);
+    free(v);
+    problem_free(&p);
+}
+
+static curvopt_options options_of(int32_t surface, double willmore, double mvs, double cross) {
+    curvopt_options o;
+    curvopt_options_init(&o);
+    o.surface = surface;
+    o.weights[CURVOPT_TERM_WILLMORE] = willmore;
+    o.weights[CURVOPT_TERM_MVS] = mvs;
+    o.weights[CURVOPT_TERM_MVS_CROSS] = cross;
+    o.threads = 2;
+    return o;
+}
+
+static cage shaken(cage c, double amount) {
+    cage_perturb(&c, amount, 5);
+    return c;
+}
+
+static void test_regular_cages(void **state) {
+    (void)state;
+    curvopt_options w = options_of(CURVOPT_SURFACE_LIMIT, 1, 0, 0), mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0),
+                    mix = options_of(CURVOPT_SURFACE_LIMIT, 1, 0.02, 0.01);
+    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0), 1e-6);
+    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mix, NULL, 0), 1e-6);
+}
+
+/* One isolated extraordinary vertex a face; and faces that are split, whose points are rows over the cage. */
+static void test_irregular_cages(void **state) {
+    (void)state;
+    curvopt_options w = options_of(CURVOPT_SURFACE_LIMIT, 1, 0, 0),
+                    mvs = options_of(CURVOPT_SURFACE_POLYNOMIAL, 0, 1, 0);
+    check_against_differences(problem_of(shaken(cage_cube(), 0.1), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(shaken(cage_cube(), 0.1), &mvs, NULL, 0), 5e-6);
+    check_against_differences(problem_of(shaken(cage_prism(5), 0.1), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(shaken(cage_trapezohedron(6), 0.05), &mvs, NULL, 0), 5e-6);
+}
+
+static void test_reduced_cages(void **state) {
+    (void)state;
+    curvopt_options w = options_of(CURVOPT_SURFACE_LIMIT, 1, 0, 0),
+                    mvs = options_of(CURVOPT_SURFACE_POLYNOMIAL, 0, 1, 0);
+    int32_t vertices[] = {3, 7, 12}, freedom[] = {0, 1, 2};
+    double directions[] = {0, 0, 0, 1, 2, 3, 0, 1, -1};
+    curvopt_constraints pins = {.vertices = vertices, .freedom = freedom, .directions = directions, .n = 3};
+    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, &pins, 0), 1e-6);
+    check_against_differences(problem_of(cage_torus(8, 4, 1, 0.4), &w, NULL, 1), 1e-6);
+    check_against_differences(problem_of(cage_torus(8, 4, 1, 0.4), &mvs, NULL, 1), 1e-6);
+    /* two smooth motions, in which what stiff ones have cancels */
+    check_against_differences(problem_of(cage_prism(5), &mvs, NULL, 1), 5e-5);
+    check_against_differences(problem_of(cage_trapezohedron(6), &w, NULL, 1), 1e-6);
+}
+
+/* Gaussian elimination with the whole matrix: solutions and signs of pivots, by symmetric pivoting on the diagonal. */
+static int eliminate(int n, double *a, double *b) {
+    int negative = 0;
+    for (int k = 0; k < n; k++) {
+        negative += a[k * n + k] < 0;
+        for (int i = k + 1; i < n; i++) {
+            double f = a[i * n + k] / a[k * n + k];
+            for (int j = k; j < n; j++)
+                a[i * n + j] -= f * a[k * n + j];
+            b[i] -= f * b[k];
+        }
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        for (int j = k + 1; j < n; j++)
+            b[k] -= a[k * n + j] * b[j];
+        b[k] /= a[k * n + k];
+    }
+    return negative;
+}
+
+static void test_solutions_and_inertia(void **state) {
+    (void)state;
+    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
+    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
+    size_t n = (size_t)p.n;
+    double *a = calloc(n * n, sizeof *a), *e = calloc(4 * n, sizeof *e), *b = e + n, *x = e + 2 * n;
+    co_model model;
+    curvopt_error error;
+    int positive;
+    int32_t negative;
+    CHECK_TRUE(a && e);
+    CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
+    for (int round = 0; round < 2; round++) {
+        CHECK_OK(co_model_assemble(&model, p.x, 1, round ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY, &error), &error);
+        CHECK_INT(model.n_dense, round ? 12 : 9);
+        double shift = round ? 0.5 * model.stiffness : 0.01 * model.stiffness;
+        for (size_t j = 0; j < n; j++) {
+            memset(e, 0, n * sizeof *e);
+            e[j] = 1;
+            multiply(&model, p.n, e, a + j * n);
+            a[j * n + j] += shift;
+        }
+        for (size_t i = 0; i < n; i++)
+            b[i] = x[i] = wave((int)i, 3);
+        CHECK_OK(co_model_count_negative(&model, shift, &negative, &error), &error);
+        CHECK_OK(co_model_factorize(&model, shift, &positive, &error), &error);
+        int wanted = eliminate(p.n, a, b);
+        CHECK_INT(negative, wanted);
+        CHECK_INT(positive, wanted == 0);
+        if (positive)
+            CHECK_OK(co_model_solve(&model, x, x, &error), &error);
+        for (size_t i = 0; positive && i < n; i++)
+            CHECK_NEAR(x[i], b[i], 1e-8 * (1 + fabs(b[i])));
+    }
+    co_model_free(&model);
+    problem_free(&p);
+    free(a);
+    free(e);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_regular_cages),
+        cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_solutions_and_inertia),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
