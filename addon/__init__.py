@@ -3,6 +3,8 @@
 
 This file only says what the add-on is and registers its parts in order. The parts, each using only those before it:
 
+    header       curvopt.h as Python sees it                              (no bpy)
+    values       cages, energies, reports: plain values                   (no bpy)
     native       ctypes binding of libcurvopt                             (no bpy)
     job          one run on a worker thread, progress, cancel             (no bpy)
     cage         mesh object -> arrays, and every reason to refuse one
@@ -13,7 +15,7 @@ This file only says what the add-on is and registers its parts in order. The par
     render       before and after in one picture
     batch        `blender -b FILE -P batch.py -- ...`
 
-Nothing that needs bpy is imported before `register()`, so the first two are usable and testable without Blender.
+Nothing that needs bpy is imported before `register()`, so those marked are usable and testable without Blender.
 """
 
 import importlib

@@ -31,7 +31,7 @@ import numpy as np
 if TYPE_CHECKING:
     from .cage import Source
     from .job import Request, Solution
-    from .native import Cage, Energies, LevelReport, Progress
+    from .values import Cage, Energies, LevelReport, Progress
 
 
 class BatchError(RuntimeError):

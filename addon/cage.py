@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .native import Cage
+from .values import Cage
 
 _SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from . import native
-from .native import Cage, Energies, LevelReport, Progress
+from .values import Cage, Energies, LevelReport, Progress
 
 # What can be minimized by itself: every term but the area, whose least is no surface.
 ENERGY_LABELS = {

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from .native import Cage
+from .values import Cage
 from .result import add_subdivision, make_mesh
 
 LOOKS = ("clay", "zebra")

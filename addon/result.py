@@ -16,7 +16,7 @@ from mathutils import Matrix
 
 from .cage import Source, read_positions
 from .job import ENERGY_LABELS, Request, Solution
-from .native import Cage
+from .values import Cage
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _SHOWN_ENERGIES = ("willmore", "mvs", "mvs_cross")
