@@ -5,6 +5,7 @@ This file only says what the add-on is and registers its parts in order. The par
 
     header       curvopt.h as Python sees it                              (no bpy)
     values       cages, energies, reports: plain values                   (no bpy)
+    crease       Blender's creases <-> sharpness                          (no bpy)
     native       ctypes binding of libcurvopt                             (no bpy)
     job          one run on a worker thread, progress, cancel             (no bpy)
     cage         mesh object -> arrays, and every reason to refuse one

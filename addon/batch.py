@@ -21,6 +21,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -31,7 +32,7 @@ import numpy as np
 if TYPE_CHECKING:
     from .cage import Source
     from .job import Request, Solution
-    from .values import Cage, Energies, LevelReport, Progress
+    from .values import Cage, Energies, LevelReport, Progress, Verification
 
 
 class BatchError(RuntimeError):
@@ -58,6 +59,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     energies = tuple(_part("job").ENERGY_LABELS)
     parser.add_argument("--energy", choices=energies, default="mvs", help="what to minimize (default %(default)s)")
     parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
+    parser.add_argument(
+        "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
+    )
     parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
     parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
     parser.add_argument("--render", type=Path, metavar="OUT.png", help="picture, before and after side by side")
@@ -92,7 +96,8 @@ def run(options: argparse.Namespace) -> str:
     """Minimize and write everything that was asked for; what happened, in a sentence. Raises if anything fails."""
     job, cage, result = _part("job"), _part("cage"), _part("result")
     limits = {"threads": options.threads, "max_iterations": options.max_iterations}
-    request = job.Request(options.energy, options.levels, {k: v for k, v in limits.items() if v is not None})
+    limits = {name: value for name, value in limits.items() if value is not None}
+    request = job.Request(options.energy, options.levels, limits, options.boundary)
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:
         source = cage.read_source(bpy.context, chosen_object(options.object))
@@ -105,7 +110,8 @@ def run(options: argparse.Namespace) -> str:
             place["json"].write_text(json.dumps(report(source, new.name, request, solution), indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
-    return job.solution_text(request, solution)
+    verdict = job.verdict_text(solution.verification, solution.end.objective)
+    return f"{job.solution_text(request, solution)}\n{verdict}".rstrip()
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:
@@ -153,11 +159,11 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
 
 
 def _render(source: Source, request: Request, solution: Solution, options: argparse.Namespace, path: Path) -> None:
-    native, render, energy_text = _part("native"), _part("render"), _part("job").energy_text
+    render, energy_text = _part("render"), _part("job").energy_text
     rotation = np.array(source.frame.to_3x3(), np.float64)
     shapes = []
     for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
-        world = native.Cage(cage.positions @ rotation.T, cage.face_sizes, cage.face_vertices)
+        world = replace(cage, positions=cage.positions @ rotation.T)
         shapes.append((world, f"{when}: {request.label} {energy_text(energies.terms[request.energy])}"))
     picture = render.Picture(*options.size, options.samples, options.engine, options.look)
     render.render_side_by_side(shapes, path, picture)
@@ -169,11 +175,22 @@ def report(source: Source, result_name: str, request: Request, solution: Solutio
         "object": source.name,
         "result": result_name,
         "energy": request.energy,
+        "boundary": request.boundary,
         **_energies(solution.end, solution.cage, solution.euler),
         "before": _energies(solution.start, source.cage, solution.euler),
         "levels": [_level(level) for level in solution.levels],
         "stop": solution.stop,
         "seconds": solution.seconds,
+        "verification": _verification(solution.verification),
+    }
+
+
+def _verification(found: Verification) -> dict[str, object]:
+    """As the command line writes it."""
+    return {
+        "verdict": found.verdict,
+        "newton_decrement": found.newton_decrement if math.isfinite(found.newton_decrement) else None,
+        "negative_directions": found.negative_directions if found.negative_directions >= 0 else None,
     }
 
 
@@ -220,15 +237,15 @@ def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
 def main(arguments: list[str]) -> int:
     """The exit code."""
     options = parse(arguments)
-    native, cage, render, sentence = _part("native"), _part("cage"), _part("render"), _part("job").sentence
+    native, job, cage, render = _part("native"), _part("job"), _part("cage"), _part("render")
     foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
     try:
         print(run(options))
     except foreseen as error:
-        print(sentence(str(error)), file=sys.stderr)
+        print(job.sentence(job.in_blender(str(error))), file=sys.stderr)
         return 1
     except (OSError, RuntimeError) as error:  # the system's and Blender's own refusals
-        print(sentence(f"Could not finish: {error}"), file=sys.stderr)
+        print(job.sentence(f"Could not finish: {error}"), file=sys.stderr)
         return 1
     except Exception:
         traceback.print_exc()

@@ -13,7 +13,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .values import Cage
+from .crease import RULE_OF_BOUNDARY_SMOOTH, from_blender
+from .values import Cage, Creases
 
 _SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
 
@@ -46,7 +47,8 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None) -> Sou
         vertices = turned_over(sizes, vertices)
     material = np.empty(len(sizes), np.int32)
     obj.data.polygons.foreach_get("material_index", material)
-    return Source(obj.name, frame, Cage(read_positions(obj.data) @ shape.T, sizes, vertices), material)
+    positions = read_positions(obj.data) @ shape.T
+    return Source(obj.name, frame, Cage(positions, sizes, vertices, read_creases(obj)), material)
 
 
 def check_object(obj: bpy.types.Object | None) -> None:
@@ -73,16 +75,15 @@ def _check_modifier(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None
 
 
 def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
-    """CageError for what the arrays could not carry: shape keys, creases, loose edges, no faces."""
+    """CageError for what the arrays could not carry: shape keys, creases that are no numbers, loose edges, no faces."""
     if mesh.shape_keys:
         raise CageError(f"Object '{name}' has shape keys: apply or remove them first.")
     if not mesh.polygons:
         raise CageError(f"Object '{name}' has no faces.")
     for kind, crease in (("Edge", _edge_creases(mesh)), ("Vertex", _vertex_creases(mesh))):
-        if crease.any():
-            index = int(np.flatnonzero(crease)[0])
-            where = f"{kind} {index} of object '{name}'"
-            raise CageError(f"{where} has a crease of {crease[index]:.3g}: set it to 0, creases cannot be kept.")
+        if not np.isfinite(crease).all():
+            index = int(np.flatnonzero(~np.isfinite(crease))[0])
+            raise CageError(f"{kind} {index} of object '{name}' has a crease of {crease[index]}: set it to 0 .. 1.")
     used = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("edge_index", used)
     loose = np.flatnonzero(np.bincount(used, minlength=len(mesh.edges)) == 0)
@@ -90,28 +91,56 @@ def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
         raise CageError(f"Edge {loose[0]} of object '{name}' belongs to no face: delete loose edges first.")
 
 
+def read_creases(obj: bpy.types.Object) -> Creases:
+    """Creases and boundary rule as the object's Subdivision Surface modifier uses them, or as a new one would."""
+    modifier = subdivision(obj)
+    mesh, rule = obj.data, "smooth" if modifier is None else RULE_OF_BOUNDARY_SMOOTH[modifier.boundary_smooth]
+    if modifier is not None and not modifier.use_creases:
+        return Creases(rule=rule)
+    return from_blender(read_edges(mesh), _edge_creases(mesh), _vertex_creases(mesh), rule)
+
+
+def subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier | None:
+    """The first Subdivision Surface modifier that is switched on."""
+    shown = (m for m in obj.modifiers if m.type == "SUBSURF" and (m.show_viewport or m.show_render))
+    return next(shown, None)
+
+
+def read_edges(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Vertices (e, 2) of each edge, int32."""
+    vertices = np.empty((len(mesh.edges), 2), np.int32)
+    mesh.edges.foreach_get("vertices", vertices.reshape(-1))
+    return vertices
+
+
 def _edge_creases(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Creases (e,) of all edges."""
     if bpy.app.version >= (4, 0, 0):
-        return _attribute_values(mesh, "crease_edge")
+        return _attribute_values(mesh, "crease_edge", "EDGE", len(mesh.edges))
     values = np.zeros(len(mesh.edges), np.float32)
     mesh.edges.foreach_get("crease", values)
     return values
 
 
 def _vertex_creases(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Creases (n,) of all vertices."""
     if bpy.app.version >= (4, 0, 0):
-        return _attribute_values(mesh, "crease_vert")
-    values = np.zeros(len(mesh.vertices) if mesh.vertex_creases else 0, np.float32)
-    if len(values):
+        return _attribute_values(mesh, "crease_vert", "POINT", len(mesh.vertices))
+    values = np.zeros(len(mesh.vertices), np.float32)
+    if mesh.vertex_creases:
         mesh.vertex_creases[0].data.foreach_get("value", values)
     return values
 
 
-def _attribute_values(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
-    attribute = mesh.attributes.get(name)
-    values = np.zeros(len(attribute.data) if attribute else 0, np.float32)
-    if len(values):
-        attribute.data.foreach_get("value", values)
+def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) -> np.ndarray:
+    """The attribute's values (count,), 0 without it. CageError if it is something else than Blender makes."""
+    values, attribute = np.zeros(count, np.float32), mesh.attributes.get(name)
+    if attribute is None:
+        return values
+    if (attribute.domain, attribute.data_type) != (domain, "FLOAT"):
+        kind = f"{attribute.data_type} on {attribute.domain}"
+        raise CageError(f"Attribute '{name}' of mesh '{mesh.name}' is {kind}: delete it, or make it FLOAT on {domain}.")
+    attribute.data.foreach_get("value", values)
     return values
 
 

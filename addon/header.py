@@ -8,6 +8,10 @@ HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that t
 TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area")  # by curvopt_term
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
+VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
+BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
+BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
+SHARPNESS_INFINITE = 10.0
 
 MAX_TERMS = 8
 

@@ -7,12 +7,14 @@ No bpy. The worker touches arrays and the library only; whatever it has to say i
 from __future__ import annotations
 
 import enum
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from . import native
-from .values import Cage, Energies, LevelReport, Progress
+from .header import BOUNDARIES
+from .values import Cage, Energies, LevelReport, Progress, Verification
 
 # What can be minimized by itself: every term but the area, whose least is no surface.
 ENERGY_LABELS = {
@@ -26,11 +28,13 @@ ENERGY_LABELS = {
 
 @dataclass(frozen=True)
 class Request:
-    """What to minimize. `energy` is a key of ENERGY_LABELS; `limits` are further fields of curvopt_options."""
+    """What to minimize. `energy` is a key of ENERGY_LABELS; `limits` are further fields of curvopt_options; `boundary`,
+    of header.BOUNDARIES, is what an open surface keeps."""
 
     energy: str = "mvs"
     levels: int = 4
     limits: dict[str, float] = field(default_factory=dict)
+    boundary: str = "position"
 
     @property
     def label(self) -> str:
@@ -46,6 +50,7 @@ class Solution:
     end: Energies
     euler: int
     stop: str
+    verification: Verification
     seconds: float
     levels: tuple[LevelReport, ...]
 
@@ -60,14 +65,16 @@ def solve(
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
     library = native.library()
-    options = library.options({request.energy: 1.0}, levels=request.levels, **request.limits)
-    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+    boundary = BOUNDARIES.index(request.boundary)
+    options = library.options({request.energy: 1.0}, levels=request.levels, boundary=boundary, **request.limits)
+    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
         with native.minimize(mesh, cage.positions, options, on_progress, cancel) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
             euler = result.mesh().info().euler
             return Solution(
-                result.cage(), summary.start, summary.end, euler, summary.stop, summary.seconds, levels
+                result.cage(), summary.start, summary.end, euler, summary.stop, summary.verification, summary.seconds,
+                levels,
             )  # fmt: skip
 
 
@@ -211,11 +218,43 @@ def solution_text(request: Request, solution: Solution) -> str:
     )
 
 
+def verdict_text(verification: Verification, energy: float) -> str:
+    """What the Hessian says of a result of this energy, in a sentence; empty if it was not looked at."""
+    directions = verification.negative_directions
+    more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
+    gain = verification.newton_decrement / energy if energy > 0 else math.nan
+    less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
+    if verification.verdict == "minimum":
+        return "Checked: a minimum."
+    if verification.verdict == "saddle":
+        return f"Checked: level, but {more} would still lead down."
+    if verification.verdict == "not_stationary":
+        also = f", more along {more}" if directions else ""
+        return f"Checked: not yet a minimum, {less} seems possible{also}."
+    return ""
+
+
+# The library's words for what has another name in Blender.
+_IN_BLENDER = (
+    ("is infinitely sharp:", "has a crease of 1:"),
+    ("an infinitely sharp crease", "a crease of 1"),
+    ("make it an infinitely sharp vertex", "give it a vertex crease of 1"),
+    ("the rule `corners` does", "Keep Corners in the Subdivision Surface modifier does"),
+)
+
+
 def failure_text(error: BaseException) -> str:
     """An error of `solve` as one sentence; anything unforeseen with its type, so that it can be reported."""
     if isinstance(error, (native.LibraryError, native.CurvoptError, ValueError)):
-        return sentence(str(error))
+        return sentence(in_blender(str(error)))
     return f"Unexpected {type(error).__name__}: {error}."
+
+
+def in_blender(text: str) -> str:
+    """The library's text with Blender's names for things."""
+    for theirs, ours in _IN_BLENDER:
+        text = text.replace(theirs, ours)
+    return text
 
 
 def sentence(text: str) -> str:

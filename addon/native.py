@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from .header import (
+    BOUNDARY_RULES,
     HEADER_VERSION,
     INTS,
     MAX_TERMS,
@@ -26,6 +27,8 @@ from .header import (
     STRUCT_SIZES,
     SURFACES,
     TERMS,
+    VERDICTS,
+    CCreases,
     CEnergies,
     CError,
     CLevelReport,
@@ -33,7 +36,7 @@ from .header import (
     COptions,
     CSummary,
 )
-from .values import Cage, Energies, LevelReport, Progress, Summary
+from .values import Cage, Creases, Energies, LevelReport, Progress, Summary, Verification
 
 LIBRARY_NAME = "libcurvopt.so"
 LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
@@ -81,6 +84,22 @@ def _real_pointer(array: np.ndarray | None) -> object:
 
 def _int_pointer(array: np.ndarray) -> object:
     return array.ctypes.data_as(INTS)
+
+
+def _creases_to_c(creases: Creases) -> tuple[CCreases, tuple[np.ndarray, ...]]:
+    """The struct, and the arrays that it points into. ValueError for lengths that do not fit and an unknown rule."""
+    if creases.rule not in BOUNDARY_RULES:
+        raise ValueError(f"There is no boundary rule '{creases.rule}'; there are {', '.join(BOUNDARY_RULES)}.")
+    edges, vertices = indices(creases.edges, "edges"), indices(creases.vertices, "vertices")
+    edge_sharpness = reals(creases.edge_sharpness, len(creases.edges), "edge_sharpness")
+    vertex_sharpness = reals(creases.vertex_sharpness, vertices.size, "vertex_sharpness")
+    if edges.size != 2 * edge_sharpness.size:
+        raise ValueError(f"edges holds {edges.size} indices, expected {2 * edge_sharpness.size}.")
+    raw = CCreases(
+        _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices), _real_pointer(vertex_sharpness),
+        edge_sharpness.size, vertices.size, BOUNDARY_RULES.index(creases.rule), 0,
+    )  # fmt: skip
+    return raw, (edges, edge_sharpness, vertices, vertex_sharpness)
 
 
 # --------------------------------------------------------------------------------------------------------- library --
@@ -228,12 +247,18 @@ class _Handle:
 
 
 class Mesh(_Handle):
-    """curvopt_mesh: checked connectivity."""
+    """curvopt_mesh: checked connectivity and creases."""
 
     _destroy = "curvopt_mesh_destroy"
 
+    def __init__(self, lib: Library, pointer: C.c_void_p, owner: object = None, rule: str = "smooth") -> None:
+        super().__init__(lib, pointer, owner)
+        self.rule = rule  # of its creases; the library does not tell
+
     @classmethod
-    def create(cls, lib: Library, n_vertices: int, face_sizes: object, face_vertices: object) -> Mesh:
+    def create(
+        cls, lib: Library, n_vertices: int, face_sizes: object, face_vertices: object, creases: Creases | None = None
+    ) -> Mesh:
         """face_sizes (m,), face_vertices (sum of sizes,). CurvoptError if that is no consistent surface."""
         sizes, vertices = indices(face_sizes, "face_sizes"), indices(face_vertices, "face_vertices")
         corners = int(np.maximum(sizes, 0).sum(dtype=np.int64))
@@ -241,8 +266,13 @@ class Mesh(_Handle):
             raise ValueError(f"face_vertices holds {vertices.size} indices, but face_sizes add up to {corners}.")
         if not 0 <= n_vertices <= _INT32_MAX:
             raise ValueError(f"{n_vertices} vertices are beyond 32 bits.")
-        pointer = lib.create("curvopt_mesh_create", n_vertices, sizes.size, _int_pointer(sizes), _int_pointer(vertices))
-        return cls(lib, pointer)
+        creases = creases or Creases()
+        raw, _arrays = _creases_to_c(creases)
+        pointer = lib.create(
+            "curvopt_mesh_create_creased", n_vertices, sizes.size, _int_pointer(sizes), _int_pointer(vertices),
+            C.byref(raw),
+        )  # fmt: skip
+        return cls(lib, pointer, rule=creases.rule)
 
     def info(self) -> CMeshInfo:
         """Counts, Euler characteristic, boundary."""
@@ -257,6 +287,18 @@ class Mesh(_Handle):
         self.lib.c.curvopt_mesh_get_faces(self.pointer, _int_pointer(sizes), _int_pointer(vertices))
         return sizes, vertices
 
+    def creases(self) -> Creases:
+        """Its sharp edges and vertices; vertices that the rule "corners" keeps are among them, infinitely sharp."""
+        n_edges, n_vertices = C.c_int32(), C.c_int32()
+        self.lib.c.curvopt_mesh_count_creases(self.pointer, C.byref(n_edges), C.byref(n_vertices))
+        edges, vertices = np.empty((n_edges.value, 2), np.int32), np.empty(n_vertices.value, np.int32)
+        edge_sharpness, vertex_sharpness = np.empty(n_edges.value), np.empty(n_vertices.value)
+        self.lib.c.curvopt_mesh_get_creases(
+            self.pointer, _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices),
+            _real_pointer(vertex_sharpness),
+        )  # fmt: skip
+        return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
+
     def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
         """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""
         info = self.info()
@@ -264,7 +306,7 @@ class Mesh(_Handle):
         fine = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
         out = C.c_void_p()
         self.lib.call("curvopt_mesh_refine", self.pointer, _real_pointer(coarse), C.byref(out), _real_pointer(fine))
-        return Mesh(self.lib, out), fine
+        return Mesh(self.lib, out, rule=self.rule), fine
 
     def jets(self, xyz: object, face: object, corner: object, uv: object, surface: str = "limit") -> np.ndarray:
         """Points and derivatives (n, 10, 3): S, S_u, S_v, S_uu, ... S_vvv at uv (n, 2) of face (n,), corner (n,)."""
@@ -323,22 +365,28 @@ class Result(_Handle):
 
     _destroy = "curvopt_result_destroy"
 
+    def __init__(self, lib: Library, pointer: C.c_void_p, rule: str) -> None:
+        super().__init__(lib, pointer)
+        self.rule = rule  # of its mesh
+
     def mesh(self) -> Mesh:
-        """The optimized cage's connectivity, borrowed."""
-        return Mesh(self.lib, C.c_void_p(self.lib.c.curvopt_result_mesh(self.pointer)), owner=self)
+        """The optimized cage's connectivity and creases, borrowed."""
+        return Mesh(self.lib, C.c_void_p(self.lib.c.curvopt_result_mesh(self.pointer)), self, self.rule)
 
     def cage(self) -> Cage:
         """A copy of the optimized cage."""
         positions = np.empty((self.summary().n_vertices, 3))
         self.lib.c.curvopt_result_get_positions(self.pointer, _real_pointer(positions))
-        return Cage(positions, *self.mesh().faces())
+        mesh = self.mesh()
+        return Cage(positions, *mesh.faces(), mesh.creases())
 
     def summary(self) -> Summary:
-        """Energies at start and end, stop reason, size."""
+        """Energies at start and end, stop reason, verdict, size."""
         raw = CSummary()
         self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw))
         return Summary(
             Energies.from_c(raw.start), Energies.from_c(raw.end), raw.seconds, STOPS[raw.stop],
+            Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
             raw.n_levels, raw.n_vertices, raw.n_faces,
         )  # fmt: skip
 
@@ -380,7 +428,7 @@ def minimize(
         if raised:
             raise raised[0] from None
         raise
-    result = Result(mesh.lib, pointer)
+    result = Result(mesh.lib, pointer, mesh.rule)
     if raised:
         result.close()
         raise raised[0]

@@ -28,6 +28,7 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
 
     energy: properties.energy_property()
     levels: properties.levels_property()
+    boundary: properties.boundary_property()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -88,12 +89,12 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
 
     def _read(self, context: bpy.types.Context) -> tuple[cage.Source, job.Request]:
         """The active object, and the settings of the scene unless the call gives its own."""
-        settings = context.scene.curvopt
         given = self.properties.is_property_set
-        energy = self.energy if given("energy") else settings.energy
-        levels = self.levels if given("levels") else settings.levels
+        energy, levels, boundary = (
+            getattr(self if given(name) else context.scene.curvopt, name) for name in ("energy", "levels", "boundary")
+        )
         source = cage.read_source(context, context.view_layer.objects.active)
-        return source, job.Request(energy.lower(), levels)
+        return source, job.Request(energy.lower(), levels, boundary=boundary.lower())
 
     def _write(
         self, context: bpy.types.Context, source: cage.Source, request: job.Request, solution: job.Solution

@@ -7,13 +7,13 @@ import bpy
 
 from .job import energy_text
 from .properties import state
-from .result import stored_energies
+from .result import stored_energies, stored_verdict
 
 _CHARACTER = 6.5  # pixels, about, at interface scale 1
 
 
 class CURVOPT_PT_minimize(bpy.types.Panel):
-    """Energy, levels, Minimize; energies before and after; the last message"""
+    """Energy, levels, boundary, Minimize; energies before and after, and the verdict; the last message"""
 
     bl_label = "Curvopt"
     bl_space_type = "VIEW_3D"
@@ -28,6 +28,7 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
         settings.enabled = not state.running
         settings.prop(context.scene.curvopt, "energy")
         settings.prop(context.scene.curvopt, "levels")
+        settings.prop(context.scene.curvopt, "boundary")
         layout.operator("curvopt.minimize", icon="SPHERECURVE")
         self._draw_energies(context)
         self._draw_message(context)
@@ -36,22 +37,31 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
         rows = stored_energies(context.view_layer.objects.active)
         if not rows:
             return
-        table = self.layout.box().column(align=True)
+        box = self.layout.box()
+        table = box.column(align=True)
         for label, *values in (("Energy", "Before", "After"), *rows):
             split = table.split(factor=0.4)
             split.label(text=label)
             pair = split.row()
             for value in values:
                 pair.label(text=value if isinstance(value, str) else energy_text(value))
+        verdict = box.column(align=True)
+        for line in _lines(context, stored_verdict(context.view_layer.objects.active)):
+            verdict.label(text=line)
 
     def _draw_message(self, context: bpy.types.Context) -> None:
         icon = "ERROR" if state.failed else "NONE"
         column = self.layout.column(align=True)
         column.alert = state.failed
-        width = context.region.width / context.preferences.system.ui_scale - 60
-        for line in textwrap.wrap(state.message, max(16, int(width / _CHARACTER))):
+        for line in _lines(context, state.message):
             column.label(text=line, icon=icon)
             icon = "BLANK1" if state.failed else "NONE"
+
+
+def _lines(context: bpy.types.Context, text: str) -> list[str]:
+    """The text broken to the sidebar's width."""
+    width = context.region.width / context.preferences.system.ui_scale - 60
+    return textwrap.wrap(text, max(16, int(width / _CHARACTER)))
 
 
 def register() -> None:

@@ -13,6 +13,14 @@ ENERGIES = (
 )
 
 
+BOUNDARIES = (
+    ("POSITION", "Position", "Boundary curves stay. Vertices on creases of 1 stay, too"),
+    ("TANGENT", "Tangent", "Boundary curves and the surface's slope along them stay: two rows of vertices"),
+    ("CURVATURE", "Curvature", "Curves, slope and how curvature changes along them stay: three rows of vertices"),
+    ("FREE", "Free", "Nothing stays: boundary and creases move, too"),
+)
+
+
 def energy_property() -> object:
     """The choice of energy, for settings and operator alike; identifiers are keys of job.ENERGY_LABELS in capitals."""
     return bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
@@ -30,11 +38,19 @@ def levels_property() -> object:
     )
 
 
+def boundary_property() -> object:
+    """What stays, for settings and operator alike; identifiers are header.BOUNDARIES in capitals."""
+    return bpy.props.EnumProperty(
+        name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES, default="POSITION"
+    )
+
+
 class CURVOPT_PG_settings(bpy.types.PropertyGroup):
     """Settings of the next run."""
 
     energy: energy_property()
     levels: levels_property()
+    boundary: boundary_property()
 
 
 @dataclass

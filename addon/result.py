@@ -3,19 +3,22 @@
 
 The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
 the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
-with scale 1; a Subdivision Surface modifier shows the limit surface; materials are those of the original; energies are
-custom properties `curvopt_before_<term>` and `curvopt_after_<term>`. Selected and active, as new objects are. UV maps,
-vertex groups and the like belong to the old cage and are not carried over.
+with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
+shows the limit surface; materials are those of the original; energies are custom properties `curvopt_before_<term>` and
+`curvopt_after_<term>`, what was found of the result is `curvopt_verdict`. Selected and active, as new objects are. UV
+maps, vertex groups and the like belong to the old cage and are not carried over.
 """
 
 from __future__ import annotations
 
+import bmesh
 import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .cage import Source, read_positions
-from .job import ENERGY_LABELS, Request, Solution
+from .cage import Source, read_edges, read_positions
+from .crease import BOUNDARY_SMOOTH, to_blender
+from .job import ENERGY_LABELS, Request, Solution, verdict_text
 from .values import Cage
 
 _GAP = 0.1  # between original and result, in sizes of the larger
@@ -34,7 +37,7 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     result.matrix_world = _beside(context.scene, source, solution.cage) @ source.frame
     if original is not None:
         _carry_materials(original, result, face_parents(source.cage, solution.cage), source.face_material)
-    add_subdivision(result)
+    add_subdivision(result, solution.cage.creases.rule)
     _store(result, source.name, request, solution)
     _link(context, original, result)
     if context.mode == "OBJECT":
@@ -46,7 +49,7 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
 
 
 def make_mesh(name: str, cage: Cage) -> bpy.types.Mesh:
-    """A smooth-shaded mesh of the cage."""
+    """A smooth-shaded mesh of the cage, with its creases."""
     mesh = bpy.data.meshes.new(name)
     sizes = cage.face_sizes
     mesh.vertices.add(len(cage.positions))
@@ -59,15 +62,40 @@ def make_mesh(name: str, cage: Cage) -> bpy.types.Mesh:
         mesh.polygons.foreach_set("loop_total", np.ascontiguousarray(sizes, np.int32))
     mesh.polygons.foreach_set("use_smooth", np.ones(len(sizes), bool))
     mesh.update(calc_edges=True)
+    edge, vertex = to_blender(cage, read_edges(mesh))
+    if edge.any():
+        _set_edge_creases(mesh, edge)
+    if vertex.any():
+        _set_vertex_creases(mesh, vertex)
     return mesh
 
 
-def add_subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier:
-    """A Subdivision Surface modifier that shows the limit surface finely enough to look smooth."""
+def _set_edge_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
+    if bpy.app.version >= (4, 0, 0):
+        mesh.attributes.new("crease_edge", "FLOAT", "EDGE").data.foreach_set("value", values)
+    else:
+        mesh.edges.foreach_set("crease", values)
+
+
+def _set_vertex_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
+    if bpy.app.version >= (4, 0, 0):
+        mesh.attributes.new("crease_vert", "FLOAT", "POINT").data.foreach_set("value", values)
+        return
+    edit = bmesh.new()  # nothing else can make the layer
+    edit.from_mesh(mesh)
+    edit.verts.layers.crease.verify()
+    edit.to_mesh(mesh)
+    edit.free()
+    mesh.vertex_creases[0].data.foreach_set("value", values)
+
+
+def add_subdivision(obj: bpy.types.Object, rule: str = "smooth") -> bpy.types.SubsurfModifier:
+    """A Subdivision Surface modifier that shows the limit surface by that rule, finely enough to look smooth."""
     modifier = obj.modifiers.new("Subdivision", "SUBSURF")
     modifier.subdivision_type = "CATMULL_CLARK"
     modifier.use_limit_surface = True
-    modifier.boundary_smooth = "ALL"
+    modifier.use_creases = True
+    modifier.boundary_smooth = BOUNDARY_SMOOTH[rule]
     modifier.quality = _QUALITY
     modifier.levels = modifier.render_levels = shown_levels(len(obj.data.polygons))
     return modifier
@@ -128,6 +156,7 @@ def _store(result: bpy.types.Object, source_name: str, request: Request, solutio
     result["curvopt_energy"] = request.energy
     result["curvopt_surface"] = solution.end.surface
     result["curvopt_stop"] = solution.stop
+    result["curvopt_verdict"] = verdict_text(solution.verification, solution.end.objective)
     for when, energies in (("before", solution.start), ("after", solution.end)):
         for term in ENERGY_LABELS:
             if np.isfinite(energies.terms[term]):
@@ -140,3 +169,8 @@ def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, floa
         return []
     keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in _SHOWN_ENERGIES)
     return [(ENERGY_LABELS[term], obj[b], obj[a]) for term, b, a in keys if b in obj and a in obj]
+
+
+def stored_verdict(obj: bpy.types.Object | None) -> str:
+    """What the check of a result found, as the object remembers it; empty for other objects."""
+    return "" if obj is None else str(obj.get("curvopt_verdict", ""))

@@ -4,11 +4,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .header import SURFACES, TERMS, CEnergies, CProgress
+
+
+def _no_indices() -> np.ndarray:
+    return np.empty(0, np.int32)
+
+
+def _no_reals() -> np.ndarray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True)
+class Creases:
+    """curvopt_creases: sharp edges as pairs of vertices (k, 2), their sharpness (k,), sharp vertices (c,), theirs (c,);
+    `rule`, of header.BOUNDARY_RULES, says what becomes of boundary vertices that belong to one face."""
+
+    edges: np.ndarray = field(default_factory=lambda: _no_indices().reshape(0, 2))
+    edge_sharpness: np.ndarray = field(default_factory=_no_reals)
+    vertices: np.ndarray = field(default_factory=_no_indices)
+    vertex_sharpness: np.ndarray = field(default_factory=_no_reals)
+    rule: str = "smooth"
 
 
 @dataclass(frozen=True)
@@ -18,6 +38,7 @@ class Cage:
     positions: np.ndarray
     face_sizes: np.ndarray
     face_vertices: np.ndarray
+    creases: Creases = field(default_factory=Creases)
 
 
 @dataclass(frozen=True)
@@ -81,13 +102,24 @@ class LevelReport:
 
 
 @dataclass(frozen=True)
+class Verification:
+    """What the Hessian says of a result: the verdict, of header.VERDICTS; the Newton decrement, NAN if unknown; the
+    number of negative directions, -1 if there are some but not counted, or if nothing is known."""
+
+    verdict: str
+    newton_decrement: float
+    negative_directions: int
+
+
+@dataclass(frozen=True)
 class Summary:
-    """curvopt_summary; `stop` as text."""
+    """curvopt_summary; `stop` and the verdict as text."""
 
     start: Energies
     end: Energies
     seconds: float
     stop: str
+    verification: Verification
     n_levels: int
     n_vertices: int
     n_faces: int

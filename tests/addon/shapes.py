@@ -30,6 +30,19 @@ def cube() -> tuple[np.ndarray, list[list[int]]]:
     return points, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 
 
+def grid(n: int = 4) -> tuple[np.ndarray, list[list[int]]]:
+    """n x n quads, open and waved; vertex y * (n + 1) + x is over (x, y)."""
+    points = [(x, y, 0.3 * np.sin(2 * x + y)) for y in range(n + 1) for x in range(n + 1)]
+    starts = [y * (n + 1) + x for y in range(n) for x in range(n)]
+    return np.array(points, float), [[i, i + 1, i + n + 2, i + n + 1] for i in starts]
+
+
+def prism() -> tuple[np.ndarray, list[list[int]]]:
+    """Two triangles and three quads."""
+    points = [(0, 0, 0), (2, 0, 0), (1, 2, 0), (0, 0, 2), (2, 0, 2.5), (1, 2, 2)]
+    return np.array(points, float), [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
+
+
 def packed(faces: list[list[int]]) -> tuple[list[int], list[int]]:
     """(face sizes, face vertices)."""
     return [len(face) for face in faces], [vertex for face in faces for vertex in face]

@@ -76,9 +76,11 @@ def test_signature_table_covers_every_prototype():
 
 def test_names_of_enumerations_follow_the_header():
     text = HEADER.read_text()
-    for prefix, names in (("TERM", header.TERMS), ("SURFACE", header.SURFACES), ("STOP", header.STOPS)):
-        values = dict(re.findall(rf"CURVOPT_{prefix}_(\w+) = (\d+)", text))
-        assert [values[name.upper()] for name in names] == [str(i) for i in range(len(values))]
+    for prefix in ("TERM", "SURFACE", "STOP", "VERDICT", "BOUNDARY_RULE", "BOUNDARY"):
+        plural = {"BOUNDARY": "BOUNDARIES"}.get(prefix, f"{prefix}S")
+        values = re.findall(rf"CURVOPT_{prefix}_((?!RULE_|FORCE_)\w+) = (\d+)", text)
+        assert [(name.upper().replace(" ", "_"), str(i)) for i, name in enumerate(getattr(header, plural))] == values
+    assert float(re.search(r"SHARPNESS_INFINITE (\S+)", text).group(1)) == header.SHARPNESS_INFINITE
     version = tuple(int(re.search(rf"VERSION_{part} (\d+)", text).group(1)) for part in ("MAJOR", "MINOR"))
     assert version == header.HEADER_VERSION
 

@@ -5,7 +5,9 @@ import importlib
 import sys
 from pathlib import Path
 
+import bmesh
 import bpy
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -40,6 +42,32 @@ def add():
         return obj
 
     return add_object
+
+
+@pytest.fixture
+def crease():
+    """Sets creases of an object: edges by their two vertices, vertices by their number."""
+
+    def set_creases(obj, edges=None, vertices=None):
+        mesh = obj.data
+        index = {tuple(sorted(edge.vertices)): edge.index for edge in mesh.edges}
+        of_edges, of_vertices = np.zeros(len(mesh.edges), np.float32), np.zeros(len(mesh.vertices), np.float32)
+        for pair, value in (edges or {}).items():
+            of_edges[index[tuple(sorted(pair))]] = value
+        for vertex, value in (vertices or {}).items():
+            of_vertices[vertex] = value
+        if bpy.app.version >= (4, 0, 0):
+            mesh.attributes.new("crease_edge", "FLOAT", "EDGE").data.foreach_set("value", of_edges)
+            mesh.attributes.new("crease_vert", "FLOAT", "POINT").data.foreach_set("value", of_vertices)
+        else:
+            edit = bmesh.new()
+            edit.from_mesh(mesh)
+            edit.verts.layers.crease.verify()
+            edit.to_mesh(mesh)
+            mesh.vertex_creases[0].data.foreach_set("value", of_vertices)
+            mesh.edges.foreach_set("crease", of_edges)
+
+    return set_creases
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 """Each input that cannot be used gives one sentence that names what and where, and changes nothing."""
 
 import bpy
+import numpy as np
 import pytest
 import shapes
 
@@ -72,23 +73,40 @@ def test_shape_keys(torus, refused):
     refused("'Torus' has shape keys")
 
 
-def test_edge_crease(torus, refused):
+def set_edge_crease(mesh, index, value):
     if bpy.app.version >= (4, 0, 0):
-        torus.data.attributes.new("crease_edge", "FLOAT", "EDGE").data[7].value = 0.5
+        mesh.attributes.new("crease_edge", "FLOAT", "EDGE").data[index].value = value
     else:
-        torus.data.edges[7].crease = 0.5
-    refused("Edge 7 of object 'Torus' has a crease of 0.5")
+        mesh.edges[index].crease = value
 
 
-def test_vertex_crease(torus, refused):
-    if bpy.app.version >= (4, 0, 0):
-        torus.data.attributes.new("crease_vert", "FLOAT", "POINT").data[3].value = 1.0
-    else:
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_all(action="SELECT")
-        bpy.ops.transform.vert_crease(value=1.0)
-        bpy.ops.object.mode_set(mode="OBJECT")
-    refused("Vertex [0-9]+ of object 'Torus' has a crease of 1")
+def test_crease_that_is_no_number(torus, refused):
+    set_edge_crease(torus.data, 7, float("nan"))
+    if bpy.app.version < (4, 0, 0) and not np.isnan(torus.data.edges[7].crease):
+        torus.data.edge_creases[0].data[7].value = float("nan")  # the property takes 0 .. 1 only
+    refused("Edge 7 of object 'Torus' has a crease of nan: set it to 0 .. 1")
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 0, 0), reason="creases are no attributes yet")
+def test_crease_attribute_of_another_kind(torus, refused):
+    torus.data.attributes.new("crease_edge", "INT", "POINT")
+    refused("Attribute 'crease_edge' of mesh 'Torus' is INT on POINT: delete it, or make it FLOAT on EDGE")
+
+
+def test_vertex_crease_of_1_on_a_smooth_surface(torus, refused, crease):
+    crease(torus, vertices={6: 1.0})
+    refused("^Error: Vertex 6 has a crease of 1: the surface has a cone there")
+
+
+def test_edge_creases_that_end_in_a_corner_of_two_faces(torus, refused, crease):
+    ends = sorted(vertex for edge in torus.data.edges for vertex in edge.vertices if 9 in edge.vertices and vertex != 9)
+    crease(torus, {(9, end): 1.0 for end in ends[:3]})
+    refused("^Error: Vertex 9 is a corner of [23] faces")
+
+
+def test_smooth_boundary_through_a_vertex_of_one_face(add, refused):
+    add(*shapes.grid())
+    refused("^Error: Vertex 0 has one face.*give it a vertex crease of 1 .on boundaries Keep Corners in the Subd")
 
 
 @pytest.fixture
