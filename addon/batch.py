@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> str:
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = job.verdict_text(solution.verification, solution.end.objective)
-    return f"{job.solution_text(request, solution)}\n{verdict}".rstrip()
+    return f"{job.solution_text(request, solution)}\n{verdict}"
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:

@@ -219,7 +219,7 @@ def solution_text(request: Request, solution: Solution) -> str:
 
 
 def verdict_text(verification: Verification, energy: float) -> str:
-    """What the Hessian says of a result of this energy, in a sentence; empty if it was not looked at."""
+    """What the Hessian says of a result of this energy, in a sentence."""
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan
@@ -228,10 +228,10 @@ def verdict_text(verification: Verification, energy: float) -> str:
         return "Checked: a minimum."
     if verification.verdict == "saddle":
         return f"Checked: level, but {more} would still lead down."
-    if verification.verdict == "not_stationary":
+    if verification.verdict == "not stationary":
         also = f", more along {more}" if directions else ""
         return f"Checked: not yet a minimum, {less} seems possible{also}."
-    return ""
+    return "Not checked: whether this is a minimum is not known."
 
 
 # The library's words for what has another name in Blender.

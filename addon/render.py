@@ -135,7 +135,7 @@ def _add_surface(scene: bpy.types.Scene, cage: Cage, picture: Picture) -> bpy.ty
     surface.color = (*_CLAY, 1.0) if picture.look == "clay" else (1.0, 1.0, 1.0, 1.0)
     if picture.engine == "cycles":
         mesh.materials.append(_zebra() if picture.look == "zebra" else _clay())
-    add_subdivision(surface, cage.creases.rule)
+    add_subdivision(surface, cage.creases)
     scene.collection.objects.link(surface)
     return surface
 

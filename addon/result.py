@@ -18,14 +18,16 @@ from mathutils import Matrix
 
 from .cage import Source, read_edges, read_positions
 from .crease import BOUNDARY_SMOOTH, to_blender
+from .header import SHARPNESS_INFINITE
 from .job import ENERGY_LABELS, Request, Solution, verdict_text
-from .values import Cage
+from .values import Cage, Creases
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _SHOWN_ENERGIES = ("willmore", "mvs", "mvs_cross")
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels
+_MAX_CREASE_PARTS = 20_000  # each takes 13 kB of Blender's memory
 
 
 def add_result(context: bpy.types.Context, source: Source, request: Request, solution: Solution) -> bpy.types.Object:
@@ -37,7 +39,7 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     result.matrix_world = _beside(context.scene, source, solution.cage) @ source.frame
     if original is not None:
         _carry_materials(original, result, face_parents(source.cage, solution.cage), source.face_material)
-    add_subdivision(result, solution.cage.creases.rule)
+    add_subdivision(result, solution.cage.creases)
     _store(result, source.name, request, solution)
     _link(context, original, result)
     if context.mode == "OBJECT":
@@ -89,16 +91,27 @@ def _set_vertex_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
     mesh.vertex_creases[0].data.foreach_set("value", values)
 
 
-def add_subdivision(obj: bpy.types.Object, rule: str = "smooth") -> bpy.types.SubsurfModifier:
-    """A Subdivision Surface modifier that shows the limit surface by that rule, finely enough to look smooth."""
+def add_subdivision(obj: bpy.types.Object, creases: Creases) -> bpy.types.SubsurfModifier:
+    """A Subdivision Surface modifier that shows the limit surface of a mesh with these creases, by their boundary rule,
+    finely enough to look smooth."""
     modifier = obj.modifiers.new("Subdivision", "SUBSURF")
     modifier.subdivision_type = "CATMULL_CLARK"
     modifier.use_limit_surface = True
     modifier.use_creases = True
-    modifier.boundary_smooth = BOUNDARY_SMOOTH[rule]
-    modifier.quality = _QUALITY
+    modifier.boundary_smooth = BOUNDARY_SMOOTH[creases.rule]
     modifier.levels = modifier.render_levels = shown_levels(len(obj.data.polygons))
+    modifier.quality = shown_quality(creases, modifier.levels)
     return modifier
+
+
+def shown_quality(creases: Creases, levels: int) -> int:
+    """The modifier's quality, levels .. 10: 10 unless that takes Blender too many patches. Of an edge whose sharpness
+    fades it makes as many as the edge has parts after `sharpness` subdivisions, or after `quality` of them."""
+    fading = creases.edge_sharpness[creases.edge_sharpness < SHARPNESS_INFINITE]
+    quality = _QUALITY
+    while quality > levels and np.exp2(np.minimum(fading, quality)).sum() > _MAX_CREASE_PARTS:
+        quality -= 1
+    return quality
 
 
 def shown_levels(n_faces: int) -> int:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worker and modal state machine: with invented work where order matters, with the library where energies do."""
 
+import dataclasses
+import math
 import threading
 import time
 
 import numpy as np
 import pytest
 import shapes
-from addon import job, native
+from addon import header, job, native
 
 
 def progress(iteration: int) -> native.Progress:
@@ -150,6 +152,50 @@ def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
 )
 def test_energies_are_written_for_people(value, text):
     assert job.energy_text(value) == text
+
+
+def test_boundary_of_the_request_reaches_the_library():
+    cage, moved = torus_cage(), {}
+    opened = native.Cage(cage.positions, cage.face_sizes[1:], cage.face_vertices[4:])
+    for boundary in header.BOUNDARIES:
+        end = job.solve(opened, job.Request("willmore", 1, {"max_iterations": 5}, boundary)).cage.positions
+        moved[boundary] = (np.abs(end - cage.positions).max(axis=1) > 0).sum()
+    assert moved["free"] == 32 > moved["position"] == 28 > moved["tangent"] > moved["curvature"]
+
+
+def test_creases_of_the_cage_reach_the_library():
+    cage = torus_cage()
+    ring = np.array([[4 * i, 4 * ((i + 1) % 8)] for i in range(8)])
+    request = job.Request("willmore", 1, {"max_iterations": 5})
+    creased = dataclasses.replace(cage, creases=native.Creases(ring, np.full(8, 10.0)))
+    plain, sharp = job.solve(cage, request), job.solve(creased, request)
+    assert sharp.start.terms["willmore"] != pytest.approx(plain.start.terms["willmore"], rel=1e-2)
+    assert np.array_equal(sharp.cage.positions[ring], cage.positions[ring])
+
+
+@pytest.mark.parametrize(
+    "verdict, decrement, directions, text",
+    [
+        ("minimum", 1e-9, 0, "Checked: a minimum."),
+        ("saddle", 1e-9, 1, "Checked: level, but 1 direction would still lead down."),
+        ("saddle", 1e-9, -1, "Checked: level, but some directions would still lead down."),
+        ("not stationary", 2.345e-3, 0, "Checked: not yet a minimum, about 0.0023 % less seems possible."),
+        ("not stationary", 2.345e-3, 3, "Checked: not yet a minimum, about 0.0023 % less seems possible, more along 3 "
+                                        "directions."),
+        ("not stationary", math.nan, 0, "Checked: not yet a minimum, less seems possible."),
+        ("unknown", math.nan, -1, "Not checked: whether this is a minimum is not known."),
+    ],
+)  # fmt: skip
+def test_verdicts_are_written_for_people(verdict, decrement, directions, text):
+    assert job.verdict_text(native.Verification(verdict, decrement, directions), 100.0) == text
+
+
+def test_refusals_use_blenders_words():
+    text = "vertex 3 has one face; make it an infinitely sharp vertex (on boundaries the rule `corners` does)"
+    assert job.failure_text(native.CurvoptError(6, 3, text)) == (
+        "Vertex 3 has one face; give it a vertex crease of 1 (on boundaries Keep Corners in the Subdivision Surface "
+        "modifier does)."
+    )
 
 
 def test_failures_become_one_sentence():

@@ -188,6 +188,45 @@ def test_refined_faces_lie_face_after_face(lib):
         assert children[:, 0].tolist() == [vertex for face in polygons for vertex in face]
 
 
+def creased_torus(lib, rule="smooth"):
+    points, faces = shapes.torus()
+    creases = native.Creases(np.array([[1, 0], [4, 5]]), [2.5, 11.0], np.array([9]), [1.25], rule)
+    return native.Mesh.create(lib, len(points), *shapes.packed(faces), creases), points
+
+
+def test_mesh_gives_back_its_creases(lib):
+    mesh, _ = creased_torus(lib)
+    with mesh:
+        creases = mesh.creases()
+    assert sorted(zip(np.sort(creases.edges, 1).tolist(), creases.edge_sharpness)) == [([0, 1], 2.5), ([4, 5], 11.0)]
+    assert (creases.vertices.tolist(), creases.vertex_sharpness.tolist(), creases.rule) == ([9], [1.25], "smooth")
+    mesh, _ = torus_mesh(lib)
+    with mesh:
+        assert mesh.creases().edges.shape == (0, 2) and len(mesh.creases().vertices) == 0
+
+
+def test_creases_of_the_finer_mesh_are_one_softer(lib):
+    mesh, points = creased_torus(lib, "corners")
+    with mesh, mesh.refine(points)[0] as fine:
+        creases = fine.creases()
+    assert sorted(creases.edge_sharpness) == [1.5, 1.5, 11.0, 11.0]
+    assert creases.vertex_sharpness.tolist() == [0.25] and creases.rule == "corners"
+
+
+def test_creases_are_checked_before_c_reads(lib):
+    points, faces = shapes.torus()
+    for wrong, match in (
+        ({"edges": np.array([[0, 1]]), "edge_sharpness": [1.0, 2.0]}, "edge_sharpness holds 2 numbers, expected 1"),
+        ({"edges": np.array([0, 1]), "edge_sharpness": [1.0, 2.0]}, "edges holds 2 indices, expected 4"),
+        ({"vertices": np.array([0]), "vertex_sharpness": []}, "vertex_sharpness holds 0 numbers, expected 1"),
+        ({"rule": "sharp"}, "no boundary rule 'sharp'"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            native.Mesh.create(lib, len(points), *shapes.packed(faces), native.Creases(**wrong))
+    with pytest.raises(native.CurvoptError, match="no edge of the cage"):
+        native.Mesh.create(lib, len(points), *shapes.packed(faces), native.Creases(np.array([[0, 2]]), [1.0]))
+
+
 def test_refinement_of_a_cube(lib):
     points, faces = shapes.cube()
     with native.Mesh.create(lib, 8, *shapes.packed(faces)) as mesh:
@@ -308,6 +347,27 @@ def test_open_cage_keeps_its_boundary(lib):
         with native.minimize(mesh, points, lib.options({"willmore": 1.0}, levels=1)) as result:
             moved = np.linalg.norm(result.cage().positions - points, axis=1)
     assert moved[faces[0]].max() < 1e-12 < 1e-3 < moved.max()
+
+
+def test_result_has_creases_and_a_verdict(lib):
+    ring = np.array([[4 * i, 4 * ((i + 1) % 8)] for i in range(8)])
+    points, faces = shapes.torus()
+    creases = native.Creases(ring, np.full(8, 1.5), rule="corners")
+    with native.Mesh.create(lib, len(points), *shapes.packed(faces), creases) as mesh:
+        options = lib.options({"willmore": 1.0}, levels=2, max_iterations=20)
+        with native.minimize(mesh, points, options) as result:
+            kept, found = result.cage().creases, result.summary().verification
+    assert kept.edge_sharpness.tolist() == [0.5] * 16 and kept.rule == "corners"
+    assert found.verdict in header.VERDICTS and found.negative_directions >= -1
+
+
+def test_verdict_on_a_minimum(lib):
+    points, faces = shapes.grid()
+    with native.Mesh.create(lib, len(points), *shapes.packed(faces), native.Creases(rule="corners")) as mesh:
+        with native.minimize(mesh, points, lib.options({"willmore": 1.0}, levels=1, boundary=2)) as result:
+            summary = result.summary()
+    found, energy = summary.verification, summary.end.objective
+    assert (found.verdict, found.negative_directions) == ("minimum", 0) and 0 <= found.newton_decrement < 1e-6 * energy
 
 
 def test_positions_that_are_no_numbers_are_refused_by_vertex(lib):

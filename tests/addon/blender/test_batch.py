@@ -10,7 +10,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+import shapes
 
+VERIFICATION = {"verdict", "newton_decrement", "negative_directions"}  # as the command line's
 QUICK_PICTURE = ["--size", "240x120", "--samples", "4"]
 
 
@@ -54,6 +56,13 @@ def batch(cage_file, part, noise):
     return run
 
 
+def save_again(cage_file):
+    """Save the open file there, without leaving the older one beside it."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(cage_file), copy=True)
+    for left in cage_file.parent.glob("*.blend1"):
+        left.unlink()
+
+
 def pixels(path):
     """(height, width, 3), bottom row first, 0 .. 1."""
     image = bpy.data.images.load(str(path))
@@ -83,6 +92,8 @@ def _check_report(report):
     assert keys <= set(report) and keys <= set(report["before"])
     assert report["mvs"] < report["before"]["mvs"]
     assert [level["vertices"] for level in report["levels"]] == [32, 128]
+    assert report["boundary"] == "position" and set(report["verification"]) == VERIFICATION
+    assert report["verification"]["verdict"] in ("minimum", "saddle", "not stationary")
     level = {"level", "vertices", "iterations", "evaluations", "energy", "gradient_norm", "seconds", "stop"}
     assert set(report["levels"][0]) == level
 
@@ -101,6 +112,25 @@ def test_zebra_picture_has_stripes(batch, cage_file):
     assert (code, new) == (0, ["z.png"])
     middle = pixels(cage_file.parent / "z.png")[:, 60, 0]
     assert (np.abs(np.diff((middle > 0.5).astype(int)))).sum() >= 8
+
+
+def test_creases_and_boundary_are_minded(batch, cage_file, torus, crease):
+    """A ring of creases stays where it is, unless the boundary is free; the result remembers its verdict."""
+    crease(torus, {(4 * i, 4 * ((i + 1) % 8)): 1.0 for i in range(8)})
+    save_again(cage_file)
+    common = ["--energy", "willmore", "--levels", "1", "--max-iterations", "5"]
+    kept = _ring_of_result(batch, cage_file, *common, "--output", "held.blend")
+    freed = _ring_of_result(batch, cage_file, *common, "--boundary", "free", "--output", "free.blend")
+    start = shapes.torus()[0][::4]
+    assert np.abs(kept - start).max() < 1e-6 and np.abs(freed - start).max() > 1e-3
+
+
+def _ring_of_result(batch, cage_file, *arguments):
+    assert batch(*arguments)[:2] == (0, [])
+    bpy.ops.wm.open_mainfile(filepath=str(cage_file.parent / arguments[-1]))
+    result = bpy.data.objects["Torus Willmore"]
+    assert result["curvopt_verdict"].endswith(".")
+    return np.array([vertex.co for vertex in result.data.vertices])[::4]
 
 
 def test_object_is_chosen_by_name(batch, cage_file):
@@ -125,11 +155,18 @@ def test_failure_is_exit_1_one_sentence_and_nothing_written(batch, arguments, se
     assert sentence in errors[0] and errors[0].endswith(".")
 
 
+def test_refused_corner_is_named_in_blenders_words(batch, cage_file, add):
+    bpy.data.objects.remove(bpy.data.objects["Spare"])
+    add(*shapes.grid())
+    save_again(cage_file)
+    code, errors, new = batch("--energy", "willmore", "--json", "out.json")
+    assert (code, len(errors), new) == (1, 1, [])
+    assert errors[0].startswith("Vertex 0 has one face") and "Keep Corners in the Subdivision" in errors[0]
+
+
 def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
     torus.modifiers.new("Mirror", "MIRROR")
-    bpy.ops.wm.save_as_mainfile(filepath=str(cage_file), copy=True)
-    for left in cage_file.parent.glob("*.blend1"):
-        left.unlink()
+    save_again(cage_file)
     (cage_file.parent / "out.json").write_text("older")
     code, errors, new = batch("--json", "out.json", "--output", "out.blend")
     assert (code, new) == (1, ["out.json"]) and "Modifier 'Mirror' of object 'Torus'" in errors[0]
