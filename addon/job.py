@@ -227,7 +227,7 @@ def verdict_text(verification: Verification, energy: float) -> str:
     if verification.verdict == "minimum":
         return "Checked: a minimum."
     if verification.verdict == "saddle":
-        return f"Checked: level, but {more} would still lead down."
+        return f"Checked: a saddle, {more} would still lead down."
     if verification.verdict == "not stationary":
         also = f", more along {more}" if directions else ""
         return f"Checked: not yet a minimum, {less} seems possible{also}."

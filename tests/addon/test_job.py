@@ -177,8 +177,8 @@ def test_creases_of_the_cage_reach_the_library():
     "verdict, decrement, directions, text",
     [
         ("minimum", 1e-9, 0, "Checked: a minimum."),
-        ("saddle", 1e-9, 1, "Checked: level, but 1 direction would still lead down."),
-        ("saddle", 1e-9, -1, "Checked: level, but some directions would still lead down."),
+        ("saddle", 1e-9, 1, "Checked: a saddle, 1 direction would still lead down."),
+        ("saddle", 1e-9, -1, "Checked: a saddle, some directions would still lead down."),
         ("not stationary", 2.345e-3, 0, "Checked: not yet a minimum, about 0.0023 % less seems possible."),
         ("not stationary", 2.345e-3, 3, "Checked: not yet a minimum, about 0.0023 % less seems possible, more along 3 "
                                         "directions."),

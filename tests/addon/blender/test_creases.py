@@ -266,3 +266,7 @@ def test_result_remembers_its_verdict(torus, part):
     stored = part("result").stored_verdict
     assert stored(None) == stored(torus) == ""
     assert stored(minimize(levels=1)).startswith("Checked: ")
+
+
+def test_choices_of_the_panel_are_the_librarys(part):
+    assert tuple(item[0].lower() for item in part("properties").BOUNDARIES) == part("header").BOUNDARIES
