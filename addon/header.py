@@ -48,6 +48,18 @@ class CCreases(C.Structure):
     ]
 
 
+class CConstraints(C.Structure):
+    """curvopt_constraints"""
+
+    _fields_ = [
+        ("vertices", C.POINTER(C.c_int32)),
+        ("freedom", C.POINTER(C.c_int32)),
+        ("directions", C.POINTER(C.c_double)),
+        ("n", C.c_int32),
+        ("reserved", C.c_int32),
+    ]
+
+
 class COptions(C.Structure):
     """curvopt_options"""
 
@@ -60,6 +72,9 @@ class COptions(C.Structure):
         ("tolerance", C.c_double),
         ("gradient_tolerance", C.c_double),
         ("max_step", C.c_double),
+        ("constraints", C.POINTER(CConstraints)),
+        ("symmetry", C.c_int32),
+        ("verify", C.c_int32),
     ]
 
 
@@ -113,7 +128,9 @@ class CSummary(C.Structure):
         ("end", CEnergies),
         *((name, C.c_double) for name in "seconds newton_decrement".split()),
         *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
-        *((name, C.c_int32) for name in "negative_directions reserved".split()),
+        *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
+        ("difference_decrement", C.c_double),
+        *((name, C.c_int32) for name in "all_negative_directions free_negative_directions".split()),
     ]
 
 
@@ -122,11 +139,12 @@ STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 40,
     CCreases: 48,
-    COptions: 120,
+    CConstraints: 32,
+    COptions: 136,
     CEnergies: 200,
     CProgress: 72,
     CLevelReport: 48,
-    CSummary: 448,
+    CSummary: 464,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
