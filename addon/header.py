@@ -126,7 +126,7 @@ class CSummary(C.Structure):
     _fields_ = [
         ("start", CEnergies),
         ("end", CEnergies),
-        *((name, C.c_double) for name in "seconds newton_decrement".split()),
+        *((name, C.c_double) for name in "seconds newton_decrement shape_decrement".split()),
         *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
         *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
         ("difference_decrement", C.c_double),
@@ -144,7 +144,7 @@ STRUCT_SIZES = {
     CEnergies: 200,
     CProgress: 72,
     CLevelReport: 48,
-    CSummary: 464,
+    CSummary: 472,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --

@@ -329,10 +329,10 @@ typedef struct curvopt_level_report {
 
 /* What the Hessian at the result says of it. */
 typedef enum curvopt_verdict {
-    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: as_report, cancelled, more than 50 000 vertices */
-    CURVOPT_VERDICT_MINIMUM = 1,        /* stationary, no negative direction */
+    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: as_report, cancelled, too many vertices */
+    CURVOPT_VERDICT_MINIMUM = 1,        /* stationary, and no small change of shape that keeps symmetries goes down */
     CURVOPT_VERDICT_SADDLE = 2,         /* stationary, with negative directions */
-    CURVOPT_VERDICT_NOT_STATIONARY = 3, /* the Newton decrement is above 1e-6 of the objective */
+    CURVOPT_VERDICT_NOT_STATIONARY = 3, /* a Newton decrement is above 1e-6 of the objective */
     CURVOPT_VERDICT_FORCE_INT = 0x7fffffff
 } curvopt_verdict;
 /* "unknown", "minimum", "saddle", "not stationary"; never NULL. */
@@ -342,22 +342,25 @@ typedef struct curvopt_summary {
     curvopt_energies start; /* of the input cage */
     curvopt_energies end;   /* of the result */
     double seconds;
-    double newton_decrement; /* half of gradient . Hessian^-1 gradient, or with the Gauss-Newton matrix where the
-                                Hessian has negative directions: what is left to gain; NAN if unknown */
+    double newton_decrement; /* half of gradient . Hessian^-1 gradient: what is left to gain; by the Gauss-Newton matrix
+                                where the Hessian has negative directions; NAN if unknown */
+    double shape_decrement;  /* the same for motion along the cage's normals alone; NAN if the Hessian has negative
+                                directions there, or if unknown */
     int32_t n_levels;        /* levels that were worked on, the last one perhaps not to its end */
     int32_t stop;            /* curvopt_stop of the last of them */
     int32_t n_vertices;
     int32_t n_faces;
     int32_t method;              /* curvopt_method that was used, never AUTO */
     int32_t verdict;             /* curvopt_verdict */
-    int32_t negative_directions; /* of the Hessian over what could move, symmetries kept, beyond the invariances
-                                    (similarities; for Willmore alone Moebius maps); -1: not counted, or unknown */
+    int32_t negative_directions; /* of the Hessian for motion along the cage's normals, symmetries kept, beyond the
+                                    invariances (similarities; for Willmore alone Moebius maps). Sliding within the
+                                    surface does not change the shape. -1: not counted, or unknown */
     int32_t symmetry_order;      /* symmetries that were kept; 1: none */
     /* with options.verify, else NAN and -1: */
-    double difference_decrement; /* the Newton decrement by a Hessian from finite differences of the gradient, as the
-                                    report checked its minima */
-    int32_t all_negative_directions;  /* negative directions when symmetries need not be kept, */
-    int32_t free_negative_directions; /* and those among them that change the shape: of motion along normals alone */
+    double difference_decrement;      /* shape_decrement by a Hessian from finite differences of the gradient, as the
+                                         report checked its minima */
+    int32_t all_negative_directions;  /* over everything that may move, sliding too, no symmetry kept */
+    int32_t free_negative_directions; /* of motion along normals, no symmetry kept */
 } curvopt_summary;
 
 /* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held,

@@ -108,6 +108,12 @@ void co_assembly_free(co_assembly *a) {
     *a = (co_assembly){0};
 }
 
+int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_error *error) {
+    memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
+    a->met = from->met;
+    return renew_layout(a, error);
+}
+
 int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error) {
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0, far = 0;
     for (int32_t v = 0; v < n_vertices; v++)

@@ -56,6 +56,9 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
                            co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
+/* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
+int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
+
 /* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
 int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error);
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no

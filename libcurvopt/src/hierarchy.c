@@ -3,11 +3,10 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hierarchy.h"
 
-#include "certificate.h"
-#include "level.h"
 #include "memory.h"
 #include "placement.h"
 #include "refine.h"
+#include "verify.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,6 +14,7 @@
 #include <time.h>
 
 enum { LARGEST_CERTIFIED = 50000 };
+static const double STATIONARY = 1e-6; /* decrement, of the energy */
 
 /* The whole run. */
 typedef struct run {
@@ -80,17 +80,6 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
     return status;
 }
 
-/* The verdict on where the run ended. */
-static int32_t certify(run *r, co_level *l, co_iterate *now, curvopt_error *error) {
-    curvopt_summary *summary = &r->result->summary;
-    co_certificate c;
-    int32_t status = co_level_certify(l, now, &c, error);
-    summary->newton_decrement = c.newton_decrement;
-    summary->negative_directions = c.negative_directions;
-    summary->verdict = c.verdict;
-    return status;
-}
-
 /* Energies at the level's end, and its cage into r->xyz. */
 static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lmvm_result *solved, double started,
                          curvopt_error *error) {
@@ -109,6 +98,49 @@ static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lm
                                .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
                                .seconds = now_seconds() - started};
     return CURVOPT_OK;
+}
+
+static int is_stationary(const run *r, double decrement) {
+    return decrement <= STATIONARY * fabs(r->result->summary.end.objective);
+}
+
+/* What is asked for besides: the shape without its symmetries, everything without them. */
+static int32_t verify_without_symmetry(run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_summary *summary = &r->result->summary;
+    co_symmetry none = {0};
+    co_shape_check shape;
+    int32_t status = co_symmetry_none(mesh, &none, error);
+    if (status == CURVOPT_OK)
+        status = co_verify_shape(&r->frame, mesh, &none, &r->constraints, r->xyz, NULL, 0, &shape, error);
+    co_symmetry_free(&none);
+    if (status != CURVOPT_OK)
+        return status;
+    summary->free_negative_directions = shape.negative_directions;
+    return co_verify_count(&r->frame, mesh, &r->constraints, r->xyz, &summary->all_negative_directions, error);
+}
+
+/* The verdict on where the run ended. */
+static int32_t certify(run *r, co_level *l, co_iterate *now, curvopt_error *error) {
+    curvopt_summary *summary = &r->result->summary;
+    co_shape_check shape;
+    int verify = r->frame.options->verify;
+    int32_t status = co_verify_decrement(l, now, &summary->newton_decrement, error);
+    if (status == CURVOPT_OK)
+        status = co_verify_shape(&r->frame, l->mesh, &r->symmetry, &r->constraints, r->xyz, l, verify, &shape, error);
+    if (status != CURVOPT_OK)
+        return status;
+    summary->shape_decrement = shape.decrement;
+    summary->difference_decrement = shape.difference_decrement;
+    summary->negative_directions = shape.negative_directions;
+    if (shape.negative_directions < 0 || isnan(summary->newton_decrement))
+        summary->verdict = CURVOPT_VERDICT_UNKNOWN;
+    else if (!is_stationary(r, summary->newton_decrement))
+        summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
+    else if (shape.negative_directions > 0)
+        summary->verdict = CURVOPT_VERDICT_SADDLE;
+    else
+        summary->verdict = is_stationary(r, shape.decrement) ? CURVOPT_VERDICT_MINIMUM : CURVOPT_VERDICT_NOT_STATIONARY;
+    return verify ? verify_without_symmetry(r, l->mesh, error) : CURVOPT_OK;
 }
 
 /* Whether the level was the run's last, and one to look at more closely. */
@@ -232,6 +264,7 @@ static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, cu
     if (!r->result || !r->xyz || !r->level_start)
         return co_status_no_memory(error);
     r->result->summary.newton_decrement = (double)NAN;
+    r->result->summary.shape_decrement = (double)NAN;
     r->result->summary.difference_decrement = (double)NAN;
     r->result->summary.negative_directions = -1;
     r->result->summary.all_negative_directions = -1;

@@ -15,10 +15,14 @@
 #include <string.h>
 
 enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1, INVERSE_ITERATIONS = 30, NEWTON_MEMORY = 5 };
+enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
 static const double SHIFT = 0.1;
+/* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
+ * cages that distort more and more, and nowhere else, it is not. */
+static const double MOST_NEGATIVE = 1e-6;
 /* Of the energy; between levels only what the next one would not do better at once. */
-static const double COARSE_DECREMENT = 1e-4, FINAL_DECREMENT = 1e-6;
-static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-4;
+static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 6e-7;
+static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 5e-6;
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
@@ -26,6 +30,16 @@ static const double DEFECT_GROWTH = 4, DEFECT_FLOOR = 1e-3; /* radians of total 
 
 static int is_fixed(const co_level *l) {
     return l->hold.freedom != NULL;
+}
+
+co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
+    const double *weights = frame->options->weights;
+    if (hold->freedom)
+        return CO_GAUGE_NONE;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE)
+            return CO_GAUGE_SIMILARITY;
+    return CO_GAUGE_MOEBIUS;
 }
 
 /* -------------------------------------------------------------------------------------------- the function -- */
@@ -128,11 +142,11 @@ static double least_shift(const co_level *l, double value) {
  * in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's size costing at
  * least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back to the cap
  * instead needs ten times as many on the curved valley floor of MVS. */
-static int renew(void *context, const co_iterate *now, double overshoot) {
+static co_renewal renew(void *context, const co_iterate *now, double overshoot) {
     co_level *l = context;
     int positive = 0;
     if (l->failed != CURVOPT_OK)
-        return 1;
+        return CO_RENEWAL_FAILED;
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
@@ -140,15 +154,17 @@ static int renew(void *context, const co_iterate *now, double overshoot) {
     l->failed =
         co_model_assemble(&l->model, l->x, l->exact, is_fixed(l) ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY, l->error);
     if (l->failed != CURVOPT_OK)
-        return 1;
+        return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
     for (l->shift = fmax(l->shift * change, least); !positive && l->shift <= stiffest; l->shift *= positive ? 1 : 4) {
         l->failed = co_model_factorize(&l->model, l->shift, &positive, l->error);
         if (l->failed != CURVOPT_OK)
-            return 1;
+            return CO_RENEWAL_FAILED;
     }
     l->has_factor = positive;
-    return !positive;
+    if (l->exact && l->shift > MOST_NEGATIVE * stiffest)
+        return CO_RENEWAL_GIVE_UP;
+    return positive ? CO_RENEWED : CO_RENEWAL_FAILED;
 }
 
 static int precondition(void *context, const double *in, double *out) {
@@ -266,6 +282,7 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
 /* The second stage, from where the first one has settled: Newton's method proper. */
 static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
                       curvopt_error *error) {
+    int stop = result->stop;
     l->iterations = result->iterations;
     l->evaluations = result->evaluations;
     l->exact = 1;
@@ -274,6 +291,8 @@ static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_
     options->memory = NEWTON_MEMORY;
     options->max_iterations -= l->iterations;
     int32_t status = co_lmvm(f, options, now, result, error);
+    if (result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
+        result->stop = stop;
     result->iterations += l->iterations;
     result->evaluations += l->evaluations;
     return status == CURVOPT_OK ? l->failed : status;
@@ -347,14 +366,28 @@ int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt
     return CURVOPT_OK;
 }
 
-int32_t co_level_certify(co_level *l, co_iterate *now, co_certificate *out, curvopt_error *error) {
-    *out = (co_certificate){.newton_decrement = 0, .verdict = CURVOPT_VERDICT_MINIMUM};
-    if (l->reduction.n_variables == 0)
-        return CURVOPT_OK;
+double co_level_evaluate(co_level *l, const double *z, double *gradient) {
+    return evaluate(l, z, gradient);
+}
+
+static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
     int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
-    if (status != CURVOPT_OK)
-        return status;
-    now->value = evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
-    return co_certify(&l->model, is_fixed(l) ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY, l->x, now->value, now->gradient,
-                      least_shift(l, now->value), out, error);
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    return status == CURVOPT_OK ? co_model_assemble(&l->model, l->x, exact, gauge, error) : status;
+}
+
+int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, co_gauge gauge, int *positive,
+                           curvopt_error *error) {
+    int32_t status = assemble_model(l, now, exact, gauge, error);
+    return status == CURVOPT_OK ? co_model_factorize(&l->model, least_shift(l, now->value), positive, error) : status;
+}
+
+int32_t co_level_count_negative(co_level *l, const co_iterate *now, co_gauge gauge, int32_t *n_negative,
+                                curvopt_error *error) {
+    *n_negative = l->reduction.n_variables > LARGEST_COUNT ? -1 : 0;
+    if (l->reduction.n_variables == 0 || *n_negative < 0)
+        return CURVOPT_OK;
+    int32_t status = assemble_model(l, now, 1, gauge, error);
+    return status == CURVOPT_OK ? co_model_count_negative(&l->model, least_shift(l, now->value), n_negative, error)
+                                : status;
 }

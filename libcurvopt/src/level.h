@@ -3,8 +3,8 @@
 #ifndef CO_LEVEL_H
 #define CO_LEVEL_H
 
-#include "certificate.h"
 #include "lmvm.h"
+#include "model.h"
 
 /* What does not change during a run. */
 typedef struct co_frame {
@@ -32,7 +32,7 @@ typedef struct co_level {
     double shift;
     int32_t number;
     int iterations, evaluations; /* of stages that are over */
-    int32_t failed; /* status of a call that cannot report it */
+    int32_t failed;              /* status of a call that cannot report it */
     curvopt_error *error;
     int (*report)(const struct co_level *level, const co_iterate *now, int iteration, int evaluations, void *user);
     void *user;
@@ -55,8 +55,16 @@ int32_t co_level_finish(co_level *level, const co_iterate *now, double *xyz, cur
 /* Positions as the user sees them: in the frame they were taken from where something is held; else the area is the
  * input's, and the cage lies as the level's first one did. */
 void co_level_to_user(const co_level *level, const double *z, double normalized_area, double *xyz);
-/* What the Hessian says of `now`, whose value and gradient are renewed. */
-int32_t co_level_certify(co_level *level, co_iterate *now, co_certificate *out, curvopt_error *error);
+/* Value and gradient at z [n_variables]. */
+double co_level_evaluate(co_level *level, const double *z, double *gradient);
+/* Motions that the objective does not see where these constraints hold. */
+co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold);
+/* The level's model becomes that of `now`, factored with the least shift. *positive: as co_model_factorize. */
+int32_t co_level_factorize(co_level *level, const co_iterate *now, int exact, co_gauge gauge, int *positive,
+                           curvopt_error *error);
+/* Negative directions of the Hessian at `now`; -1 if there are too many variables to count them. */
+int32_t co_level_count_negative(co_level *level, const co_iterate *now, co_gauge gauge, int32_t *n_negative,
+                                curvopt_error *error);
 double co_level_relative_gradient(const co_level *level, const co_iterate *now);
 
 #endif

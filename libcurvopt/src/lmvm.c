@@ -99,11 +99,10 @@ static void find_direction(solver *s, const double *gradient) {
 }
 
 /* Renews the preconditioner when it has gone stale; its pairs told of a function that has not changed, and stay. */
-static void keep_fresh(solver *s, const co_iterate *now) {
-    if (!s->f->renew)
-        return;
-    if (s->stale_steps++ % s->options->renew_every == 0)
-        s->f->renew(s->f->context, now, s->overshoot);
+static co_renewal keep_fresh(solver *s, const co_iterate *now) {
+    if (!s->f->renew || s->stale_steps++ % s->options->renew_every != 0)
+        return CO_RENEWED;
+    return s->f->renew(s->f->context, now, s->overshoot);
 }
 
 /* One accepted step into s->trial; 0 if there is none to be had. */
@@ -181,7 +180,8 @@ static int iterate(solver *s, co_iterate *now) {
             return CURVOPT_STOP_CONVERGED;
         if (s->result->iterations >= s->options->max_iterations)
             return CURVOPT_STOP_LIMIT;
-        keep_fresh(s, now);
+        if (keep_fresh(s, now) == CO_RENEWAL_GIVE_UP)
+            return CURVOPT_STOP_SETTLED;
         if (!find_step(s, now))
             return CURVOPT_STOP_STALLED;
         /* several in a row: one may be short because the preconditioner was stiffened */

@@ -11,6 +11,12 @@ typedef enum co_settlement {
     CO_SETTLE_STOP     /* go back likewise, and give up */
 } co_settlement;
 
+typedef enum co_renewal {
+    CO_RENEWED,
+    CO_RENEWAL_FAILED,
+    CO_RENEWAL_GIVE_UP /* this is not a place for the method: stop */
+} co_renewal;
+
 typedef struct co_iterate {
     double *x;        /* [n] */
     double *gradient; /* [n] */
@@ -30,9 +36,9 @@ typedef struct co_minimand {
     /* An initial inverse Hessian, or NULL: out [n] = M^-1 in [n], M symmetric positive definite; in and out may be the
      * same. Nonzero if that failed. */
     int (*precondition)(void *context, const double *in, double *out);
-    /* Makes M that of `now`; nonzero if that failed (the one before stays). `overshoot` is how many times longer than
-     * the cap the last direction was, 0 at first: where it is large, M should be stiffer. */
-    int (*renew)(void *context, const co_iterate *now, double overshoot);
+    /* Makes M that of `now`; if that cannot be done there is none. `overshoot` is how many times longer than the cap
+     * the last direction was, 0 at first: where it is large, M should be stiffer. */
+    co_renewal (*renew)(void *context, const co_iterate *now, double overshoot);
     /* A direction of negative curvature at `now`, or NULL where none is known of: d [n] of any length, its sign such
      * that the function does not rise at first; 0 if there is none. */
     int (*negative_curvature)(void *context, const co_iterate *now, double *d);

@@ -204,6 +204,12 @@ int32_t co_model_solve(co_model *m, const double *b, double *x, curvopt_error *e
     return CURVOPT_OK;
 }
 
+void co_model_add_stiffness(const co_model *m, const double *v, double *out) {
+    size_t n = n_variables(m);
+    for (size_t k = (size_t)m->n_pair; k < (size_t)m->n_dense; k++)
+        co_vector_add(n, m->stiffness * co_vector_dot(n, m->dense + k * n, v), m->dense + k * n, out);
+}
+
 int32_t co_model_count_negative(co_model *m, double shift, int32_t *n_negative, curvopt_error *error) {
     int32_t status = co_cholesky_count_negative(m->factor, shift, m->n_dense, m->dense, m->solved, n_negative, error);
     if (status == CURVOPT_OK && *n_negative >= 0)

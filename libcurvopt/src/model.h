@@ -46,6 +46,8 @@ double co_model_mean_diagonal(const co_model *model);
 int32_t co_model_factorize(co_model *model, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_model_solve(co_model *model, const double *b, double *x, curvopt_error *error);
+/* out += the part of M v that makes motions stiff which the objective does not see. */
+void co_model_add_stiffness(const co_model *model, const double *v, double *out);
 /* Negative eigenvalues of M + shift; -1 if it is singular to rounding. ERROR_MEMORY. */
 int32_t co_model_count_negative(co_model *model, double shift, int32_t *n_negative, curvopt_error *error);
 

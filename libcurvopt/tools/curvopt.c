@@ -57,6 +57,7 @@ static const char help_text[] =
     "for\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one\n"
+    "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
     "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
     "                       rule that nothing checks\n"
     "\n"
@@ -207,6 +208,8 @@ static int parse_arguments(int argc, char **argv, arguments *a) {
             a->quiet = 1;
         } else if (minimize && !strcmp(arg, "--as-report")) {
             a->options.as_report = 1;
+        } else if (minimize && !strcmp(arg, "--verify")) {
+            a->options.verify = 1;
         } else if (arg[0] == '-' && arg[1]) {
             return usage_error("unknown option", arg);
         } else if (a->input) {

@@ -38,6 +38,24 @@ static void put_energies(FILE *f, const curvopt_energies *e, const char *indent)
     fprintf(f, "%s\"samples\": %d, \"surface\": \"%s\"", indent, e->n_samples, json_surface_name[e->surface]);
 }
 
+/* A count, or null for -1. */
+static void put_count(FILE *f, const char *name, int32_t count, const char *end) {
+    if (count >= 0)
+        fprintf(f, "\"%s\": %d%s", name, count, end);
+    else
+        fprintf(f, "\"%s\": null%s", name, end);
+}
+
+static void put_verification(FILE *f, const curvopt_summary *s) {
+    fprintf(f, "  \"verification\": {\"verdict\": \"%s\", ", curvopt_verdict_text(s->verdict));
+    put_number(f, "newton_decrement", s->newton_decrement, ", ");
+    put_number(f, "shape_decrement", s->shape_decrement, ", ");
+    put_number(f, "difference_decrement", s->difference_decrement, ", ");
+    put_count(f, "negative_directions", s->negative_directions, ", ");
+    put_count(f, "all_negative_directions", s->all_negative_directions, ", ");
+    put_count(f, "free_negative_directions", s->free_negative_directions, "},\n");
+}
+
 static void put_levels(FILE *f, const json_report *r) {
     fprintf(f, "  \"levels\": [");
     for (int32_t i = 0; i < r->summary->n_levels; i++) {
@@ -52,12 +70,7 @@ static void put_levels(FILE *f, const json_report *r) {
     }
     fprintf(f, "\n  ],\n  \"stop\": \"%s\", ", curvopt_stop_text(r->summary->stop));
     put_number(f, "seconds", r->summary->seconds, ",\n");
-    fprintf(f, "  \"verification\": {\"verdict\": \"%s\", ", curvopt_verdict_text(r->summary->verdict));
-    put_number(f, "newton_decrement", r->summary->newton_decrement, ", ");
-    if (r->summary->negative_directions >= 0)
-        fprintf(f, "\"negative_directions\": %d},\n", r->summary->negative_directions);
-    else
-        fprintf(f, "\"negative_directions\": null},\n");
+    put_verification(f, r->summary);
     fprintf(f, "  \"start\": {\n");
     put_energies(f, &r->summary->start, "    ");
     fprintf(f, "\n  },\n");

@@ -88,7 +88,7 @@ class LevelReport(C.Structure):
 class Summary(C.Structure):
     """curvopt_summary"""
 
-    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("newton_decrement", F64)] + [
+    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("newton_decrement", F64), ("shape_decrement", F64)] + [
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32)]

@@ -1,0 +1,230 @@
+/* Whether a cage is a stationary point, and of what kind. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "verify.h"
+
+#include "memory.h"
+#include "placement.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LARGEST_ITERATIONS = 60 };
+static const double RESIDUAL = 1e-3;        /* in the preconditioner's norm, of the first one */
+static const double DIFFERENCE_STEP = 1e-3; /* longest displacement, in mean edges */
+
+/* out = Hessian v, by a central difference; rigid motions and scaling made stiff as in the model. work [2 n] */
+static void difference_product(co_level *l, const double *z, const double *v, double *work, double *out) {
+    size_t n = (size_t)l->reduction.n_variables;
+    double step = DIFFERENCE_STEP * l->edge / co_reduce_longest(&l->reduction, v);
+    memcpy(work, z, n * sizeof *work);
+    co_vector_add(n, step, v, work);
+    co_level_evaluate(l, work, out);
+    co_vector_add(n, -2 * step, v, work);
+    co_level_evaluate(l, work, work + n);
+    for (size_t i = 0; i < n; i++)
+        out[i] = (out[i] - work[n + i]) / (2 * step);
+    co_model_add_stiffness(&l->model, v, out);
+}
+
+/* Preconditioned conjugate gradients for H x = g: the decrement is half of g.x, and grows with every step. */
+static int32_t conjugate_gradients(co_level *l, const co_iterate *now, double *vectors, double *decrement,
+                                   curvopt_error *error) {
+    size_t n = (size_t)l->reduction.n_variables;
+    double *r = vectors, *s = r + n, *d = s + n, *h = d + n, *work = h + n, first = 0, sum = 0;
+    memcpy(r, now->gradient, n * sizeof *r);
+    int32_t status = co_model_solve(&l->model, r, s, error);
+    double rs = co_vector_dot(n, r, s);
+    memcpy(d, s, n * sizeof *d);
+    first = rs;
+    for (int k = 0; status == CURVOPT_OK && k < LARGEST_ITERATIONS && rs > RESIDUAL * RESIDUAL * first; k++) {
+        difference_product(l, now->x, d, work, h);
+        double curvature = co_vector_dot(n, d, h);
+        if (!(curvature > 0)) {
+            *decrement = (double)NAN;
+            return CURVOPT_OK;
+        }
+        double step = rs / curvature, before = rs;
+        sum += 0.5 * step * rs; /* of g.x: conjugate directions add up */
+        co_vector_add(n, -step, h, r);
+        status = co_model_solve(&l->model, r, s, error);
+        rs = co_vector_dot(n, r, s);
+        for (size_t i = 0; i < n; i++)
+            d[i] = s[i] + rs / before * d[i];
+    }
+    *decrement = sum;
+    return status;
+}
+
+static int32_t difference_decrement(co_level *l, const co_iterate *now, double *decrement, curvopt_error *error) {
+    double *vectors = CO_NEW(double, 6 * (size_t)l->reduction.n_variables);
+    if (!vectors)
+        return co_status_no_memory(error);
+    int32_t status = conjugate_gradients(l, now, vectors, decrement, error);
+    free(vectors);
+    return status;
+}
+
+/* Half of gradient.M^-1 gradient by the level's factored model. */
+static int32_t model_decrement(co_level *l, const co_iterate *now, double *decrement, curvopt_error *error) {
+    size_t n = (size_t)l->reduction.n_variables;
+    double *step = CO_NEW(double, n);
+    int32_t status = step ? co_model_solve(&l->model, now->gradient, step, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        *decrement = 0.5 * co_vector_dot(n, now->gradient, step);
+    free(step);
+    return status;
+}
+
+/* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
+static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
+    memset(normal, 0, 3 * (size_t)m->info.n_vertices * sizeof *normal);
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
+                     *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
+        double *to = normal + 3 * (size_t)m->corner_vertex[h];
+        for (int c = 0; c < 3; c++) {
+            int d = (c + 1) % 3, e = (c + 2) % 3;
+            to[c] += (a[d] - p[d]) * (b[e] - p[e]) - (a[e] - p[e]) * (b[d] - p[d]);
+        }
+    }
+}
+
+/* `constraints`, and every vertex that they leave free on the line of its normal. */
+static int32_t hold_to_normals(const curvopt_mesh *m, const co_hold *constraints, const double *xyz, co_hold *out,
+                               curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    *out = (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n)};
+    if (!out->freedom || !out->direction) {
+        co_hold_free(out);
+        return co_status_no_memory(error);
+    }
+    cage_normals(m, xyz, out->direction);
+    for (size_t v = 0; v < n; v++) {
+        double *d = out->direction + 3 * v, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        int free = !constraints->freedom || constraints->freedom[v] == CO_FREEDOM_ALL;
+        out->freedom[v] = free && length > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+        for (int c = 0; c < 3 && length > 0; c++)
+            d[c] /= length;
+    }
+    return CURVOPT_OK;
+}
+
+/* A level of its own at a cage. */
+typedef struct probe {
+    co_level level;
+    co_iterate now;
+} probe;
+
+static void probe_free(probe *p) {
+    co_level_free(&p->level);
+    free(p->now.x);
+    free(p->now.gradient);
+    *p = (probe){0};
+}
+
+static int32_t probe_create(const co_frame *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
+                            const co_hold *constraints, const double *xyz, const co_level *solved, probe *p,
+                            curvopt_error *error) {
+    size_t n = 3 * (size_t)m->info.n_vertices;
+    *p = (probe){.now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)}};
+    int32_t status = p->now.x && p->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status =
+            co_level_create(frame, m, symmetry, constraints, xyz, frame->options->levels, &p->level, p->now.x, error);
+    if (status == CURVOPT_OK && solved)
+        status = co_assembly_copy_rules(&p->level.assembly, &solved->assembly, error);
+    else if (status == CURVOPT_OK)
+        status = co_level_begin(&p->level, &p->now, error);
+    if (status == CURVOPT_OK)
+        p->now.value = co_level_evaluate(&p->level, p->now.x, p->now.gradient);
+    else
+        probe_free(p);
+    return status;
+}
+
+static int32_t check_shape(probe *p, co_gauge gauge, int differences, co_shape_check *out, curvopt_error *error) {
+    int positive;
+    co_level *l = &p->level;
+    *out = (co_shape_check){.negative_directions = 0};
+    if (l->reduction.n_variables == 0)
+        return CURVOPT_OK;
+    /* the gradient need not vanish along Moebius maps: they count when it comes to signs alone */
+    int32_t status =
+        co_level_factorize(l, &p->now, 1, gauge == CO_GAUGE_NONE ? gauge : CO_GAUGE_SIMILARITY, &positive, error);
+    if (status != CURVOPT_OK)
+        return status;
+    out->decrement = out->difference_decrement = (double)NAN;
+    if (!positive)
+        return co_level_count_negative(l, &p->now, gauge, &out->negative_directions, error);
+    status = model_decrement(l, &p->now, &out->decrement, error);
+    if (status == CURVOPT_OK && differences)
+        status = difference_decrement(l, &p->now, &out->difference_decrement, error);
+    return status;
+}
+
+/* Motions that the objective does not see, whatever a level holds besides these constraints. */
+static int32_t find_gauge(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, co_hold *held,
+                          co_gauge *gauge, curvopt_error *error) {
+    int32_t status = co_hold_copy(m, constraints, held, error);
+    if (status == CURVOPT_OK)
+        status = co_hold_boundary(m, frame->options->boundary, held, error);
+    *gauge = co_frame_gauge(frame, held);
+    return status;
+}
+
+int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
+                        const co_hold *constraints, const double *xyz, const co_level *solved, int differences,
+                        co_shape_check *out, curvopt_error *error) {
+    co_hold held = {0}, lines = {0};
+    co_gauge gauge;
+    co_frame own = *frame;
+    probe p = {0};
+    int32_t status = find_gauge(frame, m, constraints, &held, &gauge, error);
+    if (!held.freedom) /* then the cage was normalized by what it is now, not by what it was at first */
+        own.radius = co_placement_frame((size_t)m->info.n_vertices, xyz, own.centroid);
+    if (status == CURVOPT_OK)
+        status = hold_to_normals(m, &held, xyz, &lines, error);
+    if (status == CURVOPT_OK)
+        status = probe_create(&own, m, symmetry, &lines, xyz, solved, &p, error);
+    if (status == CURVOPT_OK)
+        status = check_shape(&p, gauge, differences, out, error);
+    probe_free(&p);
+    co_hold_free(&held);
+    co_hold_free(&lines);
+    return status;
+}
+
+int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, curvopt_error *error) {
+    int positive;
+    co_gauge gauge = l->hold.freedom ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY;
+    *decrement = 0;
+    if (l->reduction.n_variables == 0)
+        return CURVOPT_OK;
+    now->value = co_level_evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
+    int32_t status = co_level_factorize(l, now, 1, gauge, &positive, error);
+    if (status == CURVOPT_OK && !positive)
+        status = co_level_factorize(l, now, 0, gauge, &positive, error);
+    if (status == CURVOPT_OK && positive)
+        return model_decrement(l, now, decrement, error);
+    *decrement = (double)NAN;
+    return status;
+}
+
+int32_t co_verify_count(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, const double *xyz,
+                        int32_t *n_negative, curvopt_error *error) {
+    co_hold held = {0};
+    co_symmetry none = {0};
+    co_gauge gauge;
+    probe p = {0};
+    int32_t status = find_gauge(frame, m, constraints, &held, &gauge, error);
+    if (status == CURVOPT_OK)
+        status = co_symmetry_none(m, &none, error);
+    if (status == CURVOPT_OK)
+        status = probe_create(frame, m, &none, constraints, xyz, NULL, &p, error);
+    if (status == CURVOPT_OK)
+        status = co_level_count_negative(&p.level, &p.now, gauge, n_negative, error);
+    probe_free(&p);
+    co_symmetry_free(&none);
+    co_hold_free(&held);
+    return status;
+}
