@@ -184,7 +184,7 @@ int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *
     if (!p)
         return co_status_no_memory(error);
     p->tolerance = settled.as_report ? (double)INFINITY : settled.tolerance;
-    status = co_assembly_create(mesh, &settled, NULL, &p->assembly, error);
+    status = co_assembly_create(mesh, &settled, NULL, NULL, &p->assembly, error);
     if (status != CURVOPT_OK) {
         free(p);
         return status;

@@ -41,7 +41,7 @@ static int32_t renew_layout(co_assembly *a, curvopt_error *error) {
     co_layout_free(&a->layout);
     co_layout_free(&a->finer);
     a->rules_version++;
-    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 0, 1, needs_area_gradient(a),
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 0, 1, needs_area_gradient(a),
                                       &a->layout, error);
     if (status == CURVOPT_OK)
         status = ensure_work(a, &a->layout, error);
@@ -65,8 +65,8 @@ static int32_t start_rules(co_assembly *a, int first_rule, const double *face_we
     return CURVOPT_OK;
 }
 
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, const double *face_weight,
-                           co_assembly *a, curvopt_error *error) {
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_table_cache *tables,
+                           const double *face_weight, co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
@@ -78,7 +78,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     status = co_carry_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
         status = co_rim_create(mesh, &a->patches, &a->rim, error);
-    co_table_cache_create(a->surface, &a->cache);
+    co_table_cache_create(a->surface, &a->own_cache);
+    a->cache = tables ? tables : &a->own_cache;
     if (status == CURVOPT_OK) {
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
@@ -97,7 +98,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
 void co_assembly_free(co_assembly *a) {
     co_patches_free(&a->patches);
     co_rim_free(&a->rim);
-    co_table_cache_free(&a->cache);
+    co_table_cache_free(&a->own_cache);
     co_layout_free(&a->layout);
     co_layout_free(&a->finer);
     free(a->rule);
@@ -337,7 +338,7 @@ static error_measure measure_of(const co_assembly *a, int every_term, const patc
 static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, patch_share *shares, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!a->finer.n_blocks) {
-        status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
+        status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
         if (status == CURVOPT_OK)
             status = ensure_work(a, &a->finer, error);
         if (status != CURVOPT_OK) {

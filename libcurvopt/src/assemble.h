@@ -12,7 +12,8 @@
 
 typedef struct co_assembly {
     co_patches patches;
-    co_table_cache cache;
+    co_table_cache *cache; /* the caller's, or */
+    co_table_cache own_cache;
     const co_sweep_kernel *kernel;
     co_functional functional;
     double weights[CURVOPT_N_TERMS]; /* what it is made of */
@@ -49,11 +50,12 @@ typedef struct co_values {
     int32_t worst_face; /* cage face that has it */
 } co_values;
 
-/* options->surface is not AUTO. face_weight [n_faces] or NULL: how often each face's share counts. With weights from a
- * cage's symmetry (reduce.h) values are those of the whole; of gradients that is true of their symmetric part only.
- * As curvopt_problem_create. */
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, const double *face_weight,
-                           co_assembly *out, curvopt_error *error);
+/* options->surface is not AUTO. tables: of that surface, to be shared by several assemblies one after another, which
+ * they must outlive; NULL: the assembly has its own and must then stay where it is in memory. face_weight [n_faces] or
+ * NULL: how often each face's share counts. With weights from a cage's symmetry (reduce.h) values are those of the
+ * whole; of gradients that is true of their symmetric part only. As curvopt_problem_create. */
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_table_cache *tables,
+                           const double *face_weight, co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */

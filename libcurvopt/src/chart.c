@@ -8,6 +8,38 @@
 enum { LARGEST_BLOCK = 4 };
 static const int block_start[5] = {0, 1, 3, 6, CO_JET}; /* derivatives of order 0, 1, 2, 3 */
 
+/* Inverts a [n][n] by Gauss's and Jordan's elimination with pivots. */
+static void invert(int n, co_real a[LARGEST_BLOCK][LARGEST_BLOCK], co_real out[LARGEST_BLOCK][LARGEST_BLOCK]) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            out[i][j] = i == j;
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++)
+            if (fabsl(a[i][k]) > fabsl(a[pivot][k]))
+                pivot = i;
+        for (int j = 0; j < n; j++) {
+            co_real x = a[k][j], y = out[k][j];
+            a[k][j] = a[pivot][j];
+            a[pivot][j] = x;
+            out[k][j] = out[pivot][j];
+            out[pivot][j] = y;
+        }
+        co_real scale = 1 / a[k][k];
+        for (int j = 0; j < n; j++) {
+            a[k][j] *= scale;
+            out[k][j] *= scale;
+        }
+        for (int i = 0; i < n; i++) {
+            co_real factor = a[i][k];
+            for (int j = 0; j < n && i != k; j++) {
+                a[i][j] -= factor * a[k][j];
+                out[i][j] -= factor * out[k][j];
+            }
+        }
+    }
+}
+
 void co_chart_create(const co_real x[CO_JET], const co_real y[CO_JET], co_chart *chart) {
     co_real d[2][CO_JET];
     memcpy(d[0], x, sizeof d[0]);
@@ -25,46 +57,27 @@ void co_chart_create(const co_real x[CO_JET], const co_real y[CO_JET], co_chart 
         for (int j = 0; j < CO_JET; j++)
             chart->monomial[k][j] /= factorial[co_jet_order_u[k]] * factorial[co_jet_order_v[k]];
     }
+    for (int order = 1; order <= 3; order++) {
+        int first = block_start[order], n = block_start[order + 1] - first;
+        co_real block[LARGEST_BLOCK][LARGEST_BLOCK];
+        for (int j = 0; j < n; j++)
+            for (int k = 0; k < n; k++)
+                block[j][k] = chart->monomial[first + k][first + j];
+        invert(n, block, chart->inverse[order]);
+    }
     chart->jacobian = x[1] * y[2] - x[2] * y[1];
-}
-
-/* Solves a x = b in place of b by Gaussian elimination with pivots. */
-static void solve(int n, co_real a[LARGEST_BLOCK][LARGEST_BLOCK], co_real *b) {
-    for (int k = 0; k < n; k++) {
-        int pivot = k;
-        for (int i = k + 1; i < n; i++)
-            if (fabsl(a[i][k]) > fabsl(a[pivot][k]))
-                pivot = i;
-        for (int j = 0; j < n; j++) {
-            co_real swap = a[k][j];
-            a[k][j] = a[pivot][j];
-            a[pivot][j] = swap;
-        }
-        co_real swap = b[k];
-        b[k] = b[pivot];
-        b[pivot] = swap;
-        for (int i = k + 1; i < n; i++) {
-            co_real factor = a[i][k] / a[k][k];
-            for (int j = k; j < n; j++)
-                a[i][j] -= factor * a[k][j];
-            b[i] -= factor * b[k];
-        }
-    }
-    for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++)
-            b[k] -= a[k][j] * b[j];
-        b[k] /= a[k][k];
-    }
 }
 
 void co_chart_apply(const co_chart *chart, co_real jet[CO_JET]) {
     for (int order = 1; order <= 3; order++) {
         int first = block_start[order], end = block_start[order + 1];
-        co_real block[LARGEST_BLOCK][LARGEST_BLOCK];
-        for (int j = first; j < end; j++)
-            for (int k = first; k < end; k++)
-                block[j - first][k - first] = chart->monomial[k][j];
-        solve(end - first, block, jet + first);
+        co_real in[LARGEST_BLOCK];
+        memcpy(in, jet + first, sizeof *in * (size_t)(end - first));
+        for (int k = first; k < end; k++) {
+            jet[k] = 0;
+            for (int j = first; j < end; j++)
+                jet[k] += chart->inverse[order][k - first][j - first] * in[j - first];
+        }
         for (int j = end; j < CO_JET; j++) /* what derivatives of this order leave in higher ones */
             for (int k = first; k < end; k++)
                 jet[j] -= jet[k] * chart->monomial[k][j];

@@ -11,6 +11,7 @@
 
 typedef struct co_chart {
     co_real monomial[CO_JET][CO_JET]; /* jets of dx^a dy^b / (a! b!), numbered as derivatives are */
+    co_real inverse[4][4][4];         /* of their blocks of order 1, 2, 3: derivatives of that order from each other */
     co_real jacobian;                 /* of (x, y) with respect to the old coordinates */
 } co_chart;
 

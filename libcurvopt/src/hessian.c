@@ -192,7 +192,7 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
         return co_status_no_memory(error);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         coarsest[p] = a->rule[p] == CO_LAYOUT_SKIP ? CO_LAYOUT_SKIP : 0;
-    int32_t status = co_layout_create(&a->patches, &a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
                                       &h->layout, error);
     free(coarsest);
     if (status != CURVOPT_OK)

@@ -27,6 +27,7 @@ typedef struct run {
     curvopt_result *result;
     co_symmetry symmetry; /* of the present level's mesh, which is the result's */
     co_hold constraints;
+    co_table_cache tables;
     double *xyz;         /* of the present level, in the user's units */
     double *level_start; /* what the level began with */
 } run;
@@ -68,7 +69,7 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
     int resolved, changed;
     curvopt_energies *start = &r->result->summary.start;
     double tolerance = r->frame.options->as_report ? (double)INFINITY : r->frame.options->tolerance;
-    int32_t status = co_assembly_create(mesh, r->frame.options, NULL, &assembly, error);
+    int32_t status = co_assembly_create(mesh, r->frame.options, r->frame.tables, NULL, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_assembly_resolve(&assembly, r->xyz, tolerance, CO_TERMS_REPORT, start, &resolved, &changed, error);
@@ -286,12 +287,15 @@ int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const
                               curvopt_result **out, curvopt_error *error) {
     run r = {
         .frame = {.options = options}, .progress = progress, .user = user, .cancel = cancel, .started = now_seconds()};
+    co_table_cache_create(options->surface, &r.tables);
+    r.frame.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);
     if (status == CURVOPT_OK)
         status = run_levels(&r, error);
     free(r.level_start);
     co_hold_free(&r.constraints);
     co_symmetry_free(&r.symmetry);
+    co_table_cache_free(&r.tables);
     if (status != CURVOPT_OK) {
         free(r.xyz);
         co_hierarchy_result_destroy(r.result);

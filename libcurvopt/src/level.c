@@ -219,7 +219,7 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     if (status == CURVOPT_OK && symmetry->order > 1)
         status = co_reduce_face_weights(l->mesh, symmetry, &face_weight, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_create(l->mesh, f->options, face_weight, &l->assembly, error);
+        status = co_assembly_create(l->mesh, f->options, f->tables, face_weight, &l->assembly, error);
     free(face_weight);
     l->assembly.frame_held = is_fixed(l);
     if (status == CURVOPT_OK && f->options->method != CURVOPT_METHOD_LMVM && l->reduction.n_variables)

@@ -11,6 +11,7 @@ typedef struct co_frame {
     const curvopt_options *options;
     double centroid[3], radius; /* of the input cage: the frame of levels that hold vertices */
     double area;                /* of its surface, which the result gets */
+    co_table_cache *tables;     /* of the options' surface, for all levels */
 } co_frame;
 
 typedef struct co_level {

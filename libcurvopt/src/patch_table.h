@@ -8,8 +8,8 @@
 /* Rules grow finer with their number; which face gets which is decided by assemble.h. */
 enum { CO_N_RULES = 6 };
 
-/* Derivatives are with respect to the cell's own parameters, which range over 0..1 (energies do not care); this keeps
- * every number of the order of the cell's own points, however close to an extraordinary vertex. */
+/* Derivatives are with respect to the face's parameters; round a smooth extraordinary vertex to the characteristic map
+ * (chart.h); at other fans to the cell's own parameters, which range over 0..1. Energies do not care. */
 typedef struct co_table {
     int32_t surface; /* curvopt_surface; regular faces, and those at sharp edges, are the same on all: LIMIT there */
     int32_t valence; /* fan (fan.h); 4: regular */

@@ -12,6 +12,7 @@ typedef struct problem {
     co_hold hold;
     co_symmetry symmetry;
     co_reduction reduction;
+    co_table_cache *tables; /* on the heap: the problem moves */
     co_assembly assembly;
     double *x, *gx, *z;
     int n;
@@ -24,7 +25,9 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
     p.x = calloc(3 * (size_t)c.n_vertices, sizeof(double));
     p.gx = calloc(3 * (size_t)c.n_vertices, sizeof(double));
     p.z = calloc(3 * (size_t)c.n_vertices, sizeof(double));
-    CHECK_TRUE(p.x && p.gx && p.z);
+    p.tables = calloc(1, sizeof *p.tables);
+    CHECK_TRUE(p.x && p.gx && p.z && p.tables);
+    co_table_cache_create(o->surface, p.tables);
     for (int32_t i = 0; i < 3 * c.n_vertices; i++)
         p.x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
     CHECK_OK(co_hold_create(p.mesh, constraints, &p.hold, &error), &error);
@@ -34,7 +37,7 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
         CHECK_OK(co_symmetry_none(p.mesh, &p.symmetry, &error), &error);
     CHECK_OK(co_reduce_create(p.mesh, &p.symmetry, &p.hold, p.x, &p.reduction, &error), &error);
     CHECK_OK(co_reduce_face_weights(p.mesh, &p.symmetry, &weight, &error), &error);
-    CHECK_OK(co_assembly_create(p.mesh, o, symmetric ? weight : NULL, &p.assembly, &error), &error);
+    CHECK_OK(co_assembly_create(p.mesh, o, p.tables, symmetric ? weight : NULL, &p.assembly, &error), &error);
     p.assembly.frame_held = 1;
     co_reduce_variables(&p.reduction, p.x, p.z);
     p.n = p.reduction.n_variables;
@@ -45,6 +48,8 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
 
 static void problem_free(problem *p) {
     co_assembly_free(&p->assembly);
+    co_table_cache_free(p->tables);
+    free(p->tables);
     co_reduce_free(&p->reduction);
     co_symmetry_free(&p->symmetry);
     co_hold_free(&p->hold);
