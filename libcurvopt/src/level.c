@@ -14,8 +14,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RESOLVE_EVERY = 20, LMVM_MEMORY = 12, RENEW_EVERY = 1, INVERSE_ITERATIONS = 30, NEWTON_MEMORY = 5 };
+enum {
+    RESOLVE_EVERY = 20,
+    RESOLVE_STRONG = 5,
+    LMVM_MEMORY = 12,
+    RENEW_EVERY = 5,
+    INVERSE_ITERATIONS = 30,
+    NEWTON_MEMORY = 5
+};
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
+static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
 static const double SHIFT = 0.1;
 /* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
  * cages that distort more and more, and nowhere else, it is not. */
@@ -84,6 +92,13 @@ static void hold_placement(co_level *l, co_iterate *now) {
         now->gradient[k] *= radius;
 }
 
+/* Longest displacement of a vertex between two points, in mean edges. */
+static double distance(co_level *l, const double *from, const double *to) {
+    for (int32_t k = 0; k < l->reduction.n_variables; k++)
+        l->step[k] = to[k] - from[k];
+    return step_length(l, l->step);
+}
+
 static co_settlement step_back(co_level *l, const co_iterate *before, co_iterate *now, co_settlement verdict) {
     memcpy(now->x, before->x, sizeof(double) * (size_t)l->reduction.n_variables);
     now->value = evaluate(l, now->x, now->gradient);
@@ -98,10 +113,11 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
         return step_back(l, before, now, CO_SETTLE_STOP);
     int suspicious =
         !(co_assembly_defect(&l->assembly, &l->last) <= DEFECT_GROWTH * l->defect + DEFECT_FLOOR); /* of `now` */
+    /* a long step into unknown country is looked at more closely than one of many short ones */
+    int due = iteration % (l->has_model ? RESOLVE_STRONG : RESOLVE_EVERY) == 0 ||
+              (l->has_model && distance(l, before->x, now->x) > SHORT_STEP);
     hold_placement(l, now);
     l->edge = mean_edge(l->mesh, l->x);
-    /* a long step into unknown country is looked at more closely than one of many short ones */
-    int due = l->has_model || iteration % RESOLVE_EVERY == 0;
     if (l->frame->options->as_report || (!due && !suspicious))
         return CO_SETTLE_KEEP;
     l->failed = co_assembly_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
@@ -238,10 +254,11 @@ int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const c
                     .number = number,
                     .error = error,
                     .x = CO_NEW(double, 3 * n),
-                    .gx = CO_NEW(double, 3 * n)};
+                    .gx = CO_NEW(double, 3 * n),
+                    .step = CO_NEW(double, 3 * n)};
     l->tolerance = o->as_report ? (double)INFINITY : o->tolerance;
     l->working_tolerance = number < o->levels ? WORKING_FACTOR * l->tolerance : l->tolerance;
-    int32_t status = l->x && l->gx ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = l->x && l->gx && l->step ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_copy(mesh, constraints, &l->hold, error);
     if (status == CURVOPT_OK)
@@ -260,6 +277,7 @@ void co_level_free(co_level *l) {
     co_hold_free(&l->hold);
     free(l->x);
     free(l->gx);
+    free(l->step);
     *l = (co_level){0};
 }
 
@@ -289,6 +307,7 @@ static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_
     l->shift = 0;
     f->negative_curvature = negative_curvature;
     options->memory = NEWTON_MEMORY;
+    options->renew_every = 1;
     options->max_iterations -= l->iterations;
     int32_t status = co_lmvm(f, options, now, result, error);
     if (result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
