@@ -12,8 +12,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from . import native
-from .header import BOUNDARIES
+from .header import BOUNDARIES, SYMMETRIES
 from .values import Cage, Energies, LevelReport, Progress, Verification
 
 # What can be minimized by itself: every term but the area, whose least is no surface.
@@ -29,12 +31,15 @@ ENERGY_LABELS = {
 @dataclass(frozen=True)
 class Request:
     """What to minimize. `energy` is a key of ENERGY_LABELS; `limits` are further fields of curvopt_options; `boundary`,
-    of header.BOUNDARIES, is what an open surface keeps."""
+    of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of header.SYMMETRIES, whether the cage's symmetries
+    are kept; held (k,) are vertices of the cage that may not move."""
 
     energy: str = "mvs"
     levels: int = 4
     limits: dict[str, float] = field(default_factory=dict)
     boundary: str = "position"
+    symmetry: str = "auto"
+    held: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
 
     @property
     def label(self) -> str:
@@ -43,7 +48,8 @@ class Request:
 
 @dataclass(frozen=True)
 class Solution:
-    """The optimized cage, the energies of the first and of this one, and how the run went."""
+    """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
+    that no symmetries were kept."""
 
     cage: Cage
     start: Energies
@@ -53,6 +59,7 @@ class Solution:
     verification: Verification
     seconds: float
     levels: tuple[LevelReport, ...]
+    symmetry_order: int
 
 
 OnProgress = Callable[[Progress], object]
@@ -65,8 +72,11 @@ def solve(
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
     library = native.library()
-    boundary = BOUNDARIES.index(request.boundary)
-    options = library.options({request.energy: 1.0}, levels=request.levels, boundary=boundary, **request.limits)
+    boundary, symmetry = BOUNDARIES.index(request.boundary), SYMMETRIES.index(request.symmetry)
+    options = library.options(
+        {request.energy: 1.0}, request.held, levels=request.levels, boundary=boundary, symmetry=symmetry,
+        **request.limits,
+    )  # fmt: skip
     with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
         with native.minimize(mesh, cage.positions, options, on_progress, cancel) as result:
             summary = result.summary()
@@ -74,7 +84,7 @@ def solve(
             euler = result.mesh().info().euler
             return Solution(
                 result.cage(), summary.start, summary.end, euler, summary.stop, summary.verification, summary.seconds,
-                levels,
+                levels, summary.symmetry_order,
             )  # fmt: skip
 
 
@@ -212,20 +222,24 @@ _STOP_WORDS = {
 def solution_text(request: Request, solution: Solution) -> str:
     """The outcome in one sentence."""
     before, after = solution.start.terms[request.energy], solution.end.terms[request.energy]
+    order = solution.symmetry_order
+    kept = f", {order} symmetries kept" if order > 1 else ""
     return (
         f"{request.label} {energy_text(before)} to {energy_text(after)}, {_STOP_WORDS[solution.stop]} "
-        f"({len(solution.cage.positions)} vertices, {solution.seconds:.1f} s)"
+        f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
     )
 
 
-def verdict_text(verification: Verification, energy: float) -> str:
-    """What the Hessian says of a result of this energy, in a sentence."""
+def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1) -> str:
+    """What the Hessian says of a result of this energy, in a sentence. Only directions that keep the symmetries were
+    looked at."""
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan
     less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
+    among = " among shapes of the same symmetry" if symmetry_order > 1 else ""
     if verification.verdict == "minimum":
-        return "Checked: a minimum."
+        return f"Checked: a true local minimum{among}."
     if verification.verdict == "saddle":
         return f"Checked: a saddle, {more} would still lead down."
     if verification.verdict == "not stationary":

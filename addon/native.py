@@ -28,6 +28,7 @@ from .header import (
     SURFACES,
     TERMS,
     VERDICTS,
+    CConstraints,
     CCreases,
     CEnergies,
     CError,
@@ -164,8 +165,9 @@ class Library:
         self.call(name, *arguments, C.byref(out))
         return out
 
-    def options(self, weights: Mapping[str, float], **fields: float) -> COptions:
-        """The library's defaults with `weights` by term name and other fields of curvopt_options changed.
+    def options(self, weights: Mapping[str, float], held: object = (), **fields: float) -> COptions:
+        """The library's defaults with `weights` by term name and other fields of curvopt_options changed; vertices
+        held (k,) may not move.
 
         ValueError for an unknown name, CurvoptError for a value that the library refuses."""
         options = COptions()
@@ -177,11 +179,15 @@ class Library:
             options.weights[TERMS.index(term)] = weight
         kinds = dict(COptions._fields_)
         for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "weights"):
+            if name not in kinds or name in ("struct_size", "weights", "constraints"):
                 raise ValueError(f"There is no option '{name}'.")
             if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
             setattr(options, name, value)
+        vertices = indices(held, "held")
+        if vertices.size:
+            options.held = vertices  # an attribute of Python's: the pointer below does not keep the array alive
+            options.constraints = C.pointer(CConstraints(_int_pointer(vertices), None, None, vertices.size, 0))
         self.call("curvopt_options_validate", C.byref(options))
         return options
 
@@ -381,13 +387,13 @@ class Result(_Handle):
         return Cage(positions, *mesh.faces(), mesh.creases())
 
     def summary(self) -> Summary:
-        """Energies at start and end, stop reason, verdict, size."""
+        """Energies at start and end, stop reason, verdict, size, symmetries."""
         raw = CSummary()
         self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw))
         return Summary(
             Energies.from_c(raw.start), Energies.from_c(raw.end), raw.seconds, STOPS[raw.stop],
             Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
-            raw.n_levels, raw.n_vertices, raw.n_faces,
+            raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
         )  # fmt: skip
 
     def level(self, index: int) -> LevelReport:

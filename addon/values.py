@@ -113,7 +113,7 @@ class Verification:
 
 @dataclass(frozen=True)
 class Summary:
-    """curvopt_summary; `stop` and the verdict as text."""
+    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none."""
 
     start: Energies
     end: Energies
@@ -123,3 +123,4 @@ class Summary:
     n_levels: int
     n_vertices: int
     n_faces: int
+    symmetry_order: int

@@ -173,10 +173,78 @@ def test_creases_of_the_cage_reach_the_library():
     assert np.array_equal(sharp.cage.positions[ring], cage.positions[ring])
 
 
+BLOCK = np.arange(20)  # of the torus: five of its eight rings
+INNER_FACES = np.arange(4, 12)  # all of whose neighbours have only vertices of these
+
+
+def solve_holding(held, levels, symmetry="auto", iterations=5):
+    return job.solve(
+        torus_cage(),
+        job.Request("mvs", levels, {"max_iterations": iterations, "threads": 1}, symmetry=symmetry, held=held),
+    )
+
+
+@pytest.mark.parametrize("symmetry", header.SYMMETRIES)
+@pytest.mark.parametrize("held", [np.array([0]), np.array([1, 6, 30]), BLOCK])
+def test_held_vertices_of_the_request_stay(held, symmetry):
+    moved = np.abs(solve_holding(held, 1, symmetry).cage.positions - torus_cage().positions)
+    assert moved[held].max() == 0 and np.delete(moved, held, 0).max() > 1e-3
+
+
+def test_the_surface_stays_where_faces_and_their_neighbours_are_held():
+    """Its points at two opposite corners of such faces; elsewhere it moves."""
+    cage, moved = torus_cage(), []
+    start = corner_points(cage, np.arange(32))
+    for levels in (1, 2, 3):
+        children = np.arange(32) * 4 ** (levels - 1)  # the first child is the one at the face's first corner
+        distance = np.linalg.norm(corner_points(solve_holding(BLOCK, levels).cage, children) - start, axis=1)
+        assert distance[INNER_FACES].max() < 1e-14
+        moved.append(distance.max())
+    assert min(moved) > 1e-2
+
+
+def corner_points(cage, faces):
+    """Points (k, 3) of the surface at the first corner of faces (k,)."""
+    with native.Mesh.create(native.library(), len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+        return mesh.jets(cage.positions, faces, np.zeros_like(faces), np.zeros((len(faces), 2)))[:, 0]
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+@pytest.mark.parametrize("held, order", [([], 32), ([0, 4, 8, 12, 16, 20, 24, 28], 32), ([0, 16], 8), ([0], 4)])
+def test_result_has_the_symmetries_of_cage_and_held_vertices(held, order, levels):
+    """To rounding: mirror images in the planes x = 0 (but for one vertex held), y = 0 and z = 0."""
+    solution = solve_holding(np.array(held, np.int32), levels)
+    assert solution.symmetry_order == order
+    points = solution.cage.positions
+    for axis in range(3) if order > 4 else (1, 2):
+        mirrored = points * np.where(np.arange(3) == axis, -1, 1)
+        distances = np.linalg.norm(mirrored[:, None] - points[None], axis=2)
+        assert distances.min(axis=1).max() < 1e-12
+
+
+def test_symmetries_are_kept_only_if_wanted_and_there():
+    assert solve_holding([], 1, "none").symmetry_order == 1
+    cage = torus_cage()
+    shaken = cage.positions + 1e-3 * np.random.default_rng(4).normal(size=(32, 3))
+    request = job.Request("willmore", 1, {"max_iterations": 2})
+    assert job.solve(dataclasses.replace(cage, positions=shaken), request).symmetry_order == 1
+
+
+def test_the_report_says_how_many_symmetries_were_kept():
+    solution = solve_holding(np.empty(0, np.int32), 1)
+    assert "(32 vertices, 32 symmetries kept, " in job.solution_text(job.Request("mvs"), solution)
+    assert "symmetr" not in job.solution_text(job.Request("mvs"), dataclasses.replace(solution, symmetry_order=1))
+
+
+def test_a_minimum_of_symmetric_shapes_is_called_no_more_than_that():
+    text = job.verdict_text(native.Verification("minimum", 1e-9, 0), 100.0, 12)
+    assert text == "Checked: a true local minimum among shapes of the same symmetry."
+
+
 @pytest.mark.parametrize(
     "verdict, decrement, directions, text",
     [
-        ("minimum", 1e-9, 0, "Checked: a minimum."),
+        ("minimum", 1e-9, 0, "Checked: a true local minimum."),
         ("saddle", 1e-9, 1, "Checked: a saddle, 1 direction would still lead down."),
         ("saddle", 1e-9, -1, "Checked: a saddle, some directions would still lead down."),
         ("not stationary", 2.345e-3, 0, "Checked: not yet a minimum, about 0.0023 % less seems possible."),

@@ -2,6 +2,7 @@
 """The binding against the real library and the real header; no Blender."""
 
 import ctypes as C
+import gc
 import re
 import shutil
 import subprocess
@@ -76,8 +77,8 @@ def test_signature_table_covers_every_prototype():
 
 def test_names_of_enumerations_follow_the_header():
     text = HEADER.read_text()
-    for prefix in ("TERM", "SURFACE", "STOP", "VERDICT", "BOUNDARY_RULE", "BOUNDARY"):
-        plural = {"BOUNDARY": "BOUNDARIES"}.get(prefix, f"{prefix}S")
+    for prefix in ("TERM", "SURFACE", "STOP", "VERDICT", "BOUNDARY_RULE", "BOUNDARY", "SYMMETRY"):
+        plural = {"BOUNDARY": "BOUNDARIES", "SYMMETRY": "SYMMETRIES"}.get(prefix, f"{prefix}S")
         values = re.findall(rf"CURVOPT_{prefix}_((?!RULE_|FORCE_)\w+) = (\d+)", text)
         assert [(name.upper().replace(" ", "_"), str(i)) for i, name in enumerate(getattr(header, plural))] == values
     assert float(re.search(r"SHARPNESS_INFINITE (\S+)", text).group(1)) == header.SHARPNESS_INFINITE
@@ -252,6 +253,8 @@ def test_options_defaults_and_refusals(lib):
         lib.options({"mvx": 1.0})
     with pytest.raises(ValueError, match="no option 'level'"):
         lib.options({"mvs": 1.0}, level=3)
+    with pytest.raises(ValueError, match="no option 'constraints'"):
+        lib.options({"mvs": 1.0}, constraints=0)
     with pytest.raises(ValueError, match="levels = 8589934592 is beyond"):
         lib.options({"mvs": 1.0}, levels=2**33)
     with pytest.raises(native.CurvoptError, match="levels.*13"):
@@ -347,6 +350,66 @@ def test_open_cage_keeps_its_boundary(lib):
         with native.minimize(mesh, points, lib.options({"willmore": 1.0}, levels=1)) as result:
             moved = np.linalg.norm(result.cage().positions - points, axis=1)
     assert moved[faces[0]].max() < 1e-12 < 1e-3 < moved.max()
+
+
+def test_held_vertices_stay_exactly_where_they_are(lib):
+    """Also when nothing but the options remembers which they are."""
+    mesh, points = torus_mesh(lib)
+    held = [3, 7, 20]
+    options = lib.options({"willmore": 1.0}, np.array(held, np.int64), levels=1)
+    gc.collect()
+    with mesh, native.minimize(mesh, points, options) as result:
+        moved = np.abs(result.cage().positions - points).max(axis=1)
+    assert moved[held].tolist() == [0, 0, 0] and np.delete(moved, held).min() > 1e-6
+
+
+@pytest.mark.parametrize("symmetry", [0, 1])
+@pytest.mark.parametrize("held", [[0], [1, 6, 30], list(range(20))])
+def test_held_vertices_stay_where_subdividing_has_put_them(lib, held, symmetry):
+    """The cages of every step, as the progress callback is shown them, and the result."""
+    mesh, points = torus_mesh(lib)
+    seen = {1: [points], 2: []}
+
+    def look(progress, _user):
+        now = progress.contents
+        seen[now.level].append(np.ctypeslib.as_array(now.xyz, (now.n_vertices, 3)).copy())
+        return 0
+
+    options = lib.options({"mvs": 1.0}, held, levels=2, max_iterations=5, symmetry=symmetry)
+    raw = points.ctypes.data_as(header.REALS)
+    with mesh:
+        callback = header.PROGRESS_FN(look)
+        pointer = lib.create("curvopt_minimize", mesh.pointer, raw, C.byref(options), callback, None, None)
+        with native.Result(lib, pointer, "smooth") as result:
+            seen[2].append(result.cage().positions)
+        subdivided = mesh.refine(seen[1][-1])[1]
+    for cages in seen.values():
+        assert all(np.array_equal(cage[held], cages[0][held]) for cage in cages)
+        assert np.abs(cages[-1] - cages[0]).max() > 1e-3
+    assert np.abs(seen[2][0] - subdivided)[held].max() < 1e-14
+
+
+def test_held_vertices_are_checked(lib):
+    mesh, points = torus_mesh(lib)
+    with pytest.raises(ValueError, match="held must be integers"):
+        lib.options({"mvs": 1.0}, [0.5])
+    for held, match in (([0, 32], "vertex 32; there are 32"), (range(32), "nothing may move: all 32 vertices")):
+        with pytest.raises(native.CurvoptError, match=match) as caught:
+            native.minimize(mesh, points, lib.options({"willmore": 1.0}, held, levels=1))
+        assert caught.value.code == 1
+    mesh.close()
+
+
+def test_symmetries_that_were_kept_are_counted(lib):
+    """A torus of 8 has 8 turns about its axis and 8 about lines across it, and all of these mirrored."""
+    mesh, points = torus_mesh(lib)
+    orders = []
+    with mesh:
+        for held, symmetry in (([], 0), ([], 1), ([0], 0)):
+            options = lib.options({"willmore": 1.0}, held, levels=1, max_iterations=2, symmetry=symmetry)
+            with native.minimize(mesh, points, options) as result:
+                orders.append(result.summary().symmetry_order)
+    assert orders == [32, 1, 4]
 
 
 def test_result_has_creases_and_a_verdict(lib):
