@@ -62,6 +62,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
     )
+    parser.add_argument(
+        "--symmetry", choices=_part("header").SYMMETRIES, default="auto", help="of the cage: kept or not looked for"
+    )
+    parser.add_argument("--pin-group", metavar="NAME", help="vertices above 0.5 in this vertex group are held")
     parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
     parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
     parser.add_argument("--render", type=Path, metavar="OUT.png", help="picture, before and after side by side")
@@ -97,10 +101,13 @@ def run(options: argparse.Namespace) -> str:
     job, cage, result = _part("job"), _part("cage"), _part("result")
     limits = {"threads": options.threads, "max_iterations": options.max_iterations}
     limits = {name: value for name, value in limits.items() if value is not None}
-    request = job.Request(options.energy, options.levels, limits, options.boundary)
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:
-        source = cage.read_source(bpy.context, chosen_object(options.object))
+        obj = chosen_object(options.object)
+        source = cage.read_source(bpy.context, obj)
+        keep = "NOTHING" if options.pin_group is None else "GROUP"
+        held = cage.read_held(obj, keep, options.pin_group)
+        request = job.Request(options.energy, options.levels, limits, options.boundary, options.symmetry, held)
         with _progress_on_terminal() as show:
             solution = job.solve(source.cage, request, show)
         new = result.add_result(bpy.context, source, request, solution)
@@ -110,7 +117,7 @@ def run(options: argparse.Namespace) -> str:
             place["json"].write_text(json.dumps(report(source, new.name, request, solution), indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
-    verdict = job.verdict_text(solution.verification, solution.end.objective)
+    verdict = job.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
     return f"{job.solution_text(request, solution)}\n{verdict}"
 
 
@@ -176,6 +183,7 @@ def report(source: Source, result_name: str, request: Request, solution: Solutio
         "result": result_name,
         "energy": request.energy,
         "boundary": request.boundary,
+        "symmetry_order": solution.symmetry_order,
         **_energies(solution.end, solution.cage, solution.euler),
         "before": _energies(solution.start, source.cage, solution.euler),
         "levels": [_level(level) for level in solution.levels],

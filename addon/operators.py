@@ -29,6 +29,9 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
     energy: properties.energy_property()
     levels: properties.levels_property()
     boundary: properties.boundary_property()
+    symmetry: properties.symmetry_property()
+    keep: properties.keep_property()
+    vertex_group: properties.vertex_group_property()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -90,11 +93,14 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
     def _read(self, context: bpy.types.Context) -> tuple[cage.Source, job.Request]:
         """The active object, and the settings of the scene unless the call gives its own."""
         given = self.properties.is_property_set
-        energy, levels, boundary = (
-            getattr(self if given(name) else context.scene.curvopt, name) for name in ("energy", "levels", "boundary")
+        energy, levels, boundary, symmetry, keep, group = (
+            getattr(self if given(name) else context.scene.curvopt, name)
+            for name in ("energy", "levels", "boundary", "symmetry", "keep", "vertex_group")
         )
-        source = cage.read_source(context, context.view_layer.objects.active)
-        return source, job.Request(energy.lower(), levels, boundary=boundary.lower())
+        obj = context.view_layer.objects.active
+        source = cage.read_source(context, obj)
+        held = cage.read_held(obj, keep, group)
+        return source, job.Request(energy.lower(), levels, {}, boundary.lower(), symmetry.lower(), held)
 
     def _write(
         self, context: bpy.types.Context, source: cage.Source, request: job.Request, solution: job.Solution

@@ -13,7 +13,7 @@ _CHARACTER = 6.5  # pixels, about, at interface scale 1
 
 
 class CURVOPT_PT_minimize(bpy.types.Panel):
-    """Energy, levels, boundary, Minimize; energies before and after, and the verdict; the last message"""
+    """Settings, Minimize; energies before and after, and the verdict; the last message"""
 
     bl_label = "Curvopt"
     bl_space_type = "VIEW_3D"
@@ -26,9 +26,11 @@ class CURVOPT_PT_minimize(bpy.types.Panel):
         settings.use_property_split = True
         settings.use_property_decorate = False
         settings.enabled = not state.running
-        settings.prop(context.scene.curvopt, "energy")
-        settings.prop(context.scene.curvopt, "levels")
-        settings.prop(context.scene.curvopt, "boundary")
+        for name in ("energy", "levels", "boundary", "symmetry", "keep"):
+            settings.prop(context.scene.curvopt, name)
+        active = context.view_layer.objects.active
+        if context.scene.curvopt.keep == "GROUP" and active is not None and active.type == "MESH":
+            settings.prop_search(context.scene.curvopt, "vertex_group", active, "vertex_groups", text="Group")
         layout.operator("curvopt.minimize", icon="SPHERECURVE")
         self._draw_energies(context)
         self._draw_message(context)

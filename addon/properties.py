@@ -21,6 +21,19 @@ BOUNDARIES = (
 )
 
 
+SYMMETRIES = (
+    ("AUTO", "Auto", "Mirror images and turns that map the cage to itself are found and kept, and make the work less"),
+    ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
+)
+
+KEEPS = (
+    ("NOTHING", "Nothing", "No vertices but those that Boundary says"),
+    ("GROUP", "Vertex Group", "Vertices with a weight above 0.5 in a vertex group stay"),
+    ("SELECTED", "Selection", "Vertices that are selected in Edit Mode stay"),
+    ("UNSELECTED", "All but Selection", "Only vertices that are selected in Edit Mode move"),
+)
+
+
 def energy_property() -> object:
     """The choice of energy, for settings and operator alike; identifiers are keys of job.ENERGY_LABELS in capitals."""
     return bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
@@ -45,12 +58,40 @@ def boundary_property() -> object:
     )
 
 
+def symmetry_property() -> object:
+    """Whether symmetries are kept, for settings and operator alike; identifiers are header.SYMMETRIES in capitals."""
+    return bpy.props.EnumProperty(
+        name="Symmetry", description="What becomes of the cage's symmetries", items=SYMMETRIES, default="AUTO"
+    )
+
+
+def keep_property() -> object:
+    """The vertices that are held, for settings and operator alike; identifiers are those of cage.read_held."""
+    return bpy.props.EnumProperty(
+        name="Keep",
+        description="Vertices of the cage that stay where they are. After the first level they stay where subdividing "
+        "the cage has put them: the surface itself stays where a face and all faces that touch it are kept",
+        items=KEEPS,
+        default="NOTHING",
+    )
+
+
+def vertex_group_property() -> object:
+    """The name of the group that `keep` means, for settings and operator alike."""
+    return bpy.props.StringProperty(
+        name="Vertex Group", description="Vertices with a weight above 0.5 in this vertex group stay"
+    )
+
+
 class CURVOPT_PG_settings(bpy.types.PropertyGroup):
     """Settings of the next run."""
 
     energy: energy_property()
     levels: levels_property()
     boundary: boundary_property()
+    symmetry: symmetry_property()
+    keep: keep_property()
+    vertex_group: vertex_group_property()
 
 
 @dataclass

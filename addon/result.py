@@ -5,8 +5,9 @@ The result is a new object, e.g. "Genus2 MVS", standing to the right of the orig
 the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
 shows the limit surface; materials are those of the original; energies are custom properties `curvopt_before_<term>` and
-`curvopt_after_<term>`, what was found of the result is `curvopt_verdict`. Selected and active, as new objects are. UV
-maps, vertex groups and the like belong to the old cage and are not carried over.
+`curvopt_after_<term>`, what was found of the result is `curvopt_verdict`, and `curvopt_symmetry_order` how many
+symmetries were kept (1: none). Selected and active, as new objects are. UV maps, vertex groups and the like belong to
+the old cage and are not carried over.
 """
 
 from __future__ import annotations
@@ -169,7 +170,10 @@ def _store(result: bpy.types.Object, source_name: str, request: Request, solutio
     result["curvopt_energy"] = request.energy
     result["curvopt_surface"] = solution.end.surface
     result["curvopt_stop"] = solution.stop
-    result["curvopt_verdict"] = verdict_text(solution.verification, solution.end.objective)
+    result["curvopt_verdict"] = verdict_text(
+        solution.verification, solution.end.objective, solution.symmetry_order
+    )
+    result["curvopt_symmetry_order"] = solution.symmetry_order
     for when, energies in (("before", solution.start), ("after", solution.end)):
         for term in ENERGY_LABELS:
             if np.isfinite(energies.terms[term]):

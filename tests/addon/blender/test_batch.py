@@ -133,6 +133,25 @@ def _ring_of_result(batch, cage_file, *arguments):
     return np.array([vertex.co for vertex in result.data.vertices])[::4]
 
 
+def test_pins_and_symmetry(batch, cage_file, torus):
+    torus.vertex_groups.new(name="My pins").add([0, 16], 1.0, "REPLACE")
+    save_again(cage_file)
+    common = ["--energy", "willmore", "--levels", "1", "--json", "out.json", "--output", "out.blend"]
+    start = shapes.torus()[0].astype(np.float32)
+    for arguments, order, kept in (
+        ([], 32, []),
+        (["--symmetry", "none"], 1, []),
+        (["--pin-group", "My pins"], 8, [0, 16]),
+        (["--pin-group", "My pins", "--symmetry", "none"], 1, [0, 16]),
+    ):
+        assert batch(*common, *arguments)[:2] == (0, [])
+        assert json.loads((cage_file.parent / "out.json").read_text())["symmetry_order"] == order
+        bpy.ops.wm.open_mainfile(filepath=str(cage_file.parent / "out.blend"))
+        result = bpy.data.objects["Torus Willmore"]
+        moved = np.abs(np.array([vertex.co for vertex in result.data.vertices]) - start).max(axis=1)
+        assert np.flatnonzero(moved == 0).tolist() == kept
+
+
 def test_object_is_chosen_by_name(batch, cage_file):
     code, _, _ = batch("--energy", "willmore", "--levels", "1", "--object", "Spare", "--json", "out.json")
     assert code == 0
@@ -143,6 +162,7 @@ def test_object_is_chosen_by_name(batch, cage_file):
     "arguments, sentence",
     [
         (["--object", "Nobody", "--output", "out.blend"], "There is no object 'Nobody'"),
+        (["--pin-group", "Pins", "--output", "out.blend"], "Object 'Torus' has no vertex group 'Pins'"),
         (["--levels", "0", "--output", "out.blend", "--json", "out.json"], "Levels is 0"),
         (["--levels", "99999999999", "--output", "out.blend"], "levels = 99999999999"),
         (["--output", "missing/out.blend", "--json", "out.json"], "missing/out.blend cannot be written"),
@@ -173,7 +193,10 @@ def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
     assert (cage_file.parent / "out.json").read_text() == "older"
 
 
-@pytest.mark.parametrize("arguments", [["--energy", "bending", "--json", "x"], ["--energy", "mvs"], ["--sise", "1x1"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [["--energy", "bending", "--json", "x"], ["--energy", "mvs"], ["--sise", "1x1"], ["--symmetry", "off"]],
+)
 def test_wrong_usage_is_exit_2(batch, arguments):
     code, errors, new = batch(*arguments)
     assert (code, new) == (2, []) and errors[0].startswith("usage:") and "error:" in errors[-1]

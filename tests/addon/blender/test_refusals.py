@@ -11,10 +11,10 @@ import shapes
 def refused(contents, part):
     """Runs the operator, expects the sentence `pattern`, and that nothing in the file changed."""
 
-    def run(pattern):
+    def run(pattern, **arguments):
         before = contents()
         with pytest.raises(RuntimeError, match=pattern) as caught:
-            bpy.ops.curvopt.minimize(energy="WILLMORE", levels=2)
+            bpy.ops.curvopt.minimize(energy="WILLMORE", levels=2, **arguments)
         sentence = str(caught.value).removeprefix("Error: ").strip()
         assert "\n" not in sentence and sentence.endswith(".") and "Traceback" not in sentence
         assert contents() == before
@@ -107,6 +107,28 @@ def test_edge_creases_that_end_in_a_corner_of_two_faces(torus, refused, crease):
 def test_smooth_boundary_through_a_vertex_of_one_face(add, refused):
     add(*shapes.grid())
     refused("^Error: Vertex 0 has one face.*give it a vertex crease of 1 .on boundaries Keep Corners in the Subd")
+
+
+def test_vertex_group_that_is_not_chosen_or_not_there(torus, refused):
+    refused("^Error: No vertex group of object 'Torus' is chosen", keep="GROUP")
+    refused("^Error: Object 'Torus' has no vertex group 'Pins'", keep="GROUP", vertex_group="Pins")
+
+
+def test_vertex_group_that_holds_nothing(torus, refused):
+    torus.vertex_groups.new(name="Full").add(range(32), 1.0, "REPLACE")
+    torus.vertex_groups.new(name="Pins").add(range(32), 0.5, "REPLACE")
+    refused("Vertex group 'Pins' of object 'Torus' holds nothing", keep="GROUP", vertex_group="Pins")
+
+
+def test_vertex_group_that_holds_everything(torus, refused):
+    torus.vertex_groups.new(name="Pins").add(range(32), 1.0, "REPLACE")
+    refused("^Error: Nothing may move: all 32 vertices are held", keep="GROUP", vertex_group="Pins")
+
+
+@pytest.mark.parametrize("keep", ["SELECTED", "UNSELECTED"])
+def test_keeping_by_a_selection_of_nothing(torus, refused, keep):
+    torus.data.vertices.foreach_set("select", [False] * 32)
+    refused("No vertex of object 'Torus' is selected: select some in Edit Mode first", keep=keep)
 
 
 @pytest.fixture

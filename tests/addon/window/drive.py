@@ -178,6 +178,26 @@ def the_button_in_the_sidebar_starts_a_run():
 
 
 @check
+def the_button_minds_the_vertex_group_that_the_sidebar_shows():
+    setup()
+    torus, settings = bpy.data.objects["Torus"], bpy.context.scene.curvopt
+    torus.vertex_groups.new(name="Pins").add([0, 16], 1.0, "REPLACE")
+    settings.energy, settings.levels, settings.keep, settings.vertex_group = "WILLMORE", 1, "GROUP", "Pins"
+    yield from turns(6)
+    region = next(region for region in viewport()[0].regions if region.type == "UI")
+    for y in range(10, region.height, 10):
+        yield from click(region.x + region.width // 2 - 10, region.y + y)
+        if state().running or "Torus Willmore" in bpy.data.objects:
+            break
+    yield lambda: not state().running
+    yield from turns(6)
+    screenshot("pins")
+    pairs = zip(bpy.data.objects["Torus"].data.vertices, bpy.data.objects["Torus Willmore"].data.vertices)
+    assert [v.index for v, w in pairs if v.co == w.co] == [0, 16]
+    bpy.context.scene.curvopt.keep = "NOTHING"
+
+
+@check
 def escape_cancels_with_nothing_changed():
     setup()
     before = contents(), len(bpy.data.meshes)
