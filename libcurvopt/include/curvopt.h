@@ -184,8 +184,10 @@ typedef enum curvopt_symmetry {
     CURVOPT_SYMMETRY_NONE = 1
 } curvopt_symmetry;
 
-/* Vertices that may not move freely; the arrays are the caller's. After a subdivision they keep their constraints, and
- * new vertices inherit where all vertices of their edge or face have the same. */
+/* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are
+ * held go back to their point, line or plane, so that the surface comes closer to them with every level. But where all
+ * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
+ * constraint and are where subdivision puts them. */
 typedef struct curvopt_constraints {
     const int32_t *vertices;  /* [n] none twice, unless it says the same */
     const int32_t *freedom;   /* [n] dimensions: 0 held, 1 moves along its direction, 2 across it; NULL: all 0 */

@@ -193,8 +193,10 @@ static int32_t subdivide(run *r, curvopt_error *error) {
         start = CO_NEW(double, 3 * (size_t)rows.n_rows);
         status = xyz && start ? CURVOPT_OK : co_status_no_memory(error);
     }
-    if (status == CURVOPT_OK)
-        status = co_hold_refine(r->result->mesh, fine, &r->constraints, error);
+    if (status == CURVOPT_OK) {
+        co_rows_apply(&rows, r->xyz, xyz);
+        status = co_hold_refine(r->result->mesh, fine, xyz, &r->constraints, error);
+    }
     if (status == CURVOPT_OK)
         status = co_symmetry_refine(&r->symmetry, error);
     if (status != CURVOPT_OK) {
@@ -202,7 +204,6 @@ static int32_t subdivide(run *r, curvopt_error *error) {
         free(start);
         co_mesh_destroy(fine);
     } else {
-        co_rows_apply(&rows, r->xyz, xyz);
         memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
         free(r->xyz);
         free(r->level_start);
@@ -238,7 +239,7 @@ static int32_t run_levels(run *r, curvopt_error *error) {
 /* Constraints and symmetries of the input cage. */
 static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->frame.options;
-    int32_t status = co_hold_create(mesh, o->constraints, &r->constraints, error);
+    int32_t status = co_hold_create(mesh, xyz, o->constraints, &r->constraints, error);
     if (status != CURVOPT_OK)
         return status;
     if (r->constraints.freedom) {

@@ -15,7 +15,8 @@ static int32_t allocate(int32_t n_vertices, co_hold *hold, curvopt_error *error)
         return CURVOPT_OK;
     hold->freedom = CO_NEW(uint8_t, n_vertices);
     hold->direction = CO_NEW(double, 3 * (size_t)n_vertices);
-    if (!hold->freedom || !hold->direction) {
+    hold->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
+    if (!hold->freedom || !hold->direction || !hold->anchor) {
         co_hold_free(hold);
         return co_status_no_memory(error);
     }
@@ -26,6 +27,7 @@ static int32_t allocate(int32_t n_vertices, co_hold *hold, curvopt_error *error)
 void co_hold_free(co_hold *hold) {
     free(hold->freedom);
     free(hold->direction);
+    free(hold->anchor);
     *hold = (co_hold){0};
 }
 
@@ -39,6 +41,7 @@ int32_t co_hold_copy(const curvopt_mesh *m, const co_hold *from, co_hold *to, cu
         return status;
     memcpy(to->freedom, from->freedom, n);
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
+    memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
     return CURVOPT_OK;
 }
 
@@ -87,7 +90,8 @@ static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *
     return CURVOPT_OK;
 }
 
-int32_t co_hold_create(const curvopt_mesh *m, const curvopt_constraints *from, co_hold *hold, curvopt_error *error) {
+int32_t co_hold_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, co_hold *hold,
+                       curvopt_error *error) {
     *hold = (co_hold){0};
     if (!from || from->n == 0)
         return CURVOPT_OK;
@@ -98,19 +102,48 @@ int32_t co_hold_create(const curvopt_mesh *m, const curvopt_constraints *from, c
     int32_t status = seen ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
     for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
         status = add_constraint(m, from, i, seen, hold, error);
+    if (status == CURVOPT_OK)
+        memcpy(hold->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
     free(seen);
     if (status != CURVOPT_OK)
         co_hold_free(hold);
     return status;
 }
 
-/* Vertex `to` of the finer cage inherits from vertex `from` of the coarser one. */
-static void inherit(const co_hold *coarse, int32_t from, co_hold *fine, int32_t to) {
+/* Vertex `to` of the finer cage, at x, inherits from vertex `from` of the coarser one as part of a held face. */
+static void inherit(const co_hold *coarse, int32_t from, const double *xyz, co_hold *fine, int32_t to) {
     fine->freedom[to] = coarse->freedom[from];
     memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
+    memcpy(fine->anchor + 3 * (size_t)to, xyz + 3 * (size_t)to, 3 * sizeof(double));
 }
 
-int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, co_hold *hold, curvopt_error *error) {
+static int is_held_face(const curvopt_mesh *m, const co_hold *hold, int32_t f) {
+    int32_t first = m->corner_vertex[m->face_start[f]];
+    if (hold->freedom[first] == CO_FREEDOM_ALL)
+        return 0;
+    for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+        if (!same_constraint(hold, first, m->corner_vertex[h]))
+            return 0;
+    return 1;
+}
+
+/* Puts a guide back to its point, line or plane. */
+static void put_back(const co_hold *hold, int32_t v, double *x) {
+    const double *anchor = hold->anchor + 3 * (size_t)v, *d = hold->direction + 3 * (size_t)v;
+    double off[3] = {x[0] - anchor[0], x[1] - anchor[1], x[2] - anchor[2]};
+    double along = off[0] * d[0] + off[1] * d[1] + off[2] * d[2];
+    for (int c = 0; c < 3; c++) {
+        if (hold->freedom[v] == CO_FREEDOM_NONE)
+            x[c] = anchor[c];
+        else if (hold->freedom[v] == CO_FREEDOM_LINE)
+            x[c] = anchor[c] + along * d[c];
+        else if (hold->freedom[v] == CO_FREEDOM_PLANE)
+            x[c] -= along * d[c];
+    }
+}
+
+int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, double *xyz, co_hold *hold,
+                       curvopt_error *error) {
     co_hold out = {0};
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
     if (!hold->freedom)
@@ -118,21 +151,20 @@ int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, co_hold 
     int32_t status = allocate(fine->info.n_vertices, &out, error);
     if (status != CURVOPT_OK)
         return status;
-    for (int32_t v = 0; v < n; v++)
-        inherit(hold, v, &out, v);
-    for (int32_t e = 0; e < n_edges; e++) {
-        int32_t h = m->edge_corner[e];
-        if (same_constraint(hold, m->corner_vertex[h], co_mesh_destination(m, h)))
-            inherit(hold, m->corner_vertex[h], &out, n + e);
-    }
     for (int32_t f = 0; f < m->info.n_faces; f++) {
-        int same = 1;
-        int32_t first = m->corner_vertex[m->face_start[f]];
-        for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
-            same = same && same_constraint(hold, first, m->corner_vertex[h]);
-        if (same)
-            inherit(hold, first, &out, n + n_edges + f);
+        if (!is_held_face(m, hold, f))
+            continue;
+        inherit(hold, m->corner_vertex[m->face_start[f]], xyz, &out, n + n_edges + f);
+        for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
+            inherit(hold, m->corner_vertex[h], xyz, &out, m->corner_vertex[h]);
+            inherit(hold, m->corner_vertex[h], xyz, &out, n + m->edge[h]);
+        }
     }
+    for (int32_t v = 0; v < n; v++)
+        if (out.freedom[v] == CO_FREEDOM_ALL && hold->freedom[v] != CO_FREEDOM_ALL) {
+            inherit(hold, v, hold->anchor, &out, v);
+            put_back(&out, v, xyz + 3 * (size_t)v);
+        }
     co_hold_free(hold);
     *hold = out;
     return CURVOPT_OK;

@@ -10,18 +10,24 @@ enum { CO_FREEDOM_NONE = 0, CO_FREEDOM_LINE = 1, CO_FREEDOM_PLANE = 2, CO_FREEDO
 typedef struct co_hold {
     uint8_t *freedom;  /* [n_vertices] dimensions; NULL: all are free */
     double *direction; /* [3 n_vertices] unit: the line, or the plane's normal; what stands elsewhere means nothing */
+    double *anchor;    /* [3 n_vertices] a point of what the vertex is held to, in the user's units */
 } co_hold;
 
-/* The user's constraints, checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY. */
-int32_t co_hold_create(const curvopt_mesh *mesh, const curvopt_constraints *constraints, co_hold *out,
-                       curvopt_error *error);
+/* The user's constraints on a cage at xyz [3 n_vertices], checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY.
+ */
+int32_t co_hold_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *constraints,
+                       co_hold *out, curvopt_error *error);
 /* ERROR_MEMORY. */
 int32_t co_hold_copy(const curvopt_mesh *mesh, const co_hold *from, co_hold *to, curvopt_error *error);
 void co_hold_free(co_hold *hold);
 
-/* Takes constraints from a cage to its subdivision: vertices keep theirs; a vertex made of an edge or face inherits
- * where all the edge's or face's vertices have the same. `fine` is the subdivided mesh (refine.h). ERROR_MEMORY. */
-int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, co_hold *hold, curvopt_error *error);
+/* Takes constraints from a cage to its subdivision `fine` at xyz [3 fine vertices] (refine.h).
+ *
+ * Where all vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit,
+ * and are where subdivision puts them. Any other vertex is a guide: it goes back to the point, line or plane that it
+ * was held to at first, which the surface comes closer to with every level. ERROR_MEMORY. */
+int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, double *xyz, co_hold *hold,
+                       curvopt_error *error);
 
 /* Adds what `boundary` (curvopt_boundary) holds.
  *

@@ -93,8 +93,9 @@ static void cage_normals(const curvopt_mesh *m, const double *xyz, double *norma
 static int32_t hold_to_normals(const curvopt_mesh *m, const co_hold *constraints, const double *xyz, co_hold *out,
                                curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    *out = (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n)};
-    if (!out->freedom || !out->direction) {
+    *out =
+        (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n), .anchor = CO_NEW(double, 3 * n)};
+    if (!out->freedom || !out->direction || !out->anchor) {
         co_hold_free(out);
         return co_status_no_memory(error);
     }

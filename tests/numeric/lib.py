@@ -78,6 +78,13 @@ class Progress(C.Structure):
                     "level", "levels", "iteration", "evaluations", "n_vertices", "reserved")]
 
 
+class Constraints(C.Structure):
+    """curvopt_constraints; made by constraints()"""
+
+    _fields_ = [("vertices", C.c_void_p), ("freedom", C.c_void_p), ("directions", C.c_void_p), ("n", I32),
+                ("reserved", I32)]
+
+
 class LevelReport(C.Structure):
     """curvopt_level_report"""
 
@@ -95,6 +102,7 @@ class Summary(C.Structure):
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
+VERDICTS = ("unknown", "minimum", "saddle", "not stationary")
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")
 
 SIGNATURES = {
@@ -213,6 +221,16 @@ def refine(mesh: Mesh) -> Mesh:
     return read_mesh(fine.pointer, xyz)
 
 
+def constraints(vertices, freedom=None, directions=None) -> Constraints:
+    """Vertices, how many dimensions each has left (None: 0), and directions [n, 3]; keeps the arrays alive."""
+    kept = [np.ascontiguousarray(list(vertices), np.int32)]
+    kept += [None if freedom is None else np.ascontiguousarray(freedom, np.int32),
+             None if directions is None else np.ascontiguousarray(directions, np.float64)]
+    out = Constraints(*(None if a is None else a.ctypes.data for a in kept), len(kept[0]), 0)
+    out.kept = kept
+    return out
+
+
 def options(weights: dict[str, float] | str = "willmore", surface: str = "auto", **fields) -> Options:
     """Defaults, changed: weights by term name or the name of one term; any other field by its name."""
     out = Options()
@@ -222,6 +240,8 @@ def options(weights: dict[str, float] | str = "willmore", surface: str = "auto",
         out.weights[i] = weights.get(name, 0.0)
     out.surface = SURFACES[surface]
     for name, value in fields.items():
+        if isinstance(value, Constraints):
+            out.kept, value = value, C.addressof(value)
         setattr(out, name, METHODS[value] if name == "method" else value)
     return out
 
@@ -270,6 +290,7 @@ class Result:
         library().curvopt_result_get_positions(handle.pointer, _pointer(xyz))
         self.mesh = read_mesh(library().curvopt_result_mesh(handle.pointer), xyz)
         self.stop = STOPS[self.summary.stop]
+        self.verdict = VERDICTS[self.summary.verdict]
         self.levels = []
         for i in range(self.summary.n_levels):
             report = LevelReport()

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run ends at: known minimizers, certificates, symmetry, constraints. From the committed cages."""
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import permutations
+from math import pi
+
+import numpy as np
+import pytest
+
+import lib
+from ccref import Mesh, topology
+from nets import perturbed, read_obj, torus_cage
+
+CAGES = lib.ROOT / "blend_files" / "obj"
+# int H^2: Clifford torus; Lawson surfaces and those of Karcher, Pinkall and Sterling, numerically by others to 12 digits.
+WILLMORE = {"torus_030": 2 * pi ** 2, "lawson_g2": 21.9085143681, "lawson_g3": 22.8202770937, "lawson_g5": 23.6413458093,
+            "tetrahedral_g3": 23.3786593912, "cubical_g5": 24.5040762011}
+ORDER = {"torus_030": 32, "lawson_g2": 12, "lawson_g3": 16, "lawson_g5": 24, "tetrahedral_g3": 24, "cubical_g5": 48,
+         "sphere_cube": 48}
+
+
+@lru_cache(maxsize=None)
+def cage(name: str) -> Mesh:
+    """A committed cage."""
+    return read_obj(CAGES / f"{name}.obj")
+
+
+@lru_cache(maxsize=None)
+def solved(name: str, energy: str, levels: int = 4, verify: int = 0) -> lib.Result:
+    """A run with default options."""
+    return lib.minimize(cage(name), energy, levels=levels, verify=verify)
+
+
+@pytest.mark.parametrize("name", WILLMORE)
+def test_willmore_minimizers_are_the_known_ones(name, capsys):
+    """int H^2 between exact - quadrature_error and exact (1 + 1e-4), stationary, and confirmed by a finer rule."""
+    result = solved(name, "willmore")
+    end, exact = result.summary.end, WILLMORE[name]
+    with capsys.disabled():
+        print(f"\n  {name}: int H^2 - exact = {(end.h2 - exact) / exact:.1e} relative, decrement "
+              f"{result.summary.newton_decrement / end.objective:.1e}, {result.summary.seconds:.2f} s, "
+              f"iterations {[level.iterations for level in result.levels]}")
+    assert -end.objective_error / 4 <= end.h2 - exact <= 1e-4 * exact
+    assert result.verdict == "minimum" and result.summary.newton_decrement <= 1e-6 * end.objective
+    finer = lib.evaluate(result.mesh, "willmore", tolerance=1e-6)
+    assert abs(finer.objective - end.objective) <= end.objective_error + finer.objective_error
+    assert finer.objective_error <= 2e-6 * finer.objective
+
+
+@pytest.mark.parametrize("name, bound", [("torus_030", 8.2), ("sphere_cube", 10.1), ("lawson_g2", 350)])
+def test_mvs_ends_at_a_minimum_by_both_hessians(name, bound):
+    """Newton's method has converged: nothing left to gain to rounding, no negative direction; and where the decrement
+    over shapes is above rounding, finite differences of the gradient give the same."""
+    result = solved(name, "mvs", verify=name == "torus_030")
+    end = result.summary.end
+    assert end.objective <= bound and result.stop == "converged"
+    assert result.verdict == "minimum" and result.summary.negative_directions == 0
+    assert 0 <= result.summary.newton_decrement <= 1e-9 * end.objective
+    finer = lib.evaluate(result.mesh, "mvs", tolerance=1e-5)
+    assert abs(finer.objective - end.objective) <= 2 * (end.objective_error + finer.objective_error)
+
+
+@pytest.mark.parametrize("name, energy", [("lawson_g2", "willmore"), ("lawson_g2", "mvs"), ("torus_030", "mvs_cross")])
+def test_both_newtons_agree(name, energy):
+    """A run stopped before it has converged: exact Hessian and finite differences say the same of what is left."""
+    result = lib.minimize(cage(name), energy, levels=3, verify=1, max_iterations=8)
+    exact, difference = result.summary.shape_decrement, result.summary.difference_decrement
+    assert exact > 1e-9 * result.summary.end.objective
+    assert difference == pytest.approx(exact, rel=1e-3)
+    assert result.summary.free_negative_directions >= 0 and result.summary.all_negative_directions >= 0
+
+
+def test_stopped_runs_are_not_called_minima():
+    result = lib.minimize(cage("lawson_g2"), "mvs", levels=2, max_iterations=6)
+    assert result.stop == "limit" and result.verdict == "not stationary"
+    assert result.summary.newton_decrement > 1e-6 * result.summary.end.objective
+
+
+# ------------------------------------------------------------------------------------------------- symmetry --
+
+def motions(mesh: Mesh, tolerance: float = 1e-6) -> list[np.ndarray]:
+    """All orthogonal matrices that permute the cage's vertices and keep its edges, by brute force over the images of
+    three vertices."""
+    x = mesh.xyz - mesh.xyz.mean(axis=0)
+    x = x / np.sqrt((x ** 2).sum(axis=1).mean())
+    edges = {frozenset(map(int, pair)) for pair in topology(mesh).ends}
+    radius = np.linalg.norm(x, axis=1)
+    rare = np.argsort([(np.abs(radius - r) < tolerance).sum() for r in radius], kind="stable")
+    base = next([rare[0], b, c] for b, c in permutations(rare[1:], 2)
+                if abs(np.linalg.det(x[[rare[0], b, c]])) > 0.05)
+    frame, found = np.linalg.inv(x[base].T), []
+    same = [np.flatnonzero(np.abs(radius - radius[b]) < tolerance) for b in base]
+    gram = x[base] @ x[base].T
+    for i in same[0]:
+        for j in same[1]:
+            if abs(x[i] @ x[j] - gram[0, 1]) > tolerance:
+                continue
+            for k in same[2]:
+                if abs(x[i] @ x[k] - gram[0, 2]) > tolerance or abs(x[j] @ x[k] - gram[1, 2]) > tolerance:
+                    continue
+                q = x[[i, j, k]].T @ frame
+                gap = np.linalg.norm((x @ q.T)[:, None] - x[None], axis=2)
+                image = gap.argmin(axis=1)
+                if gap.min(axis=1).max() < tolerance and all(
+                        frozenset((int(image[a]), int(image[b]))) in edges for a, b in map(tuple, edges)):
+                    found.append(q)
+    return found
+
+
+def defect(points: np.ndarray, q: np.ndarray) -> float:
+    """How far a motion about the centroid is from permuting the points, in their size."""
+    x = points - points.mean(axis=0)
+    size = np.sqrt((x ** 2).sum(axis=1).mean())
+    worst = 0.0
+    for part in np.array_split(x @ q.T, max(1, len(x) // 256)):
+        worst = max(worst, np.linalg.norm(part[:, None] - x[None], axis=2).min(axis=1).max())
+    return worst / size
+
+
+@pytest.mark.parametrize("name", ORDER)
+def test_symmetries_are_all_found_and_kept(name):
+    """As many as brute force finds; the result has them to 1e-12."""
+    group = motions(cage(name))
+    energy = "mvs" if name in ("lawson_g2", "sphere_cube") else "willmore"
+    result = lib.minimize(cage(name), energy, levels=2)
+    assert result.summary.symmetry_order == len(group) == ORDER[name]
+    exact = [np.linalg.svd(q)[0] @ np.linalg.svd(q)[2] for q in group]
+    assert max(defect(result.mesh.xyz, q) for q in exact) <= 1e-12 + 10 * max(
+        np.abs(q - e).max() for q, e in zip(group, exact))
+
+
+def test_symmetry_changes_nothing_but_the_work():
+    """Same minimum with and without, where the minimum is symmetric; fewer samples by nearly the group's order. Each
+    level's end is a little up a flat valley: tight tolerances narrow that."""
+    free = lib.minimize(cage("lawson_g2"), "willmore", levels=2, symmetry=1)
+    held = lib.minimize(cage("lawson_g2"), "willmore", levels=2)
+    assert free.summary.symmetry_order == 1 and held.summary.symmetry_order == 12
+    assert held.summary.end.objective == pytest.approx(free.summary.end.objective, rel=3e-4)
+    assert held.summary.end.n_samples <= free.summary.end.n_samples / 6
+    whole = lib.evaluate(held.mesh, "willmore", tolerance=1e-6)
+    assert held.summary.end.objective == pytest.approx(whole.objective, rel=1e-4)
+    assert held.summary.end.area == pytest.approx(whole.area, rel=1e-5)
+
+
+def test_irregular_cages_and_single_precision():
+    """Noise of single precision is no loss of symmetry; noise of a thousandth is."""
+    single = cage("lawson_g2").with_xyz(cage("lawson_g2").xyz.astype(np.float32).astype(float))
+    assert lib.minimize(single, "willmore", levels=1, max_iterations=2).summary.symmetry_order == 12
+    noisy = perturbed(cage("lawson_g2"), 1e-3, 1)
+    assert lib.minimize(noisy, "willmore", levels=1, max_iterations=2).summary.symmetry_order == 1
+    moved = cage("lawson_g2").with_xyz(3 * cage("lawson_g2").xyz @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + 1)[0]
+                                       + [5, -7, 11])
+    assert lib.minimize(moved, "willmore", levels=1, max_iterations=2).summary.symmetry_order == 12
+
+
+def test_report_settings_keep_no_symmetry():
+    result = lib.minimize(cage("torus_030"), "willmore", levels=1, as_report=1, max_iterations=3)
+    assert result.summary.symmetry_order == 1
+
+
+# ---------------------------------------------------------------------------------------------- constraints --
+
+def test_pins_hold_for_every_level_and_cost_symmetry():
+    start = cage("lawson_g2")
+    pins = lib.constraints([0, 5, 9])
+    result = lib.minimize(start, "willmore", levels=3, constraints=pins)
+    assert np.array_equal(result.mesh.xyz[[0, 5, 9]], start.xyz[[0, 5, 9]])
+    assert result.summary.symmetry_order < 12
+    assert result.summary.end.objective < 0.9 * result.summary.start.objective
+    end = result.summary.end
+    assert end.objective >= 4 * WILLMORE["lawson_g2"] + 8 * pi - end.objective_error  # Moebius maps reach three points
+
+
+def test_symmetric_pins_keep_the_symmetry():
+    start = torus_cage(8, 4, 0.3)
+    outer = [4 * i for i in range(8)]
+    result = lib.minimize(start, "willmore", levels=2, constraints=lib.constraints(outer))
+    assert result.summary.symmetry_order == 32
+    assert np.array_equal(result.mesh.xyz[outer], start.xyz[outer])
+
+
+def test_vertices_slide_along_lines_and_in_planes():
+    start = perturbed(torus_cage(8, 4, 0.4), 0.05, 4)
+    lines, planes = [1, 9], [2, 15, 20]
+    directions = np.array([[1, 2, 3], [0, 0, -2], [0, 1, 0], [1, 1, 1], [3, 0, 4]], float)
+    result = lib.minimize(start, "mvs", levels=2,
+                          constraints=lib.constraints(lines + planes, [1, 1, 2, 2, 2], directions))
+    moved = result.mesh.xyz[:start.n_vertices] - start.xyz
+    unit = directions / np.linalg.norm(directions, axis=1)[:, None]
+    for v, d in zip(lines, unit[:2]):
+        assert np.linalg.norm(np.cross(moved[v], d)) <= 1e-13 and np.linalg.norm(moved[v]) > 1e-3
+    for v, d in zip(planes, unit[2:]):
+        assert abs(moved[v] @ d) <= 1e-13 and np.linalg.norm(moved[v]) > 1e-3
+
+
+def test_motion_along_normals_alone():
+    """Any linear reduction that constraints can express: every vertex on the line of its normal."""
+    start = torus_cage(12, 8, 0.4)
+    ring = start.xyz * [1, 1, 0]
+    normal = start.xyz - ring / np.linalg.norm(ring, axis=1)[:, None]
+    held = lib.constraints(range(start.n_vertices), [1] * start.n_vertices, normal)
+    result = lib.minimize(start, "willmore", levels=1, constraints=held)
+    moved = result.mesh.xyz - start.xyz
+    assert np.linalg.norm(np.cross(moved, normal), axis=1).max() <= 1e-13
+    assert result.summary.end.objective < 0.95 * result.summary.start.objective
+
+
+@pytest.mark.parametrize("vertices, freedom, directions, sentence", [
+    ([32], None, None, "vertex 32; there are 32"), ([-1], None, None, "vertex -1"),
+    ([1], [3], None, "3 dimensions"), ([1], [1], None, "no direction"), ([1], [2], [[0, 0, 0]], "direction 0 0 0"),
+    ([1], [1], [[0, 0, np.inf]], "direction 0 0 inf"), ([1, 1], [0, 1], [[0, 0, 1], [0, 0, 1]], "contradict"),
+    ([1, 1], [1, 1], [[0, 0, 1], [0, 1, 0]], "contradict"), (list(range(32)), None, None, "nothing may move"),
+])
+def test_bad_constraints_are_refused_by_name(vertices, freedom, directions, sentence):
+    held = lib.constraints(vertices, freedom, directions)
+    with pytest.raises(lib.CurvoptError, match=sentence):
+        lib.minimize(torus_cage(8, 4, 0.4), "willmore", levels=1, constraints=held)
+
+
+def test_the_same_constraint_twice_is_one():
+    held = lib.constraints([3, 3], [1, 1], [[0, 0, 1], [0, 0, -2]])
+    lib.minimize(torus_cage(8, 4, 0.4), "willmore", levels=1, max_iterations=2, constraints=held)
