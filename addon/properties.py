@@ -69,8 +69,8 @@ def keep_property() -> object:
     """The vertices that are held, for settings and operator alike; identifiers are those of cage.read_held."""
     return bpy.props.EnumProperty(
         name="Keep",
-        description="Vertices of the cage that stay where they are. After the first level they stay where subdividing "
-        "the cage has put them: the surface itself stays where a face and all faces that touch it are kept",
+        description="Vertices of the cage that stay where they are; the surface comes closer to them with every level. "
+        "Where all vertices of a face and of all faces that touch it are kept, the surface itself stays",
         items=KEEPS,
         default="NOTHING",
     )

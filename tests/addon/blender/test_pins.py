@@ -82,17 +82,13 @@ def test_nothing_is_kept_by_default(pinned):
     assert unmoved(minimize(), pinned) == []
 
 
-def test_second_level_keeps_vertices_where_subdividing_has_put_them(torus, part):
-    """Its first level ends where a run of one level does: every other vertex is held, and both converge."""
-    cage, native = part("cage"), part("native")
+def test_vertices_stay_through_all_levels(torus):
+    """Every other vertex is held; the result's first vertices are the cage's."""
     add_group(torus, dict.fromkeys(range(0, 32, 2), 1.0))
-    first = minimize(keep="GROUP", vertex_group="Pins")
-    bpy.context.view_layer.objects.active = torus
-    second = minimize(2, keep="GROUP", vertex_group="Pins")
-    with native.Mesh.create(native.library(), 32, *cage.read_faces(torus.data)) as mesh:
-        expected = mesh.refine(positions(first))[1]
-    moved = np.linalg.norm(positions(second) - expected, axis=1)
-    assert moved[:32:2].max() < 1e-6 and moved.max() > 1e-3
+    before = positions(torus)
+    result = minimize(3, keep="GROUP", vertex_group="Pins")
+    moved = np.linalg.norm(positions(result)[:32] - before, axis=1)
+    assert moved[::2].max() < 1e-6 and moved.max() > 1e-3
 
 
 def test_the_surface_stays_where_faces_and_their_neighbours_are_kept(torus, part):
