@@ -56,15 +56,16 @@ def random_cage(seed: int) -> Mesh:
     return perturbed(mesh, float(rng.uniform(0, 0.3)), seed)
 
 
-def settled_oracle(mesh: Mesh, objective: float) -> float:
-    """Willmore energy by the oracle, faces split until it stands still beside the error that is to be judged."""
+def settled_oracle(mesh: Mesh, objective: float) -> float | None:
+    """Willmore energy by the oracle, faces split until it stands still beside the error that is to be judged; None if
+    five splits do not do."""
     last = energy_ref.energies(mesh, n_gauss=8, levels=0, depth=50)["willmore"]
     for levels in range(1, 6):
         now = energy_ref.energies(mesh, n_gauss=8, levels=levels, depth=50)["willmore"]
         if abs(now - last) <= max(0.1 * abs(now - objective), FLOOR * now):
             return now
         last = now
-    raise AssertionError("the oracle does not settle")
+    return None
 
 
 def settled_library(mesh: Mesh, energy: str, surface: str, objective: float) -> float:
@@ -86,14 +87,22 @@ def judge(job: tuple[int, str]) -> Claim:
     got = lib.evaluate(mesh, energy, surface, threads=1)
     true = (settled_oracle(mesh, got.objective) if energy == "willmore"
             else settled_library(mesh, energy, surface, got.objective))
-    return Claim(seed, energy, got.objective, got.objective_error, abs(got.objective - true),
+    return Claim(seed, energy, got.objective, got.objective_error,
+                 float("nan") if true is None else abs(got.objective - true),
                  abs(got.gauss - 2 * pi * euler(mesh)), got.gauss_bonnet_defect)
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
 def test_random_cages_know_their_error(energy, capsys):
     with Pool(2) as pool:
-        claims = pool.map(judge, [(seed, energy) for seed in range(COUNT)], chunksize=1)
+        claims = []
+        for claim in pool.imap_unordered(judge, [(seed, energy) for seed in range(COUNT)]):
+            claims.append(claim)
+            if lib.LONG:
+                with capsys.disabled():
+                    print(claim, f"ratio {claim.ratio:.3g}", flush=True)
+    unknown = [c for c in claims if c.true != c.true]
+    claims = [c for c in claims if c.true == c.true]
     low = [c for c in claims if c.ratio < 0.1]
     high = [c for c in claims if c.ratio > 1e3]
     gauss = [c for c in claims if c.gauss_error > c.gauss_claimed * (1 + 1e-9) + 1e-12]
@@ -101,10 +110,10 @@ def test_random_cages_know_their_error(energy, capsys):
     with capsys.disabled():
         print(f"\n  {COUNT} cages, {energy}: claimed over true error, percentiles 0 1 10 50 90 100: "
               + " ".join(f"{r:.3g}" for r in ratios))
-        for name, bad in (("too small", low), ("too large", high), ("Gauss-Bonnet", gauss)):
+        for name, bad in (("true error unknown", unknown), ("too small", low), ("too large", high), ("Gauss-Bonnet", gauss)):
             for claim in bad:
                 print(f"  {name}: {claim}")
-    assert len(low) <= 0.01 * COUNT and not high and not gauss
+    assert len(low) + len(unknown) <= 0.01 * COUNT and not high and not gauss
 
 
 @pytest.mark.parametrize("seed", range(SEEDS))
