@@ -65,6 +65,33 @@ static int32_t start_rules(co_assembly *a, int first_rule, const double *face_we
     return CURVOPT_OK;
 }
 
+/* Points that patches with a weight are made of; and of derived points, the cage's vertices behind them. */
+static int32_t find_active(co_assembly *a, curvopt_error *error) {
+    const co_patches *patches = &a->patches;
+    int32_t n_points = patches->n_points;
+    uint8_t *used = CO_NEW(uint8_t, n_points);
+    a->active = CO_NEW(int32_t, n_points);
+    if (!used || !a->active) {
+        free(used);
+        return co_status_no_memory(error);
+    }
+    for (int32_t p = 0; p < patches->n_patches; p++)
+        for (size_t i = patches->start[p]; a->weight[p] > 0 && i < patches->start[p + 1]; i++)
+            used[patches->points[i]] = 1;
+    for (int32_t p = n_points - 1; p >= patches->n_cage; p--) { /* all derived points are computed, used or not */
+        size_t row = (size_t)(p - patches->n_cage);
+        for (size_t e = patches->derived.start[row]; e < patches->derived.start[row + 1]; e++)
+            used[patches->derived.column[e]] = 1;
+    }
+    for (int32_t p = 0; p < n_points; p++) {
+        if (used[p])
+            a->active[a->n_active++] = p;
+        a->n_active_cage += used[p] && p < patches->n_cage;
+    }
+    free(used);
+    return CURVOPT_OK;
+}
+
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface};
@@ -88,6 +115,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     }
     if (status == CURVOPT_OK)
         status = start_rules(a, options->as_report ? REPORT_RULE : FIRST_RULE, face_weight, error);
+    if (status == CURVOPT_OK && a->weight)
+        status = find_active(a, error);
     if (status == CURVOPT_OK)
         status = renew_layout(a, error);
     if (status != CURVOPT_OK)
@@ -103,6 +132,7 @@ void co_assembly_free(co_assembly *a) {
     co_layout_free(&a->finer);
     free(a->rule);
     free(a->weight);
+    free(a->active);
     free(a->points);
     free(a->point_gradient);
     free(a->work);
@@ -140,9 +170,18 @@ int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvo
 /* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */
 static double normalize(co_assembly *a, const double *xyz) {
     size_t n = (size_t)a->patches.n_cage;
-    double centroid[3] = {0, 0, 0}, radius = a->frame_held ? 1 : co_placement_frame(n, xyz, centroid);
-    for (size_t i = 0; i < 3 * n; i++)
-        a->points[i] = (xyz[i] - centroid[i % 3]) / radius;
+    double radius = 1;
+    if (a->frame_held && a->active) {
+        for (int32_t i = 0; i < a->n_active_cage; i++)
+            memcpy(a->points + 3 * (size_t)a->active[i], xyz + 3 * (size_t)a->active[i], 3 * sizeof *xyz);
+    } else if (a->frame_held) {
+        memcpy(a->points, xyz, 3 * n * sizeof *xyz);
+    } else {
+        double centroid[3];
+        radius = co_placement_frame(n, xyz, centroid);
+        for (size_t i = 0; i < 3 * n; i++)
+            a->points[i] = (xyz[i] - centroid[i % 3]) / radius;
+    }
     if (a->patches.derived.n_rows)
         co_rows_apply(&a->patches.derived, a->points, a->points + 3 * n);
     return radius;
@@ -222,8 +261,10 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
     const co_layout *l = &a->layout;
     size_t lanes = (size_t)l->lanes;
     int area = needs_area_gradient(a);
+    int32_t n = a->active ? a->n_active : a->patches.n_points;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (int32_t p = 0; p < a->patches.n_points; p++) {
+    for (int32_t i = 0; i < n; i++) {
+        int32_t p = a->active ? a->active[i] : i;
         double sum[3] = {0, 0, 0};
         for (size_t e = l->incident_start[p]; e < l->incident_start[p + 1]; e++) {
             const double *share = l->gradients + l->incident[e];
@@ -235,7 +276,10 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
         }
         memcpy(a->point_gradient + 3 * (size_t)p, sum, sizeof sum);
     }
-    memcpy(gradient, a->point_gradient, sizeof(double) * 3 * (size_t)a->patches.n_cage);
+    for (int32_t i = 0; a->active && i < a->n_active_cage; i++)
+        memcpy(gradient + 3 * (size_t)a->active[i], a->point_gradient + 3 * (size_t)a->active[i], 3 * sizeof *gradient);
+    if (!a->active)
+        memcpy(gradient, a->point_gradient, sizeof(double) * 3 * (size_t)a->patches.n_cage);
     if (a->patches.derived.n_rows)
         co_rows_add_transposed(&a->patches.derived, a->point_gradient + 3 * (size_t)a->patches.n_cage, gradient);
 }

@@ -20,7 +20,9 @@ typedef struct co_assembly {
     int32_t surface;
     co_rim rim; /* boundaries and creases, for Gauss-Bonnet */
     int32_t n_threads;
-    int met;               /* the tolerance has been met before */
+    int32_t *active; /* [n_active] points that patches are made of, ascending; NULL where that is all of them */
+    int32_t n_active, n_active_cage; /* and those of them that are the cage's, which come first */
+    int met;                         /* the tolerance has been met before */
     int frame_held;        /* positions are normalized by the caller, once and for all, and taken as they are */
     int third_allowed;     /* the surface can carry third-order energies */
     double *weight;        /* [n_patches] symmetric patches that one stands for; NULL: each for itself */
@@ -63,7 +65,10 @@ int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, c
 
 /* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
 int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error);
-/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
+/* With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
+ * of a gradient is not written (`active`).
+ *
+ * Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
  * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);

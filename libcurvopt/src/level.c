@@ -54,11 +54,19 @@ co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
 
 static double evaluate(void *context, const double *z, double *gradient) {
     co_level *l = context;
+    const co_assembly *a = &l->assembly;
     co_request request = {.gradient = gradient ? l->gx : NULL};
-    co_reduce_expand(&l->reduction, z, l->x);
+    double radius = 1;
+    if (!is_fixed(l))
+        radius = co_reduce_normalize(&l->reduction, z, l->normalized);
+    const double *at = is_fixed(l) ? z : l->normalized;
+    co_reduce_expand_some(&l->reduction, a->active, a->n_active_cage, at, l->x);
     co_assembly_evaluate(&l->assembly, l->x, &request, &l->last);
-    if (gradient)
-        co_reduce_gradient(&l->reduction, l->gx, gradient);
+    if (!gradient)
+        return l->last.objective;
+    co_reduce_gradient_of(&l->reduction, a->active, a->n_active_cage, l->gx, gradient);
+    if (!is_fixed(l))
+        co_reduce_normalized_gradient(&l->reduction, at, radius, gradient);
     return l->last.objective;
 }
 
@@ -78,18 +86,16 @@ static double step_length(void *context, const double *d) {
     return co_reduce_longest(&l->reduction, d) / l->edge;
 }
 
-/* Back to centroid 0 and radius 1, where the function is the same and the gradient scales. */
+/* Back to centroid 0 and radius 1, where the function is the same and the gradient scales. l->x becomes the cage. */
 static void hold_placement(co_level *l, co_iterate *now) {
-    size_t n = (size_t)l->mesh->info.n_vertices;
+    size_t n = (size_t)l->reduction.n_variables;
+    if (!is_fixed(l)) {
+        double radius = co_reduce_normalize(&l->reduction, now->x, l->normalized);
+        memcpy(now->x, l->normalized, n * sizeof *now->x);
+        for (size_t k = 0; k < n; k++)
+            now->gradient[k] *= radius;
+    }
     co_reduce_expand(&l->reduction, now->x, l->x);
-    if (is_fixed(l))
-        return;
-    double centroid[3], radius = co_placement_frame(n, l->x, centroid);
-    for (size_t i = 0; i < 3 * n; i++)
-        l->x[i] = (l->x[i] - centroid[i % 3]) / radius;
-    co_reduce_variables(&l->reduction, l->x, now->x);
-    for (int32_t k = 0; k < l->reduction.n_variables; k++)
-        now->gradient[k] *= radius;
 }
 
 /* Longest displacement of a vertex between two points, in mean edges. */
@@ -237,7 +243,7 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     if (status == CURVOPT_OK)
         status = co_assembly_create(l->mesh, f->options, f->tables, face_weight, &l->assembly, error);
     free(face_weight);
-    l->assembly.frame_held = is_fixed(l);
+    l->assembly.frame_held = 1; /* here */
     if (status == CURVOPT_OK && f->options->method != CURVOPT_METHOD_LMVM && l->reduction.n_variables)
         status = create_model(l, error);
     return status;
@@ -255,10 +261,11 @@ int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const c
                     .error = error,
                     .x = CO_NEW(double, 3 * n),
                     .gx = CO_NEW(double, 3 * n),
-                    .step = CO_NEW(double, 3 * n)};
+                    .step = CO_NEW(double, 3 * n),
+                    .normalized = CO_NEW(double, 3 * n)};
     l->tolerance = o->as_report ? (double)INFINITY : o->tolerance;
     l->working_tolerance = number < o->levels ? WORKING_FACTOR * l->tolerance : l->tolerance;
-    int32_t status = l->x && l->gx && l->step ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = l->x && l->gx && l->step && l->normalized ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_copy(mesh, constraints, &l->hold, error);
     if (status == CURVOPT_OK)
@@ -278,6 +285,7 @@ void co_level_free(co_level *l) {
     free(l->x);
     free(l->gx);
     free(l->step);
+    free(l->normalized);
     *l = (co_level){0};
 }
 

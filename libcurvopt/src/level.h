@@ -23,7 +23,7 @@ typedef struct co_level {
     co_assembly assembly;
     double tolerance, working_tolerance; /* of quadrature: of the figures at the end, and for the work */
     double *x, *gx;                      /* [3 n_vertices] positions that were looked at last, normalized; a gradient */
-    double *step;                        /* [n_variables] work */
+    double *step, *normalized;           /* [n_variables] work */
     double edge;                         /* mean length, normalized */
     double defect;                       /* Gauss-Bonnet's, when last resolved, */
     co_values last;                      /* and what was evaluated last */

@@ -2,11 +2,13 @@
 #include "reduce.h"
 
 #include "memory.h"
+#include "minimand.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+static const double TRANSLATES = 1e-6; /* of a unit translation, what keeps the symmetry */
 enum { FIXED = -1, UNSEEN = -2 };
 static const double IN_PLANE = 0.5; /* a projector's columns are 0 or not */
 
@@ -16,6 +18,7 @@ void co_reduce_free(co_reduction *r) {
     free(r->basis);
     free(r->offset);
     free(r->stretch);
+    free(r->translation);
     *r = (co_reduction){0};
 }
 
@@ -118,6 +121,37 @@ static void find_offset(co_reduction *r, const co_hold *hold, const double *x, d
     r->offset = offset;
 }
 
+/* z += B_v^T x */
+static void project_vertex(const co_reduction *r, int32_t v, const double x[3], double *z) {
+    const double *basis = r->basis + 9 * (size_t)v;
+    if (r->node[v] == FIXED)
+        return;
+    int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
+    for (int c = 0; c < 3; c++)
+        for (int32_t k = 0; k < n; k++)
+            z[first + k] += basis[3 * c + k] * x[c];
+}
+
+/* Every translation t has columns of length sqrt(n_vertices), or is 0: what of it keeps the symmetry is a translation
+ * again, and B^T of it. */
+static int32_t find_translations(co_reduction *r, curvopt_error *error) {
+    size_t n = (size_t)r->n_variables;
+    r->translation = CO_NEW(double, 3 * n);
+    if (!r->translation)
+        return co_status_no_memory(error);
+    for (size_t axis = 0; axis < 3; axis++) {
+        double *t = r->translation + axis * n, unit[3] = {axis == 0, axis == 1, axis == 2}, whole = sqrt(r->n_vertices);
+        for (int32_t v = 0; v < r->n_vertices; v++)
+            project_vertex(r, v, unit, t);
+        for (size_t other = 0; other < axis; other++) /* a symmetry's axis may be askew */
+            co_vector_add(n, -co_vector_dot(n, t, r->translation + other * n), r->translation + other * n, t);
+        double norm = co_vector_norm(n, t);
+        for (size_t k = 0; k < n; k++)
+            t[k] = norm > TRANSLATES * whole ? t[k] / norm : 0;
+    }
+    return CURVOPT_OK;
+}
+
 int32_t co_reduce_create(const curvopt_mesh *m, const co_symmetry *s, const co_hold *hold, const double *x,
                          co_reduction *r, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
@@ -139,10 +173,36 @@ int32_t co_reduce_create(const curvopt_mesh *m, const co_symmetry *s, const co_h
     for (int32_t v = 0; v < r->n_vertices; v++)
         if (r->node[v] == UNSEEN)
             add_orbit(m, s, hold, v, r);
+    int32_t status = CURVOPT_OK;
     if (hold->freedom)
         find_offset(r, hold, x, z);
+    else
+        status = find_translations(r, error);
     free(z);
-    return CURVOPT_OK;
+    if (status != CURVOPT_OK)
+        co_reduce_free(r);
+    return status;
+}
+
+static void expand_vertex(const co_reduction *r, int32_t v, const double *z, double *x) {
+    const double *basis = r->basis + 9 * (size_t)v;
+    for (int c = 0; c < 3; c++)
+        x[c] = r->offset ? r->offset[3 * (size_t)v + (size_t)c] : 0;
+    if (r->node[v] == FIXED)
+        return;
+    int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
+    for (int c = 0; c < 3; c++)
+        for (int32_t k = 0; k < n; k++)
+            x[c] += basis[3 * c + k] * z[first + k];
+}
+
+void co_reduce_expand_some(const co_reduction *r, const int32_t *vertices, int32_t n, const double *z, double *x) {
+    if (!vertices) {
+        co_reduce_expand(r, z, x);
+        return;
+    }
+    for (int32_t i = 0; i < n; i++)
+        expand_vertex(r, vertices[i], z, x + 3 * (size_t)vertices[i]);
 }
 
 void co_reduce_expand(const co_reduction *r, const double *z, double *x) {
@@ -150,45 +210,62 @@ void co_reduce_expand(const co_reduction *r, const double *z, double *x) {
         memcpy(x, z, sizeof *x * 3 * (size_t)r->n_vertices);
         return;
     }
-    for (int32_t v = 0; v < r->n_vertices; v++, x += 3) {
-        const double *basis = r->basis + 9 * (size_t)v;
-        for (int c = 0; c < 3; c++)
-            x[c] = r->offset ? r->offset[3 * (size_t)v + (size_t)c] : 0;
-        if (r->node[v] == FIXED)
-            continue;
-        int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
-        for (int c = 0; c < 3; c++)
-            for (int32_t k = 0; k < n; k++)
-                x[c] += basis[3 * c + k] * z[first + k];
-    }
-}
-
-/* z = B^T (x - from); from may be NULL */
-static void project(const co_reduction *r, const double *x, const double *from, double *z) {
-    memset(z, 0, sizeof *z * (size_t)r->n_variables);
-    for (int32_t v = 0; v < r->n_vertices; v++) {
-        const double *basis = r->basis + 9 * (size_t)v;
-        if (r->node[v] == FIXED)
-            continue;
-        int32_t first = r->first[r->node[v]], n = r->first[r->node[v] + 1] - first;
-        for (int c = 0; c < 3; c++) {
-            size_t i = 3 * (size_t)v + (size_t)c;
-            double value = x[i] - (from ? from[i] : 0);
-            for (int32_t k = 0; k < n; k++)
-                z[first + k] += basis[3 * c + k] * value;
-        }
-    }
+    for (int32_t v = 0; v < r->n_vertices; v++)
+        expand_vertex(r, v, z, x + 3 * (size_t)v);
 }
 
 void co_reduce_variables(const co_reduction *r, const double *x, double *z) {
-    project(r, x, r->offset, z);
+    memset(z, 0, sizeof *z * (size_t)r->n_variables);
+    for (int32_t v = 0; v < r->n_vertices; v++, x += 3) {
+        double at[3] = {x[0], x[1], x[2]};
+        for (int c = 0; c < 3 && r->offset; c++)
+            at[c] -= r->offset[3 * (size_t)v + (size_t)c];
+        project_vertex(r, v, at, z);
+    }
+}
+
+void co_reduce_gradient_of(const co_reduction *r, const int32_t *vertices, int32_t n, const double *gx, double *gz) {
+    if (r->plain && !vertices) {
+        memcpy(gz, gx, sizeof *gz * 3 * (size_t)r->n_vertices);
+        return;
+    }
+    memset(gz, 0, sizeof *gz * (size_t)r->n_variables);
+    n = vertices ? n : r->n_vertices;
+    for (int32_t i = 0; i < n; i++) {
+        int32_t v = vertices ? vertices[i] : i;
+        project_vertex(r, v, gx + 3 * (size_t)v, gz);
+    }
 }
 
 void co_reduce_gradient(const co_reduction *r, const double *gx, double *gz) {
-    if (r->plain)
-        memcpy(gz, gx, sizeof *gz * 3 * (size_t)r->n_vertices);
-    else
-        project(r, gx, NULL, gz);
+    co_reduce_gradient_of(r, NULL, 0, gx, gz);
+}
+
+/* ------------------------------------------------------------------------------------- centroid and size -- */
+
+/* v -= its part along translations. */
+static void remove_translations(const co_reduction *r, double *v) {
+    size_t n = (size_t)r->n_variables;
+    for (size_t axis = 0; axis < 3; axis++)
+        co_vector_add(n, -co_vector_dot(n, v, r->translation + axis * n), r->translation + axis * n, v);
+}
+
+double co_reduce_normalize(const co_reduction *r, const double *z, double *normalized) {
+    size_t n = (size_t)r->n_variables;
+    memcpy(normalized, z, n * sizeof *z);
+    remove_translations(r, normalized);
+    double radius = co_vector_norm(n, normalized) / sqrt(r->n_vertices);
+    for (size_t k = 0; k < n; k++)
+        normalized[k] /= radius;
+    return radius;
+}
+
+void co_reduce_normalized_gradient(const co_reduction *r, const double *normalized, double radius, double *gz) {
+    size_t n = (size_t)r->n_variables;
+    remove_translations(r, gz);
+    co_vector_add(n, -co_vector_dot(n, gz, normalized) / r->n_vertices, normalized, gz);
+    for (size_t k = 0; k < n; k++)
+        gz[k] /= radius;
 }
 
 double co_reduce_longest(const co_reduction *r, const double *dz) {

@@ -17,6 +17,9 @@ typedef struct co_reduction {
     double *offset;  /* [3 n_vertices], or NULL for 0 */
     double *stretch; /* [n_nodes] length of B_v's columns: 1 / sqrt(vertices of the node) */
     int plain;       /* every vertex is a node, every B_v the identity */
+    /* where offset is NULL, for centroid and size: */
+    double
+        *translation; /* [3][n_variables] unit translations of the cage along x, y, z, as far as they keep symmetry */
 } co_reduction;
 
 /* Variables for a cage at x [3 n_vertices], whose centroid is the symmetry's centre. Where nothing is constrained,
@@ -27,10 +30,21 @@ void co_reduce_free(co_reduction *reduction);
 
 /* x [3 n_vertices] = offset + B z */
 void co_reduce_expand(const co_reduction *reduction, const double *z, double *x);
+/* The same for the vertices listed, ascending; NULL: all. */
+void co_reduce_expand_some(const co_reduction *reduction, const int32_t *vertices, int32_t n, const double *z,
+                           double *x);
+/* Where offset is NULL: the variables of the cage moved to centroid 0 and scaled to root mean square radius 1, into
+ * `normalized`; returns the radius that it had. */
+double co_reduce_normalize(const co_reduction *reduction, const double *z, double *normalized);
+/* gz, a gradient with respect to normalized variables, becomes that with respect to those they were made from. */
+void co_reduce_normalized_gradient(const co_reduction *reduction, const double *normalized, double radius, double *gz);
 /* z [n_variables] = B^T (x - offset): of positions in reach, their variables. */
 void co_reduce_variables(const co_reduction *reduction, const double *x, double *z);
 /* gz [n_variables] = B^T gx: a gradient. */
 void co_reduce_gradient(const co_reduction *reduction, const double *gx, double *gz);
+/* The same where gx is 0 but at the vertices listed; NULL: all. */
+void co_reduce_gradient_of(const co_reduction *reduction, const int32_t *vertices, int32_t n, const double *gx,
+                           double *gz);
 /* Length of the longest displacement of a vertex that dz brings. */
 double co_reduce_longest(const co_reduction *reduction, const double *dz);
 
