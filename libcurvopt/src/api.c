@@ -150,7 +150,7 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_real("max_step", o->max_step, 1e-6, 100, error);
     if (status == CURVOPT_OK)
-        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_NONE, error);
+        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_ROTATIONS, error);
     if (status == CURVOPT_OK)
         status = check_integer("verify", o->verify, 0, 1, error);
     return status;

@@ -255,7 +255,7 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
         return status;
     if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->symmetry, error);
-    return co_symmetry_create(mesh, xyz, &r->constraints, &r->symmetry, error);
+    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry == CURVOPT_SYMMETRY_AUTO, &r->symmetry, error);
 }
 
 static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {

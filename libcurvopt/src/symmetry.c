@@ -23,9 +23,10 @@ enum { LARGEST_ORDER = 512, UNSET = -1 };
 typedef struct search {
     const curvopt_mesh *mesh;
     const co_hold *hold;
-    double *x;         /* [3 n_vertices] centroid 0, radius 1 */
-    double *length;    /* [n_vertices] |x| */
-    int32_t *queue;    /* [n_corners] */
+    double *x;      /* [3 n_vertices] centroid 0, radius 1 */
+    double *length; /* [n_vertices] |x| */
+    int32_t *queue; /* [n_corners] */
+    int with_mirrors;
     int32_t seed;      /* corner whose images are tried */
     double tolerance;  /* of the size */
     co_symmetry found; /* room for LARGEST_ORDER elements, one more than is used */
@@ -255,7 +256,7 @@ static int32_t find_all(search *s, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = try_image(s, s->seed, 0, error); /* the identity comes first */
     for (int32_t to = 0; status == CURVOPT_OK && to < s->found.n_corners && s->found.order <= LARGEST_ORDER; to++)
-        for (int mirrored = 0; status == CURVOPT_OK && mirrored < 2; mirrored++)
+        for (int mirrored = 0; status == CURVOPT_OK && mirrored <= s->with_mirrors; mirrored++)
             if (to != s->seed || mirrored)
                 status = try_image(s, to, mirrored, error);
     return status;
@@ -331,12 +332,13 @@ static int32_t run(search *s, curvopt_error *error) {
     return co_symmetry_none(s->mesh, &s->found, error);
 }
 
-int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_hold *hold, co_symmetry *out,
-                           curvopt_error *error) {
+int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_hold *hold, int with_mirrors,
+                           co_symmetry *out, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     double centroid[3], radius = co_placement_frame(n, xyz, centroid);
     search s = {.mesh = m,
                 .hold = hold,
+                .with_mirrors = with_mirrors,
                 .x = CO_NEW(double, 3 * n),
                 .length = CO_NEW(double, n),
                 .queue = CO_NEW(int32_t, m->info.n_corners),

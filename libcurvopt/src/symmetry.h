@@ -17,11 +17,11 @@ typedef struct co_symmetry {
 } co_symmetry;
 
 /* The group of `mesh` at xyz [3 n_vertices], in which every vertex comes within SYMMETRY_TOLERANCE of the cage's size
- * to its image, sharpness is kept, and so are constraints. More than LARGEST_ORDER elements count as none.
- * ERROR_MEMORY.
+ * to its image, sharpness is kept, and so are constraints; `with_mirrors`: also those that mirror faces. More than
+ * LARGEST_ORDER elements count as none. ERROR_MEMORY.
  */
-int32_t co_symmetry_create(const curvopt_mesh *mesh, const double *xyz, const co_hold *hold, co_symmetry *out,
-                           curvopt_error *error);
+int32_t co_symmetry_create(const curvopt_mesh *mesh, const double *xyz, const co_hold *hold, int with_mirrors,
+                           co_symmetry *out, curvopt_error *error);
 /* The trivial group. ERROR_MEMORY. */
 int32_t co_symmetry_none(const curvopt_mesh *mesh, co_symmetry *out, curvopt_error *error);
 void co_symmetry_free(co_symmetry *symmetry);

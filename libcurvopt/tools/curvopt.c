@@ -53,8 +53,8 @@ static const char help_text[] =
     "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
     "                       matrix (default); lmvm: without it, the report's\n"
     "  --max-iterations N   a level (default 1000)\n"
-    "  --symmetry S         auto: the cage's symmetries are kept, and make the work less (default); none: not looked "
-    "for\n"
+    "  --symmetry S         auto: the cage's symmetries are kept, and make the work less (default); rotations: those\n"
+    "                       that mirror nothing; none: not looked for\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one\n"
     "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
@@ -66,7 +66,7 @@ static const char help_text[] =
 
 static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const symmetry_name[2] = {"auto", "none"};
+static const char *const symmetry_name[3] = {"auto", "none", "rotations"};
 static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 typedef struct arguments {
@@ -170,7 +170,7 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--pin"))
         a->pins = value;
     else if (!strcmp(name, "--symmetry")) {
-        o->symmetry = find_name(symmetry_name, 2, value, strlen(value));
+        o->symmetry = find_name(symmetry_name, 3, value, strlen(value));
         return o->symmetry < 0;
     } else if (!strcmp(name, "--method")) {
         o->method = find_name(method_name, 3, value, strlen(value));

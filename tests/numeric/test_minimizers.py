@@ -155,6 +155,15 @@ def test_irregular_cages_and_single_precision():
     assert lib.minimize(moved, "willmore", levels=1, max_iterations=2).summary.symmetry_order == 12
 
 
+def test_rotations_alone():
+    """Half the group; the cage may twist, to the gain of third-order energies."""
+    result = lib.minimize(cage("lawson_g2"), "mvs", levels=2, symmetry=2)
+    assert result.summary.symmetry_order == 6
+    assert result.summary.end.objective < 0.99 * solved("lawson_g2", "mvs", 2).summary.end.objective
+    turns = [q for q in motions(cage("lawson_g2")) if np.linalg.det(q) > 0]
+    assert len(turns) == 6 and max(defect(result.mesh.xyz, q) for q in turns) <= 1e-11
+
+
 def test_report_settings_keep_no_symmetry():
     result = lib.minimize(cage("torus_030"), "willmore", levels=1, as_report=1, max_iterations=3)
     assert result.summary.symmetry_order == 1
