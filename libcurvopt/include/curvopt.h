@@ -182,9 +182,9 @@ typedef enum curvopt_symmetry {
     CURVOPT_SYMMETRY_AUTO = 0, /* those that the input cage has, to 1e-5 of its size, with its creases and constraints:
                                   the result has them to rounding, and one of several like faces stands for all */
     CURVOPT_SYMMETRY_NONE = 1,
-    CURVOPT_SYMMETRY_ROTATIONS =
-        2 /* of those, the ones that mirror nothing: vertices on a mirror plane may leave it, and
-             the cage's lines may twist, which third-order energies of coarse cages gain by */
+    /* of those, the ones that mirror nothing: vertices on a mirror plane may leave it, and the cage's lines may twist,
+     * which third-order energies of coarse cages gain by */
+    CURVOPT_SYMMETRY_ROTATIONS = 2
 } curvopt_symmetry;
 
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are

@@ -86,7 +86,7 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
     for (int32_t p = 0; p < n_points; p++) {
         if (used[p])
             a->active[a->n_active++] = p;
-        a->n_active_cage += used[p] && p < patches->n_cage;
+        a->n_active_cage += p < patches->n_cage && used[p];
     }
     free(used);
     return CURVOPT_OK;

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum { LARGEST_BLOCK = 4 };
-static const int block_start[5] = {0, 1, 3, 6, CO_JET}; /* derivatives of order 0, 1, 2, 3 */
+static const int block_start[4] = {0, 1, 3, 6}; /* derivatives of order 0, 1, 2, 3 */
 
 /* Inverts a [n][n] by Gauss's and Jordan's elimination with pivots. */
 static void invert(int n, co_real a[LARGEST_BLOCK][LARGEST_BLOCK], co_real out[LARGEST_BLOCK][LARGEST_BLOCK]) {
@@ -58,7 +58,7 @@ void co_chart_create(const co_real x[CO_JET], const co_real y[CO_JET], co_chart 
             chart->monomial[k][j] /= factorial[co_jet_order_u[k]] * factorial[co_jet_order_v[k]];
     }
     for (int order = 1; order <= 3; order++) {
-        int first = block_start[order], n = block_start[order + 1] - first;
+        int first = block_start[order], n = order + 1;
         co_real block[LARGEST_BLOCK][LARGEST_BLOCK];
         for (int j = 0; j < n; j++)
             for (int k = 0; k < n; k++)
@@ -70,7 +70,7 @@ void co_chart_create(const co_real x[CO_JET], const co_real y[CO_JET], co_chart 
 
 void co_chart_apply(const co_chart *chart, co_real jet[CO_JET]) {
     for (int order = 1; order <= 3; order++) {
-        int first = block_start[order], end = block_start[order + 1];
+        int first = block_start[order], end = first + order + 1;
         co_real in[LARGEST_BLOCK];
         memcpy(in, jet + first, sizeof *in * (size_t)(end - first));
         for (int k = first; k < end; k++) {

@@ -239,7 +239,7 @@ static void add_block(co_hessian *h, int32_t v, int32_t w, double weight, double
     const co_reduction *r = h->reduction;
     const double *left = r->basis + 9 * (size_t)v, *right = r->basis + 9 * (size_t)w;
     int32_t a = r->node[v], b = r->node[w], n_a = dimension(r, a), n_b = dimension(r, b);
-    double half[3][3], full[3][3];
+    double half[3][3] = {{0}}, full[3][3] = {{0}};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < n_b; k++)
             half[i][k] = r->plain ? block[i][k]

@@ -150,7 +150,7 @@ static void eigen(int n, small_matrix a, double *value, small_matrix v) {
 /* Inverts C^-1 + U^T H^-1 U, whose positive eigenvalues are returned. */
 static int invert_capacity(co_model *m) {
     size_t n = n_variables(m);
-    small_matrix a, v;
+    small_matrix a = {{0}}, v = {{0}};
     double value[CO_MODEL_DENSE];
     int positive = 0;
     for (int i = 0; i < m->n_dense; i++)

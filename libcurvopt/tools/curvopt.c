@@ -72,6 +72,7 @@ static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 typedef struct arguments {
     const char *command, *input, *output, *json, *energy, *pins;
     curvopt_options options;
+    curvopt_constraints constraints;
     int boundary_rule;
     int quiet;
 } arguments;
@@ -413,16 +414,16 @@ static int deliver(const arguments *a, const curvopt_result *result) {
 }
 
 /* Pins into the options, if there are to be any. */
-static int load_pins(arguments *a, pin_list *pins, curvopt_constraints *constraints) {
+static int load_pins(arguments *a, pin_list *pins) {
     char message[256];
     *pins = (pin_list){0};
     if (!a->pins)
         return EXIT_DONE;
     if (pins_read(a->pins, pins, message, sizeof message))
         return could_not(a->pins, message);
-    *constraints = (curvopt_constraints){
+    a->constraints = (curvopt_constraints){
         .vertices = pins->vertices, .freedom = pins->freedom, .directions = pins->directions, .n = pins->n};
-    a->options.constraints = constraints;
+    a->options.constraints = &a->constraints;
     return EXIT_DONE;
 }
 
@@ -432,8 +433,7 @@ static int run_minimize(arguments *a) {
     curvopt_result *result = NULL;
     curvopt_error error;
     pin_list pins;
-    curvopt_constraints constraints;
-    int status = load_pins(a, &pins, &constraints);
+    int status = load_pins(a, &pins);
     if (status != EXIT_DONE)
         return status;
     status = load(a, &cage, &mesh);

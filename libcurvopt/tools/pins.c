@@ -15,18 +15,22 @@ void pins_free(pin_list *pins) {
     *pins = (pin_list){0};
 }
 
-static int grow(pin_list *pins, int32_t *room) {
-    size_t n = *room ? 2 * (size_t)*room : 64;
-    if (n > INT32_MAX / 4)
+typedef struct pin {
+    int32_t vertex, freedom;
+    double direction[3];
+} pin;
+
+/* Room for one more; 1 if memory is out. */
+static int make_room(pin **list, int32_t n, int32_t *room) {
+    if (n < *room)
+        return 0;
+    size_t bigger = *room ? 2 * (size_t)*room : 64;
+    pin *grown = bigger < INT32_MAX / 2 ? realloc(*list, bigger * sizeof **list) : NULL;
+    if (!grown)
         return 1;
-    int32_t *vertices = realloc(pins->vertices, n * sizeof *vertices);
-    pins->vertices = vertices ? vertices : pins->vertices;
-    int32_t *freedom = realloc(pins->freedom, n * sizeof *freedom);
-    pins->freedom = freedom ? freedom : pins->freedom;
-    double *directions = realloc(pins->directions, 3 * n * sizeof *directions);
-    pins->directions = directions ? directions : pins->directions;
-    *room = (int32_t)n;
-    return !vertices || !freedom || !directions;
+    *list = grown;
+    *room = (int32_t)bigger;
+    return 0;
 }
 
 /* A number that the line goes on with; 0 if there is none. */
@@ -40,7 +44,7 @@ static int take_real(char **at, double *out) {
 }
 
 /* 1 a pin, 0 an empty line, -1 neither. */
-static int parse_line(char *line, int32_t *vertex, int32_t *freedom, double direction[3]) {
+static int parse_line(char *line, pin *out) {
     static const char blank[] = " \t\r\n";
     char *end, *at = line + strspn(line, blank);
     line[strcspn(line, "#")] = 0;
@@ -50,60 +54,78 @@ static int parse_line(char *line, int32_t *vertex, int32_t *freedom, double dire
     long value = strtol(at, &end, 10);
     if (end == at || errno || value < 0 || value > INT32_MAX)
         return -1;
-    *vertex = (int32_t)value;
-    *freedom = 0;
-    memset(direction, 0, 3 * sizeof *direction);
+    *out = (pin){.vertex = (int32_t)value};
     at = end + strspn(end, blank);
     if (!strncmp(at, "line", 4) || !strncmp(at, "plane", 5)) {
-        *freedom = *at == 'l' ? 1 : 2;
+        out->freedom = *at == 'l' ? 1 : 2;
         at += *at == 'l' ? 4 : 5;
         for (int c = 0; c < 3; c++)
-            if (!take_real(&at, &direction[c]))
+            if (!take_real(&at, &out->direction[c]))
                 return -1;
         at += strspn(at, blank);
     }
     return *at ? -1 : 1;
 }
 
-static int read_lines(FILE *file, pin_list *out, char *message, size_t size) {
+static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t size) {
     char line[LONGEST_LINE];
     int32_t room = 0;
     for (int number = 1; fgets(line, sizeof line, file); number++) {
-        int32_t vertex, freedom;
-        double direction[3];
-        int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &vertex, &freedom, direction);
+        pin one;
+        int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
             snprintf(message, size, "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z", number);
             return 1;
         }
         if (found == 0)
             continue;
-        if (out->n == room && grow(out, &room)) {
+        if (make_room(list, *n, &room)) {
             snprintf(message, size, "out of memory");
             return 1;
         }
-        out->vertices[out->n] = vertex;
-        out->freedom[out->n] = freedom;
-        memcpy(out->directions + 3 * (size_t)out->n, direction, sizeof direction);
-        out->n++;
+        (*list)[(*n)++] = one;
     }
-    if (ferror(file) || out->n == 0) {
+    if (ferror(file) || *n == 0) {
         snprintf(message, size, "%s", ferror(file) ? strerror(errno) : "names no vertex");
         return 1;
     }
     return 0;
 }
 
+/* The list as arrays; 1 if memory is out. */
+static int deal_out(const pin *list, int32_t n, pin_list *out) {
+    *out = (pin_list){.vertices = malloc(sizeof(int32_t) * (size_t)n),
+                      .freedom = malloc(sizeof(int32_t) * (size_t)n),
+                      .directions = malloc(3 * sizeof(double) * (size_t)n),
+                      .n = n};
+    if (!out->vertices || !out->freedom || !out->directions) {
+        pins_free(out);
+        return 1;
+    }
+    for (int32_t i = 0; i < n; i++) {
+        out->vertices[i] = list[i].vertex;
+        out->freedom[i] = list[i].freedom;
+        memcpy(out->directions + 3 * (size_t)i, list[i].direction, sizeof list[i].direction);
+    }
+    return 0;
+}
+
 int pins_read(const char *path, pin_list *out, char *message, size_t size) {
+    pin *list = NULL;
+    int32_t n = 0;
     *out = (pin_list){0};
     FILE *file = fopen(path, "r");
     if (!file) {
         snprintf(message, size, "%s", strerror(errno));
         return 1;
     }
-    int failed = read_lines(file, out, message, size);
+    int failed = read_lines(file, &list, &n, message, size);
     fclose(file);
-    if (failed)
-        pins_free(out);
+    if (!failed) {
+        failed = deal_out(list, n, out);
+        if (failed)
+            snprintf(message, size, "out of memory");
+    }
+    free(list);
     return failed;
 }
