@@ -15,6 +15,7 @@
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
 static const double HYSTERESIS = 3;
+static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
 static const double LARGEST = 1e100;      /* coordinates beyond this could overflow when squared */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
@@ -420,18 +421,34 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     }
 }
 
-/* Raises the rule of every patch whose error is above its share; returns how many were. */
-static int32_t refine_rules(co_assembly *a, const error_measure *m, const patch_share *coarse, const patch_share *fine,
-                            double tolerance) {
-    int32_t raised = 0;
-    for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        double weight = a->weight ? a->weight[p] : 1;
-        if (weight > 0 && a->rule[p] + 2 < CO_N_RULES &&
-            !(relative_difference(m, &coarse[p], &fine[p]) <= weight * tolerance / a->patches.n_patches)) {
+static int compare_reals(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static int is_refinable(const co_assembly *a, int32_t p) {
+    return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] + 2 < CO_N_RULES;
+}
+
+/* Raises the rules of the patches with the largest errors, so that those that keep theirs are off by no more than half
+ * of the tolerance together; returns how many were raised. sorted [n_patches] is work space. */
+static int32_t refine_rules(co_assembly *a, const double *error, double tolerance, double *sorted) {
+    int32_t n = 0, kept = 0, raised = 0;
+    double sum = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (is_refinable(a, p))
+            sorted[n++] = isnan(error[p]) ? INFINITY : error[p];
+    qsort(sorted, (size_t)n, sizeof *sorted, compare_reals);
+    while (kept < n && sum + sorted[kept] <= 0.5 * tolerance)
+        sum += sorted[kept++];
+    if (kept == n)
+        return 0;
+    double cut = sorted[kept] * ALIKE; /* like patches are treated alike */
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (is_refinable(a, p) && !(error[p] < cut)) {
             a->rule[p]++;
             raised++;
         }
-    }
     return raised;
 }
 
@@ -441,9 +458,10 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
     int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
     int32_t status = CURVOPT_ERROR_MEMORY;
     patch_share *coarse = CO_NEW(patch_share, n), *fine = CO_NEW(patch_share, n);
+    double *patch_error = CO_NEW(double, 2 * n);
     double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
     *resolved = *changed = 0;
-    if (!coarse || !fine) {
+    if (!coarse || !fine || !patch_error) {
         co_status_no_memory(error);
         goto done;
     }
@@ -458,12 +476,14 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         if (status != CURVOPT_OK)
             break;
         error_measure measure = measure_of(a, terms == CO_TERMS_ALL, fine);
-        for (size_t p = 0; p < n; p++)
-            difference += relative_difference(&measure, &coarse[p], &fine[p]);
+        for (size_t p = 0; p < n; p++) {
+            patch_error[p] = relative_difference(&measure, &coarse[p], &fine[p]);
+            difference += patch_error[p];
+        }
         *resolved = difference <= fmax(bearable, ACCEPTABLE);
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) ||
-            refine_rules(a, &measure, coarse, fine, tolerance) == 0) {
+            refine_rules(a, patch_error, tolerance, patch_error + n) == 0) {
             report_energies(a, &values, third, coarse, fine, energies);
             break;
         }
@@ -474,6 +494,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
 done:
     free(coarse);
     free(fine);
+    free(patch_error);
     return status;
 }
 

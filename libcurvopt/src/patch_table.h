@@ -6,7 +6,7 @@
 #include "irregular.h"
 
 /* Rules grow finer with their number; which face gets which is decided by assemble.h. */
-enum { CO_N_RULES = 6 };
+enum { CO_N_RULES = 8 };
 
 /* Derivatives are with respect to the face's parameters; round a smooth extraordinary vertex to the characteristic map
  * (chart.h); at other fans to the cell's own parameters, which range over 0..1. Energies do not care. */
