@@ -164,7 +164,8 @@ typedef enum curvopt_term {
 typedef enum curvopt_method {
     CURVOPT_METHOD_AUTO = 0,        /* gauss_newton; the report's with as_report */
     CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's */
-    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian */
+    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian; at the
+                                       last level Newton's method follows where the Hessian allows it */
 } curvopt_method;
 
 /* What a minimization leaves as it is on an open surface. Vertices on infinitely sharp creases, and infinitely sharp
@@ -286,7 +287,7 @@ typedef enum curvopt_stop {
     CURVOPT_STOP_LIMIT = 2,      /* max_iterations */
     CURVOPT_STOP_CANCELLED = 3,  /* by the callback or curvopt_cancel_request */
     CURVOPT_STOP_UNRESOLVED = 4, /* the surface develops features that the finest quadrature cannot resolve */
-    CURVOPT_STOP_SETTLED = 5     /* it still falls, but by less than 2e-4 in 15 steps (1e-3 before the last level);
+    CURVOPT_STOP_SETTLED = 5     /* it still falls, but by less than 5e-6 in 15 steps (1e-3 before the last level);
                                     gauss_newton only */
 } curvopt_stop;
 /* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */

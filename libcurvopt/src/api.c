@@ -2,6 +2,7 @@
  */
 #include "hierarchy.h"
 #include "memory.h"
+#include "placement.h"
 #include "refine.h"
 #include "sample.h"
 
@@ -207,7 +208,7 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
     if (!problem || !xyz || !out)
         return null_argument(error, !problem ? "problem" : !xyz ? "xyz" : "out");
     co_assembly *a = &problem->assembly;
-    int32_t status = co_assembly_check_positions(a->patches.n_cage, xyz, error);
+    int32_t status = co_placement_check(a->patches.n_cage, xyz, error);
     if (status == CURVOPT_OK)
         status = co_assembly_resolve(a, xyz, problem->tolerance, CO_TERMS_ALL, &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
@@ -233,7 +234,7 @@ int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_
         return status;
     if (n < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n is %d", n);
-    status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
+    status = co_placement_check(mesh->info.n_vertices, xyz, error);
     return status == CURVOPT_OK ? co_sample_jets(mesh, xyz, surface, n, face, corner, uv, jets, error) : status;
 }
 
@@ -264,7 +265,7 @@ int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curv
         return null_argument(error, mesh ? "xyz" : "mesh");
     int32_t status = curvopt_options_validate(options, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_check_positions(mesh->info.n_vertices, xyz, error);
+        status = co_placement_check(mesh->info.n_vertices, xyz, error);
     if (status != CURVOPT_OK)
         return status;
     curvopt_options settled = settle_options(options);

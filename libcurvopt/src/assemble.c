@@ -17,7 +17,6 @@ static const double ACCEPTABLE = 1e-2;
 static const double HYSTERESIS = 3;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
-static const double LARGEST = 1e100;      /* coordinates beyond this could overflow when squared */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
 
 static int needs_area_gradient(const co_assembly *a) {
@@ -144,28 +143,6 @@ int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_
     memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
     a->met = from->met;
     return renew_layout(a, error);
-}
-
-int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error) {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0, far = 0;
-    for (int32_t v = 0; v < n_vertices; v++)
-        for (int c = 0; c < 3; c++) {
-            double x = xyz[3 * (size_t)v + (size_t)c];
-            if (!isfinite(x) || fabs(x) > LARGEST)
-                return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
-                                      "vertex %d has coordinate %c = %g; it must be finite and at most %g", v, "xyz"[c],
-                                      x, LARGEST);
-            low[c] = fmin(low[c], x);
-            high[c] = fmax(high[c], x);
-            far = fmax(far, fabs(x));
-        }
-    for (int c = 0; c < 3; c++)
-        extent = fmax(extent, high[c] - low[c]);
-    if (extent < 1 / LARGEST || extent < 1e-10 * far)
-        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
-                              "the cage has zero area: its vertices all lie within %g of %g %g %g", extent, low[0],
-                              low[1], low[2]);
-    return CURVOPT_OK;
 }
 
 /* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */

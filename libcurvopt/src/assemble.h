@@ -63,8 +63,6 @@ void co_assembly_free(co_assembly *assembly);
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
 
-/* ERROR_GEOMETRY unless xyz [3 n_vertices] is finite and of some extent; must hold before what follows. */
-int32_t co_assembly_check_positions(int32_t n_vertices, const double *xyz, curvopt_error *error);
 /* With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
  * of a gradient is not written (`active`).
  *

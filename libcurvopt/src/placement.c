@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
+
 double co_placement_frame(size_t n, const double *xyz, double centroid[3]) {
     double squares = 0;
     centroid[0] = centroid[1] = centroid[2] = 0;
@@ -54,4 +56,26 @@ void co_placement_align(size_t n, const double *reference, double *xyz) {
         for (size_t i = 0; i < 3; i++)
             xyz[3 * p + i] = to[i] + (turn ? m[i][0] * x[0] + m[i][1] * x[1] + m[i][2] * x[2] : x[i]);
     }
+}
+
+int32_t co_placement_check(int32_t n_vertices, const double *xyz, curvopt_error *error) {
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0, far = 0;
+    for (int32_t v = 0; v < n_vertices; v++)
+        for (int c = 0; c < 3; c++) {
+            double x = xyz[3 * (size_t)v + (size_t)c];
+            if (!isfinite(x) || fabs(x) > LARGEST)
+                return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
+                                      "vertex %d has coordinate %c = %g; it must be finite and at most %g", v, "xyz"[c],
+                                      x, LARGEST);
+            low[c] = fmin(low[c], x);
+            high[c] = fmax(high[c], x);
+            far = fmax(far, fabs(x));
+        }
+    for (int c = 0; c < 3; c++)
+        extent = fmax(extent, high[c] - low[c]);
+    if (extent < 1 / LARGEST || extent < 1e-10 * far)
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
+                              "the cage has zero area: its vertices all lie within %g of %g %g %g", extent, low[0],
+                              low[1], low[2]);
+    return CURVOPT_OK;
 }

@@ -2,6 +2,8 @@
 #ifndef CO_PLACEMENT_H
 #define CO_PLACEMENT_H
 
+#include "status.h"
+
 #include <stddef.h>
 
 /* Mean of n points, and root mean square distance from it. */
@@ -10,5 +12,9 @@ double co_placement_frame(size_t n, const double *xyz, double centroid[3]);
 int co_placement_orthogonal_factor(double m[3][3]);
 /* Rotates xyz [3 n] about its centroid to lie closest to `reference` [3 n] and moves its centroid there; no scaling. */
 void co_placement_align(size_t n, const double *reference, double *xyz);
+
+/* ERROR_GEOMETRY, naming the vertex, unless xyz [3 n_vertices] is finite and of some extent: must hold before energies
+ * are evaluated. */
+int32_t co_placement_check(int32_t n_vertices, const double *xyz, curvopt_error *error);
 
 #endif

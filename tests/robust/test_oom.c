@@ -5,63 +5,9 @@
 #include "cages.h"
 #include "check.h"
 
-#include <stdatomic.h>
+#include "failing_allocator.h"
+
 #include <stdlib.h>
-
-static atomic_long allocations, live;
-static long fail_at = -1; /* number of the allocation that fails; -1: none */
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
-void __real_free(void *p);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
-void __wrap_free(void *p);
-
-static int failed_in_cholmod; /* the last failure was one of CHOLMOD's: we call neither malloc nor realloc of a block
-                                 within a solver */
-
-static int fails(void) {
-    return atomic_fetch_add(&allocations, 1) == fail_at;
-}
-
-static void *counted(void *p) {
-    if (p)
-        atomic_fetch_add(&live, 1);
-    return p;
-}
-
-void *__wrap_malloc(size_t size) {
-    failed_in_cholmod |= atomic_load(&allocations) == fail_at;
-    return fails() ? NULL : counted(__real_malloc(size));
-}
-
-void *__wrap_calloc(size_t count, size_t size) {
-    return fails() ? NULL : counted(__real_calloc(count, size));
-}
-
-void *__wrap_realloc(void *old, size_t size) {
-    if (fails()) {
-        failed_in_cholmod |= old != NULL;
-        return NULL;
-    }
-    void *p = __real_realloc(old, size);
-    return old ? p : counted(p);
-}
-
-void *__wrap_aligned_alloc(size_t alignment, size_t size) {
-    return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
-}
-
-void __wrap_free(void *p) {
-    if (p)
-        atomic_fetch_sub(&live, 1);
-    __real_free(p);
-}
 
 typedef int32_t (*work)(const cage *c, const curvopt_mesh *mesh, curvopt_error *error);
 

@@ -1,0 +1,57 @@
+/* Allocation that fails on demand. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "failing_allocator.h"
+
+#include <stdlib.h>
+
+atomic_long allocations, live;
+long fail_at = -1;
+int failed_in_cholmod;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void __real_free(void *p);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+void __wrap_free(void *p);
+
+static int fails(void) {
+    return atomic_fetch_add(&allocations, 1) == fail_at;
+}
+
+static void *counted(void *p) {
+    if (p)
+        atomic_fetch_add(&live, 1);
+    return p;
+}
+
+void *__wrap_malloc(size_t size) {
+    failed_in_cholmod |= atomic_load(&allocations) == fail_at;
+    return fails() ? NULL : counted(__real_malloc(size));
+}
+
+void *__wrap_calloc(size_t count, size_t size) {
+    return fails() ? NULL : counted(__real_calloc(count, size));
+}
+
+void *__wrap_realloc(void *old, size_t size) {
+    if (fails()) {
+        failed_in_cholmod |= old != NULL;
+        return NULL;
+    }
+    void *p = __real_realloc(old, size);
+    return old ? p : counted(p);
+}
+
+void *__wrap_aligned_alloc(size_t alignment, size_t size) {
+    return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
+}
+
+void __wrap_free(void *p) {
+    if (p)
+        atomic_fetch_sub(&live, 1);
+    __real_free(p);
+}
