@@ -110,22 +110,28 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
     return 0;
 }
 
-int pins_read(const char *path, pin_list *out, char *message, size_t size) {
+int pins_parse(FILE *file, pin_list *out, char *message, size_t size) {
     pin *list = NULL;
     int32_t n = 0;
     *out = (pin_list){0};
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        snprintf(message, size, "%s", strerror(errno));
-        return 1;
-    }
     int failed = read_lines(file, &list, &n, message, size);
-    fclose(file);
     if (!failed) {
         failed = deal_out(list, n, out);
         if (failed)
             snprintf(message, size, "out of memory");
     }
     free(list);
+    return failed;
+}
+
+int pins_read(const char *path, pin_list *out, char *message, size_t size) {
+    *out = (pin_list){0};
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        snprintf(message, size, "%s", strerror(errno));
+        return 1;
+    }
+    int failed = pins_parse(file, out, message, size);
+    fclose(file);
     return failed;
 }

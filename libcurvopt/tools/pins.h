@@ -5,6 +5,7 @@
 #include "curvopt.h"
 
 #include <stddef.h>
+#include <stdio.h>
 
 typedef struct pin_list {
     int32_t *vertices;
@@ -15,6 +16,8 @@ typedef struct pin_list {
 
 /* Reads lines "VERTEX", "VERTEX line X Y Z" or "VERTEX plane X Y Z", vertices counted from 0, `#` starting a comment.
  * Nonzero with a sentence in message if that cannot be done, or if no vertex is named. */
+int pins_parse(FILE *file, pin_list *out, char *message, size_t size);
+/* The same from a file by name. */
 int pins_read(const char *path, pin_list *out, char *message, size_t size);
 void pins_free(pin_list *pins);
 

@@ -81,6 +81,30 @@ static void evaluate(const curvopt_mesh *mesh, const input *in) {
     curvopt_problem_destroy(problem);
 }
 
+/* One step, symmetries looked for, vertex 0 sometimes pinned. */
+static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
+    const int32_t first = 0;
+    const curvopt_constraints pins = {.vertices = &first, .n = 1};
+    curvopt_error error = {0};
+    curvopt_result *result;
+    in->options.levels = in->options.max_iterations = 1;
+    in->options.constraints = pinned ? &pins : NULL;
+    int32_t status = curvopt_minimize(mesh, in->xyz, &in->options, NULL, NULL, NULL, &result, &error);
+    if (status == CURVOPT_OK) {
+        double xyz[3 * MOST_VERTICES];
+        curvopt_summary summary;
+        curvopt_result_get_summary(result, &summary);
+        curvopt_result_get_positions(result, xyz);
+        FUZZ_CHECK(summary.symmetry_order >= 1 && isfinite(summary.end.objective));
+        for (int32_t i = 0; i < 3 * in->n_vertices; i++)
+            FUZZ_CHECK(isfinite(xyz[i]));
+        FUZZ_CHECK(!pinned || memcmp(xyz, in->xyz, 3 * sizeof *xyz) == 0);
+    } else {
+        FUZZ_CHECK(error.code == status && error.message[0] && status != CURVOPT_ERROR_MEMORY);
+    }
+    curvopt_result_destroy(result);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static input in; /* what the last one left is no harm */
     curvopt_error error = {0};
@@ -99,6 +123,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FUZZ_CHECK(curvopt_mesh_refine(mesh, NULL, &fine, NULL, &error) == CURVOPT_OK);
     curvopt_mesh_destroy(fine);
     evaluate(mesh, &in);
+    minimize(mesh, &in, in.n_faces % 2);
     curvopt_mesh_destroy(mesh);
     return 0;
 }
