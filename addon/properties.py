@@ -23,8 +23,8 @@ BOUNDARIES = (
 
 SYMMETRIES = (
     ("AUTO", "Auto", "Mirror images and turns that map the cage to itself are found and kept, and make the work less"),
-    ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
     ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
+    ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
 )
 
 KEEPS = (
