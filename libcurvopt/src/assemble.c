@@ -14,6 +14,7 @@
 /* Rules at their finest may miss the wanted error, on `plane` most of all; up to this relative error a surface still
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
+static const double LUCK = 0.2; /* of errors that seem to cancel, what is claimed all the same */
 static const double HYSTERESIS = 3;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
@@ -334,12 +335,12 @@ static double objective_difference(const co_assembly *a, const patch_share *x, c
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         if (a->weights[t] > 0)
             sum += a->weights[t] * (x->term[t] - y->term[t]);
-    return fabs(sum);
+    return sum;
 }
 
 static double relative_difference(const error_measure *m, const patch_share *x, const patch_share *y) {
     const patch_share zero = {.area = 0};
-    double worst = objective_difference(m->assembly, x, y) / objective_difference(m->assembly, &m->whole, &zero);
+    double worst = fabs(objective_difference(m->assembly, x, y) / objective_difference(m->assembly, &m->whole, &zero));
     for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
         double difference = fabs((x->term[t] - y->term[t]) / m->whole.term[t]);
         if (difference > worst) /* false for terms that this surface does not have */
@@ -378,6 +379,20 @@ double co_assembly_defect(const co_assembly *a, const co_values *values) {
     return fabs(values->integral[CO_INT_K] + co_rim_turning(&a->rim, &a->patches, a->points) - a->rim.target);
 }
 
+/* What faces are off, together: errors of different sign cancel, but how far they do is luck. */
+typedef struct error_sum {
+    double net, gross;
+} error_sum;
+
+static void add_error(error_sum *e, double difference) {
+    e->net += difference;
+    e->gross += fabs(difference);
+}
+
+static double error_of(const error_sum *e) {
+    return fabs(e->net) + LUCK * e->gross;
+}
+
 static void report_energies(const co_assembly *a, const co_values *v, int third, const patch_share *coarse,
                             const patch_share *fine, curvopt_energies *out) {
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
@@ -390,12 +405,17 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
     for (int t = 0; t < 8; t++)
         out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
+    error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
     for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        out->objective_error += objective_difference(a, &coarse[p], &fine[p]);
-        out->area_error += unit * fabs(coarse[p].area - fine[p].area);
+        add_error(&objective, objective_difference(a, &coarse[p], &fine[p]));
+        add_error(&area, unit * (coarse[p].area - fine[p].area));
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            out->term_error[t] += fabs(coarse[p].term[t] - fine[p].term[t]);
+            add_error(&term[t], coarse[p].term[t] - fine[p].term[t]);
     }
+    out->objective_error = error_of(&objective);
+    out->area_error = error_of(&area);
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        out->term_error[t] += error_of(&term[t]);
 }
 
 static int compare_reals(const void *a, const void *b) {
