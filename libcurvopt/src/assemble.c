@@ -4,6 +4,7 @@
 #include "carry.h"
 #include "memory.h"
 #include "placement.h"
+#include "share.h"
 
 #include <math.h>
 #include <omp.h>
@@ -14,7 +15,6 @@
 /* Rules at their finest may miss the wanted error, on `plane` most of all; up to this relative error a surface still
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
-static const double LUCK = 0.2; /* of errors that seem to cancel, what is claimed all the same */
 static const double HYSTERESIS = 3;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
@@ -302,17 +302,11 @@ void co_assembly_factor_gradients(co_assembly *a, const double *xyz, double *are
     collect_gradient(a, 1, 0, third);
 }
 
-/* Per patch: its share in every term and in the area. */
-typedef struct patch_share {
-    double term[CURVOPT_N_TERMS]; /* third order multiplied by the whole area */
-    double area;
-} patch_share;
-
-static void store_shares(const co_layout *l, double area, int third, patch_share *out) {
+static void store_shares(const co_layout *l, double area, int third, co_share *out) {
     for (int32_t b = 0; b < l->n_blocks; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
             double term[8], integral[CO_N_INTEGRALS];
-            patch_share *share = &out[l->patch[b * l->lanes + lane]];
+            co_share *share = &out[l->patch[b * l->lanes + lane]];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = patch_sum(l, b, lane, i);
             share->area = integral[CO_INT_AREA];
@@ -322,35 +316,8 @@ static void store_shares(const co_layout *l, double area, int third, patch_share
         }
 }
 
-/* What a patch's share is off, relative to the whole: the objective's, or the worst term's. `whole` is a sum of shares.
- */
-typedef struct error_measure {
-    const co_assembly *assembly;
-    int every_term;
-    patch_share whole;
-} error_measure;
-
-static double objective_difference(const co_assembly *a, const patch_share *x, const patch_share *y) {
-    double sum = 0;
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (a->weights[t] > 0)
-            sum += a->weights[t] * (x->term[t] - y->term[t]);
-    return sum;
-}
-
-static double relative_difference(const error_measure *m, const patch_share *x, const patch_share *y) {
-    const patch_share zero = {.area = 0};
-    double worst = fabs(objective_difference(m->assembly, x, y) / objective_difference(m->assembly, &m->whole, &zero));
-    for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
-        double difference = fabs((x->term[t] - y->term[t]) / m->whole.term[t]);
-        if (difference > worst) /* false for terms that this surface does not have */
-            worst = difference;
-    }
-    return worst;
-}
-
-static error_measure measure_of(const co_assembly *a, int every_term, const patch_share *shares) {
-    error_measure m = {.assembly = a, .every_term = every_term};
+static co_share_measure measure_of(const co_assembly *a, int every_term, const co_share *shares) {
+    co_share_measure m = {.weights = a->weights, .every_term = every_term};
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
             m.whole.term[t] += shares[p].term[t];
@@ -358,7 +325,7 @@ static error_measure measure_of(const co_assembly *a, int every_term, const patc
 }
 
 /* Values of the rules one step finer, per patch. */
-static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, patch_share *shares, curvopt_error *error) {
+static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, co_share *shares, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!a->finer.n_blocks) {
         status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
@@ -379,22 +346,8 @@ double co_assembly_defect(const co_assembly *a, const co_values *values) {
     return fabs(values->integral[CO_INT_K] + co_rim_turning(&a->rim, &a->patches, a->points) - a->rim.target);
 }
 
-/* What faces are off, together: errors of different sign cancel, but how far they do is luck. */
-typedef struct error_sum {
-    double net, gross;
-} error_sum;
-
-static void add_error(error_sum *e, double difference) {
-    e->net += difference;
-    e->gross += fabs(difference);
-}
-
-static double error_of(const error_sum *e) {
-    return fabs(e->net) + LUCK * e->gross;
-}
-
-static void report_energies(const co_assembly *a, const co_values *v, int third, const patch_share *coarse,
-                            const patch_share *fine, curvopt_energies *out) {
+static void report_energies(const co_assembly *a, const co_values *v, int third, const co_share *coarse,
+                            const co_share *fine, curvopt_energies *out) {
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
@@ -405,17 +358,17 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
     for (int t = 0; t < 8; t++)
         out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
-    error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
+    co_error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
     for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        add_error(&objective, objective_difference(a, &coarse[p], &fine[p]));
-        add_error(&area, unit * (coarse[p].area - fine[p].area));
+        co_error_add(&objective, co_share_difference(a->weights, &coarse[p], &fine[p]));
+        co_error_add(&area, unit * (coarse[p].area - fine[p].area));
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            add_error(&term[t], coarse[p].term[t] - fine[p].term[t]);
+            co_error_add(&term[t], coarse[p].term[t] - fine[p].term[t]);
     }
-    out->objective_error = error_of(&objective);
-    out->area_error = error_of(&area);
+    out->objective_error = co_error_claimed(&objective);
+    out->area_error = co_error_claimed(&area);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] += error_of(&term[t]);
+        out->term_error[t] += co_error_claimed(&term[t]);
 }
 
 static int compare_reals(const void *a, const void *b) {
@@ -454,7 +407,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
     size_t n = (size_t)a->patches.n_patches;
     int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
     int32_t status = CURVOPT_ERROR_MEMORY;
-    patch_share *coarse = CO_NEW(patch_share, n), *fine = CO_NEW(patch_share, n);
+    co_share *coarse = CO_NEW(co_share, n), *fine = CO_NEW(co_share, n);
     double *patch_error = CO_NEW(double, 2 * n);
     double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
     *resolved = *changed = 0;
@@ -472,9 +425,9 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         status = evaluate_finer(a, third, &finer, fine, error);
         if (status != CURVOPT_OK)
             break;
-        error_measure measure = measure_of(a, terms == CO_TERMS_ALL, fine);
+        co_share_measure measure = measure_of(a, terms == CO_TERMS_ALL, fine);
         for (size_t p = 0; p < n; p++) {
-            patch_error[p] = relative_difference(&measure, &coarse[p], &fine[p]);
+            patch_error[p] = co_share_relative(&measure, &coarse[p], &fine[p]);
             difference += patch_error[p];
         }
         *resolved = difference <= fmax(bearable, ACCEPTABLE);

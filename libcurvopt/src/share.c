@@ -1,0 +1,34 @@
+/* Shares of patches in the energies, and what they are off. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "share.h"
+
+#include <math.h>
+
+static const double LUCK = 0.2; /* of errors that seem to cancel, what is claimed all the same */
+
+double co_share_difference(const double *weights, const co_share *x, const co_share *y) {
+    double sum = 0;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (weights[t] > 0)
+            sum += weights[t] * (x->term[t] - y->term[t]);
+    return sum;
+}
+
+double co_share_relative(const co_share_measure *m, const co_share *x, const co_share *y) {
+    const co_share zero = {.area = 0};
+    double worst = fabs(co_share_difference(m->weights, x, y) / co_share_difference(m->weights, &m->whole, &zero));
+    for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
+        double difference = fabs((x->term[t] - y->term[t]) / m->whole.term[t]);
+        if (difference > worst) /* false for terms that this surface does not have */
+            worst = difference;
+    }
+    return worst;
+}
+
+void co_error_add(co_error_sum *sum, double difference) {
+    sum->net += difference;
+    sum->gross += fabs(difference);
+}
+
+double co_error_claimed(const co_error_sum *sum) {
+    return fabs(sum->net) + LUCK * sum->gross;
+}
