@@ -1,8 +1,9 @@
 /* One level of a run.
  *
  * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out. Here every
- * accepted step is looked at: Gauss-Bonnet's defect is free, and when it grows, or after RESOLVE_EVERY steps, the rules
- * are held against finer ones. A step that looked like progress only to a rule too coarse is taken back.
+ * accepted step is looked at: Gauss-Bonnet's defect is free, and when it grows, after a long step of the strong method,
+ * or after a few steps in any case, the rules are held against finer ones. A step that looked like progress only to a
+ * rule too coarse is taken back.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "level.h"
@@ -26,7 +27,8 @@ enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are
 static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
 static const double SHIFT = 0.1;
 /* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
- * cages that distort more and more, and nowhere else, it is not. */
+ * cages that distort more and more it is not. Willmore's Hessian seldom is, and on coarse cages the least shift alone
+ * is above this. */
 static const double MOST_NEGATIVE = 1e-6;
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 6e-7;
@@ -174,7 +176,7 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     co_reduce_expand(&l->reduction, now->x, l->x);
     l->failed =
-        co_model_assemble(&l->model, l->x, l->exact, is_fixed(l) ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY, l->error);
+        co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(co_frame_gauge(l->frame, &l->hold)), l->error);
     if (l->failed != CURVOPT_OK)
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
@@ -243,7 +245,7 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     if (status == CURVOPT_OK)
         status = co_assembly_create(l->mesh, f->options, f->tables, face_weight, &l->assembly, error);
     free(face_weight);
-    l->assembly.frame_held = 1; /* here */
+    l->assembly.frame_held = 1; /* evaluate() normalizes */
     if (status == CURVOPT_OK && f->options->method != CURVOPT_METHOD_LMVM && l->reduction.n_variables)
         status = create_model(l, error);
     return status;

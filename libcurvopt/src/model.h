@@ -35,6 +35,11 @@ typedef enum co_gauge {
     CO_GAUGE_MOEBIUS     /* also inversions' infinitesimal ones: of Willmore's energy, but for discretization */
 } co_gauge;
 
+/* Those of them along which the discrete gradient vanishes, too. */
+static inline co_gauge co_gauge_exact(co_gauge gauge) {
+    return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;
+}
+
 /* assembly and reduction must outlive it; the reduction has variables. ERROR_SIZE, ERROR_MEMORY. */
 int32_t co_model_create(co_assembly *assembly, const co_reduction *reduction, co_model *out, curvopt_error *error);
 void co_model_free(co_model *model);

@@ -6,7 +6,7 @@
  * Follows: Levin, "Modified subdivision surfaces with continuous curvature", SIGGRAPH 2006 (blending a subdivision
  * surface into a polynomial over the characteristic map); Ying, Zorin 2004. Differs: blended over whole faces and by a
  * product of one-dimensional weights, so that three rings of parameters stay as they are; degree and weights by
- * experiment (tests/bench/polynomial.md).
+ * experiment (tests/bench/README.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_POLYNOMIAL_H

@@ -150,8 +150,7 @@ static int32_t check_shape(probe *p, co_gauge gauge, int differences, co_shape_c
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
     /* the gradient need not vanish along Moebius maps: they count when it comes to signs alone */
-    int32_t status =
-        co_level_factorize(l, &p->now, 1, gauge == CO_GAUGE_NONE ? gauge : CO_GAUGE_SIMILARITY, &positive, error);
+    int32_t status = co_level_factorize(l, &p->now, 1, co_gauge_exact(gauge), &positive, error);
     if (status != CURVOPT_OK)
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
@@ -197,7 +196,7 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
 
 int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, curvopt_error *error) {
     int positive;
-    co_gauge gauge = l->hold.freedom ? CO_GAUGE_NONE : CO_GAUGE_SIMILARITY;
+    co_gauge gauge = co_gauge_exact(co_frame_gauge(l->frame, &l->hold));
     *decrement = 0;
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
