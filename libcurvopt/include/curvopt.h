@@ -180,12 +180,16 @@ typedef enum curvopt_boundary {
 
 /* Whether a cage's symmetries are kept. */
 typedef enum curvopt_symmetry {
-    CURVOPT_SYMMETRY_AUTO = 0, /* those that the input cage has, to 1e-5 of its size, with its creases and constraints:
-                                  the result has them to rounding, and one of several like faces stands for all */
+    /* KEEP, but where the objective has third-order terms, whose discretization on coarse cages is often a saddle that
+     * symmetry hides (the cage's lines want to twist): there, on levels of at most 2000 vertices, symmetries are given
+     * up as long as each halving of their number brings a twentieth of the energy */
+    CURVOPT_SYMMETRY_AUTO = 0,
     CURVOPT_SYMMETRY_NONE = 1,
-    /* of those, the ones that mirror nothing: vertices on a mirror plane may leave it, and the cage's lines may twist,
-     * which third-order energies of coarse cages gain by */
-    CURVOPT_SYMMETRY_ROTATIONS = 2
+    CURVOPT_SYMMETRY_ROTATIONS =
+        2,                    /* of KEEP's, the ones that mirror nothing: vertices on a mirror plane may leave it */
+    CURVOPT_SYMMETRY_KEEP = 3 /* those that the input cage has, to 1e-5 of its size, with its creases and
+                                 constraints: the result has them to rounding, and one of several like faces
+                                 stands for all */
 } curvopt_symmetry;
 
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are
@@ -220,6 +224,10 @@ typedef struct curvopt_options {
     int32_t symmetry;                       /* curvopt_symmetry; default AUTO; as_report keeps none */
     int32_t verify;                         /* 1: the result is also looked at without its symmetries, and by a Hessian
                                                from finite differences; takes longer than the run may; default 0 */
+    int32_t escape;                         /* 1: a level of at most 5000 vertices whose shape is a saddle (verdict, all
+                                               symmetries disregarded) is left along the saddle's negative direction
+                                               and solved again, with as much symmetry as that has; default 0 */
+    int32_t reserved;                       /* 0 */
 } curvopt_options;
 
 CURVOPT_API void curvopt_options_init(curvopt_options *options);

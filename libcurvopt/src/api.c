@@ -151,9 +151,13 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_real("max_step", o->max_step, 1e-6, 100, error);
     if (status == CURVOPT_OK)
-        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_ROTATIONS, error);
+        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_KEEP, error);
     if (status == CURVOPT_OK)
         status = check_integer("verify", o->verify, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("escape", o->escape, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("reserved", o->reserved, 0, 0, error);
     return status;
 }
 

@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hierarchy.h"
 
+#include "escape.h"
 #include "memory.h"
 #include "placement.h"
 #include "refine.h"
@@ -13,8 +14,10 @@
 #include <string.h>
 #include <time.h>
 
-enum { LARGEST_CERTIFIED = 50000 };
+enum { LARGEST_CERTIFIED = 50000, LARGEST_LOOSENED = 2000, LARGEST_ESCAPE = 5000 };
 static const double STATIONARY = 1e-6; /* decrement, of the energy */
+/* Half of the symmetries is twice the work: it must bring this much of the energy. */
+static const double WORTH_HALF = 0.05;
 
 /* The whole run. */
 typedef struct run {
@@ -89,15 +92,15 @@ static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lm
     int32_t status = co_level_finish(l, now, r->xyz, end, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
-    r->result->level[r->result->summary.n_levels++] =
-        (curvopt_level_report){.energy = end->objective,
-                               .gradient_norm = co_level_relative_gradient(l, now),
-                               .level = l->number,
-                               .n_vertices = l->mesh->info.n_vertices,
-                               .iterations = solved->iterations,
-                               .evaluations = solved->evaluations + 1,
-                               .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
-                               .seconds = now_seconds() - started};
+    r->result->summary.n_levels = l->number;
+    r->result->level[l->number - 1] = (curvopt_level_report){.energy = end->objective,
+                                                             .gradient_norm = co_level_relative_gradient(l, now),
+                                                             .level = l->number,
+                                                             .n_vertices = l->mesh->info.n_vertices,
+                                                             .iterations = solved->iterations,
+                                                             .evaluations = solved->evaluations + 1,
+                                                             .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
+                                                             .seconds = now_seconds() - started};
     return CURVOPT_OK;
 }
 
@@ -150,35 +153,142 @@ static int wants_certificate(const run *r, int32_t number) {
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
-static int ends_run(const run *r, int32_t number) {
+static int stopped_early(const run *r, int32_t number) {
     int32_t stop = r->result->level[number - 1].stop;
-    return number == r->frame.options->levels || stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
+    return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
-static int32_t solve_level(run *r, int32_t number, curvopt_error *error) {
+static int ends_run(const run *r, int32_t number) {
+    return number == r->frame.options->levels || stopped_early(r, number);
+}
+
+/* One solution of a level's problem, and what it was solved with. */
+typedef struct attempt {
+    co_level level;
+    co_iterate now;
+} attempt;
+
+static void attempt_free(attempt *a) {
+    co_level_free(&a->level);
+    free(a->now.x);
+    free(a->now.gradient);
+    *a = (attempt){0};
+}
+
+/* The present mesh from `start`, with the symmetry that is kept; figures and positions into r. */
+static int32_t solve(run *r, int32_t number, const double *start, attempt *a, curvopt_error *error) {
     const curvopt_mesh *mesh = r->result->mesh;
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     double started = now_seconds();
-    co_level level = {0};
     co_lmvm_result solved;
-    co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
-    int32_t status = now.x && now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    *a = (attempt){.now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)}};
+    int32_t status = a->now.x && a->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_level_create(&r->frame, mesh, &r->symmetry, &r->constraints, r->level_start, number, &level, now.x,
-                                 error);
-    level.report = report;
-    level.user = r;
+        status =
+            co_level_create(&r->frame, mesh, &r->symmetry, &r->constraints, start, number, &a->level, a->now.x, error);
+    a->level.report = report;
+    a->level.user = r;
     if (status == CURVOPT_OK)
-        status = co_level_begin(&level, &now, error);
+        status = co_level_begin(&a->level, &a->now, error);
     if (status == CURVOPT_OK)
-        status = co_level_solve(&level, &now, &solved, error);
+        status = co_level_solve(&a->level, &a->now, &solved, error);
     if (status == CURVOPT_OK)
-        status = end_level(r, &level, &now, &solved, started, error);
+        status = end_level(r, &a->level, &a->now, &solved, started, error);
+    if (status != CURVOPT_OK)
+        attempt_free(a);
+    return status;
+}
+
+/* Among what ways down from a level's result are looked for; 0: they are not. */
+static int wants_escape(const run *r, const attempt *a, int32_t number, co_escape_among *among) {
+    const curvopt_options *o = r->frame.options;
+    int loosen = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->symmetry.order > 1 &&
+                 a->level.assembly.functional.has_third && r->result->mesh->info.n_vertices <= LARGEST_LOOSENED;
+    *among = loosen ? CO_ESCAPE_ALL : CO_ESCAPE_NORMALS;
+    return a->level.has_model && !stopped_early(r, number) &&
+           (loosen || (o->escape && r->result->mesh->info.n_vertices <= LARGEST_ESCAPE));
+}
+
+/* What a level has come to, to go back to. */
+typedef struct record {
+    curvopt_energies end;
+    curvopt_level_report level;
+    co_symmetry symmetry;
+    double *xyz;
+} record;
+
+/* What giving up symmetries must bring, of the energy. */
+static double worth_of(int32_t order, int32_t left) {
+    double worth = 0;
+    for (; order > left; order = (order + 1) / 2)
+        worth += WORTH_HALF;
+    return worth;
+}
+
+/* Goes on from some way along, with less symmetry, as `next`; *better: whether that was worth it. If not, it is undone.
+ */
+static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_down *way, attempt *next, int *better,
+                       curvopt_error *error) {
+    curvopt_level_report *level = &r->result->level[number - 1];
+    record before = {r->result->summary.end, *level, r->symmetry, r->xyz};
+    double worth = among == CO_ESCAPE_ALL ? worth_of(r->symmetry.order, way->symmetry.order) : 0;
+    *better = 0;
+    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
+    r->symmetry = way->symmetry;
+    int32_t status = r->xyz ? solve(r, number, way->xyz, next, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        *better = level->stop == CURVOPT_STOP_CANCELLED ||
+                  before.level.energy - level->energy > worth * fabs(before.level.energy);
+    if (*better) {
+        double *old_start = r->level_start;
+        r->level_start = way->xyz;
+        way->xyz = old_start;
+        way->symmetry = before.symmetry;
+        free(before.xyz);
+        level->iterations += before.level.iterations;
+        level->evaluations += before.level.evaluations;
+        level->seconds += before.level.seconds;
+    } else {
+        free(r->xyz);
+        r->xyz = before.xyz;
+        r->symmetry = before.symmetry;
+        r->result->summary.end = before.end;
+        *level = before.level;
+    }
+    return status;
+}
+
+/* The level's minimum, and further down as long as symmetries are worth giving up. `a` and `b` change places: a level's
+ * parts know each other by address. */
+static int32_t solve_and_descend(run *r, int32_t number, attempt **a, attempt **b, curvopt_error *error) {
+    co_escape_among among;
+    int better = 1;
+    int32_t status = solve(r, number, r->level_start, *a, error);
+    while (status == CURVOPT_OK && better && wants_escape(r, *a, number, &among)) {
+        co_way_down way = {0};
+        status = co_escape_find(&r->frame, r->result->mesh, &r->symmetry, &r->constraints, r->xyz, number, among, &way,
+                                error);
+        better = way.found;
+        if (status == CURVOPT_OK && way.found)
+            status = go_down(r, number, among, &way, *b, &better, error);
+        if (better) {
+            attempt *old = *a;
+            *a = *b;
+            *b = old;
+        }
+        attempt_free(*b);
+        co_escape_free(&way);
+    }
+    return status;
+}
+
+static int32_t solve_level(run *r, int32_t number, curvopt_error *error) {
+    attempt first = {0}, second = {0}, *a = &first, *b = &second;
+    int32_t status = solve_and_descend(r, number, &a, &b, error);
     if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r, number))
-        status = certify(r, &level, &now, error);
-    co_level_free(&level);
-    free(now.x);
-    free(now.gradient);
+        status = certify(r, &a->level, &a->now, error);
+    attempt_free(&first);
+    attempt_free(&second);
     return status;
 }
 
@@ -244,9 +354,7 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
         return status;
     if (r->constraints.freedom) {
         co_hold all = {0};
-        status = co_hold_copy(mesh, &r->constraints, &all, error);
-        if (status == CURVOPT_OK)
-            status = co_hold_boundary(mesh, o->boundary, &all, error);
+        status = co_hold_all(mesh, &r->constraints, o->boundary, &all, error);
         if (status == CURVOPT_OK)
             status = co_hold_check(mesh, &all, error);
         co_hold_free(&all);
@@ -255,7 +363,8 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
         return status;
     if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->symmetry, error);
-    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry == CURVOPT_SYMMETRY_AUTO, &r->symmetry, error);
+    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->symmetry,
+                              error);
 }
 
 static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {

@@ -214,6 +214,46 @@ int32_t co_hold_boundary(const curvopt_mesh *m, int32_t boundary, co_hold *hold,
     return status;
 }
 
+int32_t co_hold_all(const curvopt_mesh *m, const co_hold *constraints, int32_t boundary, co_hold *out,
+                    curvopt_error *error) {
+    int32_t status = co_hold_copy(m, constraints, out, error);
+    return status == CURVOPT_OK ? co_hold_boundary(m, boundary, out, error) : status;
+}
+
+/* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
+static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
+    memset(normal, 0, 3 * (size_t)m->info.n_vertices * sizeof *normal);
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
+                     *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
+        double *to = normal + 3 * (size_t)m->corner_vertex[h];
+        for (int c = 0; c < 3; c++) {
+            int d = (c + 1) % 3, e = (c + 2) % 3;
+            to[c] += (a[d] - p[d]) * (b[e] - p[e]) - (a[e] - p[e]) * (b[d] - p[d]);
+        }
+    }
+}
+
+int32_t co_hold_to_normals(const curvopt_mesh *m, const co_hold *constraints, const double *xyz, co_hold *out,
+                           curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    *out =
+        (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n), .anchor = CO_NEW(double, 3 * n)};
+    if (!out->freedom || !out->direction || !out->anchor) {
+        co_hold_free(out);
+        return co_status_no_memory(error);
+    }
+    cage_normals(m, xyz, out->direction);
+    for (size_t v = 0; v < n; v++) {
+        double *d = out->direction + 3 * v, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        int free = !constraints->freedom || constraints->freedom[v] == CO_FREEDOM_ALL;
+        out->freedom[v] = free && length > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+        for (int c = 0; c < 3 && length > 0; c++)
+            d[c] /= length;
+    }
+    return CURVOPT_OK;
+}
+
 int32_t co_hold_check(const curvopt_mesh *m, const co_hold *hold, curvopt_error *error) {
     for (int32_t v = 0; hold->freedom && v < m->info.n_vertices; v++)
         if (hold->freedom[v] != CO_FREEDOM_NONE)

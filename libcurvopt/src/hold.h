@@ -37,6 +37,13 @@ int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, doubl
  * coarser one's did. Rows are counted by faces: all vertices of a face that touches the row before. ERROR_MEMORY. */
 int32_t co_hold_boundary(const curvopt_mesh *mesh, int32_t boundary, co_hold *hold, curvopt_error *error);
 
+/* What is held in all: a copy of `constraints`, with what `boundary` adds. ERROR_MEMORY. */
+int32_t co_hold_all(const curvopt_mesh *mesh, const co_hold *constraints, int32_t boundary, co_hold *out,
+                    curvopt_error *error);
+/* What is held in all, and every vertex that this leaves free on the line of its normal at xyz. ERROR_MEMORY. */
+int32_t co_hold_to_normals(const curvopt_mesh *mesh, const co_hold *all, const double *xyz, co_hold *out,
+                           curvopt_error *error);
+
 /* ERROR_ARGUMENT if no vertex may move. */
 int32_t co_hold_check(const curvopt_mesh *mesh, const co_hold *hold, curvopt_error *error);
 

@@ -21,6 +21,7 @@ enum {
     LMVM_MEMORY = 12,
     RENEW_EVERY = 5,
     INVERSE_ITERATIONS = 30,
+    SADDLE_HALVINGS = 12,
     NEWTON_MEMORY = 5
 };
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
@@ -29,7 +30,7 @@ static const double SHIFT = 0.1;
 /* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
  * cages that distort more and more it is not. Willmore's Hessian seldom is, and on coarse cages the least shift alone
  * is above this. */
-static const double MOST_NEGATIVE = 1e-6;
+static const double MOST_NEGATIVE = 1e-6, MOST_NEGATIVE_THIRD = 1e-3;
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 6e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 5e-6;
@@ -162,33 +163,39 @@ static double least_shift(const co_level *l, double value) {
     return SHIFT * fabs(value) / l->mesh->info.n_vertices;
 }
 
+/* The model that was assembled, with this shift, or with so much more that it is positive definite. */
+static int32_t factorize_shifted(co_level *l, double shift, curvopt_error *error) {
+    double stiffest = co_model_mean_diagonal(&l->model);
+    int32_t status = CURVOPT_OK;
+    int positive = 0;
+    for (l->shift = shift; !positive && status == CURVOPT_OK && l->shift <= stiffest; l->shift *= positive ? 1 : 4)
+        status = co_model_factorize(&l->model, l->shift, &positive, error);
+    l->has_factor = positive && status == CURVOPT_OK;
+    return status;
+}
+
 /* The matrix of `now`, shifted (Levenberg 1944, Marquardt 1963): so little that what the matrix does not see (sliding
  * in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's size costing at
  * least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back to the cap
  * instead needs ten times as many on the curved valley floor of MVS. */
 static co_renewal renew(void *context, const co_iterate *now, double overshoot) {
     co_level *l = context;
-    int positive = 0;
     if (l->failed != CURVOPT_OK)
         return CO_RENEWAL_FAILED;
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     co_reduce_expand(&l->reduction, now->x, l->x);
-    l->failed =
-        co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(co_frame_gauge(l->frame, &l->hold)), l->error);
+    l->failed = co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(l->gauge), l->error);
     if (l->failed != CURVOPT_OK)
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
-    for (l->shift = fmax(l->shift * change, least); !positive && l->shift <= stiffest; l->shift *= positive ? 1 : 4) {
-        l->failed = co_model_factorize(&l->model, l->shift, &positive, l->error);
-        if (l->failed != CURVOPT_OK)
-            return CO_RENEWAL_FAILED;
-    }
-    l->has_factor = positive;
-    if (l->exact && l->shift > MOST_NEGATIVE * stiffest)
+    l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
+    if (l->failed != CURVOPT_OK)
+        return CO_RENEWAL_FAILED;
+    if (l->exact && l->shift > (l->assembly.functional.has_third ? MOST_NEGATIVE_THIRD : MOST_NEGATIVE) * stiffest)
         return CO_RENEWAL_GIVE_UP;
-    return positive ? CO_RENEWED : CO_RENEWAL_FAILED;
+    return l->has_factor ? CO_RENEWED : CO_RENEWAL_FAILED;
 }
 
 static int precondition(void *context, const double *in, double *out) {
@@ -269,9 +276,8 @@ int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const c
     l->working_tolerance = number < o->levels ? WORKING_FACTOR * l->tolerance : l->tolerance;
     int32_t status = l->x && l->gx && l->step && l->normalized ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_hold_copy(mesh, constraints, &l->hold, error);
-    if (status == CURVOPT_OK)
-        status = co_hold_boundary(mesh, o->boundary, &l->hold, error);
+        status = co_hold_all(mesh, constraints, o->boundary, &l->hold, error);
+    l->gauge = co_frame_gauge(frame, &l->hold);
     if (status == CURVOPT_OK)
         status = create_parts(l, symmetry, z, error);
     if (status != CURVOPT_OK)
@@ -405,18 +411,49 @@ static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_
     return status == CURVOPT_OK ? co_model_assemble(&l->model, l->x, exact, gauge, error) : status;
 }
 
-int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, co_gauge gauge, int *positive,
-                           curvopt_error *error) {
-    int32_t status = assemble_model(l, now, exact, gauge, error);
+int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
+    int32_t status = assemble_model(l, now, exact, co_gauge_exact(l->gauge), error);
     return status == CURVOPT_OK ? co_model_factorize(&l->model, least_shift(l, now->value), positive, error) : status;
 }
 
-int32_t co_level_count_negative(co_level *l, const co_iterate *now, co_gauge gauge, int32_t *n_negative,
-                                curvopt_error *error) {
+/* A step of a level's longest, or shorter by halves, either way along d; 1, and `now` is there, if one brings a
+ * decrease worth the name. trial [n_variables], d is spoilt */
+static int step_down(co_level *l, double *d, double *trial, co_iterate *now) {
+    size_t n = (size_t)l->reduction.n_variables;
+    double least = FINAL_DECREMENT * fabs(now->value);
+    double scale = l->frame->options->max_step / step_length(l, d);
+    for (int halving = 0; halving < 2 * SADDLE_HALVINGS; halving++, scale *= halving % 2 ? -0.5 : -1) {
+        memcpy(trial, now->x, n * sizeof *trial);
+        co_vector_add(n, scale, d, trial);
+        if (evaluate(l, trial, NULL) < now->value - least) {
+            memcpy(now->x, trial, n * sizeof *trial);
+            now->value = evaluate(l, now->x, now->gradient);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+int32_t co_level_leave_saddle(co_level *l, co_iterate *now, int *left, curvopt_error *error) {
+    size_t n = (size_t)l->reduction.n_variables;
+    double *d = CO_NEW(double, 2 * n);
+    *left = 0;
+    int32_t status = d ? assemble_model(l, now, 1, l->gauge, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = factorize_shifted(l, least_shift(l, now->value), error);
+    if (status == CURVOPT_OK && negative_curvature(l, now, d))
+        *left = step_down(l, d, d + n, now);
+    if (status == CURVOPT_OK)
+        status = l->failed;
+    free(d);
+    return status;
+}
+
+int32_t co_level_count_negative(co_level *l, const co_iterate *now, int32_t *n_negative, curvopt_error *error) {
     *n_negative = l->reduction.n_variables > LARGEST_COUNT ? -1 : 0;
     if (l->reduction.n_variables == 0 || *n_negative < 0)
         return CURVOPT_OK;
-    int32_t status = assemble_model(l, now, 1, gauge, error);
+    int32_t status = assemble_model(l, now, 1, l->gauge, error);
     return status == CURVOPT_OK ? co_model_count_negative(&l->model, least_shift(l, now->value), n_negative, error)
                                 : status;
 }

@@ -29,7 +29,8 @@ typedef struct co_level {
     co_values last;                      /* and what was evaluated last */
     co_model model;                      /* for a preconditioner */
     int has_model;
-    int exact; /* it is the Hessian, not the Gauss-Newton matrix */
+    co_gauge gauge; /* motions that the objective does not see */
+    int exact;      /* it is the Hessian, not the Gauss-Newton matrix */
     int has_factor;
     double shift;
     int32_t number;
@@ -62,11 +63,12 @@ double co_level_evaluate(co_level *level, const double *z, double *gradient);
 /* Motions that the objective does not see where these constraints hold. */
 co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold);
 /* The level's model becomes that of `now`, factored with the least shift. *positive: as co_model_factorize. */
-int32_t co_level_factorize(co_level *level, const co_iterate *now, int exact, co_gauge gauge, int *positive,
-                           curvopt_error *error);
+int32_t co_level_factorize(co_level *level, const co_iterate *now, int exact, int *positive, curvopt_error *error);
 /* Negative directions of the Hessian at `now`; -1 if there are too many variables to count them. */
-int32_t co_level_count_negative(co_level *level, const co_iterate *now, co_gauge gauge, int32_t *n_negative,
-                                curvopt_error *error);
+int32_t co_level_count_negative(co_level *level, const co_iterate *now, int32_t *n_negative, curvopt_error *error);
+/* From a stationary point some way along the direction in which the Hessian is most negative; *left: whether there is
+ * one that leads down. For levels that are not solved afterwards. ERROR_MEMORY. */
+int32_t co_level_leave_saddle(co_level *level, co_iterate *now, int *left, curvopt_error *error);
 double co_level_relative_gradient(const co_level *level, const co_iterate *now);
 
 #endif

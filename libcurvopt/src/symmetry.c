@@ -37,6 +37,7 @@ void co_symmetry_free(co_symmetry *s) {
     free(s->corner);
     free(s->mirrored);
     free(s->matrix);
+    free(s->product);
     *s = (co_symmetry){0};
 }
 
@@ -264,9 +265,9 @@ static int32_t find_all(search *s, curvopt_error *error) {
 
 /* --------------------------------------------------------------------------------------------------- group -- */
 
-/* table[a * order + b] = index of "b, then a"; 0 if the elements are no group. */
-static int multiply(const search *s, int32_t *table) {
-    const co_symmetry *f = &s->found;
+/* Fills the table of products; 0 if the elements are no group. */
+static int multiply(search *s) {
+    co_symmetry *f = &s->found;
     size_t n = (size_t)f->n_corners;
     for (int32_t a = 0; a < f->order; a++)
         for (int32_t b = 0; b < f->order; b++) {
@@ -276,7 +277,7 @@ static int multiply(const search *s, int32_t *table) {
                 k++;
             if (k == f->order)
                 return 0;
-            table[a * f->order + b] = k;
+            f->product[a * f->order + b] = k;
         }
     return 1;
 }
@@ -285,12 +286,12 @@ static int multiply(const search *s, int32_t *table) {
  * nearest to the mean over h of Q_gh Q_h^T, a few times, makes them multiply like the group's elements: the centre of
  * mass of what a near-homomorphism offers (Grove, Karcher, Ruh, "Jacobi fields and Finsler metrics on compact Lie
  * groups", 1974); the defect squares in each pass. */
-static void make_representation(co_symmetry *f, const int32_t *table, double *next) {
+static void make_representation(co_symmetry *f, double *next) {
     for (int pass = 0; pass < 4; pass++) {
         for (int32_t g = 0; g < f->order; g++) {
             double mean[3][3] = {{0}};
             for (int32_t h = 0; h < f->order; h++) {
-                const double *gh = f->matrix + 9 * (size_t)table[g * f->order + h], *q = f->matrix + 9 * (size_t)h;
+                const double *gh = f->matrix + 9 * (size_t)f->product[g * f->order + h], *q = f->matrix + 9 * (size_t)h;
                 for (int i = 0; i < 3; i++)
                     for (int j = 0; j < 3; j++)
                         for (int k = 0; k < 3; k++)
@@ -306,12 +307,12 @@ static void make_representation(co_symmetry *f, const int32_t *table, double *ne
 /* 1 if what was found is a group, whose matrices are then exact; 0 if not; -1 if memory is out. */
 static int complete(search *s) {
     size_t order = (size_t)s->found.order;
-    int32_t *table = CO_NEW(int32_t, order * order);
+    free(s->found.product);
+    s->found.product = CO_NEW(int32_t, order * order);
     double *next = CO_NEW(double, 9 * order);
-    int result = table && next ? multiply(s, table) : -1;
+    int result = s->found.product && next ? multiply(s) : -1;
     if (result > 0)
-        make_representation(&s->found, table, next);
-    free(table);
+        make_representation(&s->found, next);
     free(next);
     return result;
 }
@@ -368,8 +369,9 @@ int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error 
                          .n_corners = m->info.n_corners,
                          .corner = CO_NEW(int32_t, m->info.n_corners),
                          .mirrored = CO_NEW(uint8_t, 1),
-                         .matrix = CO_NEW(double, 9)};
-    if (!out->corner || !out->mirrored || !out->matrix) {
+                         .matrix = CO_NEW(double, 9),
+                         .product = CO_NEW(int32_t, 1)};
+    if (!out->corner || !out->mirrored || !out->matrix || !out->product) {
         co_symmetry_free(out);
         return co_status_no_memory(error);
     }
@@ -378,6 +380,38 @@ int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error 
     for (int k = 0; k < 3; k++)
         out->matrix[4 * k] = 1;
     return CURVOPT_OK;
+}
+
+int32_t co_symmetry_select(const co_symmetry *s, const uint8_t *member, co_symmetry *out, curvopt_error *error) {
+    size_t n = (size_t)s->n_corners, order = 0, a = 0;
+    for (int32_t g = 0; g < s->order; g++)
+        order += member[g];
+    *out = (co_symmetry){.order = (int32_t)order,
+                         .n_corners = s->n_corners,
+                         .corner = CO_NEW(int32_t, order * n),
+                         .mirrored = CO_NEW(uint8_t, order),
+                         .matrix = CO_NEW(double, 9 * order),
+                         .product = CO_NEW(int32_t, order * order)};
+    int32_t *index = CO_NEW(int32_t, s->order); /* in the subgroup */
+    int32_t status =
+        index && out->corner && out->mirrored && out->matrix && out->product ? CURVOPT_OK : co_status_no_memory(error);
+    for (int32_t g = 0, k = 0; status == CURVOPT_OK && g < s->order; g++)
+        index[g] = member[g] ? k++ : UNSET;
+    for (size_t g = 0; status == CURVOPT_OK && g < (size_t)s->order; g++) {
+        if (!member[g])
+            continue;
+        memcpy(out->corner + a * n, s->corner + g * n, n * sizeof *s->corner);
+        memcpy(out->matrix + 9 * a, s->matrix + 9 * g, 9 * sizeof *s->matrix);
+        out->mirrored[a] = s->mirrored[g];
+        for (size_t h = 0; h < (size_t)s->order; h++)
+            if (member[h])
+                out->product[a * order + (size_t)index[h]] = index[s->product[g * (size_t)s->order + h]];
+        a++;
+    }
+    free(index);
+    if (status != CURVOPT_OK)
+        co_symmetry_free(out);
+    return status;
 }
 
 int32_t co_symmetry_refine(co_symmetry *s, curvopt_error *error) {

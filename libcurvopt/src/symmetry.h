@@ -14,6 +14,7 @@ typedef struct co_symmetry {
     int32_t *corner;   /* [order][n_corners] where each corner of the mesh goes */
     uint8_t *mirrored; /* [order] whether faces come to run the other way round */
     double *matrix;    /* [order][9] orthogonal, by rows; an exact representation of the group but for rounding */
+    int32_t *product;  /* [order][order] index of "the second, then the first" */
 } co_symmetry;
 
 /* The group of `mesh` at xyz [3 n_vertices], in which every vertex comes within SYMMETRY_TOLERANCE of the cage's size
@@ -24,6 +25,8 @@ int32_t co_symmetry_create(const curvopt_mesh *mesh, const double *xyz, const co
                            co_symmetry *out, curvopt_error *error);
 /* The trivial group. ERROR_MEMORY. */
 int32_t co_symmetry_none(const curvopt_mesh *mesh, co_symmetry *out, curvopt_error *error);
+/* The subgroup of the elements marked in member [order], which must be one. ERROR_MEMORY. */
+int32_t co_symmetry_select(const co_symmetry *symmetry, const uint8_t *member, co_symmetry *out, curvopt_error *error);
 void co_symmetry_free(co_symmetry *symmetry);
 /* From a cage to its subdivision (refine.h). ERROR_MEMORY. */
 int32_t co_symmetry_refine(co_symmetry *symmetry, curvopt_error *error);

@@ -75,41 +75,6 @@ static int32_t model_decrement(co_level *l, const co_iterate *now, double *decre
     return status;
 }
 
-/* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
-static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
-    memset(normal, 0, 3 * (size_t)m->info.n_vertices * sizeof *normal);
-    for (int32_t h = 0; h < m->info.n_corners; h++) {
-        const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
-                     *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
-        double *to = normal + 3 * (size_t)m->corner_vertex[h];
-        for (int c = 0; c < 3; c++) {
-            int d = (c + 1) % 3, e = (c + 2) % 3;
-            to[c] += (a[d] - p[d]) * (b[e] - p[e]) - (a[e] - p[e]) * (b[d] - p[d]);
-        }
-    }
-}
-
-/* `constraints`, and every vertex that they leave free on the line of its normal. */
-static int32_t hold_to_normals(const curvopt_mesh *m, const co_hold *constraints, const double *xyz, co_hold *out,
-                               curvopt_error *error) {
-    size_t n = (size_t)m->info.n_vertices;
-    *out =
-        (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n), .anchor = CO_NEW(double, 3 * n)};
-    if (!out->freedom || !out->direction || !out->anchor) {
-        co_hold_free(out);
-        return co_status_no_memory(error);
-    }
-    cage_normals(m, xyz, out->direction);
-    for (size_t v = 0; v < n; v++) {
-        double *d = out->direction + 3 * v, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        int free = !constraints->freedom || constraints->freedom[v] == CO_FREEDOM_ALL;
-        out->freedom[v] = free && length > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
-        for (int c = 0; c < 3 && length > 0; c++)
-            d[c] /= length;
-    }
-    return CURVOPT_OK;
-}
-
 /* A level of its own at a cage. */
 typedef struct probe {
     co_level level;
@@ -143,32 +108,21 @@ static int32_t probe_create(const co_frame *frame, const curvopt_mesh *m, const 
     return status;
 }
 
-static int32_t check_shape(probe *p, co_gauge gauge, int differences, co_shape_check *out, curvopt_error *error) {
+static int32_t check_shape(probe *p, int differences, co_shape_check *out, curvopt_error *error) {
     int positive;
     co_level *l = &p->level;
     *out = (co_shape_check){.negative_directions = 0};
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
-    /* the gradient need not vanish along Moebius maps: they count when it comes to signs alone */
-    int32_t status = co_level_factorize(l, &p->now, 1, co_gauge_exact(gauge), &positive, error);
+    int32_t status = co_level_factorize(l, &p->now, 1, &positive, error);
     if (status != CURVOPT_OK)
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
     if (!positive)
-        return co_level_count_negative(l, &p->now, gauge, &out->negative_directions, error);
+        return co_level_count_negative(l, &p->now, &out->negative_directions, error);
     status = model_decrement(l, &p->now, &out->decrement, error);
     if (status == CURVOPT_OK && differences)
         status = difference_decrement(l, &p->now, &out->difference_decrement, error);
-    return status;
-}
-
-/* Motions that the objective does not see, whatever a level holds besides these constraints. */
-static int32_t find_gauge(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, co_hold *held,
-                          co_gauge *gauge, curvopt_error *error) {
-    int32_t status = co_hold_copy(m, constraints, held, error);
-    if (status == CURVOPT_OK)
-        status = co_hold_boundary(m, frame->options->boundary, held, error);
-    *gauge = co_frame_gauge(frame, held);
     return status;
 }
 
@@ -176,18 +130,19 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
                         const co_hold *constraints, const double *xyz, const co_level *solved, int differences,
                         co_shape_check *out, curvopt_error *error) {
     co_hold held = {0}, lines = {0};
-    co_gauge gauge;
     co_frame own = *frame;
     probe p = {0};
-    int32_t status = find_gauge(frame, m, constraints, &held, &gauge, error);
+    int32_t status = co_hold_all(m, constraints, frame->options->boundary, &held, error);
     if (!held.freedom) /* then the cage was normalized by what it is now, not by what it was at first */
         own.radius = co_placement_frame((size_t)m->info.n_vertices, xyz, own.centroid);
     if (status == CURVOPT_OK)
-        status = hold_to_normals(m, &held, xyz, &lines, error);
+        status = co_hold_to_normals(m, &held, xyz, &lines, error);
     if (status == CURVOPT_OK)
         status = probe_create(&own, m, symmetry, &lines, xyz, solved, &p, error);
     if (status == CURVOPT_OK)
-        status = check_shape(&p, gauge, differences, out, error);
+        p.level.gauge = co_frame_gauge(frame, &held); /* motion along normals does not see them either */
+    if (status == CURVOPT_OK)
+        status = check_shape(&p, differences, out, error);
     probe_free(&p);
     co_hold_free(&held);
     co_hold_free(&lines);
@@ -196,14 +151,13 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
 
 int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, curvopt_error *error) {
     int positive;
-    co_gauge gauge = co_gauge_exact(co_frame_gauge(l->frame, &l->hold));
     *decrement = 0;
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
     now->value = co_level_evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
-    int32_t status = co_level_factorize(l, now, 1, gauge, &positive, error);
+    int32_t status = co_level_factorize(l, now, 1, &positive, error);
     if (status == CURVOPT_OK && !positive)
-        status = co_level_factorize(l, now, 0, gauge, &positive, error);
+        status = co_level_factorize(l, now, 0, &positive, error);
     if (status == CURVOPT_OK && positive)
         return model_decrement(l, now, decrement, error);
     *decrement = (double)NAN;
@@ -212,19 +166,14 @@ int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, cur
 
 int32_t co_verify_count(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, const double *xyz,
                         int32_t *n_negative, curvopt_error *error) {
-    co_hold held = {0};
     co_symmetry none = {0};
-    co_gauge gauge;
     probe p = {0};
-    int32_t status = find_gauge(frame, m, constraints, &held, &gauge, error);
-    if (status == CURVOPT_OK)
-        status = co_symmetry_none(m, &none, error);
+    int32_t status = co_symmetry_none(m, &none, error);
     if (status == CURVOPT_OK)
         status = probe_create(frame, m, &none, constraints, xyz, NULL, &p, error);
     if (status == CURVOPT_OK)
-        status = co_level_count_negative(&p.level, &p.now, gauge, n_negative, error);
+        status = co_level_count_negative(&p.level, &p.now, n_negative, error);
     probe_free(&p);
     co_symmetry_free(&none);
-    co_hold_free(&held);
     return status;
 }

@@ -55,8 +55,10 @@ static const char help_text[] =
     "the\n"
     "                       report's\n"
     "  --max-iterations N   a level (default 1000)\n"
-    "  --symmetry S         auto: the cage's symmetries are kept, and make the work less (default); rotations: those\n"
-    "                       that mirror nothing; none: not looked for\n"
+    "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
+    "                       there are third-order terms only as far as it pays (default); rotations: those that\n"
+    "                       mirror nothing; none: not looked for\n"
+    "  --escape             leave a shape that is a saddle, downwards, on levels of up to 5000 vertices\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one\n"
     "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
@@ -68,7 +70,7 @@ static const char help_text[] =
 
 static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const symmetry_name[3] = {"auto", "none", "rotations"};
+static const char *const symmetry_name[4] = {"auto", "none", "rotations", "keep"};
 static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 typedef struct arguments {
@@ -173,7 +175,7 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--pin"))
         a->pins = value;
     else if (!strcmp(name, "--symmetry")) {
-        o->symmetry = find_name(symmetry_name, 3, value, strlen(value));
+        o->symmetry = find_name(symmetry_name, 4, value, strlen(value));
         return o->symmetry < 0;
     } else if (!strcmp(name, "--method")) {
         o->method = find_name(method_name, 3, value, strlen(value));
@@ -213,6 +215,8 @@ static int parse_arguments(int argc, char **argv, arguments *a) {
             a->options.as_report = 1;
         } else if (minimize && !strcmp(arg, "--verify")) {
             a->options.verify = 1;
+        } else if (minimize && !strcmp(arg, "--escape")) {
+            a->options.escape = 1;
         } else if (arg[0] == '-' && arg[1]) {
             return usage_error("unknown option", arg);
         } else if (a->input) {

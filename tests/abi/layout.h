@@ -35,7 +35,7 @@ AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
 
-SIZE(curvopt_options, 136);
+SIZE(curvopt_options, 144);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -51,6 +51,8 @@ AT(curvopt_options, max_step, 112);
 AT(curvopt_options, constraints, 120);
 AT(curvopt_options, symmetry, 128);
 AT(curvopt_options, verify, 132);
+AT(curvopt_options, escape, 136);
+AT(curvopt_options, reserved, 140);
 
 SIZE(curvopt_constraints, 32);
 AT(curvopt_constraints, vertices, 0);

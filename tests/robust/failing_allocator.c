@@ -1,7 +1,10 @@
 /* Allocation that fails on demand. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "failing_allocator.h"
 
+#include "check.h"
+
 #include <stdlib.h>
+#include <string.h>
 
 atomic_long allocations, live;
 long fail_at = -1;
@@ -54,4 +57,26 @@ void __wrap_free(void *p) {
     if (p)
         atomic_fetch_sub(&live, 1);
     __real_free(p);
+}
+
+void fail_every_allocation(failing_run *run, void *context, long least) {
+    curvopt_error error;
+    CHECK_OK(run(context, &error), &error); /* whatever OpenMP keeps for good is there now */
+    long blocks = atomic_load(&live), n = 0, met;
+    do {
+        memset(&error, 0, sizeof error);
+        atomic_store(&allocations, 0);
+        failed_in_cholmod = 0;
+        fail_at = n;
+        int32_t status = run(context, &error);
+        fail_at = -1;
+        met = atomic_load(&allocations);
+        if (met > n && !(status == CURVOPT_OK && failed_in_cholmod))
+            CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
+        else
+            CHECK_OK(status, &error);
+        CHECK_INT(atomic_load(&live), blocks);
+        n++;
+    } while (met >= n);
+    CHECK_TRUE(n > least); /* a lower bound on what was tried: the wrapping works */
 }

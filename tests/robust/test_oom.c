@@ -85,6 +85,19 @@ static int32_t minimize(const cage *c, const curvopt_mesh *mesh, curvopt_error *
     return status;
 }
 
+/* Everything that a run can be asked for besides. */
+static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    curvopt_result *result;
+    o.levels = 1;
+    o.verify = o.escape = 1;
+    o.tolerance = 0.5;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
 static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     static const int32_t face = 0, corner = 0;
     static const double uv[2] = {0.3, 0.2};
@@ -92,32 +105,23 @@ static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *erro
     return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_PLANE, 1, &face, &corner, uv, out, error);
 }
 
-/* Fails allocation 0, 1, 2, ... until a run gets by without meeting the one that would fail. CHOLMOD gets
- * over some of its own failures (it gives memory back by reallocating, and tries another ordering): such runs, and no
- * others, may come to their end. */
+/* A cage and what is done with it. */
+typedef struct task {
+    cage c;
+    curvopt_mesh *mesh;
+    work run;
+} task;
+
+static int32_t run_task(void *context, curvopt_error *error) {
+    task *t = context;
+    return t->run(&t->c, t->mesh, error);
+}
+
 static void fail_each(cage c, work run, long least) {
-    curvopt_mesh *mesh = cage_mesh(&c);
-    curvopt_error error;
-    CHECK_OK(run(&c, mesh, &error), &error); /* whatever OpenMP keeps for good is there now */
-    long blocks = atomic_load(&live), n = 0, met;
-    do {
-        memset(&error, 0, sizeof error);
-        atomic_store(&allocations, 0);
-        failed_in_cholmod = 0;
-        fail_at = n;
-        int32_t status = run(&c, mesh, &error);
-        fail_at = -1;
-        met = atomic_load(&allocations);
-        if (met > n && !(status == CURVOPT_OK && failed_in_cholmod))
-            CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
-        else
-            CHECK_OK(status, &error);
-        CHECK_INT(atomic_load(&live), blocks);
-        n++;
-    } while (met >= n);
-    CHECK_TRUE(n > least); /* a lower bound on what was tried: the wrapping works */
-    curvopt_mesh_destroy(mesh);
-    cage_free(&c);
+    task t = {c, cage_mesh(&c), run};
+    fail_every_allocation(run_task, &t, least);
+    curvopt_mesh_destroy(t.mesh);
+    cage_free(&t.c);
 }
 
 static void test_mesh_creation_survives_every_failure(void **state) {
@@ -147,6 +151,11 @@ static void test_minimization_survives_every_failure(void **state) {
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
 }
 
+static void test_minimization_with_all_options_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_torus(4, 3, 1, 0.45), minimize_and_look_round, 500);
+}
+
 static void test_sampling_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_tetrahedron(), jets, 30);
@@ -171,6 +180,7 @@ int main(void) {
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_evaluation_of_blended_surfaces_survives_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
+        cmocka_unit_test(test_minimization_with_all_options_survives_every_failure),
         cmocka_unit_test(test_sampling_survives_every_failure),
         cmocka_unit_test(test_cancel_flag_survives_failure),
     };

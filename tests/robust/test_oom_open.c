@@ -41,38 +41,28 @@ static int32_t run(const cage *c, int minimize, curvopt_error *error) {
     return status;
 }
 
-static void fail_in_turn(int minimize) {
+static int32_t run_evaluation(void *context, curvopt_error *error) {
+    return run(context, 0, error);
+}
+
+static int32_t run_minimization(void *context, curvopt_error *error) {
+    return run(context, 1, error);
+}
+
+static void fail_in_turn(failing_run *run_it) {
     cage c = cage_cube();
-    curvopt_error error;
-    CHECK_OK(run(&c, minimize, &error), &error); /* whatever OpenMP keeps for good is there now */
-    long blocks = atomic_load(&live), n = 0, met;
-    do {
-        memset(&error, 0, sizeof error);
-        atomic_store(&allocations, 0);
-        failed_in_cholmod = 0;
-        fail_at = n;
-        int32_t status = run(&c, minimize, &error);
-        fail_at = -1;
-        met = atomic_load(&allocations);
-        if (met > n && !(status == CURVOPT_OK && minimize && failed_in_cholmod))
-            CHECK_REFUSED(status, &error, CURVOPT_ERROR_MEMORY, -1, "memory");
-        else
-            CHECK_OK(status, &error);
-        CHECK_INT(atomic_load(&live), blocks);
-        n++;
-    } while (met >= n);
-    CHECK_TRUE(n > 50);
+    fail_every_allocation(run_it, &c, 50);
     cage_free(&c);
 }
 
 static void test_evaluation_survives_every_failure(void **state) {
     (void)state;
-    fail_in_turn(0);
+    fail_in_turn(run_evaluation);
 }
 
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
-    fail_in_turn(1);
+    fail_in_turn(run_minimization);
 }
 
 int main(void) {

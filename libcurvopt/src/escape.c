@@ -1,0 +1,103 @@
+/* Away from saddles that symmetry hides.
+ *
+ * A minimum among cages of some symmetry is stationary among all cages, but need not be a minimum there: the Hessian
+ * may be negative in directions that break the symmetry. What such a direction keeps of it is a subgroup (Golubitsky,
+ * Stewart, Schaeffer, "Singularities and groups in bifurcation theory II", 1988, chapter XIII); the largest ones are
+ * tried first, so that no more symmetry is lost than must be, and no more time.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "escape.h"
+
+#include "memory.h"
+#include "placement.h"
+#include "subgroup.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Where to look from. */
+typedef struct place {
+    const co_frame *frame;
+    const curvopt_mesh *mesh;
+    const co_hold *constraints; /* within which a way is looked for */
+    co_gauge gauge;
+    const double *xyz;
+    int32_t number;
+} place;
+
+void co_escape_free(co_way_down *way) {
+    co_symmetry_free(&way->symmetry);
+    free(way->xyz);
+    *way = (co_way_down){0};
+}
+
+/* Looks for a way among cages with this symmetry; if there is one, xyz is some way along. */
+static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, int *found, curvopt_error *error) {
+    size_t n = 3 * (size_t)p->mesh->info.n_vertices;
+    co_level level = {0};
+    co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
+    *found = 0;
+    int32_t status = now.x && now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_level_create(p->frame, p->mesh, symmetry, p->constraints, p->xyz, p->number, &level, now.x, error);
+    if (status == CURVOPT_OK)
+        status = co_level_begin(&level, &now, error);
+    level.gauge = p->gauge;
+    if (status == CURVOPT_OK && level.reduction.n_variables)
+        status = co_level_leave_saddle(&level, &now, found, error);
+    if (status == CURVOPT_OK && *found)
+        co_level_to_user(&level, now.x, level.last.integral[CO_INT_AREA], xyz);
+    co_level_free(&level);
+    free(now.x);
+    free(now.gradient);
+    return status;
+}
+
+static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, co_way_down *out, curvopt_error *error) {
+    co_subgroups groups = {0};
+    int32_t status = co_subgroups_create(symmetry, &groups, error);
+    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < groups.n; k++) {
+        co_symmetry_free(&out->symmetry);
+        status =
+            co_symmetry_select(symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &out->symmetry, error);
+        if (status == CURVOPT_OK)
+            status = look(p, &out->symmetry, out->xyz, &out->found, error);
+    }
+    co_subgroups_free(&groups);
+    return status;
+}
+
+int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
+                       const co_hold *constraints, const double *xyz, int32_t number, co_escape_among among,
+                       co_way_down *out, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    co_hold held = {0}, lines = {0};
+    co_symmetry none = {0};
+    co_frame own = *frame;
+    place p = {.frame = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
+    *out = (co_way_down){.xyz = CO_NEW(double, 3 * n)};
+    int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_hold_all(m, constraints, frame->options->boundary, &held, error);
+    p.gauge = co_frame_gauge(frame, &held);
+    if (!held.freedom)
+        own.radius = co_placement_frame(n, xyz, own.centroid);
+    if (status == CURVOPT_OK && among == CO_ESCAPE_NORMALS) {
+        p.constraints = &lines;
+        status = co_hold_to_normals(m, &held, xyz, &lines, error);
+    }
+    if (status == CURVOPT_OK)
+        status = co_symmetry_none(m, &none, error);
+    if (status == CURVOPT_OK) /* is there one at all? */
+        status = look(&p, &none, out->xyz, &out->found, error);
+    if (status == CURVOPT_OK && out->found) {
+        out->found = 0;
+        status = look_in_subgroups(&p, symmetry, out, error);
+    }
+    co_symmetry_free(&none);
+    co_hold_free(&held);
+    co_hold_free(&lines);
+    if (status != CURVOPT_OK)
+        co_escape_free(out);
+    return status;
+}

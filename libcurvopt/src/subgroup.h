@@ -1,0 +1,19 @@
+/* The subgroups of a cage's symmetries. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SUBGROUP_H
+#define CO_SUBGROUP_H
+
+#include "symmetry.h"
+
+/* One of each class of conjugate subgroups, the largest first, the whole group the first of all. */
+typedef struct co_subgroups {
+    int32_t n;
+    int32_t n_elements; /* of the whole group */
+    uint8_t *member;    /* [n][n_elements] */
+    int32_t *order;     /* [n] */
+} co_subgroups;
+
+/* At most LARGEST_COUNT classes; what is beyond is left out. ERROR_MEMORY. */
+int32_t co_subgroups_create(const co_symmetry *symmetry, co_subgroups *out, curvopt_error *error);
+void co_subgroups_free(co_subgroups *subgroups);
+
+#endif
