@@ -1,0 +1,268 @@
+/* What the library costs, as JSON on standard output; run.py makes tables of it.
+ *
+ *   curvopt_bench [--quick] [--largest FACES]
+ *
+ * Every figure is the least of several runs, a kernel's between two measurements of the peak: what else the machine
+ * does makes times longer, never shorter. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "peak.h"
+
+#include "model.h"
+#include "placement.h"
+
+#include <malloc.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+
+int flops_forward(int third);
+int flops_adjoint(int third);
+
+typedef struct settings {
+    double seconds; /* for each figure */
+    int32_t largest;
+} settings;
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void stop(const char *what) {
+    fprintf(stderr, "curvopt_bench: %s\n", what);
+    exit(1);
+}
+
+static void must(int32_t status, const curvopt_error *error) {
+    if (status != CURVOPT_OK)
+        stop(error->message);
+}
+
+/* ---------------------------------------------------------------------------------------------- kernels -- */
+
+static double peak_rate(const char *kernel) {
+    double (*run)(long, double *) = !strcmp(kernel, "avx512") ? peak_avx512
+                                    : !strcmp(kernel, "avx2") ? peak_avx2
+                                                              : peak_portable;
+    double best = 0, sink = 0;
+    for (int k = 0; k < 20; k++) {
+        double start = now(), flops = run(100000, &sink), rate = flops / (now() - start);
+        best = rate > best ? rate : best;
+    }
+    return sink == 0.5 ? 0 : best;
+}
+
+/* A patch in every lane: its points on a wavy plane, as they lie round a vertex. */
+static void place_points(double *xyz, int32_t n) {
+    for (int32_t i = 0; i < n; i++) {
+        double x = 0.1 * (i % 7), y = 0.1 * (i / 7);
+        xyz[3 * i] = x + 0.01 * (i % 3);
+        xyz[3 * i + 1] = y;
+        xyz[3 * i + 2] = 0.3 * x * x - 0.2 * y * y + 0.1 * x * y + 0.05 * x * x * y;
+    }
+}
+
+/* Least time of one sweep. */
+static double time_sweep(const co_sweep_kernel *kernel, const co_sweep *sweep, double seconds) {
+    double best = 1e9, end = now() + seconds;
+    do {
+        double start = now();
+        for (int k = 0; k < 8; k++)
+            kernel->run(sweep);
+        double t = (now() - start) / 8;
+        best = t < best ? t : best;
+    } while (now() < end);
+    return best;
+}
+
+/* Operations a sample: rows times points and back, and the formula; the area's gradient has two more rows. */
+static double flops_of(const co_sweep *s) {
+    int rows = s->third ? 9 : 5, n = s->table->n_points;
+    double flops = 2.0 * 3 * rows * n + flops_forward(s->third);
+    if (s->gradient)
+        flops += 2.0 * 3 * rows * n + flops_adjoint(s->third) + (s->area_gradient ? 2.0 * 3 * 2 * n : 0);
+    return flops;
+}
+
+static void bench_kernel(const char *name, int32_t surface, int32_t valence, int third, const settings *set) {
+    const co_sweep_kernel *kernel = co_sweep_select(name);
+    curvopt_error error;
+    co_table *table;
+    if (!kernel)
+        return;
+    must(co_table_create(surface, valence, 1, &table, &error), &error);
+    size_t lanes = (size_t)kernel->lanes, n = (size_t)table->n_points;
+    double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * lanes, sizeof *sums),
+           *gradients = calloc(6 * n * lanes, sizeof *gradients),
+           *work = aligned_alloc(64, 9 * n * lanes * sizeof *work);
+    int32_t *points = calloc(n * lanes, sizeof *points);
+    if (!xyz || !sums || !gradients || !work || !points)
+        stop("out of memory");
+    place_points(xyz, table->n_points);
+    for (size_t i = 0; i < n * lanes; i++)
+        points[i] = (int32_t)(i / lanes);
+    co_sweep sweep = {.table = table, .points = points, .xyz = xyz, .eps4 = 1e-8, .third = third,
+                      .sums = sums, .gradients = gradients, .work = work};
+    if (third)
+        sweep.integrand.f1 = 0.625, sweep.integrand.f3 = 0.625, sweep.integrand.x = 0.75;
+    else
+        sweep.integrand.h2 = 1;
+    for (int gradient = 0; gradient < 2; gradient++) {
+        sweep.gradient = gradient;
+        sweep.area_gradient = gradient && third;
+        double peak = peak_rate(name), t = time_sweep(kernel, &sweep, set->seconds);
+        double again = peak_rate(name), samples = (double)lanes * table->n_samples;
+        peak = again > peak ? again : peak;
+        printf(" {\"kind\": \"kernel\", \"kernel\": \"%s\", \"surface\": %d, \"valence\": %d, \"third\": %d, "
+               "\"gradient\": %d, \"points\": %d, \"samples\": %d, \"ns_per_sample\": %.2f, \"flops\": %.0f, "
+               "\"gflops\": %.2f, \"peak_gflops\": %.2f},\n",
+               name, surface, valence, third, gradient, table->n_points, table->n_samples, 1e9 * t / samples,
+               flops_of(&sweep), 1e-9 * flops_of(&sweep) * samples / t, 1e-9 * peak);
+    }
+    co_table_destroy(table);
+    free(xyz);
+    free(sums);
+    free(gradients);
+    free(work);
+    free(points);
+}
+
+/* ---------------------------------------------------------------------------------------- whole surfaces -- */
+
+static curvopt_options options_of(int third, int threads) {
+    curvopt_options o;
+    curvopt_options_init(&o);
+    o.weights[CURVOPT_TERM_WILLMORE] = !third;
+    o.weights[CURVOPT_TERM_MVS] = third;
+    o.threads = threads;
+    o.tolerance = 1e-3;
+    return o;
+}
+
+static double peak_megabytes(void) {
+    struct rusage use;
+    getrusage(RUSAGE_SELF, &use);
+    return (double)use.ru_maxrss / 1024;
+}
+
+/* Least time of energy and gradient of a torus net. Creating the problem and its first evaluation, which settles the
+ * rules, count as set-up. */
+static void bench_faces(int32_t n_u, int32_t n_v, int third, int threads, const settings *set) {
+    curvopt_error error;
+    curvopt_energies e;
+    curvopt_problem *problem;
+    cage c = cage_torus(n_u, n_v, 1, 0.5);
+    double start = now();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_options o = options_of(third, threads);
+    double *gradient = calloc(3 * (size_t)c.n_vertices, sizeof *gradient);
+    if (!gradient)
+        stop("out of memory");
+    must(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+    must(curvopt_problem_evaluate(problem, c.xyz, &e, gradient, &error), &error);
+    double set_up = now() - start, best = 1e9, end = now() + 4 * set->seconds;
+    do {
+        start = now();
+        must(curvopt_problem_evaluate(problem, c.xyz, &e, gradient, &error), &error);
+        best = now() - start < best ? now() - start : best;
+    } while (now() < end);
+    printf(" {\"kind\": \"faces\", \"faces\": %d, \"third\": %d, \"threads\": %d, \"ns_per_face\": %.1f, "
+           "\"samples\": %d, \"set_up_s\": %.3f, \"peak_mb\": %.0f},\n",
+           c.n_faces, third, threads, 1e9 * best / c.n_faces, e.n_samples, set_up, peak_megabytes());
+    free(gradient);
+    curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Matrix of a cage: assembly of both kinds, analysis with the first factor, another factor, a solution. */
+static void bench_matrix(int32_t n_u, int32_t n_v, int third, int threads) {
+    curvopt_error error;
+    cage c = cage_torus(n_u, n_v, 1, 0.5);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_options o = options_of(third, threads);
+    co_hold hold = {0};
+    co_symmetry none = {0};
+    co_reduction reduction;
+    co_table_cache tables;
+    co_assembly assembly;
+    co_model model;
+    size_t n = 3 * (size_t)c.n_vertices;
+    double centroid[3], radius = co_placement_frame(n / 3, c.xyz, centroid), times[5], *b = calloc(n, sizeof *b);
+    int positive;
+    o.surface = third ? CURVOPT_SURFACE_POLYNOMIAL : CURVOPT_SURFACE_LIMIT;
+    if (!b)
+        stop("out of memory");
+    for (size_t i = 0; i < n; i++)
+        c.xyz[i] = (c.xyz[i] - centroid[i % 3]) / radius;
+    co_table_cache_create(o.surface, &tables);
+    must(co_symmetry_none(mesh, &none, &error), &error);
+    must(co_reduce_create(mesh, &none, &hold, c.xyz, &reduction, &error), &error);
+    must(co_assembly_create(mesh, &o, &tables, NULL, &assembly, &error), &error);
+    times[0] = now();
+    must(co_model_create(&assembly, &reduction, &model, &error), &error);
+    times[0] = now() - times[0];
+    for (int exact = 0; exact < 2; exact++) {
+        must(co_model_assemble(&model, c.xyz, exact, CO_GAUGE_SIMILARITY, &error), &error);
+        times[1 + exact] = now();
+        must(co_model_assemble(&model, c.xyz, exact, CO_GAUGE_SIMILARITY, &error), &error);
+        times[1 + exact] = now() - times[1 + exact];
+    }
+    must(co_model_assemble(&model, c.xyz, 0, CO_GAUGE_SIMILARITY, &error), &error);
+    double shift = 1e-3 * co_model_mean_diagonal(&model);
+    for (int k = 0; k < 2; k++) { /* the second one is what a run pays */
+        times[3] = now();
+        must(co_model_factorize(&model, shift, &positive, &error), &error);
+        times[3] = now() - times[3];
+    }
+    b[0] = 1;
+    times[4] = now();
+    must(co_model_solve(&model, b, b, &error), &error);
+    times[4] = now() - times[4];
+    printf(" {\"kind\": \"matrix\", \"vertices\": %d, \"third\": %d, \"threads\": %d, \"create_s\": %.4f, "
+           "\"gauss_newton_s\": %.4f, \"hessian_s\": %.4f, \"factor_s\": %.4f, \"solve_s\": %.5f},\n",
+           c.n_vertices, third, threads, times[0], times[1], times[2], times[3], times[4]);
+    co_model_free(&model);
+    co_assembly_free(&assembly);
+    co_table_cache_free(&tables);
+    co_reduce_free(&reduction);
+    co_symmetry_free(&none);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+    free(b);
+}
+
+int main(int argc, char **argv) {
+    static const char *const kernels[3] = {"portable", "avx2", "avx512"};
+    settings set = {.seconds = 0.5, .largest = 1000000};
+    for (int i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], "--quick"))
+            set = (settings){.seconds = 0.01, .largest = 2000};
+        else if (!strcmp(argv[i], "--largest") && i + 1 < argc)
+            set.largest = atoi(argv[++i]);
+        else
+            stop("usage: curvopt_bench [--quick] [--largest FACES]");
+    }
+    printf("[\n");
+    for (int k = 0; k < 3; k++)
+        for (int third = 0; third < 2; third++) {
+            bench_kernel(kernels[k], CURVOPT_SURFACE_LIMIT, 4, third, &set);
+            for (int32_t valence = 3; valence <= 6; valence += valence == 3 ? 2 : 1) {
+                bench_kernel(kernels[k], CURVOPT_SURFACE_POLYNOMIAL, valence, third, &set);
+                bench_kernel(kernels[k], CURVOPT_SURFACE_PLANE, valence, third, &set);
+            }
+        }
+    for (int32_t n_v = 22; 2 * n_v * n_v <= set.largest; n_v = n_v * 1000 / 316) /* 10^3, 10^4, ... faces */
+        for (int third = 0; third < 2; third++)
+            for (int threads = 1; threads <= 2; threads++)
+                bench_faces(2 * n_v, n_v, third, threads, &set);
+    for (int32_t n_v = 16; n_v <= (set.largest < 10000 ? 16 : 64); n_v *= 2)
+        for (int third = 0; third < 2; third++)
+            for (int threads = 1; threads <= 2; threads++)
+                bench_matrix(2 * n_v, n_v, third, threads);
+    printf(" {\"kind\": \"end\"}\n]\n");
+    return 0;
+}
