@@ -5,7 +5,7 @@ import ctypes as C
 
 HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that this file mirrors
 
-TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area")  # by curvopt_term
+TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "mean_curvature")  # by curvopt_term
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
 VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict

@@ -158,7 +158,9 @@ typedef enum curvopt_term {
     CURVOPT_TERM_VARIATION = 3,     /* A int |grad h|^2 dA */
     CURVOPT_TERM_MEHLUM_TARROU = 4, /* A int (1/pi) int_0^{2 pi} kappa'(theta)^2 dtheta dA */
     CURVOPT_TERM_AREA = 5,          /* A / (root mean square distance of the cage's vertices from their centroid)^2 */
-    CURVOPT_N_TERMS = 6
+    CURVOPT_TERM_MEAN = 6,          /* int H^2 dA, H = (k1 + k2) / 2; a quarter of Willmore's and a constant on closed
+                                       surfaces, but 0 on open ones that are minimal */
+    CURVOPT_N_TERMS = 7
 } curvopt_term;
 
 typedef enum curvopt_method {

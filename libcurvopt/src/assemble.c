@@ -272,12 +272,8 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
         run_blocks(a, &a->layout, &f->second, 0, 0);
         total(a, &a->layout, out);
-        double area = out->integral[CO_INT_AREA];
-        integrand = (co_integrand){.area = f->second.area,
-                                   .h2 = f->second.h2,
-                                   .f1 = area * f->third.f1,
-                                   .f3 = area * f->third.f3,
-                                   .x = area * f->third.x};
+        integrand = f->second;
+        co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
     }
     run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
     total(a, &a->layout, out);

@@ -12,27 +12,31 @@ static const co_integrand term_integrand[CURVOPT_N_TERMS] = {
     [CURVOPT_TERM_VARIATION] = {.f1 = 4.0 / 3, .f3 = 4},
     [CURVOPT_TERM_MEHLUM_TARROU] = {.f1 = 1, .f3 = 1},
     [CURVOPT_TERM_AREA] = {.area = 1},
+    [CURVOPT_TERM_MEAN] = {.h2 = 0.25, .gauss = 0.5}, /* H^2 = (h2 + 2 K) / 4 */
 };
 
 static int is_third(int term) {
-    return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA;
+    return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA && term != CURVOPT_TERM_MEAN;
 }
 
 static double integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
-    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->f1 * integral[CO_INT_F1] +
-           w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
+    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K] +
+           w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
+}
+
+void co_integrand_add(co_integrand *to, double factor, const co_integrand *from) {
+    to->area += factor * from->area;
+    to->h2 += factor * from->h2;
+    to->gauss += factor * from->gauss;
+    to->f1 += factor * from->f1;
+    to->f3 += factor * from->f3;
+    to->x += factor * from->x;
 }
 
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
     co_functional f = {0};
     for (int t = 0; t < CURVOPT_N_TERMS; t++) {
-        const co_integrand *from = &term_integrand[t];
-        co_integrand *to = is_third(t) ? &f.third : &f.second;
-        to->area += weights[t] * from->area;
-        to->h2 += weights[t] * from->h2;
-        to->f1 += weights[t] * from->f1;
-        to->f3 += weights[t] * from->f3;
-        to->x += weights[t] * from->x;
+        co_integrand_add(is_third(t) ? &f.third : &f.second, weights[t], &term_integrand[t]);
         if (weights[t] > 0)
             *(is_third(t) ? &f.has_third : &f.has_second) = 1;
     }

@@ -31,9 +31,9 @@ typedef enum co_integral {
     CO_N_INTEGRALS
 } co_integral;
 
-/* Weights of an integrand over 1, h2, F1, F3, X. */
+/* Weights of an integrand over 1, h2, K, F1, F3, X; |gauss| <= 2 h2, so that the second order is never negative. */
 typedef struct co_integrand {
-    double area, h2, f1, f3, x;
+    double area, h2, gauss, f1, f3, x;
 } co_integrand;
 
 /* Objective = second + area * third, each an integrand. */
@@ -43,6 +43,8 @@ typedef struct co_functional {
     int has_second, has_third;
 } co_functional;
 
+/* to += factor * from */
+void co_integrand_add(co_integrand *to, double factor, const co_integrand *from);
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
 /* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);

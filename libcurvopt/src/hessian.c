@@ -348,11 +348,9 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessi
     double area = values.integral[CO_INT_AREA];
     double third = f->third.f1 * values.integral[CO_INT_F1] + f->third.f3 * values.integral[CO_INT_F3] +
                    f->third.x * values.integral[CO_INT_X];
-    co_integrand integrand = {.area = f->second.area + (f->has_third ? third : 0),
-                              .h2 = f->second.h2,
-                              .f1 = area * f->third.f1,
-                              .f3 = area * f->third.f3,
-                              .x = area * f->third.x};
+    co_integrand integrand = f->second;
+    co_integrand_add(&integrand, area, &f->third);
+    integrand.area += f->has_third ? third : 0;
     for (int32_t first = 0; first < h->layout.n_blocks; first += CHUNK_BLOCKS) {
         int32_t n = h->layout.n_blocks - first;
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;

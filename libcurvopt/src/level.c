@@ -48,7 +48,7 @@ co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
     if (hold->freedom)
         return CO_GAUGE_NONE;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE)
+        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
             return CO_GAUGE_SIMILARITY;
     return CO_GAUGE_MOEBIUS;
 }

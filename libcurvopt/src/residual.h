@@ -1,9 +1,9 @@
 /* The integrands as sums of squares, for Gauss-Newton. Included by sweep.c only, as curvature.h.
  *
- * h2 is h11^2 + 2 h12^2 + h22^2. A third-order integrand a |F1|^2 + b |F3|^2 + c X is, with M F3 = (P A3 + R B3,
- * R A3 - P B3), P + i R = q^2 |q|^2 / (|q|^4 + eps^4) and |M|^2 = P^2 + R^2,
- *     a |F1 + c / (2 a) M F3|^2 + (b - c^2 |M|^2 / (4 a)) |F3|^2 ;
- * here F1 = (A1, B1), F3 = (A3, B3). Each square is multiplied by J: the residual carries sqrt(J).
+ * a h2 + b K is (a / 2 + b / 4) (h11 + h22)^2 + (a / 2 - b / 4) (h11 - h22)^2 + (2 a - b) h12^2. A third-order
+ * integrand a |F1|^2 + b |F3|^2 + c X is, with M F3 = (P A3 + R B3, R A3 - P B3), P + i R = q^2 |q|^2 / (|q|^4 + eps^4)
+ * and |M|^2 = P^2 + R^2, a |F1 + c / (2 a) M F3|^2 + (b - c^2 |M|^2 / (4 a)) |F3|^2 ; here F1 = (A1, B1), F3 = (A3,
+ * B3). Each square is multiplied by J: the residual carries sqrt(J).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_RESIDUAL_H
@@ -16,10 +16,15 @@ enum { RESIDUALS_SECOND = 3, RESIDUALS_THIRD = 4 };
 /* Adjoint of residual `which` (0..2 second order, 3..6 third) at one sample: S_bar [1..9]. */
 CO_LANE_INLINE void adjoint_residual_second(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, int which,
                                             lane S_bar[CO_JET][3]) {
-    lane root = lane_sqrt(m->J), h_bar[3] = {{0}, {0}, {0}};
-    double factor = sqrt(which == 1 ? 2 * w->h2 : w->h2);
-    h_bar[which] = factor * root;
-    adjoint_forms(S, m, 0, NULL, h_bar, 0.5 * factor * m->h[which] / root, S_bar);
+    const double weight[3] = {0.5 * w->h2 + 0.25 * w->gauss, 2 * w->h2 - w->gauss, 0.5 * w->h2 - 0.25 * w->gauss};
+    const double of_h[3][3] = {{1, 0, 1}, {0, 1, 0}, {1, 0, -1}};
+    lane root = lane_sqrt(m->J), h_bar[3], value = {0};
+    double factor = weight[which] > 0 ? sqrt(weight[which]) : 0; /* 0 may come out a little less */
+    for (int k = 0; k < 3; k++) {
+        value += of_h[which][k] * m->h[k];
+        h_bar[k] = factor * of_h[which][k] * root;
+    }
+    adjoint_forms(S, m, 0, NULL, h_bar, 0.5 * factor * value / root, S_bar);
 }
 
 CO_LANE_INLINE void adjoint_residual_third(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,

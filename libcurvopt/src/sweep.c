@@ -193,7 +193,7 @@ CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, 
         accumulate(t, i, third, &state, &value, sums);
         if (!s->gradient)
             continue;
-        lane density = s->integrand.h2 * value.h2;
+        lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
         if (third)
             density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
         adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[i], s->integrand.area * t->area_weight[i],
@@ -365,7 +365,7 @@ CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, in
     sample_state state;
     sample_values value;
     forward_second(S, &state, &value);
-    lane density = s->integrand.h2 * value.h2;
+    lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
     if (third) {
         forward_third(S, s->eps4, &state, &value);
         density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;

@@ -4,8 +4,8 @@
 #include <math.h>
 
 const char *const json_surface_name[4] = {"auto", "limit", "plane", "polynomial"};
-const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore",  "mvs",           "mvs_cross",
-                                                     "variation", "mehlum_tarrou", "area"};
+const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore",      "mvs",  "mvs_cross",     "variation",
+                                                     "mehlum_tarrou", "area", "mean_curvature"};
 
 static void put_number(FILE *f, const char *key, double x, const char *after) {
     if (isfinite(x))

@@ -23,6 +23,7 @@ BUILD = Path(os.environ.get("CURVOPT_BUILD", ROOT / "build" / "release"))
 LONG = os.environ.get("CURVOPT_LONG") == "1"
 
 TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou")
+WEIGHTS = (*TERMS, "area", "mean_curvature")  # by curvopt_term
 SURFACES = {"auto": 0, "limit": 1, "plane": 2, "polynomial": 3}
 METHODS = {"auto": 0, "lmvm": 1}
 I32, F64, PTR = C.c_int32, C.c_double, C.c_void_p
@@ -68,7 +69,7 @@ class Energies(C.Structure):
 
     def value(self, name: str) -> float:
         """A term or field by name."""
-        return self.term[TERMS.index(name)] if name in TERMS else getattr(self, name)
+        return self.term[WEIGHTS.index(name)] if name in WEIGHTS and name != "area" else getattr(self, name)
 
 
 class Progress(C.Structure):
@@ -237,7 +238,7 @@ def options(weights: dict[str, float] | str = "willmore", surface: str = "auto",
     out = Options()
     library().curvopt_options_init(C.byref(out))
     weights = {weights: 1.0} if isinstance(weights, str) else weights
-    for i, name in enumerate(TERMS):
+    for i, name in enumerate(WEIGHTS):
         out.weights[i] = weights.get(name, 0.0)
     out.surface = SURFACES[surface]
     for name, value in fields.items():

@@ -24,7 +24,7 @@ CAGES = {
 }
 LADDER = [0.016 * 2.0 ** -k for k in range(7)]  # in mean edges
 CASES = [(name, "limit", "willmore") for name in CAGES]
-CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou")]
+CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou", "mean_curvature")]
 CASES += [(name, "plane", term) for name in CAGES for term in ("willmore", "mvs", "mvs_cross")]
 TRIED = 24 if lib.LONG else 6
 

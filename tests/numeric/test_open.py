@@ -270,6 +270,28 @@ def test_catenoid(capsys):
     assert held.end.term[0] < held.start.term[0]
 
 
+def test_soap_film_in_a_held_boundary(capsys):
+    """`mean_curvature` with positions alone held: int H^2 goes to 0, from a shaken net, with the spline's
+    order 4, and the surface is the catenoid: the boundary layer of the fitted net is minimized away."""
+    left, distance = [], []
+    for n in (8, 16, 32):
+        mesh = catenoid(n, 3 * n // 4)
+        rng = np.random.default_rng(n)
+        inside = np.arange(mesh.n_vertices) // n % (3 * n // 4) > 0
+        shaken = mesh.with_xyz(mesh.xyz + 0.1 / n * inside[:, None] * rng.normal(size=mesh.xyz.shape))
+        result = lib.minimize(shaken, "mean_curvature", levels=1, boundary=0)
+        end = result.summary.end
+        assert end.objective == pytest.approx(end.h2, rel=1e-9) and end.objective >= 0
+        left.append(end.h2)
+        face = rng.integers(0, result.mesh.n_faces, 500)
+        at = lib.jets(result.mesh, face, 0 * face, rng.uniform(0, 1, (500, 2)))[:, 0]
+        distance.append(np.abs(np.hypot(at[:, 0], at[:, 1]) - np.cosh(at[:, 2])).max())
+    orders = [np.log2(np.array(x[:-1]) / x[1:]) for x in (left, distance)]
+    with capsys.disabled():
+        print(f"\n  soap film: int H^2 {left} orders {orders[0]}; distance {distance} orders {orders[1]}")
+    assert (np.array(orders) > 2.3).all() and (np.array(orders) < 4.6).all() and left[-1] < 1e-4 and distance[-1] < 3e-5
+
+
 def hemisphere(levels: int) -> tuple[Mesh, np.ndarray]:
     """The upper half of a subdivided cube: its boundary near the equator, tangent planes along it vertical, the
     rest roughly on the sphere; and which vertices are in the two rows of the boundary."""
