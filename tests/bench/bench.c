@@ -104,8 +104,14 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
     place_points(xyz, table->n_points);
     for (size_t i = 0; i < n * lanes; i++)
         points[i] = (int32_t)(i / lanes);
-    co_sweep sweep = {.table = table, .points = points, .xyz = xyz, .eps4 = 1e-8, .third = third,
-                      .sums = sums, .gradients = gradients, .work = work};
+    co_sweep sweep = {.table = table,
+                      .points = points,
+                      .xyz = xyz,
+                      .eps4 = 1e-8,
+                      .third = third,
+                      .sums = sums,
+                      .gradients = gradients,
+                      .work = work};
     if (third)
         sweep.integrand.f1 = 0.625, sweep.integrand.f3 = 0.625, sweep.integrand.x = 0.75;
     else
