@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every cage of the gallery must be: closed, manifold, outward, of its genus, symmetric, well shaped."""
+"""What every cage of the gallery must be: manifold, closed or with whole open ends, outward, of its genus, symmetric, well shaped."""
 
 from __future__ import annotations
 
@@ -38,16 +38,18 @@ class Figures:
 
 
 def check_cage(
-    vertices: np.ndarray, faces: Faces, euler: int, group: np.ndarray, edge_ratio: float
+    vertices: np.ndarray, faces: Faces, euler: int, open_ends: int, group: np.ndarray, edge_ratio: float
 ) -> tuple[Figures, list[str]]:
-    """Measures a cage, vertices (n, 3), against its Euler characteristic and its symmetry group (m, 3, 3).
+    """Measures a cage, vertices (n, 3), against its Euler characteristic, its number of open ends
+    and its symmetry group (m, 3, 3).
 
     `edge_ratio` bounds a face's longest edge over its shortest. Returns the figures and one sentence per fault.
     """
-    faults = _topology_faults(len(vertices), faces)
+    faults = _topology_faults(len(vertices), faces, open_ends)
     edges = {frozenset(edge) for face in faces for edge in _edges(face)}
-    valences = Counter(i for face in faces for i in face)
-    extraordinary = {i for i, valence in valences.items() if valence != 4}
+    valences = Counter(i for edge in edges for i in edge)
+    rim = {i for end in _open_ends(faces) for i in end}
+    extraordinary = {i for i, valence in valences.items() if valence != (3 if i in rim else 4)}
     shapes = [_face_shape(vertices[list(face)]) for face in faces]
     figures = Figures(
         vertices=len(vertices),
@@ -84,12 +86,31 @@ def _edges(face: tuple[int, ...]) -> list[tuple[int, int]]:
     return list(zip(face, face[1:] + face[:1]))
 
 
-def _topology_faults(n_vertices: int, faces: Faces) -> list[str]:
-    """Sentences on edges without exactly two opposite faces and on vertices without exactly one fan."""
+def _open_ends(faces: Faces) -> list[list[int]]:
+    """Vertices of each closed chain of edges that have one face only, in order; a chain that does not close is given
+    as far as it goes."""
+    directed = {edge for face in faces for edge in _edges(face)}
+    after = {b: a for a, b in directed if (b, a) not in directed}
+    ends = []
+    while after:
+        end = [next(iter(after))]
+        while (following := after.pop(end[-1], end[0])) != end[0]:
+            end.append(following)
+        ends.append(end)
+    return ends
+
+
+def _topology_faults(n_vertices: int, faces: Faces, open_ends: int) -> list[str]:
+    """Sentences on edges without exactly two opposite faces, but for those of so many open ends, and on vertices without
+    exactly one fan."""
     faults = []
     directed = Counter(edge for face in faces for edge in _edges(face))
+    ends = _open_ends(faces)
+    if len(ends) != open_ends:
+        faults.append(f"it has {len(ends)} open ends, not {open_ends}")
+    rim = {(b, a) for end in ends for a, b in zip(end, end[1:] + end[:1])}
     for (a, b), count in directed.items():
-        if count != 1 or directed[b, a] != 1:
+        if count != 1 or directed[b, a] != ((a, b) not in rim):
             faults.append(f"edge {a}-{b} has {count} faces on one side and {directed[b, a]} on the other")
     following: dict[int, dict[int, int]] = defaultdict(dict)
     for face in faces:
@@ -99,13 +120,14 @@ def _topology_faults(n_vertices: int, faces: Faces) -> list[str]:
             following[here][after] = before
     for vertex in range(n_vertices):
         fan = following.get(vertex, {})
-        start = here = next(iter(fan), None)
+        start = here = next((i for i in fan if i not in fan.values()), next(iter(fan), None))  # at a rim: its first
         steps = 0
         while here in fan and steps < len(fan):
             here, steps = fan[here], steps + 1
             if here == start:
                 break
-        if not fan or here != start or steps != len(fan):
+        closes = here == start or (start not in fan.values() and here not in fan)
+        if not fan or not closes or steps != len(fan):
             faults.append(f"vertex {vertex} has {steps} of its {len(fan)} faces in one fan")
     return faults
 

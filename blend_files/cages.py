@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gallery's control cages as plain numbers, without Blender.
 
-Every cage is (vertices (n, 3) float64, faces as tuples of indices): closed, manifold, counter-clockwise seen from
-outside, symmetric to rounding. CATALOGUE names them; make_blends.py turns them into .blend files.
+Every cage is (vertices (n, 3) float64, faces as tuples of indices): manifold, closed or with smooth open ends,
+counter-clockwise seen from outside, symmetric to rounding. CATALOGUE names them; make_blends.py turns them into .blend files.
 
     python3 cages.py --check            check every cage, one line each
     python3 cages.py --obj DIR          write DIR/NAME.obj with all digits
@@ -138,6 +138,21 @@ def pretzel() -> Cage:
     return np.stack([x, y + 0.1 * x * z, z + 0.09 * x**2], axis=1), faces
 
 
+def branch() -> Cage:
+    """A hand-made branching pipe, open at its three ends, each arm of another length and bend; no symmetry."""
+    cells = {(i, 0, 0) for i in range(-2, 3)} | {(0, 0, k) for k in range(1, 4)}
+    vertices, faces = polycube(cells)
+    ends = ((0, -2.0), (0, 3.0), (2, 4.0))  # (axis, coordinate) of the caps that are taken away
+    faces = [face for face in faces if not any((vertices[list(face), axis] == at).all() for axis, at in ends)]
+    x, y, z = (vertices - [0.5, 0.5, 0.5]).T
+    along, up = np.abs(x) > 0.6, z > 0.6
+    wide = np.where(up, 1.25 - 0.09 * z, np.where(along, 1.0 - 0.08 * np.abs(x) + 0.05 * x, 1.15))
+    bent_x = np.where(up, wide * x + 0.12 * (z - 0.5) ** 2, x + 0.06 * x**2 * np.sign(x))
+    bent_y = wide * y + np.where(up, 0.1 * (z - 0.5) ** 2, 0.07 * x**2)
+    bent_z = np.where(up, 1.05 * z, wide * z - np.where(along, 0.14 * x**2 - 0.02 * x**3, 0.0))
+    return np.stack([bent_x, bent_y, bent_z], axis=1), faces
+
+
 def trefoil(around: int = 36, tube: int = 4, radius: float = 0.5) -> Cage:
     """A trefoil knot's tube of genus 1, framed by the torus that the knot winds around."""
     t = 2 * np.pi * np.arange(around) / around
@@ -161,8 +176,14 @@ class Entry:
     title: str
     make: Callable[[], Cage]
     genus: int
+    open_ends: int = 0
     triangle: np.ndarray | None = None  # corners (3, 3) whose mirrors generate the symmetry group; None: no mirrors
     edge_ratio: float = 4.0  # of a face's longest edge to its shortest, at most
+
+    @property
+    def euler(self) -> int:
+        """V - E + F."""
+        return 2 - 2 * self.genus - self.open_ends
 
     def group(self) -> np.ndarray:
         """The symmetry group's elements (n, 3, 3); the identity alone without a triangle."""
@@ -172,21 +193,22 @@ class Entry:
 def _catalogue() -> dict[str, Entry]:
     """Every cage by the name of its file."""
     entries: dict[str, Entry] = {}
-    for percent in (10, 15, 20, 30, 40, 50, 60, 70, 85, 90):
+    for percent in (10, 15, 20, 30, 40, 50, 60, 70, 80, 85, 90):
         ratio = percent / 100
         entries[f"torus_{percent:03d}"] = Entry(
-            f"Torus, ratio {ratio}, 8 x 4", lambda ratio=ratio: torus(ratio), 1, triangle_hosohedron(8), 17.0
+            f"Torus, ratio {ratio}, 8 x 4", lambda ratio=ratio: torus(ratio), 1, 0, triangle_hosohedron(8), 17.0
         )
     for around, tube in ((6, 4), (8, 8), (12, 6), (16, 8)):
         entries[f"torus_050_{around}x{tube}"] = Entry(
             f"Torus, ratio 0.5, {around} x {tube}",
             lambda around=around, tube=tube: torus(0.5, around, tube),
             1,
+            0,
             triangle_hosohedron(around),
         )
     for genus in range(1, 7):
         entries[f"lawson_g{genus}"] = Entry(
-            f"Lawson, genus {genus}", lambda genus=genus: lawson(genus), genus, triangle_hosohedron(genus + 1)
+            f"Lawson, genus {genus}", lambda genus=genus: lawson(genus), genus, 0, triangle_hosohedron(genus + 1)
         )
     for file, solid, genus in (
         ("tetrahedral_g3", "tetrahedron", 3),
@@ -194,11 +216,12 @@ def _catalogue() -> dict[str, Entry]:
         ("octahedral_g7", "octahedron", 7),
     ):
         title = f"Frame of a{'n' if solid[0] == 'o' else ''} {solid}, genus {genus}"
-        entries[file] = Entry(title, lambda solid=solid: polyhedral(solid), genus, TRIANGLES[solid])
-    entries["sphere_cube"] = Entry("Sphere from a cube", sphere_cube, 0, TRIANGLES["cube"])
+        entries[file] = Entry(title, lambda solid=solid: polyhedral(solid), genus, 0, TRIANGLES[solid])
+    entries["sphere_cube"] = Entry("Sphere from a cube", sphere_cube, 0, 0, TRIANGLES["cube"])
     entries["mug_g1"] = Entry("Mug, free form", mug, 1)
     entries["trefoil_g1"] = Entry("Trefoil knot, free form", trefoil, 1)
     entries["pretzel_g2"] = Entry("Pretzel, free form", pretzel, 2)
+    entries["branch_open"] = Entry("Branching pipe, open, free form", branch, 0, 3)
     return entries
 
 
@@ -228,7 +251,7 @@ def check_all(names: list[str]) -> int:
     for name in names:
         entry = CATALOGUE[name]
         vertices, faces = entry.make()
-        figures, faults = check_cage(vertices, faces, 2 - 2 * entry.genus, entry.group(), entry.edge_ratio)
+        figures, faults = check_cage(vertices, faces, entry.euler, entry.open_ends, entry.group(), entry.edge_ratio)
         print(f"{name:<16} {figures}")
         for fault in faults:
             print(f"cages: {name}: {fault}", file=sys.stderr)

@@ -26,22 +26,7 @@ sys.path.insert(0, str(HERE))
 
 from cages import CATALOGUE, Cage, read_obj, write_obj
 
-COMMITTED = (
-    "torus_015",
-    "torus_030",
-    "torus_050",
-    "torus_085",
-    "lawson_g2",
-    "lawson_g3",
-    "lawson_g5",
-    "tetrahedral_g3",
-    "cubical_g5",
-    "octahedral_g7",
-    "sphere_cube",
-    "mug_g1",
-    "trefoil_g1",
-    "pretzel_g2",
-)
+COMMITTED = tuple(name for name in CATALOGUE if name != "lawson_g1")  # that one is a torus again
 MAX_BYTES = 300_000
 ROUNDING = 1e-14  # sines differ in their last digit from machine to machine
 SINGLE_ROUNDING = 1e-7  # a mesh in Blender keeps single precision
