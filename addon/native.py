@@ -394,6 +394,7 @@ class Result(_Handle):
             Energies.from_c(raw.start), Energies.from_c(raw.end), raw.seconds, STOPS[raw.stop],
             Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
             raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
+            raw.free_negative_directions, raw.all_negative_directions,
         )  # fmt: skip
 
     def level(self, index: int) -> LevelReport:

@@ -113,7 +113,8 @@ class Verification:
 
 @dataclass(frozen=True)
 class Summary:
-    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none."""
+    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the last two are -1 without
+    options.verify."""
 
     start: Energies
     end: Energies
@@ -124,3 +125,5 @@ class Summary:
     n_vertices: int
     n_faces: int
     symmetry_order: int
+    free_negative_directions: int
+    all_negative_directions: int

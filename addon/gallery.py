@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+r"""The report's tables, figures and open questions, from the committed cages, as one HTML page:
+
+    blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR [--only NAME ...] [--jobs N]
+
+What is finished in DIR, and whose inputs, code and library have not changed, is not made again; a run that is killed
+loses the items in work and nothing else. Exit code 0: done, 1: something could not be made (said on stderr), 2: wrong
+usage. Run with -P this file is no part of a package, so it loads its own folder as one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+if TYPE_CHECKING:
+    from .values import Cage
+
+
+class GalleryError(RuntimeError):
+    """The gallery cannot be made; the message is a sentence."""
+
+
+def _part(name: str) -> ModuleType:
+    """Another file of the add-on, by name."""
+    package = __package__
+    if not package:
+        package, here = "curvopt_gallery", Path(__file__).resolve().parent
+        if package not in sys.modules:
+            spec = importlib.util.spec_from_file_location(
+                package, here / "__init__.py", submodule_search_locations=[str(here)]
+            )
+            sys.modules[package] = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(sys.modules[package])
+    return importlib.import_module(f"{package}.{name}")
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """The command line behind `--`. Exits with 2 if it is wrong."""
+    listed = _part("gallery_items")
+    names = (*listed.GROUPS, *listed.all_cages())
+    parser = argparse.ArgumentParser(prog="gallery.py", description="Make the gallery, or what of it is missing.")
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="where the gallery is, or is to be")
+    parser.add_argument(
+        "--only", nargs="+", choices=names, metavar="NAME",
+        help=f"only these tables ({', '.join(listed.TABLES)}), figures, answers ({', '.join(listed.ANSWERS)}; all of "
+        "them: answers) or rows of tables, by their cages",
+    )  # fmt: skip
+    parser.add_argument("--jobs", type=_count, default=os.cpu_count(), metavar="N",
+                        help="calculations at a time (default: one a core)")  # fmt: skip
+    measure = listed.Measure()
+    parser.add_argument("--levels", type=_level, default=measure.levels, help="of the tables (default %(default)s)")
+    parser.add_argument("--width", type=_count, default=measure.width, help="pixels of a cell (default %(default)s)")
+    parser.add_argument("--samples", type=_count, default=measure.samples, help="a pixel (default %(default)s)")
+    parser.add_argument("--cages", type=Path, metavar="DIR", default=Path(__file__).resolve().parents[1] / "blend_files",
+                        help="the .blend files and cages.py (default: blend_files beside the add-on)")  # fmt: skip
+    return parser.parse_args(arguments)
+
+
+def _count(text: str) -> int:
+    if not (text.isdigit() and 1 <= int(text) <= 10_000):
+        raise argparse.ArgumentTypeError(f"{text!r} is no count")
+    return int(text)
+
+
+def _level(text: str) -> int:
+    if not (text.isdigit() and 1 <= int(text) <= 5):
+        raise argparse.ArgumentTypeError(f"{text!r} is not 1 to 5")
+    return int(text)
+
+
+def read_cage(folder: Path, name: str) -> Cage:
+    """The cage of FOLDER/NAME.blend. GalleryError if there is none."""
+    path, cage = folder / f"{name}.blend", _part("cage")
+    if not path.is_file():
+        raise GalleryError(f"The cage {path} is missing.")
+    with bpy.data.libraries.load(str(path)) as (there, here):
+        here.objects = [found for found in there.objects if found == name]
+    if not here.objects:
+        raise GalleryError(f"{path} holds no object '{name}'.")
+    obj = here.objects[0]
+    try:
+        return _part("values").Cage(cage.read_positions(obj.data), *cage.read_faces(obj.data))
+    finally:
+        mesh = obj.data
+        bpy.data.objects.remove(obj)
+        bpy.data.meshes.remove(mesh)
+
+
+def cage_maker(folder: Path) -> Callable[..., Cage]:
+    """Calls a function of FOLDER/cages.py by name; what it makes as a Cage. GalleryError if that file is missing."""
+    path, values = folder / "cages.py", _part("values")
+    if not path.is_file():
+        raise GalleryError(f"{path} is missing.")
+    spec = importlib.util.spec_from_file_location("curvopt_cages", path)
+    sys.modules["curvopt_cages"] = cages = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(cages)
+
+    def call(kind: str, *arguments: object, **changes: object) -> Cage:
+        vertices, faces = getattr(cages, kind)(*arguments, **changes)
+        sizes = np.array([len(face) for face in faces], np.int32)
+        return values.Cage(vertices, sizes, np.concatenate([np.array(face, np.int32) for face in faces]))
+
+    return call
+
+
+def make(options: argparse.Namespace) -> bool:
+    """Make what was asked for and the page; whether nothing failed."""
+    listed, stored, schedule = _part("gallery_items"), _part("gallery_store"), _part("gallery_schedule")
+    pictures, library = _part("gallery_pictures"), _part("native").library()
+    start = time.monotonic()
+    store = stored.Store(options.output.resolve(), stored.library_version(library.path, library.version))
+    cages = {name: read_cage(options.cages, name) for name in listed.all_cages()}
+    measure = listed.Measure(options.levels, options.width, options.samples)
+    items = listed.items(cages, cage_maker(options.cages), measure, pictures.DRAW)
+    wanted = [item.name for item in items if not options.only or item.tags & set(options.only)]
+    with _quiet_blender() as say:
+        outcome = schedule.run(schedule.with_needs(items, wanted), store, options.jobs, say)
+    shown = stored.keys(items, store.version)
+    fresh = {item.name for item in items if store.fresh(item, shown[item.name])}
+    page = _part("gallery_page").write(store, fresh, {item.name: item for item in items})
+    for name, why in outcome.failed.items():
+        print(f"gallery: {name} could not be made: {why}", file=sys.stderr)
+    _say(sys.stdout.fileno(), f"{len(outcome.made)} made, {len(outcome.fresh)} finished before, {len(outcome.failed)} failed, "
+        f"{time.monotonic() - start:.0f} s: {page}")  # fmt: skip
+    return not outcome.failed
+
+
+@contextmanager
+def _quiet_blender() -> Iterator[Callable[[str], None]]:
+    """Keeps what Blender says of every step of every render off standard output; the gallery's own lines are for the
+    function that this gives."""
+    out = sys.stdout.fileno()
+    sys.stdout.flush()
+    kept, nowhere = os.dup(out), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, out)
+    try:
+        yield lambda text: _say(kept, text)
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, out)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def _say(out: int, text: str) -> None:
+    """A line of progress, at once."""
+    os.write(out, f"gallery: {text}\n".encode())
+
+
+def main(arguments: list[str]) -> int:
+    """The exit code."""
+    options = parse(arguments)
+    native, job = _part("native"), _part("job")
+    try:
+        return 0 if make(options) else 1
+    except (GalleryError, native.LibraryError, native.CurvoptError, OSError) as error:
+        print(job.sentence(str(error)), file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []))

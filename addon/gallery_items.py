@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gallery's list: which cages stand in which table, and every item with what it needs. No bpy until items draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from . import gallery_answers, gallery_profile, gallery_solve, gallery_torus
+from .gallery_store import Item, Store
+from .values import Cage
+
+Draw = Callable[[Store, Item], object]
+
+TABLES = {
+    "table1": tuple(f"torus_{percent:03d}" for percent in range(10, 100, 10)),
+    "table2": (
+        *(f"lawson_g{genus}" for genus in range(2, 7)),
+        "tetrahedral_g3", "cubical_g5", "octahedral_g7",
+    ),
+    "shapes": ("sphere_cube", "mug_g1", "trefoil_g1", "pretzel_g2", "branch_open"),
+}  # fmt: skip
+REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
+ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
+GROUPS = (*TABLES, "figures", "answers", *ANSWERS)
+SADDLES = ("tetrahedral_g3", "cubical_g5")
+SHAPE_LEVELS = 3  # free forms have no symmetry: the fourth level takes minutes and changes nothing that shows
+CROSS_NETS = ((6, 4), (8, 6), (8, 8), (12, 12), (16, 8), (16, 16), (32, 32))
+SHAKES = (0.003, 0.01, 0.03)  # of the size
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What the command line chooses: levels of an optimization, pixels of a cell's width, samples per pixel."""
+
+    levels: int = 4
+    width: int = 300
+    samples: int = 48
+
+
+def all_cages() -> tuple[str, ...]:
+    """Every cage that some table shows."""
+    return tuple(name for names in TABLES.values() for name in names)
+
+
+def solve_name(cage: str, energy: str, setting: str) -> str:
+    """The item that minimizes `energy` from a cage with a setting."""
+    return f"solve.{cage}.{energy}.{setting}"
+
+
+def shaken_name(cage: str, energy: str, share: float) -> str:
+    """The item that minimizes again from a minimizer which was shaken."""
+    return f"shaken.{cage}.{energy}.{round(1000 * share)}"
+
+
+def columns(table: str) -> list[tuple[str, str]]:
+    """(energy, setting) of a table's minimizers, left to right."""
+    settings = ("default", "report") if table in REPORT_TABLES else ("default",)
+    return [(energy, setting) for setting in settings for energy in gallery_solve.ENERGIES]
+
+
+def items(
+    cages: Mapping[str, Cage], make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]
+) -> list[Item]:
+    """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
+    functions of cages.py; `draw` has the functions that need Blender: "row", "sheet", "flat", "refined", "look"."""
+
+    def torus(ratio: float, around: int, tube: int) -> Cage:
+        return make("torus", ratio, around, tube, interpolate=True)
+
+    found: list[Item] = []
+    for table, names in TABLES.items():
+        for name in names:
+            found += _row(table, name, cages[name], measure, draw["row"])
+        found.append(_sheet(table, names, measure, draw["sheet"]))
+    found += _figures(make("sphere_cube", 2), measure, draw)
+    found += _answers_on_tori(torus, measure)
+    found += _answer_plane(cages, measure)
+    found += _answer_saddles(cages, measure, draw["look"])
+    return found
+
+
+def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
+    """The cage's figures, its minimizers and their picture."""
+    tags, cages = frozenset({table, name}), {name: cage}
+    levels = measure.levels if table in REPORT_TABLES else min(measure.levels, SHAPE_LEVELS)
+    parts = [Item(f"input.{name}", gallery_solve.inputs_figures, {}, tags, cages=cages, cost=0.2)]
+    for energy, setting in columns(table):
+        inputs = {"energy": energy, "setting": setting, "levels": levels}
+        cost = (1.5 if energy == "willmore" else 20.0) if setting == "report" else 4.0
+        parts.append(
+            Item(solve_name(name, energy, setting), gallery_solve.minimize, inputs, tags, cages=cages, cost=cost)
+        )
+    inputs = {"table": table, "cage": name, "width": measure.width, "samples": measure.samples}
+    needs, picture = tuple(part.name for part in parts), f"pictures/row.{name}.png"
+    return [*parts, Item(f"row.{name}", draw, inputs, tags, needs, (picture,), True, 25.0, cages)]
+
+
+def _sheet(table: str, names: tuple[str, ...], measure: Measure, draw: Draw) -> Item:
+    needs = tuple(f"row.{name}" for name in names)
+    inputs = {"table": table, "width": measure.width, "samples": measure.samples}
+    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, (f"pictures/{table}.png",), True, 5.0)
+
+
+def _figures(sphere: Cage, measure: Measure, draw: Mapping[str, Draw]) -> list[Item]:
+    """The report's figures 1 to 3, on a sphere of few vertices."""
+    cages = {"sphere": sphere}
+    tags, inputs = frozenset({"figures"}), {"width": measure.width, "samples": measure.samples}
+    return [
+        Item("figure.flat", draw["flat"], inputs, tags, (), ("pictures/figure1.png",), True, 30.0, cages),
+        Item("figure.refined", draw["refined"], inputs, tags, (), ("pictures/figure2.png",), True, 30.0, cages),
+        Item("figure.blend", gallery_answers.blend_functions, {}, tags, (), ("pictures/figure3.svg",), cost=0.1),
+    ]
+
+
+def _answers_on_tori(torus: Callable[..., Cage], measure: Measure) -> list[Item]:
+    """(a) Willmore by ratio and net; (b) and (c) third order by net and level."""
+    parts: list[Item] = []
+
+    def add(answer: str, net: tuple[int, int], ratio: float, energy: str, setting: str, levels: int) -> None:
+        name = f"{answer}.{net[0]}x{net[1]}.{round(1000 * ratio):03d}.{setting}.{levels}"
+        inputs = {"energy": energy, "setting": setting, "levels": levels, "net": net, "ratio": ratio}
+        tags = frozenset({"answers", answer})
+        cages = {name: torus(ratio, *net)}
+        parts.append(Item(name, gallery_solve.minimize, inputs, tags, cages=cages, cost=1.5))
+
+    for net in ((8, 4), (8, 8)):
+        for ratio in (0.02, 0.05, *(k / 10 for k in range(1, 10)), 0.95, 0.98):
+            add("tori", net, ratio, "willmore", "report", measure.levels)
+    for answer, energy in (("cross", "mvs_cross"), ("mvs", "mvs")):
+        for net in CROSS_NETS:
+            add(answer, net, 0.5, energy, "default", 1)
+        for levels in range(2, measure.levels + 2):
+            add(answer, (8, 4), 0.5, energy, "default", levels)
+    profile = Item(
+        "tori.profile", gallery_profile.scan, {"levels": measure.levels}, frozenset({"answers", "tori"}), cost=60.0
+    )
+    curves = [
+        Item(f"{answer}.curves", gallery_torus.curves, {"energy": energy}, frozenset({"answers", answer}),
+             cages={f"{m}x{n}.{round(1000 * ratio)}": torus(ratio, m, n) for m, n in CROSS_NETS for ratio in RATIOS},
+             cost=3.0)
+        for answer, energy in (("cross", "mvs_cross"), ("mvs", "mvs"))
+    ]  # fmt: skip
+    return [*parts, profile, *curves, *_plots(parts)]
+
+
+RATIOS = tuple(round(0.05 * k, 2) for k in range(2, 18))
+
+
+def _plots(parts: list[Item]) -> list[Item]:
+    """The plots of the answers on tori."""
+    found = []
+    for answer, work, more in (
+        ("tori", gallery_torus.plot_tori, ("tori.profile",)),
+        ("cross", gallery_torus.plot_third, ("cross.curves",)),
+        ("mvs", gallery_torus.plot_third, ("mvs.curves",)),
+    ):
+        needs = tuple(part.name for part in parts if answer in part.tags) + more
+        tags, picture = frozenset({"answers", answer}), f"pictures/{answer}.svg"
+        found.append(Item(f"answer.{answer}", work, {"answer": answer}, tags, needs, (picture,), cost=0.2))
+    return found
+
+
+def _answer_plane(cages: Mapping[str, Cage], measure: Measure) -> list[Item]:
+    """(d): the minimizers of `plane` beside those of `polynomial`."""
+    tags, parts, pairs = frozenset({"answers", "plane"}), [], []
+    for name in (*TABLES["table2"], "sphere_cube"):
+        for energy in ("mvs", "mvs_cross"):
+            level = measure.levels if name != "sphere_cube" else min(measure.levels, SHAPE_LEVELS)
+            inputs = {"energy": energy, "setting": "plane", "levels": level}
+            other = solve_name(name, energy, "plane")
+            parts.append(Item(other, gallery_solve.minimize, inputs, tags, cages={name: cages[name]}, cost=6.0))
+            pairs.append((name, energy, solve_name(name, energy, "default"), other))
+    needs = tuple(needed for pair in pairs for needed in pair[2:])
+    inputs = {"pairs": pairs}
+    return [
+        *parts,
+        Item("answer.plane", gallery_answers.compare_plane, inputs, tags, needs, ("pictures/plane.svg",), cost=60.0),
+    ]
+
+
+def _answer_saddles(
+    cages: Mapping[str, Cage], measure: Measure, draw: Draw
+) -> list[Item]:
+    """(e): certificates without symmetry, and where shapes go that are shaken."""
+    tags, parts = frozenset({"answers", "saddles"}), []
+    for name in SADDLES:
+        for energy in gallery_solve.ENERGIES:
+            for levels in {max(1, measure.levels - 1), measure.levels}:
+                inputs = {"energy": energy, "levels": levels}
+                verified = f"verify.{name}.{energy}.{levels}"
+                parts.append(Item(verified, gallery_solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
+            of = solve_name(name, energy, "default")
+            for share in SHAKES:
+                inputs = {"energy": energy, "of": of, "share": share, "iterations": 400}
+                shaken = shaken_name(name, energy, share)
+                parts.append(Item(shaken, gallery_solve.shaken, inputs, tags, (of,), cost=20.0))
+    needs = tuple(part.name for part in parts)
+    inputs = {"width": measure.width, "samples": measure.samples}
+    picture = Item("look.saddles", draw, inputs, tags, needs, ("pictures/saddles.png",), True, 30.0)
+    plot = Item("answer.saddles", gallery_answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
+    return [*parts, picture, plot]
