@@ -58,10 +58,11 @@ class _Run:
     def run(self, jobs: int) -> Outcome:
         if self.outcome.fresh:
             self.say(f"{len(self.outcome.fresh)} items are finished already, {self.total} are to be made")
-        with ThreadPoolExecutor(jobs, thread_name_prefix="gallery") as pool:
-            working: dict[Future, Item] = {}
+        pool = ThreadPoolExecutor(jobs, thread_name_prefix="gallery")
+        working: dict[Future, Item] = {}
+        try:
             while self.waiting or working:
-                for item in self._ready(drawn=False)[: jobs - len(working)]:
+                for item in self._ready(drawn=False):  # all of them, so that threads have work while this one draws
                     self.waiting.remove(item)
                     working[pool.submit(self._timed, item)] = item
                 drawn = self._ready(drawn=True)
@@ -70,10 +71,11 @@ class _Run:
                     self._settle(drawn[0], self._timed(drawn[0]))
                 elif not working:
                     self._give_up()
-                    continue
                 finished, _ = wait(working, timeout=0 if drawn else None, return_when=FIRST_COMPLETED)
                 for future in finished:
                     self._settle(working.pop(future), future.result())
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # after an interrupt, work that waits is not to be done
         return self.outcome
 
     def _ready(self, drawn: bool) -> list[Item]:

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pieces of HTML. No bpy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+
+def section(name: str, title: str, *parts: str) -> str:
+    """A section of the page, with a name to link to."""
+    return f'<section id="{escape(name)}"><h2>{escape(title)}</h2>\n' + "\n".join(parts) + "</section>"
+
+
+def picture(path: str, text: str) -> str:
+    """A picture by its relative path."""
+    return f'<figure><img src="{escape(path)}" alt="{escape(text)}"></figure>'
+
+
+def grid(heads: Sequence[str], body: Sequence[Sequence[object]]) -> str:
+    """A table of texts."""
+    head = "".join(f"<th>{escape(str(cell))}</th>" for cell in heads)
+    rows = ("<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in body)
+    return f"<table><tr>{head}</tr>\n" + "\n".join(rows) + "</table>"
+
+
+def significant(value: float | None, digits: int) -> str:
+    """A number to so many digits; a dash for none."""
+    if value is None:
+        return "–"
+    text = f"{value:.{digits}g}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text
