@@ -64,7 +64,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--levels", type=_level, default=measure.levels, help="of the tables (default %(default)s)")
     parser.add_argument("--width", type=_count, default=measure.width, help="pixels of a cell (default %(default)s)")
     parser.add_argument("--samples", type=_count, default=measure.samples, help="a pixel (default %(default)s)")
-    parser.add_argument("--cages", type=Path, metavar="DIR", default=Path(__file__).resolve().parents[1] / "blend_files",
+    beside = Path(__file__).resolve().parents[1] / "blend_files"
+    parser.add_argument("--cages", type=Path, metavar="DIR", default=beside,
                         help="the .blend files and cages.py (default: blend_files beside the add-on)")  # fmt: skip
     return parser.parse_args(arguments)
 
@@ -133,8 +134,8 @@ def make(options: argparse.Namespace) -> bool:
     page = _part("gallery_page").write(store, fresh, {item.name: item for item in items})
     for name, why in outcome.failed.items():
         print(f"gallery: {name} could not be made: {why}", file=sys.stderr)
-    _say(sys.stdout.fileno(), f"{len(outcome.made)} made, {len(outcome.fresh)} finished before, {len(outcome.failed)} failed, "
-        f"{time.monotonic() - start:.0f} s: {page}")  # fmt: skip
+    counts = f"{len(outcome.made)} made, {len(outcome.fresh)} finished before, {len(outcome.failed)} failed"
+    _say(sys.stdout.fileno(), f"{counts}, {time.monotonic() - start:.0f} s: {page}")
     return not outcome.failed
 
 

@@ -48,7 +48,8 @@ def blend_functions(store: Store, item: Item) -> list[dict[str, float]]:
         fine = np.linspace(0, 1, 100_001)
         reach = {f"above_{level}": float(fine[blend(fine) >= level].max()) for level in (0.999, 0.99, 0.9, 0.5)}
         found.append({"function": label, **reach, "integral": float(np.trapz(blend(fine), fine))})
-    text = plot("The two blend functions", Axis("t, from the extraordinary vertex", 0, 1), Axis("w(t)", 0, 1.05), series)
+    x, y = Axis("t, from the extraordinary vertex", 0, 1), Axis("w(t)", 0, 1.05)
+    text = plot("The two blend functions", x, y, series)
     store.write(item.files[0], text.encode())
     return found
 
@@ -71,11 +72,10 @@ def compare_plane(store: Store, item: Item) -> list[dict[str, object]]:
             "distance": mean, "farthest": most, "h2": [own[0]["h2"], own[1]["h2"]],
             "verdicts": [own[0]["verdict"], own[1]["verdict"]],
         })  # fmt: skip
-    series = [
-        Series(title, [(k + 1.0, 100 * row["distance"]) for k, row in enumerate(r for r in found if r["energy"] == energy)],
-               "dots")
-        for energy, title in (("mvs", "MVS"), ("mvs_cross", "MVS_cross"))
-    ]  # fmt: skip
+    series = []
+    for energy, title in (("mvs", "MVS"), ("mvs_cross", "MVS_cross")):
+        apart = [100 * row["distance"] for row in found if row["energy"] == energy]
+        series.append(Series(title, [(k + 1.0, percent) for k, percent in enumerate(apart)], "dots"))
     names = list(dict.fromkeys(row["cage"] for row in found))
     label = ", ".join(f"{k + 1} {name}" for k, name in enumerate(names))
     text = plot("How far `plane` moves minimizers", Axis(label, 0, len(names) + 1, ticks=range(1, len(names) + 1)),
@@ -85,8 +85,8 @@ def compare_plane(store: Store, item: Item) -> list[dict[str, object]]:
 
 
 def distance(one: Dense, other: Dense) -> tuple[float, float]:
-    """Root mean square (by area) and largest distance of a shape's points from another, best placed and scaled, in sizes
-    of the first. Points are held against tangent planes at the nearest points."""
+    """Root mean square (by area) and largest distance of a shape's points from another, best placed and scaled, in
+    sizes of the first. Points are held against tangent planes at the nearest points."""
     centre, size = centre_and_size(one)
     points = (one.points - centre) / size
     theirs, their_size = centre_and_size(other)

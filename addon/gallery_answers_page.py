@@ -33,20 +33,21 @@ def _tori(result: Mapping[str, Sequence[Mapping]]) -> str:
     runs, profile = result["library"], result["profile"]
     there = [run for run in runs if run["resolved"] is not None and abs(run["resolved"] / CLIFFORD - 1) < 1e-4]
     text = [
-        "The report: for most tori Willmore's optimization gave the Clifford torus; for a thin one a 'double sphere' with "
-        "twice the energy of a sphere. Which go where?",
-        f"Under the report's settings as the library has them (LMVM, its fixed rule), {len(there)} of {len(runs)} tori, "
-        f"of ratio {min(run['ratio'] for run in runs):g} to {max(run['ratio'] for run in runs):g} on two nets, end at the "
-        f"Clifford torus: 8π² = {CLIFFORD:.5f} by a fine rule, to 1e-4.",
-        "The other outcome belongs to the rule, not to the torus. For tori of revolution we let a program that shares no "
-        "code with the library minimize the same energy over the profile alone, level by level, with a fixed Gauss rule "
-        "of 1, 2, 3 or 8 points a span: " + "; ".join(_rule(profile, points) for points in RULES) + ".",
-        "With one or two points the optimizer finds shapes that the rule cannot see: the fold lies between its points. "
-        "Which energy it stops at (16π = 50.27, that of two spheres, is among the values that it passes) depends on "
-        "steps and levels, not on the ratio of the start: there is no range of ratios that goes there. What it calls two "
-        "spheres cannot be one of energy 16π: a torus has ∫K = 0, so two nested spheres need necks between them; "
-        "catenoids cost 8π each, two of them make it 32π = 100.5, more than the Clifford torus. The column of the fine "
-        "rule says what these shapes really cost.",
+        "The report: for most tori Willmore's optimization gave the Clifford torus; for a thin one a 'double sphere' "
+        "with twice the energy of a sphere. Which go where?",
+        f"Under the report's settings as the library has them (LMVM, its fixed rule), {len(there)} of {len(runs)} "
+        f"tori, of ratio {min(run['ratio'] for run in runs):g} to {max(run['ratio'] for run in runs):g} on two nets, "
+        f"end at the Clifford torus: 8π² = {CLIFFORD:.5f} by a fine rule, to 1e-4. (Or at one of its Moebius images, "
+        "which have the same energy but another ratio of their extents.)",
+        "The other outcome belongs to the rule, not to the torus. For tori of revolution we let a program that shares "
+        "no code with the library minimize the same energy over the profile alone, level by level, with a fixed Gauss "
+        "rule of 1, 2, 3 or 8 points a span: " + "; ".join(_rule(profile, points) for points in RULES) + ".",
+        "With one or two points the optimizer finds shapes that the rule cannot see: the fold lies between its "
+        "points. Which energy it stops at (16π = 50.27 is that of two spheres) depends on steps and levels, not on "
+        "the ratio of the start: there is no range of ratios that goes there. What it calls two spheres cannot be one "
+        "of energy 16π: a torus has ∫K = 0, so two nested spheres need necks between them; catenoids cost 8π each, "
+        "two of them make it 32π = 100.5, more than the Clifford torus. The column of the fine rule says what these "
+        "shapes really cost.",
     ]
     body = [
         (run["points"], f"{run['ratio']:g}", " ".join(significant(value, 4) for value in run["levels"]),
@@ -57,9 +58,8 @@ def _tori(result: Mapping[str, Sequence[Mapping]]) -> str:
     more = [(run["net"], f"{run['ratio']:g}", significant(run["value"], 8), significant(run["resolved"], 8),
              significant(run["end_ratio"], 5)) for run in runs]  # fmt: skip
     tables = (
-        f"<details><summary>The library, as the report</summary>"
-        f"{grid(('net', 'ratio', 'energy by the fixed rule', 'by a fine rule', 'r/R at the end'), more)}</details>"
-        f"<details><summary>Profiles</summary>{grid(heads, body)}</details>"
+        "<details><summary>The library, as the "
+        f"report</summary>{grid(('net', 'ratio', 'energy by the fixed rule', 'by a fine rule', 'r/R at the end'), more)}</details><details><summary>Profiles</summary>{grid(heads, body)}</details>"
     )
     return _answer("tori", "(a) Clifford torus or double sphere?", text, tables)
 
@@ -87,8 +87,8 @@ def _third(result: Mapping[str, Sequence[Mapping]]) -> str:
     ]  # fmt: skip
     heads = ("levels", "vertices", "r/R at the end", "energy", "∫H²", "verdict")
     return (
-        f"<p>One level, by net:</p>{grid(_NET_HEADS, nets)}"
-        f"<p>From a net of 8 x 4, by levels (each subdivides the cage once more):</p>{grid(heads, levels)}"
+        f"<p>One level, by net:</p>{grid(_NET_HEADS, nets)}<p>From a net of 8 x 4, by levels (each subdivides the "
+        f"cage once more):</p>{grid(heads, levels)}"
     )
 
 
@@ -96,14 +96,14 @@ def _cross(result: Mapping[str, Sequence[Mapping]]) -> str:
     first, last = result["nets"][0], result["nets"][-1]
     text = [
         "The report: MVS_cross has an optimum torus of ratio about 0.5; which exactly?",
-        f"None. For the round torus of ratio ρ the energy is 8π⁴ (1 − ρ²)^(−3/2), which falls all the way to "
-        f"8π⁴ = {exact_cross(0):.2f} at ρ = 0. What stops it is the net: with m vertices round the axis and n round the "
-        "tube, cubic B-splines add (4π⁴/3) (2π/n)² ρ⁻² + (2π⁴/3) (2π/m)² ρ² (1 + 2ρ²) (1 − ρ²)^(−5/2) to leading order, "
-        "and the sum has a least value at a ratio that goes to 0 as nets become finer.",
-        f"Measured: from {first['ratio']:.3f} on {first['net']} to {last['ratio']:.3f} on {last['net']} vertices; the law "
-        f"says {first['law_ratio']:.3f} and {last['law_ratio']:.3f} for round tori (an optimizer may also leave those). "
-        "The report's 0.5 is that of a coarse net. (Without the factor of area, and with the major radius held, the "
-        "optimum would be 1/2 exactly.)",
+        "None. For the round torus of ratio ρ the energy is 8π⁴ (1 − ρ²)^(−3/2), which falls all the way to 8π⁴ = "
+        f"{exact_cross(0):.2f} at ρ = 0. What stops it is the net: with m vertices round the axis and n round the "
+        "tube, cubic B-splines add (4π⁴/3) (2π/n)² ρ⁻² + (2π⁴/3) (2π/m)² ρ² (1 + 2ρ²) (1 − ρ²)^(−5/2) to leading "
+        "order, and the sum has a least value at a ratio that goes to 0 as nets become finer.",
+        f"Measured: from {first['ratio']:.3f} on {first['net']} to {last['ratio']:.3f} on {last['net']} vertices; the "
+        f"law says {first['law_ratio']:.3f} and {last['law_ratio']:.3f} for round tori (an optimizer may also leave "
+        "those). The report's 0.5 is that of a coarse net. (Without the factor of area, and with the major radius "
+        "held, the optimum would be 1/2 exactly.)",
     ]
     return _answer("cross", "(b) The MVS_cross torus", text, _third(result))
 
@@ -111,15 +111,17 @@ def _cross(result: Mapping[str, Sequence[Mapping]]) -> str:
 def _mvs(result: Mapping[str, Sequence[Mapping]]) -> str:
     levels = result["levels"]
     text = [
-        "The report: MVS goes towards the Clifford torus and stops at a torus close to it. Why there, where all tori have "
-        "MVS = 0?",
-        "Because B-splines have no exact tori, and what they add decides: the two terms of (b), without the exact one. "
-        "The first grows for thin tubes, the second for wide ones; their sum is least at a ratio of about 0.60 on a net of "
-        "as many vertices round as across, and 0.69 on one with twice as many round the axis. The Clifford torus has "
-        "1/√2 = 0.707: near, by coincidence, and nothing draws MVS there.",
+        "The report: MVS goes towards the Clifford torus and stops at a torus close to it. Why there, where all tori "
+        "have MVS = 0?",
+        "Because B-splines have no exact tori, and what they add decides: the two terms of (b), without the exact "
+        "one. The first grows for thin tubes, the second for wide ones; their sum is least at a ratio of about 0.60 "
+        "on a net of as many vertices round as across, and 0.69 on one with twice as many round the axis. The "
+        "Clifford torus has 1/√2 = 0.707: near, by coincidence, and nothing draws MVS there.",
         f"Measured from 8 x 4: ratio {levels[0]['ratio']:.3f} with MVS {levels[0]['value']:.4g} at level "
-        f"{levels[0]['level']}, {levels[-1]['ratio']:.3f} with {levels[-1]['value']:.4g} at level {levels[-1]['level']}: the "
-        "energy goes to 0 and the ratio stays where the ratio of the net puts it.",
+        f"{levels[0]['level']}, {levels[-1]['ratio']:.3f} with {levels[-1]['value']:.4g} at level "
+        f"{levels[-1]['level']}: the energy goes to 0 while the ratio stays near what the shape of the net gives it. "
+        "(It ends a little above the law's since the optimizer also slides the net's lines, which the law holds "
+        "equally spaced.)",
     ]
     return _answer("mvs", "(c) The MVS torus", text, _third(result))
 
@@ -128,11 +130,11 @@ def _plane(rows: Sequence[Mapping]) -> str:
     near, far = min(rows, key=lambda row: row["distance"]), max(rows, key=lambda row: row["distance"])
     text = [
         "The report: the surface representation does not greatly affect the minimizers. Does it?",
-        f"Here both surfaces are minimized alike, by our optimizer and adaptive quadrature; then shapes are laid over each "
-        f"other. The mean distance is {100 * near['distance']:.2g} % ({near['cage']}, {_LABELS[near['energy']]}) to "
-        f"{100 * far['distance']:.2g} % ({far['cage']}, {_LABELS[far['energy']]}) of the size. Energies differ by more: each "
-        "flat spot of plane costs MVS, whatever the refinement, so its minimizers flatten what lies around; put on "
-        "polynomial the same cages are not its minimizers, as the fifth column says.",
+        "Here both surfaces are minimized alike, by our optimizer and adaptive quadrature; then shapes are laid over "
+        f"each other. The mean distance is {100 * near['distance']:.2g} % ({near['cage']}, {_LABELS[near['energy']]}) "
+        f"to {100 * far['distance']:.2g} % ({far['cage']}, {_LABELS[far['energy']]}) of the size. Energies differ by "
+        "more: each flat spot of plane costs MVS, whatever the refinement, so its minimizers flatten what lies "
+        "around; put on polynomial the same cages are not its minimizers, as the fifth column says.",
     ]
     heads = ("cage", "energy", "polynomial's minimizer", "plane's minimizer", "plane's, on polynomial",
              "polynomial's, on plane", "mean distance, %", "farthest, %", "∫H²", "∫H², plane", "verdicts")  # fmt: skip
@@ -151,22 +153,23 @@ def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
     text = [
         "The report: shapes of tetrahedral and cubical symmetry kept it. Are they minima?",
         "Among shapes of their symmetry, yes, where the table says so. To look at all others we count the negative "
-        "directions of the Hessian without symmetry (--verify), and we shake: every vertex is moved at random, smoothly, "
-        "by some part of the size, and the run goes on without symmetry for at most 400 steps. "
+        "directions of the Hessian without symmetry (--verify), and we shake: every vertex is moved at random, "
+        "smoothly, by some part of the size, and the run goes on without symmetry for at most 400 steps. "
         + " ".join(_fate(shaken, cage, genus) for cage, genus in (("tetrahedral_g3", 3), ("cubical_g5", 5))),
-        "The count needs a fine net: coarse ones hold a saddle that smooth surfaces do not. A small shake may therefore "
-        "stay where it is for the net's sake; what falls under a larger one was no global minimum at any rate.",
+        "The count needs a fine net: coarse ones hold a saddle that smooth surfaces do not. A small shake may "
+        "therefore stay where it is for the net's sake; what falls under a larger one was no global minimum at any "
+        "rate.",
     ]
-    heads = ("cage", "energy", "levels", "vertices", "value", "∫H²", "verdict, symmetry kept", "negative, symmetry kept",
-             "negative, none kept")  # fmt: skip
+    heads = ("cage", "energy", "levels", "vertices", "value", "∫H²", "verdict, symmetry kept",
+             "negative, symmetry kept", "negative, none kept")  # fmt: skip
     body = [
         (row["cage"], _LABELS[row["energy"]], row["levels"], row["vertices"], significant(row["value"], 7),
          significant(row["h2"], 7), row["verdict"], _counted(row["negative_directions"]),
          _counted(row["free_negative_directions"]))
         for row in verified
     ]  # fmt: skip
-    more_heads = ("cage", "energy", "shaken by", "energy before", "shaken", "after", "∫H² before", "after", "steps", "stop",
-                  "verdict")  # fmt: skip
+    more_heads = ("cage", "energy", "shaken by", "energy before", "shaken", "after", "∫H² before", "after", "steps",
+                  "stop", "verdict")  # fmt: skip
     more = [
         (row["cage"], _LABELS[row["energy"]], f"{row['share']:g}", *(significant(row[k], 6) for k in ("before", "start",
          "value", "h2_before", "h2")), row["steps"], row["stop"], row["verdict"])
@@ -191,5 +194,6 @@ def _fate(shaken: Sequence[Mapping], cage: str, genus: int) -> str:
         return f"{cage}: Willmore's minimizer came back from every shake (∫H² {lowest['h2']:.4f})."
     return (
         f"{cage}: Willmore's minimizer (∫H² {lowest['h2_before']:.4f}) falls, shaken by {lowest['share']:g}, to "
-        f"{lowest['h2']:.4f}, {100 * (lowest['h2'] / aim - 1):.2f} % above Lawson's surface of genus {genus} ({aim:.4f})."
+        f"{lowest['h2']:.4f}, {100 * (lowest['h2'] / aim - 1):.2f} % above Lawson's surface of genus {genus} "
+        f"({aim:.4f})."
     )

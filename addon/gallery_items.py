@@ -99,7 +99,8 @@ def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> lis
 def _sheet(table: str, names: tuple[str, ...], measure: Measure, draw: Draw) -> Item:
     needs = tuple(f"row.{name}" for name in names)
     inputs = {"table": table, "width": measure.width, "samples": measure.samples}
-    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, (f"pictures/{table}.png",), True, 5.0)
+    files = (f"pictures/{table}.png", f"pictures/{table}_small.png")
+    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, files, True, 5.0)
 
 
 def _figures(sphere: Cage, measure: Measure, draw: Mapping[str, Draw]) -> list[Item]:

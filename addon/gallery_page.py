@@ -26,15 +26,15 @@ pre { padding: .6em 1em; overflow-x: auto } nav a { margin-right: 1.2em } summar
 _TABLE_TEXTS = {
     "table1": (
         "Table 1: tori",
-        "The report's table 1: cages of 8 x 4 vertices on round tori, and what they become. One camera and one scale a "
-        "row; every shape has the same mean square distance from its centroid. The first three minimizers are by the "
-        "default settings, the last three by the report's (LMVM on all coordinates, a fixed rule, 1 000 steps a level, "
-        "`plane` for third order).",
+        "The report's table 1: cages of 8 x 4 vertices on round tori, and what they become. One camera and one scale "
+        "a row; every shape has the same mean square distance from its centroid. The first three minimizers are by "
+        "the default settings, the last three by the report's (LMVM on all coordinates, a fixed rule, 1 000 steps a "
+        "level, `plane` for third order).",
     ),
     "table2": (
         "Table 2: high genus",
-        "The report's table 2, likewise: Lawson's surfaces of genus 2 to 6 and the frames of a tetrahedron, a cube and an "
-        "octahedron.",
+        "The report's table 2, likewise: Lawson's surfaces of genus 2 to 6 and the frames of a tetrahedron, a cube "
+        "and an octahedron.",
     ),
     "shapes": ("A sphere and free forms", "Default settings, three levels. The branching pipe is open: its ends stay."),
 }
@@ -42,9 +42,8 @@ _TABLE_TEXTS = {
 
 def command(options: str) -> str:
     """What makes a part of the gallery."""
-    return (
-        "blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR" + (options and " ") + options
-    )
+    start = "blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR"
+    return f"{start} {options}".rstrip()
 
 
 def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Path:
@@ -59,11 +58,12 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
     lacking = len(items) - len(fresh)
     head = [
         "<h1>curvopt: the report's experiments</h1>",
-        "<p>Minimizers of curvature energies of Catmull–Clark surfaces, after Joshi and Séquin's report <i>Minimizers of "
-        "Curvature-Based Surface Energy</i>. All of it is made by one command:</p>",
+        "<p>Minimizers of curvature energies of Catmull–Clark surfaces, after Joshi and Séquin's report <i>Minimizers "
+        "of Curvature-Based Surface Energy</i>. All of it is made by one command:</p>",
         f"<pre>{command('')}</pre>",
-        f"<p>libcurvopt {escape(store.version.split()[0])}; {len(fresh)} of {len(items)} parts are finished"
-        f"{f', {lacking} are not' if lacking else ''}; they took {seconds / 60:.1f} minutes of work. All figures: "
+        f"<p>libcurvopt {escape(store.version.split()[0])}; {len(fresh)} of {len(items)} parts are "
+        f"finished{f', {lacking} are not' if lacking else ''}; they took {seconds / 60:.1f} minutes of work. All "
+        "figures: "
         '<a href="figures.csv">figures.csv</a>, <a href="figures.json">figures.json</a>.</p>',
         "<nav>" + "".join(f'<a href="#{name}">{name}</a>' for name in names) + "</nav>",
     ]
@@ -114,7 +114,7 @@ def _accuracy(mine: Sequence[Mapping[str, object]]) -> str:
     certified = sum(row["verdict"] == "minimum" for row in ours)
     parts = []
     if known:
-        parts.append(f"∫H² of Willmore's minimizers is within {max(known):.1e} of the exact value wherever one is known.")
+        parts.append(f"∫H² of Willmore's minimizers is within {max(known):.1e} of the exact value where one is known.")
     if ours:
         parts.append(
             f"{certified} of {len(ours)} results by the default settings are certified minima among shapes of their "
@@ -131,9 +131,9 @@ def _figures(store: Store, fresh: Collection[str]) -> str:
         body = [(row["surface"], *_spot_figures(row)) for row in rows]
         parts.append(
             "<p>Figure 1: the surfaces of one cage, a sphere of 26 vertices, eight of them of valence 3. As clay, as "
-            "stripes, and coloured by mean curvature: grey is the usual, blue flat, red twice the usual. <code>plane</code>, "
-            "the report's, is flat at each of the eight; the limit surface is not, but its curvature has no derivative "
-            "there that could be integrated; <code>polynomial</code> has.</p>"
+            "stripes, and coloured by mean curvature: grey is the usual, blue flat, red twice the usual. "
+            "<code>plane</code>, the report's, is flat at each of the eight; the limit surface is not, but its "
+            "curvature has no derivative there that could be integrated; <code>polynomial</code> has.</p>"
             + picture("pictures/figure1.png", "limit, plane, polynomial")
             + grid(("surface", "Willmore (sphere: 25.1327)", "MVS (sphere: 0)", "flat, % of the area"), body)
         )
@@ -141,9 +141,9 @@ def _figures(store: Store, fresh: Collection[str]) -> str:
         rows = store.result("figure.refined")
         body = [(str(row["vertices"]), *_spot_figures(row)) for row in rows]
         parts.append(
-            "<p>Figure 2: <code>plane</code> of the same cage, subdivided. Its flat spots shrink as the report says, and so "
-            "does what they cost in bending. What they cost in MVS does not: the smaller the spot, the faster the "
-            "curvature falls in it.</p>"
+            "<p>Figure 2: <code>plane</code> of the same cage, subdivided. Its flat spots shrink as the report says, "
+            "and so does what they cost in bending. What they cost in MVS does not: the smaller the spot, the faster "
+            "the curvature falls in it.</p>"
             + picture("pictures/figure2.png", "plane, subdivided")
             + grid(("vertices", "Willmore", "MVS", "flat, % of the area"), body)
         )
@@ -154,8 +154,8 @@ def _figures(store: Store, fresh: Collection[str]) -> str:
             for row in store.result("figure.blend")
         ]  # fmt: skip
         parts.append(
-            "<p>Figure 3: the blend function (1), its denominator mended, and the C⁴ spline over five equal spans. The "
-            "table has the t up to which each stays above a level: how far its platform reaches.</p>"
+            "<p>Figure 3: the blend function (1), its denominator mended, and the C⁴ spline over five equal spans. "
+            "The table has the t up to which each stays above a level: how far its platform reaches.</p>"
             + picture("pictures/figure3.svg", "both blend functions")
             + grid(("function", "above .999", ".99", ".9", ".5", "integral"), body)
         )

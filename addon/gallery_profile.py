@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Willmore's energy of tori of revolution whose profile is a cubic B-spline, by fixed rules of few points. No bpy.
 
-Shares no code with the library. The report's torus cages have turns about their axis, and its optimizer keeps them; in
-the limit of many turns only the profile is left, a closed curve in the half-plane x > 0: so few variables that rules and
-ratios can be scanned. A rule of one point a span is the report's likeliest; the library's fixed rule has many.
+Shares no code with the library. The report's torus cages have turns about their axis, and its optimizer nearly
+keeps them; in the limit of many turns only the profile is left, a closed curve in the half-plane x > 0: so few
+variables that rules and ratios can be scanned. The report does not name its rule; the library's fixed one has many
+points.
 """
 
 from __future__ import annotations
@@ -144,7 +145,8 @@ def run(ratio: float, points: int, levels: int) -> dict[str, float | str]:
     value, resolved, gauss = values[-1], fine.value(control), fine.gauss(control)
     went = "Clifford torus" if abs(resolved / CLIFFORD - 1) < 0.01 else "hole in the rule"
     return {
-        "ratio": ratio, "points": points, "value": value, "levels": values, "resolved": resolved if math.isfinite(resolved) else None,
+        "ratio": ratio, "points": points, "value": value, "levels": values,
+        "resolved": resolved if math.isfinite(resolved) else None,
         "gauss_bonnet_defect": abs(gauss) if math.isfinite(gauss) else None, "went": went,
         "profile": control.tolist(),
     }  # fmt: skip

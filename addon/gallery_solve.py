@@ -83,7 +83,7 @@ def evaluate(cage: Cage, energy: str, surface: str, tolerance: float = 1e-4) -> 
 
 
 def resolved(cage: Cage, energy: str, surface: str) -> dict[str, object]:
-    """What a fine adaptive rule makes of a surface: `value`, its estimated `error`, `h2`; or `refused`, why it cannot."""
+    """What a fine adaptive rule makes of a surface: `value`, its estimated `error`, `h2`; or `refused`, why not."""
     try:
         found = evaluate(cage, energy, surface, FINE)
     except native.CurvoptError as error:

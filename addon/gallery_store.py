@@ -106,7 +106,8 @@ class Store:
 
 
 def keys(items: Sequence[Item], version: str) -> dict[str, str]:
-    """The key of each item by its name: a digest of all that its result depends on. Items stand after what they need."""
+    """The key of each item by its name: a digest of all that its result depends on. Items stand after
+    what they need."""
     found: dict[str, str] = {}
     for item in items:
         parts = {

@@ -36,13 +36,13 @@ def lawful_best(energy: str, around: int, tube: int) -> float:
 
 
 def curves(store: Store, item: Item) -> list[dict[str, float]]:
-    """The energy of every round torus of the item, cages named AROUNDxTUBE.PERCENT."""
+    """The energy of every round torus of the item, cages named AROUNDxTUBE.THOUSANDTHS."""
     found = []
     for name, cage in item.cages.items():
-        net, percent = name.split(".")
+        net, thousandths = name.split(".")
         around, tube = (int(number) for number in net.split("x"))
         energies = gallery_solve.evaluate(cage, item.inputs["energy"], "limit")
-        ratio = int(percent) / 100
+        ratio = int(thousandths) / 1000
         found.append({
             "around": around, "tube": tube, "ratio": ratio, "value": energies.objective,
             "law": lawful(item.inputs["energy"], ratio, around, tube),
@@ -86,7 +86,8 @@ def _finite(profile: Sequence[dict], points: int) -> list[tuple[float, float]]:
 
 
 def plot_third(store: Store, item: Item) -> dict[str, object]:
-    """Answers (b) and (c): the energy of round tori by net, and the ratio that optimization ends at, by net and level."""
+    """Answers (b) and (c): the energy of round tori by net, and the ratio that optimization ends at, by net and by
+    level."""
     answer = item.inputs["answer"]
     energy, title = {"cross": ("mvs_cross", "MVS_cross"), "mvs": ("mvs", "MVS")}[answer]
     measured = store.result(f"{answer}.curves")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every cage of the gallery must be: manifold, closed or with whole open ends, outward, of its genus, symmetric, well shaped."""
+"""What every cage of the gallery must be: manifold, closed or with whole open ends, outward, of its genus, symmetric,
+well shaped."""
 
 from __future__ import annotations
 
@@ -101,8 +102,8 @@ def _open_ends(faces: Faces) -> list[list[int]]:
 
 
 def _topology_faults(n_vertices: int, faces: Faces, open_ends: int) -> list[str]:
-    """Sentences on edges without exactly two opposite faces, but for those of so many open ends, and on vertices without
-    exactly one fan."""
+    """Sentences on edges without exactly two opposite faces, but for those of so many open ends, and on vertices
+    without exactly one fan."""
     faults = []
     directed = Counter(edge for face in faces for edge in _edges(face))
     ends = _open_ends(faces)

@@ -3,7 +3,8 @@
 """The gallery's control cages as plain numbers, without Blender.
 
 Every cage is (vertices (n, 3) float64, faces as tuples of indices): manifold, closed or with smooth open ends,
-counter-clockwise seen from outside, symmetric to rounding. CATALOGUE names them; make_blends.py turns them into .blend files.
+counter-clockwise seen from outside, symmetric to rounding. CATALOGUE names them; make_blends.py turns them into .blend
+files.
 
     python3 cages.py --check            check every cage, one line each
     python3 cages.py --obj DIR          write DIR/NAME.obj with all digits
