@@ -13,8 +13,16 @@ This file only says what the add-on is and registers its parts in order. The par
     properties   what the sidebar remembers
     operators    the modal operator
     panel        the sidebar
+    studio       what every picture needs: scene, light, camera, materials, captions
     render       before and after in one picture
     batch        `blender -b FILE -P batch.py -- ...`
+    gallery      `blender -b -P gallery.py -- ...`, the report's tables, figures and questions; its parts:
+      gallery_store, _schedule      items, what is finished on disk, and in which order          (no bpy)
+      gallery_surface, _solve       dense meshes of any surface kind; optimizations              (no bpy)
+      gallery_profile, _torus, _answers     the questions' experiments                           (no bpy)
+      gallery_plot, _png, _html, _figures, _page, _answers_page     what people see              (no bpy)
+      gallery_items                 the list of everything, after what it needs                  (no bpy)
+      gallery_pictures              rows and sheets of shapes
 
 Nothing that needs bpy is imported before `register()`, so those marked are usable and testable without Blender.
 """
