@@ -15,7 +15,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from . import gallery_items, gallery_solve, studio
-from .gallery_png import halved, write_png
+from .gallery_png import halved, write_below, write_png
 from .gallery_store import Item, Store
 from .gallery_surface import Dense, centre_and_size, dense
 from .job import energy_text
@@ -35,6 +35,7 @@ _ACROSS, _ABOVE = 0.90, 0.04  # the largest shape's width, and the room above an
 _TALLEST = 0.95  # height of a shape, in cells, at most
 _LINE, _LETTER = 0.072, 0.056  # of captions, in cells
 _HEAD = 0.09  # a line of a sheet's head
+_SMALL_BYTES = 600_000  # of a sheet at half the size
 _RULE = 216  # grey of the line between rows
 _MAP = "curvature"
 _FIGURE_QUADS = 6000  # of few faces: enough, and a point near an extraordinary vertex of `polynomial` takes 4 ms
@@ -164,7 +165,7 @@ def draw_sheet(store: Store, item: Item) -> dict[str, object]:
     finally:
         head.unlink(missing_ok=True)
     store.write(item.files[0], write_png(stacked))
-    store.write(item.files[1], write_png(halved(stacked), 8))
+    store.write(item.files[1], write_below(halved(stacked), _SMALL_BYTES))
     return {"size": [stacked.shape[1], stacked.shape[0]]}
 
 

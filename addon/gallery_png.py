@@ -11,6 +11,7 @@ import zlib
 import numpy as np
 
 _STEP = 4  # of 256 shades: a render's noise is larger, what is written a third smaller
+_STEPS = (2, 4, 5, 6, 8, 10, 16)
 
 
 def write_png(pixels: np.ndarray, step: int = _STEP) -> bytes:
@@ -26,6 +27,15 @@ def write_png(pixels: np.ndarray, step: int = _STEP) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
     )
+
+
+def write_below(pixels: np.ndarray, limit: int) -> bytes:
+    """The finest file of at most `limit` bytes; the coarsest that there is if none is so small."""
+    for step in _STEPS:
+        content = write_png(pixels, step)
+        if len(content) <= limit:
+            break
+    return content
 
 
 def _filtered(pixels: np.ndarray) -> bytes:

@@ -168,6 +168,13 @@ def test_png_holds_the_pixels_to_half_a_step():
     assert np.abs(back - pixels).max() <= 2 and (back[2:4] == 255).all()
 
 
+def test_png_is_as_fine_as_its_bytes_allow():
+    pixels = np.random.default_rng(2).integers(0, 256, (40, 40, 3), dtype=np.uint8)
+    sizes = [len(gallery_png.write_below(pixels, limit)) for limit in (10**6, 4000, 1)]
+    assert sizes[0] > 4000 >= sizes[1] > sizes[2]
+    assert (gallery_png.halved(pixels)[3, 5] == np.round(pixels[6:8, 10:12].mean((0, 1)))).all()
+
+
 def test_plots_are_xml_and_refuse_to_be_empty():
     x, y = gallery_plot.Axis("a < b"), gallery_plot.Axis("y", 1, 1000, log=True)
     text = gallery_plot.plot("t & u", x, y, [gallery_plot.Series("s", [(0, 1), (1, 10), (2, 5000)], "dots")])
