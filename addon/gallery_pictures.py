@@ -38,7 +38,7 @@ _HEAD = 0.09  # a line of a sheet's head
 _SMALL_BYTES = 600_000  # of a sheet at half the size
 _RULE = 216  # grey of the line between rows
 _MAP = "curvature"
-_FIGURE_QUADS = 6000  # of few faces: enough, and a point near an extraordinary vertex of `polynomial` takes 4 ms
+_FIGURE_QUADS = {"limit": 60_000, "plane": 60_000, "polynomial": 3_500}  # few: a point takes 4 ms on faces like these
 _FROM_CORNER = np.array([-0.45, -0.62, 0.64]) / np.linalg.norm([-0.45, -0.62, 0.64])
 
 
@@ -212,7 +212,7 @@ def draw_flat(store: Store, item: Item) -> list[dict[str, object]]:
     (cage,) = item.cages.values()
     found, cells = [], []
     for surface in ("limit", "plane", "polynomial"):
-        shape = dense(cage, surface, _FIGURE_QUADS if surface == "polynomial" else 10 * _FIGURE_QUADS)
+        shape = dense(cage, surface, _FIGURE_QUADS[surface])
         record = _spot(cage, surface, shape)
         found.append(record)
         mvs = "does not exist" if record["mvs"] is None else energy_text(record["mvs"])
@@ -227,7 +227,7 @@ def draw_refined(store: Store, item: Item) -> list[dict[str, object]]:
     (cage,) = item.cages.values()
     found, cells = [], []
     for _ in range(4):
-        shape = dense(cage, "plane", 10 * _FIGURE_QUADS)
+        shape = dense(cage, "plane", _FIGURE_QUADS["plane"])
         record = {"vertices": len(cage.positions), **_spot(cage, "plane", shape)}
         found.append(record)
         lines = (
@@ -246,7 +246,7 @@ def _spot(cage: Cage, surface: str, shape: Dense) -> dict[str, object]:
     energies = gallery_solve.evaluate(cage, "willmore", surface)
     valence = np.bincount(cage.face_vertices)
     near = np.unique(np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)[valence[cage.face_vertices] != 4])
-    fine = dense(cage, surface, _FIGURE_QUADS if surface == "polynomial" else 10 * _FIGURE_QUADS, near)
+    fine = shape if surface == "polynomial" else dense(cage, surface, _FIGURE_QUADS[surface], near)
     flat = np.abs(fine.mean) < 0.5 * np.median(np.abs(shape.mean))
     return {
         "surface": surface, "flat": float(fine.areas[flat].sum() / energies.area),
