@@ -201,7 +201,7 @@ def _answer_saddles(
                 verified = f"verify.{name}.{energy}.{levels}"
                 parts.append(Item(verified, gallery_solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
             of = solve_name(name, energy, "default")
-            for share in SHAKES:
+            for share in SHAKES if energy == "willmore" else SHAKES[-1:]:
                 inputs = {"energy": energy, "of": of, "share": share, "iterations": 400}
                 shaken = shaken_name(name, energy, share)
                 parts.append(Item(shaken, gallery_solve.shaken, inputs, tags, (of,), cost=20.0))

@@ -38,6 +38,7 @@ _HEAD = 0.09  # a line of a sheet's head
 _SMALL_BYTES = 600_000  # of a sheet at half the size
 _RULE = 216  # grey of the line between rows
 _MAP = "curvature"
+_ROW_QUADS, _FINE_CAGE = 40_000, 1000
 _FIGURE_QUADS = {"limit": 60_000, "plane": 60_000, "polynomial": 3_500}  # few: a point takes 4 ms on faces like these
 _FROM_CORNER = np.array([-0.45, -0.62, 0.64]) / np.linalg.norm([-0.45, -0.62, 0.64])
 
@@ -110,6 +111,14 @@ def _mesh(cell: Cell) -> bpy.types.Mesh:
     return mesh
 
 
+def minimizer(store: Store, solved: str, surface: str) -> Dense:
+    """The shape that an item ended at. Points near an extraordinary vertex of `polynomial` take milliseconds each: where
+    the cage is fine already, its faces are split in four and no more."""
+    cage = store.cage(solved)
+    enough = surface == "polynomial" and len(cage.face_sizes) > _FINE_CAGE
+    return unit(dense(cage, surface, 4 * len(cage.face_sizes) if enough else _ROW_QUADS))
+
+
 # ---------------------------------------------------------------------------------------------------------- tables --
 
 
@@ -123,7 +132,7 @@ def draw_row(store: Store, item: Item) -> dict[str, object]:
     for energy, setting in gallery_items.columns(table):
         solved = gallery_items.solve_name(name, energy, setting)
         record = store.result(solved)
-        shape = unit(dense(store.cage(solved), record["surface"]))
+        shape = minimizer(store, solved, record["surface"])
         cells.append(Cell(shape, COLOURS[energy], result_lines(record)))
     direction = studio.view_direction(first.points)
     draw_cells(cells, store.path(item.files[0]), item.inputs, direction)
@@ -306,7 +315,7 @@ def draw_saddles(store: Store, item: Item) -> dict[str, object]:
 
 def _saddle_cell(store: Store, name: str, title: str) -> Cell:
     record = store.result(name)
-    shape = unit(dense(store.cage(name), record["surface"]))
+    shape = minimizer(store, name, record["surface"])
     return Cell(shape, COLOURS["willmore"], (title, f"int H² {record['h2']:.4f}"))
 
 
