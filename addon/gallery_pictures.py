@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gallery's pictures: rows of shapes before one camera at one scale, with their figures under them, and sheets of
-rows. Shapes are dense meshes with exact normals, so that every surface kind shows as it is. Captions do without signs
+rows. Shapes are dense meshes with exact normals, so that `plane` shows as it is, too. Captions do without signs
 that Blender's own font may lack."""
 
 from __future__ import annotations
@@ -38,7 +38,6 @@ _HEAD = 0.09  # a line of a sheet's head
 _SMALL_BYTES = 600_000  # of a sheet at half the size
 _RULE = 216  # grey of the line between rows
 _MAP = "curvature"
-_ROW_QUADS, _FINE_CAGE = 40_000, 1000
 _FIGURE_QUADS = {"limit": 60_000, "plane": 60_000, "polynomial": 3_500}  # few: a point takes 4 ms on faces like these
 _FROM_CORNER = np.array([-0.45, -0.62, 0.64]) / np.linalg.norm([-0.45, -0.62, 0.64])
 
@@ -112,11 +111,9 @@ def _mesh(cell: Cell) -> bpy.types.Mesh:
 
 
 def minimizer(store: Store, solved: str, surface: str) -> Dense:
-    """The shape that an item ended at. Points near an extraordinary vertex of `polynomial` take milliseconds each: where
-    the cage is fine already, its faces are split in four and no more."""
-    cage = store.cage(solved)
-    enough = surface == "polynomial" and len(cage.face_sizes) > _FINE_CAGE
-    return unit(dense(cage, surface, 4 * len(cage.face_sizes) if enough else _ROW_QUADS))
+    """The shape that an item ended at: as Blender shows it, but for `plane`, which Blender cannot. `polynomial` differs
+    from the limit surface by less than a pixel here, and takes a millisecond and more a point."""
+    return unit(dense(store.cage(solved), surface if surface == "plane" else "limit"))
 
 
 # ---------------------------------------------------------------------------------------------------------- tables --
