@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import gallery_items, gallery_solve, studio
+from . import gallery_figures, gallery_items, gallery_solve, studio
 from .gallery_png import halved, write_below, write_png
 from .gallery_store import Item, Store
 from .gallery_surface import Dense, centre_and_size, dense
@@ -152,6 +152,8 @@ def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
     """Under a minimizer: its energy, int H^2, and what is certain of it."""
     label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
     mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
+    if not gallery_figures.seen(record["value"], record["resolved"]["value"]):
+        mark = "the rule does not see it"
     return f"{label} {energy_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
 
 
