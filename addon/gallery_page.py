@@ -39,7 +39,7 @@ _TABLE_TEXTS = {
     "shapes": (
         "A sphere and free forms",
         "Default settings, three levels. The branching pipe is open: its ends stay. Nothing keeps a surface from "
-        "passing through itself: that is how the trefoil comes undone.",
+        "passing through itself: that is how the trefoil comes undone, or winds round one torus twice.",
     ),
 }
 
