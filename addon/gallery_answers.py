@@ -134,13 +134,14 @@ def plot_saddles(store: Store, item: Item) -> dict[str, object]:
             verified.append({"cage": cage, "energy": energy, "levels": int(last), **result})
             continue
         before = store.result(result["from"])
+        share, rounds = int(last.split("x")[0]) / 1000, int(last.split("x")[1])
         shaken.append({
-            "cage": cage, "energy": energy, "share": int(last) / 1000, "before": before["value"],
+            "cage": cage, "energy": energy, "share": share, "rounds": rounds, "before": before["value"],
             "h2_before": before["h2"], "start": result["path"][0], "value": result["value"], "h2": result["h2"],
             "steps": len(result["path"]) - 1, "stop": result["stop"], "verdict": result["verdict"],
         })  # fmt: skip
         if energy == "willmore":
-            series.append(Series(f"{cage}, {int(last) / 1000:g}", _as_h2(result["path"], result["euler"])))
+            series.append(Series(f"{cage}, {share:g}, {rounds}", _as_h2(result["path"], result["euler"])))
     lawson = [(f"Lawson, genus {genus}", gallery_solve.lawson_h2(genus)) for genus in (3, 5)]
     text = plot("Symmetric Willmore minimizers, shaken", Axis("step"), Axis("∫H²", 22.6, 25.4), series, lawson)
     store.write(item.files[0], text.encode())

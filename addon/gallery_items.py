@@ -29,7 +29,8 @@ PLANE_CAGES = ("lawson_g2", "tetrahedral_g3", "cubical_g5", "sphere_cube")
 PLANE_LEVELS = 3  # at the fourth the optimization on `plane` alone takes many minutes a shape
 SHAPE_LEVELS = 3  # free forms have no symmetry: the fourth level takes minutes and changes nothing that shows
 CROSS_NETS = ((6, 4), (8, 6), (8, 8), (12, 12), (16, 8), (16, 16), (32, 32))
-SHAKES = (0.003, 0.01, 0.03)  # of the size
+SHAKES = ((0.003, 12), (0.01, 12), (0.03, 12), (0.03, 48), (0.1, 48))  # of the size, and rounds of smoothing
+THIRD_SHAKES = ((0.03, 12),)  # for third-order energies
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,9 @@ def solve_name(cage: str, energy: str, setting: str) -> str:
     return f"solve.{cage}.{energy}.{setting}"
 
 
-def shaken_name(cage: str, energy: str, share: float) -> str:
+def shaken_name(cage: str, energy: str, share: float, rounds: int) -> str:
     """The item that minimizes again from a minimizer which was shaken."""
-    return f"shaken.{cage}.{energy}.{round(1000 * share)}"
+    return f"shaken.{cage}.{energy}.{round(1000 * share)}x{rounds}"
 
 
 def columns(table: str) -> list[tuple[str, str]]:
@@ -202,9 +203,9 @@ def _answer_saddles(
                 verified = f"verify.{name}.{energy}.{levels}"
                 parts.append(Item(verified, gallery_solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
             of = solve_name(name, energy, "default")
-            for share in SHAKES if energy == "willmore" else SHAKES[-1:]:
-                inputs = {"energy": energy, "of": of, "share": share, "iterations": 400}
-                shaken = shaken_name(name, energy, share)
+            for share, rounds in SHAKES if energy == "willmore" else THIRD_SHAKES:
+                inputs = {"energy": energy, "of": of, "share": share, "rounds": rounds, "iterations": 400}
+                shaken = shaken_name(name, energy, share, rounds)
                 parts.append(Item(shaken, gallery_solve.shaken, inputs, tags, (of,), cost=20.0))
     needs = tuple(part.name for part in parts)
     inputs = {"width": measure.width, "samples": measure.samples}

@@ -299,9 +299,9 @@ def draw_saddles(store: Store, item: Item) -> dict[str, object]:
     for name in gallery_items.SADDLES:
         symmetric = gallery_items.solve_name(name, "willmore", "default")
         cells = [_saddle_cell(store, symmetric, name.replace("_g", ", genus "))]
-        for share in gallery_items.SHAKES:
-            shaken = gallery_items.shaken_name(name, "willmore", share)
-            cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}"))
+        for share, rounds in gallery_items.SHAKES:
+            shaken = gallery_items.shaken_name(name, "willmore", share, rounds)
+            cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}, smoothed {rounds}"))
         path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
         try:
             draw_cells(cells, path, item.inputs, studio.view_direction(cells[0].shape.points))

@@ -131,12 +131,12 @@ def verify(store: Store, item: Item) -> dict[str, object]:
 
 def shaken(store: Store, item: Item) -> dict[str, object]:
     """Minimizes again from the minimizer of item `of`, every vertex moved at random by `share` of the size in the
-    mean, neighbours alike, no symmetry kept: where a saddle falls to."""
+    mean, neighbours alike over as many edges as the root of `rounds` or so, no symmetry kept: where a saddle falls to."""
     inputs = item.inputs
     cage = store.cage(inputs["of"])
     size = np.sqrt(((cage.positions - cage.positions.mean(0)) ** 2).sum(1).mean())
     noise = np.random.default_rng(0).standard_normal((len(cage.positions), 3))
-    moved = Cage(cage.positions + inputs["share"] * size * _smooth(cage, noise), cage.face_sizes, cage.face_vertices)
+    moved = Cage(cage.positions + inputs["share"] * size * _smooth(cage, noise, inputs["rounds"]), cage.face_sizes, cage.face_vertices)
     fields = {"threads": 1, "max_iterations": inputs["iterations"]}
     path: list[float] = []
     request = job.Request(inputs["energy"], 1, fields, symmetry="none")
@@ -145,8 +145,8 @@ def shaken(store: Store, item: Item) -> dict[str, object]:
     return {**figures(solution, inputs["energy"], "default"), "path": path, "from": inputs["of"]}
 
 
-def _smooth(cage: Cage, field: np.ndarray, rounds: int = 12) -> np.ndarray:
-    """A field (n, 3) on the vertices, averaged over faces some times, so that it bends the shape rather than its skin,
+def _smooth(cage: Cage, field: np.ndarray, rounds: int) -> np.ndarray:
+    """A field (n, 3) on the vertices, averaged over faces `rounds` times, so that it bends the shape rather than its skin,
     and made of unit mean square."""
     owner = np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)
     corners = cage.face_vertices
