@@ -10,7 +10,6 @@ points.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
