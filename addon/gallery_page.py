@@ -28,8 +28,8 @@ _TABLE_TEXTS = {
         "Table 1: tori",
         "The report's table 1: cages of 8 x 4 vertices on round tori, and what they become. One camera and one scale "
         "a row; every shape has the same mean square distance from its centroid. The first three minimizers are by "
-        "the default settings, the last three by the report's (LMVM on all coordinates, a fixed rule, 1 000 steps a "
-        "level, `plane` for third order).",
+        "curvopt, the cage's symmetries kept, the last three by the report's (LMVM on all coordinates, a fixed rule, "
+        "1 000 steps a level, `plane` for third order).",
     ),
     "table2": (
         "Table 2: high genus",

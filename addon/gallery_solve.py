@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gallery's optimizations: a cage, an energy and a setting to a minimizer, its figures and its certificate. No bpy.
 
-Settings: "default"; "report", the report's surface, optimizer and fixed quadrature rule; "plane", the report's surface
-with our optimizer and quadrature.
+Settings: "default", but with all symmetries of the cage kept; "report", the report's surface, optimizer and fixed
+quadrature rule; "plane", the report's surface with our optimizer and quadrature.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from . import job, native
 from .gallery_store import Item, Store
 from .gallery_surface import dense, torus_ratio
-from .header import SURFACES
+from .header import SURFACES, SYMMETRIES
 from .values import Cage, Energies, Verification
 
 SETTINGS = ("default", "report", "plane")
+SYMMETRY = "keep"  # as the report's shapes keep theirs; what lies beyond is a question of its own (`verify`, `shaken`)
 ENERGIES = ("willmore", "mvs", "mvs_cross")
 FINE = 1e-5  # relative accuracy of the figures that fixed rules are held against
 
@@ -36,12 +37,11 @@ def limits(setting: str, energy: str, threads: int) -> dict[str, int]:
 
 
 def minimize(store: Store, item: Item) -> dict[str, object]:
-    """An item of inputs `energy`, `setting`, `levels`, and perhaps `symmetry`, of one cage; keeps the minimizer's
-    cage."""
+    """An item of inputs `energy`, `setting`, `levels`, of one cage; keeps the minimizer's cage."""
     ((_, cage),) = item.cages.items()
     inputs = item.inputs
     fields = limits(inputs["setting"], inputs["energy"], threads=1)
-    symmetry = inputs.get("symmetry", "auto")
+    symmetry = "none" if inputs["setting"] == "report" else SYMMETRY  # the report knows nothing of it
     solution = job.solve(cage, job.Request(inputs["energy"], inputs["levels"], fields, symmetry=symmetry))
     store.save_cage(item.name, solution.cage)
     return figures(solution, inputs["energy"], inputs["setting"])
@@ -96,7 +96,7 @@ def resolved(cage: Cage, energy: str, surface: str) -> dict[str, object]:
 def certificate(cage: Cage, energy: str, surface: str) -> Verification:
     """What the Hessian says of a cage as it is: a run of no steps."""
     fields = {"threads": 1, "max_iterations": 0, "surface": SURFACES.index(surface)}
-    return job.solve(cage, job.Request(energy, 1, fields)).verification
+    return job.solve(cage, job.Request(energy, 1, fields, symmetry="none")).verification
 
 
 def inputs_figures(store: Store, item: Item) -> dict[str, object]:
@@ -116,7 +116,10 @@ def verify(store: Store, item: Item) -> dict[str, object]:
     (`--verify`). -1: not counted."""
     library = native.library()
     ((_, cage),) = item.cages.items()
-    options = library.options({item.inputs["energy"]: 1.0}, levels=item.inputs["levels"], verify=1, threads=1)
+    options = library.options(
+        {item.inputs["energy"]: 1.0}, levels=item.inputs["levels"], verify=1, threads=1,
+        symmetry=SYMMETRIES.index(SYMMETRY),
+    )  # fmt: skip
     with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
         with native.minimize(mesh, cage.positions, options) as result:
             summary = result.summary()
@@ -131,12 +134,14 @@ def verify(store: Store, item: Item) -> dict[str, object]:
 
 def shaken(store: Store, item: Item) -> dict[str, object]:
     """Minimizes again from the minimizer of item `of`, every vertex moved at random by `share` of the size in the
-    mean, neighbours alike over as many edges as the root of `rounds` or so, no symmetry kept: where a saddle falls to."""
+    mean, neighbours alike over as many edges as the root of `rounds` or so, no symmetry kept: where a saddle falls
+    to."""
     inputs = item.inputs
     cage = store.cage(inputs["of"])
     size = np.sqrt(((cage.positions - cage.positions.mean(0)) ** 2).sum(1).mean())
     noise = np.random.default_rng(0).standard_normal((len(cage.positions), 3))
-    moved = Cage(cage.positions + inputs["share"] * size * _smooth(cage, noise, inputs["rounds"]), cage.face_sizes, cage.face_vertices)
+    shift = inputs["share"] * size * _smooth(cage, noise, inputs["rounds"])
+    moved = Cage(cage.positions + shift, cage.face_sizes, cage.face_vertices)
     fields = {"threads": 1, "max_iterations": inputs["iterations"]}
     path: list[float] = []
     request = job.Request(inputs["energy"], 1, fields, symmetry="none")
@@ -146,8 +151,8 @@ def shaken(store: Store, item: Item) -> dict[str, object]:
 
 
 def _smooth(cage: Cage, field: np.ndarray, rounds: int) -> np.ndarray:
-    """A field (n, 3) on the vertices, averaged over faces `rounds` times, so that it bends the shape rather than its skin,
-    and made of unit mean square."""
+    """A field (n, 3) on the vertices, averaged over faces `rounds` times, so that it bends the shape rather than its
+    skin, and made of unit mean square."""
     owner = np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)
     corners = cage.face_vertices
     count = np.bincount(corners, minlength=len(field))[:, None]
@@ -167,7 +172,7 @@ def extrapolate(store: Store, item: Item) -> dict[str, object]:
     are known; `tried` has each of these, predicted by the others' ratio, less its exact value."""
     pairs = {}
     for name, cage in item.cages.items():
-        solved = [job.solve(cage, job.Request("willmore", item.inputs["levels"] + k, {"threads": 1})) for k in (0, 1)]
+        solved = [job.solve(cage, _willmore(item.inputs["levels"] + k)) for k in (0, 1)]
         pairs[name] = tuple(solution.end.h2 for solution in solved)
     known = {name: exact_h2(name)[0] for name in pairs if name != item.inputs["of"]}
     ratios = {name: (pairs[name][0] - exact) / (pairs[name][1] - exact) for name, exact in known.items()}
@@ -179,6 +184,10 @@ def extrapolate(store: Store, item: Item) -> dict[str, object]:
 
     tried = {name: predicted(name) - exact for name, exact in known.items()}
     return {"h2": predicted(item.inputs["of"]), "ratios": ratios, "tried": tried, "pairs": pairs}
+
+
+def _willmore(levels: int) -> job.Request:
+    return job.Request("willmore", levels, {"threads": 1}, symmetry=SYMMETRY)
 
 
 KNOWN_H2: Mapping[str, float] = {
