@@ -143,7 +143,7 @@ STRUCT_SIZES = {
     CMeshInfo: 40,
     CCreases: 48,
     CConstraints: 32,
-    COptions: 136,
+    COptions: 144,
     CEnergies: 200,
     CProgress: 72,
     CLevelReport: 48,
