@@ -296,47 +296,72 @@ static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double 
     return CURVOPT_OK;
 }
 
-static int32_t irregular_point(int32_t surface, int32_t valence, double u, double v, double *rows,
-                               curvopt_error *error) {
+struct co_cached_table {
+    int32_t fan, rule;
+    co_table *table;
+};
+
+struct co_cached_fit {
+    int32_t fan;
+    co_polynomial polynomial;
+};
+
+/* What is fitted at this fan, kept for the next point. */
+static int32_t find_fit(co_table_cache *cache, co_disc *disc, const co_polynomial **out, curvopt_error *error) {
+    for (int32_t i = 0; i < cache->n_fits; i++)
+        if (cache->fit[i].fan == disc->fan) {
+            *out = &cache->fit[i].polynomial;
+            return CURVOPT_OK;
+        }
+    struct co_cached_fit *fit = realloc(cache->fit, sizeof *fit * ((size_t)cache->n_fits + 1));
+    if (!fit)
+        return co_status_no_memory(error);
+    cache->fit = fit;
+    fit += cache->n_fits;
+    fit->fan = disc->fan;
+    int32_t status = co_polynomial_create(disc, &fit->polynomial, error);
+    if (status == CURVOPT_OK) {
+        cache->n_fits++;
+        *out = &fit->polynomial;
+    }
+    return status;
+}
+
+static int32_t irregular_point(co_table_cache *cache, int32_t surface, int32_t valence, double u, double v,
+                               double *rows, curvopt_error *error) {
+    static const co_polynomial none = {0};
+    const co_polynomial *polynomial = &none;
     co_disc disc = {0};
-    co_polynomial polynomial = {0};
     int32_t *all = CO_NEW(int32_t, co_ring_two_ring_size(valence));
     int32_t status = all ? co_disc_create(valence, &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL)
-        status = co_polynomial_create(&disc, &polynomial, error);
+        status = find_fit(cache, &disc, &polynomial, error);
     if (status == CURVOPT_OK) {
         for (int32_t i = 0; i < disc.n_points; i++)
             all[i] = i;
-        status = u == 0 && v == 0 ? vertex_rows(&disc, &polynomial, rows, error)
-                                  : ring_rows(&disc, &polynomial, u, v, all, rows, error);
+        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
+                                  : ring_rows(&disc, polynomial, u, v, all, rows, error);
     }
-    co_polynomial_free(&polynomial);
     co_disc_free(&disc);
     free(all);
     return status;
 }
 
-int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
+int32_t co_table_point(co_table_cache *cache, int32_t valence, double u, double v, double *rows, double *weight,
                        curvopt_error *error) {
     if (valence == CO_FAN_REGULAR) {
         regular_rows(u, v, rows);
         return CURVOPT_OK;
     }
-    if (!co_fan_is_smooth(valence))
-        surface = CURVOPT_SURFACE_LIMIT;
+    int32_t surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT;
     if (surface == CURVOPT_SURFACE_PLANE) {
         co_real jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
         for (int k = 0; k < CO_JET; k++)
             weight[k] = (double)jet[k];
     }
-    return irregular_point(surface, valence, u, v, rows, error);
+    return irregular_point(cache, surface, valence, u, v, rows, error);
 }
-
-struct co_cached_table {
-    int32_t fan, rule;
-    co_table *table;
-};
 
 void co_table_cache_create(int32_t surface, co_table_cache *cache) {
     *cache = (co_table_cache){.surface = surface};
@@ -345,7 +370,10 @@ void co_table_cache_create(int32_t surface, co_table_cache *cache) {
 void co_table_cache_free(co_table_cache *cache) {
     for (int32_t i = 0; i < cache->n_tables; i++)
         co_table_destroy(cache->table[i].table);
+    for (int32_t i = 0; i < cache->n_fits; i++)
+        co_polynomial_free(&cache->fit[i].polynomial);
     free(cache->table);
+    free(cache->fit);
     *cache = (co_table_cache){0};
 }
 

@@ -28,17 +28,13 @@ typedef struct co_table {
 int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table **out, curvopt_error *error);
 void co_table_destroy(co_table *table);
 
-/* Rows of one point of a patch, at (u, v) of the patch: rows [n_points][CO_JET] over the patch's points (16 or the
- * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches
- * of `plane`. (u, v) = (0, 0) of an irregular patch gives NAN derivatives. */
-int32_t co_table_point(int32_t surface, int32_t valence, double u, double v, double *rows, double *weight,
-                       curvopt_error *error);
-
-/* Tables made so far, in no order: a cage has few kinds of fans. */
+/* Tables made so far, and polynomials fitted for single points, in no order: a cage has few kinds of fans. */
 typedef struct co_table_cache {
     int32_t surface;
     int32_t n_tables;
     struct co_cached_table *table; /* [n_tables] */
+    int32_t n_fits;
+    struct co_cached_fit *fit; /* [n_fits] */
 } co_table_cache;
 
 void co_table_cache_create(int32_t surface, co_table_cache *cache);
@@ -46,5 +42,11 @@ void co_table_cache_free(co_table_cache *cache);
 /* Builds what is not there yet. */
 int32_t co_table_cache_get(co_table_cache *cache, int32_t valence, int32_t rule, const co_table **out,
                            curvopt_error *error);
+
+/* Rows of one point of a patch, at (u, v) of the patch: rows [n_points][CO_JET] over the patch's points (16 or the
+ * two-ring), derivatives with respect to the patch's parameters, weight [CO_JET] the blend's on the irregular patches
+ * of `plane`. (u, v) = (0, 0) of an irregular patch gives NAN derivatives. */
+int32_t co_table_point(co_table_cache *cache, int32_t valence, double u, double v, double *rows, double *weight,
+                       curvopt_error *error);
 
 #endif

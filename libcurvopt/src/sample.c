@@ -14,6 +14,7 @@ typedef struct sampler {
     double *points;        /* [3 n_points] cage and derived */
     int32_t *first, *next; /* patches of each face, chained; -1 ends */
     double *rows;          /* of the largest patch */
+    co_table_cache tables;
 } sampler;
 
 static void sampler_free(sampler *s) {
@@ -22,11 +23,13 @@ static void sampler_free(sampler *s) {
     free(s->first);
     free(s->next);
     free(s->rows);
+    co_table_cache_free(&s->tables);
 }
 
 static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t surface, sampler *s,
                               curvopt_error *error) {
     *s = (sampler){.mesh = mesh, .surface = surface};
+    co_table_cache_create(surface, &s->tables);
     int32_t status = co_patches_create(mesh, &s->patches, error), largest = 0;
     if (status != CURVOPT_OK)
         return status;
@@ -126,10 +129,10 @@ static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_rea
     return CURVOPT_OK;
 }
 
-static int32_t sample_patch(const sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
+static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
     double weight[CO_JET];
     int32_t valence = s->patches.valence[p];
-    int32_t status = co_table_point(s->surface, valence, st[0], st[1], s->rows, weight, error);
+    int32_t status = co_table_point(&s->tables, valence, st[0], st[1], s->rows, weight, error);
     if (status != CURVOPT_OK)
         return status;
     const int32_t *index = s->patches.points + s->patches.start[p];

@@ -174,14 +174,14 @@ static void test_every_rule_is_finer_than_the_one_before(void **state) {
 
 static void test_point_rows_sum_like_the_tables(void **state) {
     (void)state;
+    co_table_cache limit_tables = {.surface = CURVOPT_SURFACE_LIMIT}; /* of which single points keep nothing */
     static const double places[][2] = {{1, 1}, {0.7, 0.2}, {0.5, 0.5}, {0.01, 0.3}, {1e-5, 2e-5}, {0, 0.25}};
     for (int32_t valence = 3; valence <= 9; valence++)
         for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
             double rows[MOST_POINTS * CO_JET], weight[CO_JET];
             int32_t n = valence == 4 ? 16 : 6 * valence + 1;
             curvopt_error error;
-            CHECK_OK(co_table_point(CURVOPT_SURFACE_LIMIT, valence, places[i][0], places[i][1], rows, weight, &error),
-                     &error);
+            CHECK_OK(co_table_point(&limit_tables, valence, places[i][0], places[i][1], rows, weight, &error), &error);
             for (int k = 0; k < CO_JET; k++) {
                 double sum = 0, size = 0;
                 for (int32_t p = 0; p < n; p++) {
@@ -196,9 +196,10 @@ static void test_point_rows_sum_like_the_tables(void **state) {
 
 static void test_derivatives_at_the_extraordinary_vertex_do_not_exist(void **state) {
     (void)state;
+    co_table_cache limit_tables = {.surface = CURVOPT_SURFACE_LIMIT}; /* of which single points keep nothing */
     double rows[31 * CO_JET], weight[CO_JET], sum = 0;
     curvopt_error error;
-    CHECK_OK(co_table_point(CURVOPT_SURFACE_LIMIT, 5, 0, 0, rows, weight, &error), &error);
+    CHECK_OK(co_table_point(&limit_tables, 5, 0, 0, rows, weight, &error), &error);
     for (int32_t p = 0; p < 31; p++) {
         sum += rows[p * CO_JET];
         for (int k = 1; k < CO_JET; k++)
