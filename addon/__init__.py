@@ -6,12 +6,24 @@ This file only says what the add-on is and registers its parts in order. The par
     header       curvopt.h as Python sees it                              (no bpy)
     values       cages, energies, reports: plain values                   (no bpy)
     crease       Blender's creases <-> sharpness                          (no bpy)
+    energy       names of energies, mixes, numbers for people             (no bpy)
     native       ctypes binding of libcurvopt                             (no bpy)
-    job          one run on a worker thread, progress, cancel             (no bpy)
+    lattice      points of a limit surface and the quads between          (no bpy)
+    curvature    jets -> principal, mean, Gauss curvature, variation      (no bpy)
+    colours      curvature -> colour                                      (no bpy)
+    snapshot     what the viewport shows of a run, taken by the worker    (no bpy)
+    job          one run on a worker thread, progress, keep, cancel       (no bpy)
+    catalogue    cages to start from                                      (no bpy)
     cage         mesh object -> arrays, and every reason to refuse one
+    amount       the slider from original to optimum
     result       arrays -> the new object beside the original
+    outcome      or its own mesh, or a shape key
     properties   what the sidebar remembers
-    operators    the modal operator
+    overlay      flat drawing over a viewport                             (needs a GPU)
+    preview      a run as the viewports show it                           (needs a GPU)
+    operators    the modal operator, Keep, Cancel
+    analysis     colours of curvature, legend, looks
+    menus        Object and Add menu, presets
     panel        the sidebar
     studio       what every picture needs: scene, light, camera, materials, captions
     render       before and after in one picture
@@ -40,7 +52,7 @@ bl_info = {
     "category": "Mesh",
 }
 
-_REGISTERED_IN_ORDER = ("properties", "operators", "panel")
+_REGISTERED_IN_ORDER = ("properties", "amount", "operators", "analysis", "menus", "panel")
 
 
 def register() -> None:

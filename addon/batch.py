@@ -56,8 +56,10 @@ def _part(name: str) -> ModuleType:
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line behind `--`. Exits with 2 if it is wrong."""
     parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
-    energies = tuple(_part("job").ENERGY_LABELS)
-    parser.add_argument("--energy", choices=energies, default="mvs", help="what to minimize (default %(default)s)")
+    parser.add_argument(
+        "--energy", type=_energy, default="mvs",
+        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default %(default)s)",
+    )  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
     parser.add_argument(
         "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
@@ -81,6 +83,14 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     if not (options.output or options.render or options.json):
         parser.error("nothing to do: give --output, --render or --json")
     return options
+
+
+def _energy(text: str) -> str:
+    try:
+        _part("energy").weights_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return text
 
 
 def _count(text: str) -> int:
@@ -166,12 +176,12 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
 
 
 def _render(source: Source, request: Request, solution: Solution, options: argparse.Namespace, path: Path) -> None:
-    render, energy_text = _part("render"), _part("job").energy_text
+    render, number_text = _part("render"), _part("energy").number_text
     rotation = np.array(source.frame.to_3x3(), np.float64)
     shapes = []
     for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
         world = replace(cage, positions=cage.positions @ rotation.T)
-        shapes.append((world, f"{when}: {request.label} {energy_text(energies.terms[request.energy])}"))
+        shapes.append((world, f"{when}: {request.label} {number_text(energies.objective)}"))
     picture = render.Picture(*options.size, options.samples, options.engine, options.look)
     render.render_side_by_side(shapes, path, picture)
 

@@ -7,7 +7,7 @@ scale (uniform or not, mirrored or not) is worked into the positions. So lengths
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -28,32 +28,41 @@ class CageError(RuntimeError):
 class Source:
     """An object's cage, holding no reference to Blender's data.
 
-    `cage` is in `frame` (rigid, 4 x 4), turned so that its faces are counter-clockwise seen from outside in the world;
-    face_material (m,) is the material slot of each face."""
+    `cage` is in `frame` (rigid, 4 x 4), turned so that its faces are counter-clockwise seen from outside in the world:
+    its positions are those of the mesh times `shape` (3, 3); face_material (m,) is the material slot of each face."""
 
     name: str
     frame: Matrix
     cage: Cage
     face_material: np.ndarray
+    shape: np.ndarray
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the faces of `cage` run the other way round than the mesh's."""
+        return bool(np.linalg.det(self.shape) < 0)
 
 
-def read_source(context: bpy.types.Context, obj: bpy.types.Object | None) -> Source:
-    """The cage of `obj`, which is only read. CageError if it cannot be used."""
-    check_object(obj)
+def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:
+    """The cage of `obj`, which is only read; `with_keys`, that of its first shape key if there are any. CageError if it
+    cannot be used."""
+    check_object(obj, with_keys)
     check_mesh(obj.name, obj.data)
     context.view_layer.update()  # matrix_world lags behind what scripts set
     frame, shape = split_matrix(obj)
     sizes, vertices = read_faces(obj.data)
-    if np.linalg.det(shape) < 0:
-        vertices = turned_over(sizes, vertices)
     material = np.empty(len(sizes), np.int32)
     obj.data.polygons.foreach_get("material_index", material)
     positions = read_positions(obj.data) @ shape.T
-    return Source(obj.name, frame, Cage(positions, sizes, vertices, read_creases(obj)), material)
+    source = Source(obj.name, frame, Cage(positions, sizes, vertices, read_creases(obj)), material, shape)
+    if source.mirrored:
+        return replace(source, cage=replace(source.cage, face_vertices=turned_over(sizes, vertices)))
+    return source
 
 
-def check_object(obj: bpy.types.Object | None) -> None:
-    """CageError unless `obj` is a local mesh object in Object Mode whose mesh is the cage that is shown."""
+def check_object(obj: bpy.types.Object | None, with_keys: bool = False) -> None:
+    """CageError unless `obj` is a local mesh object in Object Mode whose mesh is the cage that is shown, or its first
+    shape key `with_keys`. Quick enough for every redraw of a panel."""
     if obj is None or obj.type != "MESH":
         found = "nothing is active" if obj is None else f"'{obj.name}' is a {obj.type.lower()}"
         raise CageError(f"Select a mesh object first: {found}.")
@@ -65,6 +74,8 @@ def check_object(obj: bpy.types.Object | None) -> None:
     for modifier in obj.modifiers:
         if modifier.show_viewport or modifier.show_render:
             _check_modifier(obj, modifier)
+    if obj.data.shape_keys and not with_keys:
+        raise CageError(f"Object '{obj.name}' has shape keys: remove them, or choose Shape Key as the result.")
 
 
 def _check_modifier(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
@@ -76,9 +87,7 @@ def _check_modifier(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None
 
 
 def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
-    """CageError for what the arrays could not carry: shape keys, creases that are no numbers, loose edges, no faces."""
-    if mesh.shape_keys:
-        raise CageError(f"Object '{name}' has shape keys: apply or remove them first.")
+    """CageError for what the arrays could not carry: creases that are no numbers, loose edges, no faces."""
     if not mesh.polygons:
         raise CageError(f"Object '{name}' has no faces.")
     for kind, crease in (("Edge", _edge_creases(mesh)), ("Vertex", _vertex_creases(mesh))):
@@ -177,9 +186,10 @@ def _read_group(obj: bpy.types.Object, name: str) -> np.ndarray:
 
 
 def read_positions(mesh: bpy.types.Mesh) -> np.ndarray:
-    """Local vertex positions (n, 3) float64; Blender stores them as float32."""
+    """Local vertex positions (n, 3) float64, of the first shape key if there are any; Blender stores them as float32."""
     values = np.empty((len(mesh.vertices), 3), np.float32)
-    mesh.vertices.foreach_get("co", values.reshape(-1))
+    points = mesh.shape_keys.reference_key.data if mesh.shape_keys else mesh.vertices
+    points.foreach_get("co", values.reshape(-1))
     return values.astype(np.float64)
 
 

@@ -9,29 +9,25 @@ from __future__ import annotations
 import enum
 import math
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from . import native
-from .header import BOUNDARIES, SYMMETRIES
+from .energy import label_of, number_text, weights_of
+from .header import BOUNDARIES, SURFACES, SYMMETRIES
+from .snapshot import Watcher
 from .values import Cage, Energies, LevelReport, Progress, Verification
 
-# What can be minimized by itself: every term but the area, whose least is no surface.
-ENERGY_LABELS = {
-    "willmore": "Willmore",
-    "mvs": "MVS",
-    "mvs_cross": "MVS_cross",
-    "variation": "Variation",
-    "mehlum_tarrou": "Mehlum-Tarrou",
-}
+_PATIENCE = 0.15  # seconds that an escaped run waits for its worker; the library looks at the flag between steps only
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to minimize. `energy` is a key of ENERGY_LABELS; `limits` are further fields of curvopt_options; `boundary`,
-    of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of header.SYMMETRIES, whether the cage's symmetries
+    """What to minimize. `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1"; `limits` are
+    further fields of curvopt_options; `boundary`, of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of header.SYMMETRIES, whether the cage's symmetries
     are kept; held (k,) are vertices of the cage that may not move."""
 
     energy: str = "mvs"
@@ -43,15 +39,17 @@ class Request:
 
     @property
     def label(self) -> str:
-        return ENERGY_LABELS[self.energy]
+        return label_of(self.energy)
 
 
 @dataclass(frozen=True)
 class Solution:
     """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
-    that no symmetries were kept."""
+    that no symmetries were kept. start_positions (n, 3) are vertices of the optimized cage that show the first one's
+    surface: the first cage, subdivided as often."""
 
     cage: Cage
+    start_positions: np.ndarray
     start: Energies
     end: Energies
     euler: int
@@ -66,34 +64,58 @@ OnProgress = Callable[[Progress], object]
 
 
 def solve(
-    cage: Cage, request: Request, on_progress: OnProgress | None = None, cancel: native.Cancel | None = None
+    cage: Cage,
+    request: Request,
+    on_progress: OnProgress | None = None,
+    cancel: native.Cancel | None = None,
+    watcher: Watcher | None = None,
 ) -> Solution:
     """Run here and now. `on_progress` may return a true value to cancel; a cancelled run has `stop == "cancelled"`.
+    A `watcher` takes pictures of the start and on the way.
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
     library = native.library()
     boundary, symmetry = BOUNDARIES.index(request.boundary), SYMMETRIES.index(request.symmetry)
     options = library.options(
-        {request.energy: 1.0}, request.held, levels=request.levels, boundary=boundary, symmetry=symmetry,
+        weights_of(request.energy), request.held, levels=request.levels, boundary=boundary, symmetry=symmetry,
         **request.limits,
     )  # fmt: skip
     with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
-        with native.minimize(mesh, cage.positions, options, on_progress, cancel) as result:
+        if watcher is not None:
+            watcher.start(mesh, cage)
+        with native.minimize(mesh, cage.positions, options, on_progress, cancel, watcher) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
             euler = result.mesh().info().euler
+            final = result.cage()
+            start = _subdivided(mesh, cage.positions, len(final.positions))
             return Solution(
-                result.cage(), summary.start, summary.end, euler, summary.stop, summary.verification, summary.seconds,
+                final, start, summary.start, summary.end, euler, summary.stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order,
             )  # fmt: skip
 
 
+def _subdivided(mesh: native.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:
+    """The cage, subdivided until it has `n_vertices`."""
+    while len(positions) < n_vertices:
+        mesh, positions = mesh.refine(positions)
+    return positions
+
+
 class Job:
     """A worker thread running `work(on_progress) -> Solution`. Every method is for the main thread and returns at once,
-    `join` excepted. `latest` is the newest Progress or None; after the end, `solution` or `error` is set."""
+    `join` excepted. `latest` is the newest Progress or None, `history` (seconds, level, energy) of all of them; after
+    the end, `solution` or `error` is set. `watcher`, if there is one, has pictures."""
 
-    def __init__(self, work: Callable[[OnProgress], Solution], on_cancel: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        work: Callable[[OnProgress], Solution],
+        on_cancel: Callable[[], None] = lambda: None,
+        watcher: Watcher | None = None,
+    ) -> None:
+        self.watcher = watcher
         self.latest: Progress | None = None
+        self.history: list[tuple[float, int, float]] = []  # only ever appended to
         self.solution: Solution | None = None
         self.error: BaseException | None = None
         self._work = work
@@ -103,9 +125,9 @@ class Job:
 
     @classmethod
     def minimize(cls, cage: Cage, request: Request) -> Job:
-        """A job that runs `solve`. LibraryError if there is no usable library."""
-        flag = native.Cancel.create(native.library())
-        return cls(lambda on_progress: solve(cage, request, on_progress, flag), flag.request)
+        """A job that runs `solve`, with pictures. LibraryError if there is no usable library."""
+        flag, watcher = native.Cancel.create(native.library()), Watcher()
+        return cls(lambda on_progress: solve(cage, request, on_progress, flag, watcher), flag.request, watcher)
 
     def start(self) -> None:
         self._thread.start()
@@ -131,6 +153,7 @@ class Job:
             self.error = error
 
     def _on_progress(self, progress: Progress) -> bool:
+        self.history.append((progress.seconds, progress.level, progress.energy))
         self.latest = progress  # one reference, replaced whole: a reader sees the old or the new one, never a mixture
         return self._cancelled.is_set()
 
@@ -139,6 +162,7 @@ class Phase(enum.Enum):
     """Where a modal run is; the last three are ends."""
 
     RUNNING = "running"
+    KEEPING = "keeping"
     CANCELLING = "cancelling"
     FINISHED = "finished"
     CANCELLED = "cancelled"
@@ -150,70 +174,72 @@ class Phase(enum.Enum):
 
 
 class ModalRun:
-    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, until `phase.ended`.
+    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, `keep` on Enter, until
+    `phase.ended`.
 
-    After ESC the run ends as CANCELLED even if the worker was about to finish, but only once the worker has stopped."""
+    After ESC the run ends as CANCELLED even if the worker was about to finish. A worker in the middle of a long step
+    may then go on for a while with nobody to listen to it; see `Job.running`."""
 
     def __init__(self, job: Job, label: str) -> None:
         self.job = job
         self.label = label
         self.phase = Phase.RUNNING
+        self._escaped_at = 0.0
         job.start()
 
     def escape(self) -> None:
         """The user wants out: nothing of this run is to be kept."""
+        if self.phase in (Phase.RUNNING, Phase.KEEPING):
+            self.phase, self._escaped_at = Phase.CANCELLING, time.monotonic()
+            self.job.cancel()
+
+    def keep(self) -> None:
+        """The user has seen enough: end with the best cage so far."""
         if self.phase is Phase.RUNNING:
-            self.phase = Phase.CANCELLING
+            self.phase = Phase.KEEPING
             self.job.cancel()
 
     def tick(self) -> Phase:
         """Look at the worker; the phase now."""
-        if self.phase.ended or self.job.running:
-            return self.phase
         if self.phase is Phase.CANCELLING:
-            self.phase = Phase.CANCELLED
-        elif self.job.error is not None:
-            self.phase = Phase.FAILED
-        else:
-            self.phase = Phase.FINISHED
+            if not self.job.running or time.monotonic() - self._escaped_at > _PATIENCE:
+                self.phase = Phase.CANCELLED
+        elif not self.phase.ended and not self.job.running:
+            self.phase = Phase.FINISHED if self.job.error is None else Phase.FAILED
         return self.phase
 
     def abandon(self, timeout: float) -> bool:
         """Cancel and wait up to `timeout` seconds (Blender quits, loads a file): whether the worker has ended."""
         self.escape()
         ended = self.job.join(timeout)
-        self.tick()
+        if not self.phase.ended:
+            self.phase = Phase.CANCELLED
         return ended
 
     @property
     def status(self) -> str:
-        """One line for the status bar."""
+        """What it is doing, in a few words."""
         if self.phase is Phase.CANCELLING:
             return f"Minimizing {self.label}: cancelling"
         progress = self.job.latest
-        if progress is None:
-            return f"Minimizing {self.label}: preparing   |   ESC: cancel"
-        return f"Minimizing {self.label}: {progress_text(progress)}   |   ESC: cancel"
+        if self.phase is Phase.KEEPING:
+            return f"Minimizing {self.label}: finishing with the best so far"
+        return f"Minimizing {self.label}: {progress_text(progress) if progress else 'preparing'}"
 
 
 def progress_text(progress: Progress) -> str:
     """Level, iteration and energy in words."""
     return (
         f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
-        f"energy {energy_text(progress.energy)} (from {energy_text(progress.start_energy)})"
+        f"energy {number_text(progress.energy)} (from {number_text(progress.start_energy)})"
     )
-
-
-def energy_text(value: float) -> str:
-    """An energy for people: 5 digits, and no exponent where plain digits are readable."""
-    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e8 else f"{value:.5g}"
 
 
 _STOP_WORDS = {
     "converged": "converged",
     "stalled": "stopped early: no further decrease was found",
     "limit": "stopped early: iteration limit reached, still falling",
-    "cancelled": "cancelled",
+    "cancelled": "stopped early as you asked, still falling",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
     "settled": "settled: it would still fall, but hardly",
 }
@@ -221,18 +247,18 @@ _STOP_WORDS = {
 
 def solution_text(request: Request, solution: Solution) -> str:
     """The outcome in one sentence."""
-    before, after = solution.start.terms[request.energy], solution.end.terms[request.energy]
+    before, after = solution.start.objective, solution.end.objective
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
     return (
-        f"{request.label} {energy_text(before)} to {energy_text(after)}, {_STOP_WORDS[solution.stop]} "
+        f"{request.label} {number_text(before)} to {number_text(after)}, {_STOP_WORDS[solution.stop]} "
         f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
     )
 
 
-def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1) -> str:
-    """What the Hessian says of a result of this energy, in a sentence. Only directions that keep the symmetries were
-    looked at."""
+def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged") -> str:
+    """What the Hessian says of a result of this energy, in a sentence; without a Hessian, why the run stopped. Only
+    directions that keep the symmetries were looked at."""
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan
@@ -245,6 +271,8 @@ def verdict_text(verification: Verification, energy: float, symmetry_order: int 
     if verification.verdict == "not stationary":
         also = f", more along {more}" if directions else ""
         return f"Checked: not yet a minimum, {less} seems possible{also}."
+    if stop in ("cancelled", "limit"):
+        return "Not checked: the run was stopped early, the energy was still falling."
     return "Not checked: whether this is a minimum is not known."
 
 

@@ -35,6 +35,7 @@ from .header import (
     CLevelReport,
     CMeshInfo,
     COptions,
+    CProgress,
     CSummary,
 )
 from .values import Cage, Creases, Energies, LevelReport, Progress, Summary, Verification
@@ -405,14 +406,32 @@ class Result(_Handle):
         return LevelReport(**{**values, "stop": STOPS[raw.stop]})
 
 
+class Iterate:
+    """The cage of a run that is on, within its callback: what it lends is void once the callback returns."""
+
+    def __init__(self, lib: Library, raw: CProgress, progress: Progress) -> None:
+        self.progress = progress
+        self._lib, self._raw = lib, raw
+
+    def mesh(self) -> Mesh:
+        """The connectivity of the current level, borrowed."""
+        return Mesh(self._lib, C.c_void_p(self._raw.mesh), self)
+
+    def positions(self) -> np.ndarray:
+        """A copy of the vertices (n, 3)."""
+        return np.ctypeslib.as_array(self._raw.xyz, (self._raw.n_vertices, 3)).copy()
+
+
 def minimize(
     mesh: Mesh,
     xyz: object,
     options: COptions,
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
+    watch: Callable[[Iterate], object] | None = None,
 ) -> Result:
-    """Minimize over xyz (n, 3). `on_progress` is called on this thread after every step; a true value cancels.
+    """Minimize over xyz (n, 3). `on_progress` is called on this thread after every step; a true value cancels. `watch`
+    is called before it, with the cage as it is then.
 
     Runs without Python's global lock. CurvoptError as in curvopt.h; whatever `on_progress` raises is raised here."""
     points = reals(xyz, 3 * mesh.info().n_vertices, "xyz")
@@ -420,12 +439,15 @@ def minimize(
 
     def trampoline(progress: object, _user: object) -> int:
         try:
-            return 1 if on_progress(Progress.from_c(progress.contents)) else 0
+            step = Progress.from_c(progress.contents)
+            if watch is not None:
+                watch(Iterate(mesh.lib, progress.contents, step))
+            return 1 if on_progress is not None and on_progress(step) else 0
         except BaseException as error:  # nothing may cross the C frame; raised again below
             raised.append(error)
             return 1
 
-    callback = PROGRESS_FN(trampoline) if on_progress else PROGRESS_FN()  # the local keeps the callback alive
+    callback = PROGRESS_FN(trampoline) if on_progress or watch else PROGRESS_FN()  # the local keeps the callback alive
     flag = cancel.pointer if cancel else None
     try:
         pointer = mesh.lib.create(

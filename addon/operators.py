@@ -1,37 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts and in batch.
+"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts and in batch; and
+the buttons that end it.
 
-Thin: reading is cage.py's, running job.py's, writing result.py's. Between invoke and the end it holds arrays only, no
-Blender data; one place, `_end`, is passed on every way out.
+Thin: reading is cage.py's, running job.py's, showing preview.py's, writing outcome.py's. Between invoke and the end it
+holds arrays only, no Blender data; one place, `_end`, is passed on every way out.
+
+It has no adjust-last-operation panel: there every change of a slider would undo the result and run `execute`, the whole
+optimization at once, with Blender frozen for as long. The settings are in the sidebar, and the Amount slider adjusts.
 """
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
 
 import bpy
 
-from . import cage, job, properties, result
+from . import cage, job, outcome, properties, result
 
 _TICK = 0.1  # seconds between looks at the worker
-_LAST_WAIT = 5.0  # seconds that quitting or disabling the add-on waits for the worker
+_LAST_WAIT = 5.0  # seconds that quitting or disabling the add-on waits for workers
+_MOST_LEAVING = 2  # workers of cancelled runs that may still be busy when a new run starts
 
 # While a run is on, these events go on to Blender, so that one can look around; all others could change the scene.
 _LOOKING_AROUND = {"MIDDLEMOUSE", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "NDOF_MOTION"}
 _LOOKING_AROUND |= {"TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSESMARTZOOM", "WINDOW_DEACTIVATE"}
 
 _run: job.ModalRun | None = None  # the modal run that is on; there is one at a time
+_leaving: list[job.Job] = []  # cancelled, and not yet at the end of their last step
+_on_screen: list[Callable[[], object]] = []  # what takes away the timer and the drawing of the run
 
 
-class CURVOPT_OT_minimize(bpy.types.Operator):
-    """Make a new object whose surface has the least energy, starting from the active mesh's cage"""
+class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
+    """Find the surface of least energy, starting from the active mesh's cage"""
 
     bl_idname = "curvopt.minimize"
-    bl_label = "Minimize"
+    bl_label = "Minimize Curvature"
     bl_options = {"UNDO"}
-
-    energy: properties.energy_property()
-    levels: properties.levels_property()
-    boundary: properties.boundary_property()
-    symmetry: properties.symmetry_property()
-    keep: properties.keep_property()
-    vertex_group: properties.vertex_group_property()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -42,8 +47,8 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The whole run at once. A refusal or failure raises RuntimeError in scripts, as operator errors do."""
         try:
-            source, request = self._read(context)
-            return self._write(context, source, request, job.solve(source.cage, request))
+            self._read(context)
+            return self._write(context, job.solve(self._source.cage, self._request))
         except Exception as error:
             return self._fail(context, error)
 
@@ -51,23 +56,33 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         """Start the worker and return to the user."""
         global _run
         try:
-            self._source, self._request = self._read(context)
-            _run = job.ModalRun(job.Job.minimize(self._source.cage, self._request), self._request.label)
+            self._read(context)
+            _leaving[:] = [old for old in _leaving if old.running]
+            if len(_leaving) >= _MOST_LEAVING:
+                raise cage.CageError("Earlier runs are still at the end of their last step: wait a few seconds.")
+            work = job.Job.minimize(self._source.cage, self._request)
+            _run = job.ModalRun(work, self._request.label)
         except Exception as error:
             return self._fail(context, error)
-        self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
-        context.window_manager.modal_handler_add(self)
+        _start_preview(context, self._source, _run)
+        manager = context.window_manager
+        timer = manager.event_timer_add(_TICK, window=context.window)
+        _on_screen.append(lambda: manager.event_timer_remove(timer))
+        manager.modal_handler_add(self)
         _show(context, _run.status, running=True)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
-            _run.escape()
+        ours = event.type in ("ESC", "RET", "NUMPAD_ENTER") and event.value == "PRESS"
+        if ours:
+            (_run.escape if event.type == "ESC" else _run.keep)()
         elif event.type != "TIMER":
-            return {"PASS_THROUGH"} if event.type in _LOOKING_AROUND else {"RUNNING_MODAL"}
+            harmless = event.type in _LOOKING_AROUND or _over_sidebar(context, event)
+            return {"PASS_THROUGH"} if harmless else {"RUNNING_MODAL"}
         if not _run.tick().ended:
             _show(context, _run.status, running=True)
-            return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
+            _refresh(context, _run)
+            return {"RUNNING_MODAL"} if ours else {"PASS_THROUGH"}
         return self._end(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -78,11 +93,12 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
     def _end(self, context: bpy.types.Context) -> set[str]:
         global _run
         run, _run = _run, None
-        context.window_manager.event_timer_remove(self._timer)
-        _clear_status()
+        _clear_screen()
+        if run.job.running:
+            _leaving.append(run.job)
         try:
             if run.phase is job.Phase.FINISHED:
-                return self._write(context, self._source, self._request, run.job.solution)
+                return self._write(context, run.job.solution)
             if run.phase is job.Phase.FAILED:
                 return self._fail(context, run.job.error)
         except Exception as error:
@@ -90,24 +106,24 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         _show(context, f"Minimizing {run.label} was cancelled, nothing was changed.")
         return {"CANCELLED"}
 
-    def _read(self, context: bpy.types.Context) -> tuple[cage.Source, job.Request]:
+    def _read(self, context: bpy.types.Context) -> None:
         """The active object, and the settings of the scene unless the call gives its own."""
         given = self.properties.is_property_set
-        energy, levels, boundary, symmetry, keep, group = (
-            getattr(self if given(name) else context.scene.curvopt, name)
-            for name in ("energy", "levels", "boundary", "symmetry", "keep", "vertex_group")
-        )
+        values = {
+            name: getattr(self if given(name) else context.scene.curvopt, name) for name in properties.SETTINGS
+        }
         obj = context.view_layer.objects.active
-        source = cage.read_source(context, obj)
-        held = cage.read_held(obj, keep, group)
-        return source, job.Request(energy.lower(), levels, {}, boundary.lower(), symmetry.lower(), held)
+        self._outcome = values["outcome"]
+        self._source = cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
+        self._request = _request(values, cage.read_held(obj, values["keep"], values["vertex_group"]))
+        outcome.check_outcome(self._outcome, self._request.levels)
 
-    def _write(
-        self, context: bpy.types.Context, source: cage.Source, request: job.Request, solution: job.Solution
-    ) -> set[str]:
-        result.add_result(context, source, request, solution)
-        text = job.solution_text(request, solution)
-        self.report({"INFO"}, text)
+    def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
+        obj, remark = outcome.write(context, self._source, self._request, solution, self._outcome)
+        text = job.solution_text(self._request, solution)
+        if remark:
+            text = f"{text}. {remark}"
+        self.report({"WARNING" if remark else "INFO"}, text)
         _show(context, text)
         return {"FINISHED"}
 
@@ -118,40 +134,122 @@ class CURVOPT_OT_minimize(bpy.types.Operator):
         return {"CANCELLED"}
 
 
+def _request(values: dict[str, object], held: object) -> job.Request:
+    """Settings as job.py wants them."""
+    limits = {
+        "surface": job.SURFACES.index(values["surface"].lower()),
+        "max_iterations": values["max_iterations"],
+        "threads": values["threads"],
+    }
+    levels = 1 if values["resolution"] == "KEEP" else values["levels"]
+    energy = properties.energy_text_of(values)
+    return job.Request(energy, levels, limits, values["boundary"].lower(), values["symmetry"].lower(), held)
+
+
+class _EndButton:
+    """A button of a run that is on."""
+
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _run is not None
+
+
+class CURVOPT_OT_finish(_EndButton, bpy.types.Operator):
+    """End the run now and keep the best surface so far (Enter)"""
+
+    bl_idname = "curvopt.finish"
+    bl_label = "Keep"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        _run.keep()
+        return {"FINISHED"}
+
+
+class CURVOPT_OT_cancel(_EndButton, bpy.types.Operator):
+    """End the run now and change nothing (Esc)"""
+
+    bl_idname = "curvopt.cancel"
+    bl_label = "Cancel"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        _run.escape()
+        return {"FINISHED"}
+
+
+def _over_sidebar(context: bpy.types.Context, event: bpy.types.Event) -> bool:
+    """Whether a mouse button is for a sidebar, where Keep and Cancel are."""
+    if event.type != "LEFTMOUSE":
+        return False
+    for area in context.screen.areas:
+        if area.type == "VIEW_3D":
+            for region in area.regions:
+                x, y = event.mouse_x - region.x, event.mouse_y - region.y
+                if region.type == "UI" and 0 <= x < region.width and 0 <= y < region.height:
+                    return True
+    return False
+
+
+def _start_preview(context: bpy.types.Context, source: cage.Source, run: job.ModalRun) -> None:
+    """Draw the run, where a new object would stand; not in background."""
+    if bpy.app.background:
+        return
+    from .preview import Preview  # needs a GPU
+
+    placement = result.beside(context.scene, source, source.cage.positions) @ source.frame
+    _on_screen.append(Preview(context.scene.name, placement, run.job, run.label).end)
+
+
+def _refresh(context: bpy.types.Context, run: job.ModalRun) -> None:
+    """Have the viewports drawn if there is something new."""
+    from .overlay import redraw
+
+    redraw(context, ("WINDOW",))
+    run.job.watcher.ask()
+
+
 def _show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False) -> None:
     """Put `text` into the sidebar and, while running, the status bar."""
     state = properties.state
-    state.running, state.failed = running, failed
-    if state.message != text:
-        state.message = text
-        _redraw_sidebars(context)
+    changed = state.message != text or state.running != running
+    state.message, state.running, state.failed = text, running, failed
+    if bpy.app.background:
+        return
+    if changed:
+        from .overlay import redraw
+
+        redraw(context)
     if running and context.workspace is not None:
-        context.workspace.status_text_set(text)
+        context.workspace.status_text_set(f"{text}   |   Enter: keep this   |   Esc: cancel")
 
 
-def _redraw_sidebars(context: bpy.types.Context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
-
-
-def _clear_status() -> None:
-    """In every workspace: the user may have changed to another one meanwhile."""
+def _clear_screen() -> None:
+    """Take away timer, drawing and status; that in every workspace, for the user may have changed to another one."""
+    while _on_screen:
+        _on_screen.pop()()
     for workspace in bpy.data.workspaces:
         workspace.status_text_set(None)
 
 
+_CLASSES = (CURVOPT_OT_minimize, CURVOPT_OT_finish, CURVOPT_OT_cancel)
+
+
 def register() -> None:
-    bpy.utils.register_class(CURVOPT_OT_minimize)
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
+    """Quitting Blender comes here, too: workers end first, as far as they do in time."""
     global _run
+    deadline = time.monotonic() + _LAST_WAIT
     if _run is not None:
         _run.abandon(_LAST_WAIT)
-        _clear_status()
+        _clear_screen()
         _run = None
-    bpy.utils.unregister_class(CURVOPT_OT_minimize)
+    for old in _leaving:
+        old.join(max(0.0, deadline - time.monotonic()))
+    _leaving.clear()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -5,59 +5,136 @@ import textwrap
 
 import bpy
 
-from .job import energy_text
-from .properties import state
+from .amount import has_blend
+from .cage import CageError, check_object
+from .energy import number_text
+from .outcome import active_key
+from .properties import WEIGHT_TERMS, state
 from .result import stored_energies, stored_verdict
 
 _CHARACTER = 6.5  # pixels, about, at interface scale 1
 
 
-class CURVOPT_PT_minimize(bpy.types.Panel):
-    """Settings, Minimize; energies before and after, and the verdict; the last message"""
-
-    bl_label = "Curvopt"
+class _Tab:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Curvopt"
 
+
+class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
+    """Settings, Minimize, and what is going on"""
+
+    bl_label = "Curvopt"
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        self.layout.menu("CURVOPT_MT_presets", text="", icon="PRESET")
+
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        settings = layout.column()
-        settings.use_property_split = True
-        settings.use_property_decorate = False
-        settings.enabled = not state.running
-        for name in ("energy", "levels", "boundary", "symmetry", "keep"):
-            settings.prop(context.scene.curvopt, name)
+        layout, settings = self.layout, context.scene.curvopt
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.enabled = not state.running
+        column.prop(settings, "energy")
+        if settings.energy == "MIX":
+            weights = column.box().column(align=True)
+            for term in WEIGHT_TERMS:
+                weights.prop(settings, f"weight_{term}", slider=True)
+        column.row().prop(settings, "resolution", expand=True)
+        if settings.resolution == "REFINE":
+            column.prop(settings, "levels")
+        for name in ("boundary", "symmetry", "keep"):
+            column.prop(settings, name)
         active = context.view_layer.objects.active
-        if context.scene.curvopt.keep == "GROUP" and active is not None and active.type == "MESH":
-            settings.prop_search(context.scene.curvopt, "vertex_group", active, "vertex_groups", text="Group")
-        layout.operator("curvopt.minimize", icon="SPHERECURVE")
-        self._draw_energies(context)
+        if settings.keep == "GROUP" and active is not None and active.type == "MESH":
+            column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
+        column.prop(settings, "outcome")
+        self._draw_buttons()
         self._draw_message(context)
 
-    def _draw_energies(self, context: bpy.types.Context) -> None:
-        rows = stored_energies(context.view_layer.objects.active)
-        if not rows:
-            return
-        box = self.layout.box()
-        table = box.column(align=True)
-        for label, *values in (("Energy", "Before", "After"), *rows):
+    def _draw_buttons(self) -> None:
+        row = self.layout.row(align=True)
+        row.scale_y = 1.4
+        if state.running:
+            row.operator("curvopt.finish", icon="CHECKMARK")
+            row.operator("curvopt.cancel", icon="X")
+        else:
+            row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
+
+    def _draw_message(self, context: bpy.types.Context) -> None:
+        failed, text = state.failed, state.message
+        if not state.running and not failed:
+            try:
+                check_object(context.view_layer.objects.active, with_keys=context.scene.curvopt.outcome == "SHAPE_KEY")
+            except CageError as error:
+                failed, text = True, str(error)
+        icon = "ERROR" if failed else "NONE"
+        column = self.layout.column(align=True)
+        column.alert = failed
+        for line in _lines(context, text):
+            column.label(text=line, icon=icon)
+            icon = "BLANK1" if failed else "NONE"
+
+
+class CURVOPT_PT_report(_Tab, bpy.types.Panel):
+    """Energies of the active result before and after, the verdict, and the amount"""
+
+    bl_label = "Report"
+    bl_parent_id = "CURVOPT_PT_minimize"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(stored_verdict(context.view_layer.objects.active))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        active = context.view_layer.objects.active
+        key = active_key(active)
+        if key is not None:
+            self.layout.prop(key, "value", text="Amount", slider=True)
+        elif has_blend(active):
+            self.layout.prop(active, "curvopt_amount", slider=True)
+        table = self.layout.box().column(align=True)
+        for label, *values in (("Energy", "Before", "After"), *stored_energies(active)):
             split = table.split(factor=0.4)
             split.label(text=label)
             pair = split.row()
             for value in values:
-                pair.label(text=value if isinstance(value, str) else energy_text(value))
-        verdict = box.column(align=True)
-        for line in _lines(context, stored_verdict(context.view_layer.objects.active)):
+                pair.label(text=value if isinstance(value, str) else number_text(value))
+        verdict = self.layout.column(align=True)
+        for line in _lines(context, stored_verdict(active)):
             verdict.label(text=line)
 
-    def _draw_message(self, context: bpy.types.Context) -> None:
-        icon = "ERROR" if state.failed else "NONE"
-        column = self.layout.column(align=True)
-        column.alert = state.failed
-        for line in _lines(context, state.message):
-            column.label(text=line, icon=icon)
-            icon = "BLANK1" if state.failed else "NONE"
+
+class CURVOPT_PT_look(_Tab, bpy.types.Panel):
+    """Zebra stripes and colours of curvature"""
+
+    bl_label = "Look"
+    bl_parent_id = "CURVOPT_PT_minimize"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.row(align=True).prop(context.window_manager, "curvopt_look", expand=True)
+        layout.operator("curvopt.curvature", icon="COLOR")
+        active = context.view_layer.objects.active
+        if active is not None and "curvopt_ranges" in active:
+            layout.prop(active, "curvopt_quantity", text="Colour")
+
+
+class CURVOPT_PT_advanced(_Tab, bpy.types.Panel):
+    """What one seldom needs"""
+
+    bl_label = "Advanced"
+    bl_parent_id = "CURVOPT_PT_minimize"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.enabled = not state.running
+        for name in ("surface", "max_iterations", "threads"):
+            column.prop(context.scene.curvopt, name)
 
 
 def _lines(context: bpy.types.Context, text: str) -> list[str]:
@@ -66,9 +143,14 @@ def _lines(context: bpy.types.Context, text: str) -> list[str]:
     return textwrap.wrap(text, max(16, int(width / _CHARACTER)))
 
 
+_CLASSES = (CURVOPT_PT_minimize, CURVOPT_PT_report, CURVOPT_PT_look, CURVOPT_PT_advanced)
+
+
 def register() -> None:
-    bpy.utils.register_class(CURVOPT_PT_minimize)
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
-    bpy.utils.unregister_class(CURVOPT_PT_minimize)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
-neither saving nor undo touches."""
+"""What the sidebar shows: settings on the Scene, saved with the file; the amount of a result on its Object; the state of
+the last run in plain Python, which neither saving nor undo touches."""
 
 from dataclasses import dataclass
 
 import bpy
 
+from .energy import AREA, ENERGY_LABELS, text_of
+
 ENERGIES = (
     ("WILLMORE", "Willmore", "Bending: the integral of both principal curvatures squared. Spheres are best"),
     ("MVS", "MVS", "Variation of each principal curvature along its own direction. Spheres, tori, cyclides are best"),
     ("MVS_CROSS", "MVS_cross", "Variation of both principal curvatures in every direction"),
+    ("VARIATION", "Variation", "The whole change of curvature: the gradient of the second fundamental form, squared"),
+    ("MEHLUM_TARROU", "Mehlum-Tarrou", "Change of normal curvature along each direction, averaged over all directions"),
+    ("MIX", "Mix", "Several energies at once, with a weight for each"),
 )
-
 
 BOUNDARIES = (
     ("POSITION", "Position", "Boundary curves stay. Vertices on creases of 1 stay, too"),
@@ -19,7 +23,6 @@ BOUNDARIES = (
     ("CURVATURE", "Curvature", "Curves, slope and how curvature changes along them stay: three rows of vertices"),
     ("FREE", "Free", "Nothing stays: boundary and creases move, too"),
 )
-
 
 SYMMETRIES = (
     ("AUTO", "Auto", "Mirror images and turns that map the cage to itself are found and kept, and make the work less"),
@@ -34,15 +37,51 @@ KEEPS = (
     ("UNSELECTED", "All but Selection", "Only vertices that are selected in Edit Mode move"),
 )
 
+RESOLUTIONS = (
+    ("KEEP", "Keep Mine", "The result has the vertices and faces of your cage, moved: one level"),
+    ("REFINE", "Refine", "The cage is subdivided between levels: a fairer surface, with more vertices"),
+)
 
-def energy_property() -> object:
-    """The choice of energy, for settings and operator alike; identifiers are keys of job.ENERGY_LABELS in capitals."""
-    return bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
+SURFACES = (
+    ("AUTO", "Auto", "The limit surface for Willmore, the polynomial one for energies of third order"),
+    ("LIMIT", "Limit", "What Blender shows. Energies of third order are infinite on it at poles"),
+    ("PLANE", "Plane", "Flattened at poles, as in Joshi and Séquin's report"),
+    ("POLYNOMIAL", "Polynomial", "One polynomial at each pole, for energies of third order"),
+)
+
+OUTCOMES = (
+    ("NEW", "New Object", "The result stands beside the original, which stays as it is"),
+    ("REPLACE", "In Place", "The object's own mesh becomes the result. Refined, it loses UV maps and weights"),
+    ("SHAPE_KEY", "Shape Key", "The result is a shape key of the object. Needs the resolution Keep Mine"),
+)
+
+_DEFAULT_WEIGHTS = {"mvs": 1.0, "willmore": 0.1}
+WEIGHT_TERMS = (*ENERGY_LABELS, AREA)
 
 
-def levels_property() -> object:
-    """The number of optimizations, for settings and operator alike."""
-    return bpy.props.IntProperty(
+def _weight(term: str) -> object:
+    label = ENERGY_LABELS.get(term, "Area")
+    about = "keeps the surface small" if term == AREA else "0 leaves it out"
+    return bpy.props.FloatProperty(
+        name=label, description=f"Weight of {label} in the mix: {about}", default=_DEFAULT_WEIGHTS.get(term, 0.0),
+        min=0.0, soft_max=1.0, max=1e6,
+    )  # fmt: skip
+
+
+class RunSettings:
+    """What a run is told, for settings and operator alike."""
+
+    energy: bpy.props.EnumProperty(name="Energy", description="What to minimize", items=ENERGIES, default="MVS")
+    weight_willmore: _weight("willmore")
+    weight_mvs: _weight("mvs")
+    weight_mvs_cross: _weight("mvs_cross")
+    weight_variation: _weight("variation")
+    weight_mehlum_tarrou: _weight("mehlum_tarrou")
+    weight_area: _weight("area")
+    resolution: bpy.props.EnumProperty(
+        name="Resolution", description="Whether the result has more vertices", items=RESOLUTIONS, default="REFINE"
+    )
+    levels: bpy.props.IntProperty(
         name="Levels",
         description="Optimizations, with a subdivision of the cage before each but the first: 1 keeps the cage's faces",
         default=4,
@@ -50,49 +89,49 @@ def levels_property() -> object:
         max=12,
         soft_max=6,
     )
-
-
-def boundary_property() -> object:
-    """What stays, for settings and operator alike; identifiers are header.BOUNDARIES in capitals."""
-    return bpy.props.EnumProperty(
+    boundary: bpy.props.EnumProperty(
         name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES, default="POSITION"
     )
-
-
-def symmetry_property() -> object:
-    """Whether symmetries are kept, for settings and operator alike; identifiers are header.SYMMETRIES in capitals."""
-    return bpy.props.EnumProperty(
+    symmetry: bpy.props.EnumProperty(
         name="Symmetry", description="What becomes of the cage's symmetries", items=SYMMETRIES, default="AUTO"
     )
-
-
-def keep_property() -> object:
-    """The vertices that are held, for settings and operator alike; identifiers are those of cage.read_held."""
-    return bpy.props.EnumProperty(
+    keep: bpy.props.EnumProperty(
         name="Keep",
         description="Vertices of the cage that stay where they are; the surface comes closer to them with every level. "
         "Where all vertices of a face and of all faces that touch it are kept, the surface itself stays",
         items=KEEPS,
         default="NOTHING",
     )
-
-
-def vertex_group_property() -> object:
-    """The name of the group that `keep` means, for settings and operator alike."""
-    return bpy.props.StringProperty(
+    vertex_group: bpy.props.StringProperty(
         name="Vertex Group", description="Vertices with a weight above 0.5 in this vertex group stay"
+    )
+    outcome: bpy.props.EnumProperty(
+        name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"
+    )
+    surface: bpy.props.EnumProperty(
+        name="Surface", description="The surface whose energy is meant, at poles and n-gons", items=SURFACES,
+        default="AUTO",
+    )  # fmt: skip
+    max_iterations: bpy.props.IntProperty(
+        name="Iterations", description="The most steps of a level", default=1000, min=1, max=100_000, soft_max=1000
+    )
+    threads: bpy.props.IntProperty(
+        name="Threads", description="Processor cores to use: 0 is all of them", default=0, min=0, max=256, soft_max=16
     )
 
 
-class CURVOPT_PG_settings(bpy.types.PropertyGroup):
+SETTINGS = tuple(RunSettings.__annotations__)
+
+
+class CURVOPT_PG_settings(RunSettings, bpy.types.PropertyGroup):
     """Settings of the next run."""
 
-    energy: energy_property()
-    levels: levels_property()
-    boundary: boundary_property()
-    symmetry: symmetry_property()
-    keep: keep_property()
-    vertex_group: vertex_group_property()
+
+def energy_text_of(values: dict[str, object]) -> str:
+    """Settings' choice of energy as energy.py writes it. ValueError for an empty mix."""
+    if values["energy"] != "MIX":
+        return str(values["energy"]).lower()
+    return text_of({term: float(values[f"weight_{term}"]) for term in WEIGHT_TERMS})
 
 
 @dataclass

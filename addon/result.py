@@ -4,8 +4,8 @@
 The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
 the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
-shows the limit surface; materials are those of the original; energies are custom properties `curvopt_before_<term>` and
-`curvopt_after_<term>`, what was found of the result is `curvopt_verdict`, and `curvopt_symmetry_order` how many
+shows the limit surface; materials are those of the original; energies are custom properties `curvopt_before_<name>` and
+`curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and `curvopt_symmetry_order` how many
 symmetries were kept (1: none). Selected and active, as new objects are. UV maps, vertex groups and the like belong to
 the old cage and are not carried over.
 """
@@ -17,14 +17,16 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from .amount import store_blend
 from .cage import Source, read_edges, read_positions
 from .crease import BOUNDARY_SMOOTH, to_blender
 from .header import SHARPNESS_INFINITE
-from .job import ENERGY_LABELS, Request, Solution, verdict_text
-from .values import Cage, Creases
+from .energy import ENERGY_LABELS
+from .job import Request, Solution, verdict_text
+from .values import Cage, Creases, Energies
 
 _GAP = 0.1  # between original and result, in sizes of the larger
-_SHOWN_ENERGIES = ("willmore", "mvs", "mvs_cross")
+_BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area"}  # numbers of a report that are no energies to minimize
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels
@@ -34,21 +36,32 @@ _MAX_CREASE_PARTS = 20_000  # each takes 13 kB of Blender's memory
 def add_result(context: bpy.types.Context, source: Source, request: Request, solution: Solution) -> bpy.types.Object:
     """Create the object, link it where the original is, place, select and activate it."""
     name = f"{source.name} {request.label}"
-    original = next((o for o in bpy.data.objects if o.name == source.name and o.library is None), None)
+    original = local_object(source.name)
     mesh = make_mesh(name, solution.cage)
     result = bpy.data.objects.new(name, mesh)
-    result.matrix_world = _beside(context.scene, source, solution.cage) @ source.frame
-    if original is not None:
-        _carry_materials(original, result, face_parents(source.cage, solution.cage), source.face_material)
+    result.matrix_world = beside(context.scene, source, solution.cage.positions) @ source.frame
+    if original is not None and original.type == "MESH":
+        carry_materials(original, mesh, face_parents(source.cage, solution.cage), source.face_material)
     add_subdivision(result, solution.cage.creases)
-    _store(result, source.name, request, solution)
-    _link(context, original, result)
+    store(result, source.name, request, solution)
+    store_blend(result, solution.start_positions, solution.cage.positions)
+    link_beside(context, original, result)
+    select_alone(context, result)
+    return result
+
+
+def select_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Make it the active and only selected object, as new ones are, unless the user is in another mode."""
     if context.mode == "OBJECT":
         for other in list(context.view_layer.objects.selected):
             other.select_set(False)
-        result.select_set(True)
-        context.view_layer.objects.active = result
-    return result
+        obj.select_set(True)
+        context.view_layer.objects.active = obj
+
+
+def local_object(name: str) -> bpy.types.Object | None:
+    """The object of this file that is called so."""
+    return next((o for o in bpy.data.objects if o.name == name and o.library is None), None)
 
 
 def make_mesh(name: str, cage: Cage) -> bpy.types.Mesh:
@@ -132,19 +145,21 @@ def face_parents(coarse: Cage, fine: Cage) -> np.ndarray:
     return parents
 
 
-def _carry_materials(
-    original: bpy.types.Object, result: bpy.types.Object, parents: np.ndarray, face_material: np.ndarray
+def carry_materials(
+    original: bpy.types.Object, mesh: bpy.types.Mesh, parents: np.ndarray, face_material: np.ndarray
 ) -> None:
+    """Give `mesh` the materials of `original`, each face that of its parent."""
     for slot in original.material_slots:
-        result.data.materials.append(slot.material)
+        mesh.materials.append(slot.material)
     if original.material_slots:
-        result.data.polygons.foreach_set("material_index", face_material[parents].astype(np.int32))
+        mesh.polygons.foreach_set("material_index", face_material[parents].astype(np.int32))
 
 
-def _beside(scene: bpy.types.Scene, source: Source, cage: Cage) -> Matrix:
-    """The translation along world X that puts `cage` past the original and its earlier results."""
+def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Matrix:
+    """The translation along world X that puts positions (n, 3) in the source's frame past the original and what else
+    stands beside it."""
     row = np.array(source.frame)[0]
-    before, after = source.cage.positions @ row[:3] + row[3], cage.positions @ row[:3] + row[3]
+    before, after = source.cage.positions @ row[:3] + row[3], positions @ row[:3] + row[3]
     edge = before.max()
     for other in scene.objects:
         if other.type == "MESH" and other.data.vertices and other.get("curvopt_source") == source.name:
@@ -154,7 +169,7 @@ def _beside(scene: bpy.types.Scene, source: Source, cage: Cage) -> Matrix:
     return Matrix.Translation((edge + gap - after.min(), 0.0, 0.0))
 
 
-def _link(context: bpy.types.Context, original: bpy.types.Object | None, result: bpy.types.Object) -> None:
+def link_beside(context: bpy.types.Context, original: bpy.types.Object | None, result: bpy.types.Object) -> None:
     """Into the original's first collection that this view layer shows, else the scene's own."""
     for collection in original.users_collection if original is not None else ():
         collection.objects.link(result)
@@ -165,27 +180,41 @@ def _link(context: bpy.types.Context, original: bpy.types.Object | None, result:
     context.scene.collection.objects.link(result)
 
 
-def _store(result: bpy.types.Object, source_name: str, request: Request, solution: Solution) -> None:
-    result["curvopt_source"] = source_name
-    result["curvopt_energy"] = request.energy
-    result["curvopt_surface"] = solution.end.surface
-    result["curvopt_stop"] = solution.stop
-    result["curvopt_verdict"] = verdict_text(
-        solution.verification, solution.end.objective, solution.symmetry_order
+def store(obj: bpy.types.Object, source_name: str, request: Request, solution: Solution) -> None:
+    """Make the object remember what was done and found."""
+    verdict = verdict_text(
+        solution.verification, solution.end.objective, solution.symmetry_order, solution.stop
     )
-    result["curvopt_symmetry_order"] = solution.symmetry_order
+    obj["curvopt_source"] = source_name
+    obj["curvopt_energy"] = request.energy
+    obj["curvopt_surface"] = solution.end.surface
+    obj["curvopt_stop"] = solution.stop
+    obj["curvopt_verdict"] = verdict
+    obj["curvopt_symmetry_order"] = solution.symmetry_order
     for when, energies in (("before", solution.start), ("after", solution.end)):
-        for term in ENERGY_LABELS:
-            if np.isfinite(energies.terms[term]):
-                result[f"curvopt_{when}_{term}"] = energies.terms[term]
+        for name, value in _numbers(energies).items():
+            key = f"curvopt_{when}_{name}"
+            if np.isfinite(value):
+                obj[key] = value
+            elif key in obj:
+                del obj[key]
+
+
+def _numbers(energies: Energies) -> dict[str, float]:
+    """Every number of a report, by name."""
+    of_energies = {term: energies.terms[term] for term in ENERGY_LABELS}
+    return {**of_energies, **{name: getattr(energies, name) for name in _BESIDES}}
 
 
 def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, float]]:
-    """(label, before, after) of the panel's energies, as a result object remembers them; empty for other objects."""
-    if obj is None:
+    """(label, before, after) of a report's numbers, as a result object remembers them, NAN for those that the surface
+    cannot give; empty for other objects."""
+    if obj is None or "curvopt_verdict" not in obj:
         return []
-    keys = ((term, f"curvopt_before_{term}", f"curvopt_after_{term}") for term in _SHOWN_ENERGIES)
-    return [(ENERGY_LABELS[term], obj[b], obj[a]) for term, b, a in keys if b in obj and a in obj]
+    names = {**ENERGY_LABELS, **_BESIDES}
+    keys = ((label, f"curvopt_before_{name}", f"curvopt_after_{name}") for name, label in names.items())
+    rows = [(label, obj.get(before, np.nan), obj.get(after, np.nan)) for label, before, after in keys]
+    return [row for row in rows if np.isfinite(row[1:]).any()]
 
 
 def stored_verdict(obj: bpy.types.Object | None) -> str:

@@ -25,6 +25,7 @@ def install_folder(source: Path, scripts: Path) -> Path:
     """Copy the add-on to where Blender looks for it, with the newest built library inside; its place."""
     place = scripts / "addons" / NAME
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "blend_files" / "obj", place / "shapes", dirs_exist_ok=True)
     library = place / "lib" / "libcurvopt.so"
     built = Path(os.environ.get("CURVOPT_LIBRARY") or ROOT / "build" / "release" / "libcurvopt.so")
     library.parent.mkdir(exist_ok=True)

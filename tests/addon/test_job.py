@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 import shapes
-from addon import header, job, native
+from addon import energy, header, job, native
 
 
 def progress(iteration: int) -> native.Progress:
@@ -46,14 +46,15 @@ def test_ticks_follow_the_worker_to_its_end():
     assert run.tick() is job.Phase.RUNNING and "preparing" in run.status
     work.allow()
     assert run.tick() is job.Phase.RUNNING
-    assert "MVS: level 2 of 4, iteration 0, energy 90 (from 100)" in run.status and "ESC" in run.status
+    assert "MVS: level 2 of 4, iteration 0, energy 90 (from 100)" in run.status
     work.allow()
     assert run.job.join(20)
     assert run.tick() is job.Phase.FINISHED
     assert run.job.solution == "solution" and run.job.error is None
 
 
-def test_escape_ends_as_cancelled_only_when_the_worker_has_stopped():
+def test_escape_waits_for_the_worker_a_moment_but_not_for_a_long_step(monkeypatch):
+    monkeypatch.setattr(job, "_PATIENCE", 1e9)
     work, asked = Gated(5), []
     run = job.ModalRun(job.Job(work, lambda: asked.append(1)), "MVS")
     work.allow()
@@ -61,9 +62,30 @@ def test_escape_ends_as_cancelled_only_when_the_worker_has_stopped():
     run.escape()
     assert asked == [1]
     assert run.tick() is job.Phase.CANCELLING and run.status.endswith("cancelling")
+    monkeypatch.setattr(job, "_PATIENCE", 0.0)
+    assert run.tick() is job.Phase.CANCELLED and run.job.running
     work.allow()
     assert work.saw_cancel and run.job.join(20)
-    assert run.tick() is job.Phase.CANCELLED
+
+
+def test_keeping_ends_as_finished_with_what_the_worker_has():
+    work = Gated(5)
+    run = job.ModalRun(job.Job(work), "MVS")
+    work.allow()
+    run.keep()
+    assert run.tick() is job.Phase.KEEPING and "best so far" in run.status
+    work.allow()
+    assert work.saw_cancel and run.job.join(20)
+    assert run.tick() is job.Phase.FINISHED and run.job.solution == "solution"
+
+
+def test_escape_after_keep_still_means_nothing_is_kept():
+    work = Gated(5)
+    run = job.ModalRun(job.Job(work), "MVS")
+    run.keep()
+    run.escape()
+    work.allow()
+    assert run.job.join(20) and run.tick() is job.Phase.CANCELLED
 
 
 def test_escape_wins_over_a_worker_that_has_just_finished():
@@ -105,10 +127,9 @@ def test_abandoning_waits_for_the_worker_but_not_for_ever():
     run = job.ModalRun(job.Job(work), "MVS")
     start = time.monotonic()
     assert run.abandon(0.05) is False and time.monotonic() - start < 5
-    assert run.phase is job.Phase.CANCELLING
+    assert run.phase is job.Phase.CANCELLED and run.job.running
     work.allow()
     assert run.abandon(20) is True
-    assert run.phase is job.Phase.CANCELLED
 
 
 def torus_cage() -> native.Cage:
@@ -151,7 +172,7 @@ def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
     [(78.95683, "78.957"), (1317412.6, "1,317,413"), (0.00012345678, "0.00012346"), (2e9, "2e+09")],
 )
 def test_energies_are_written_for_people(value, text):
-    assert job.energy_text(value) == text
+    assert energy.number_text(value) == text
 
 
 def test_boundary_of_the_request_reaches_the_library():

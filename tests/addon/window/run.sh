@@ -12,6 +12,7 @@ out=${1:-$work/out}
 mkdir -p "$out" "$work/scripts/addons"
 cp -r "$root/addon" "$work/scripts/addons/curvopt"
 mkdir -p "$work/scripts/addons/curvopt/lib"
+cp -r "$root/blend_files/obj" "$work/scripts/addons/curvopt/shapes"
 cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/scripts/addons/curvopt/lib/libcurvopt.so"
 unset CURVOPT_LIBRARY PYTHONPATH
 

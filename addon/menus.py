@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ways in beside the sidebar: Object menu (and so F3), Add > Mesh > Curvature Shapes, presets of the settings."""
+
+from pathlib import Path
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from mathutils import Matrix
+
+from . import catalogue, properties, result
+
+_PRESETS = "curvopt"  # folder of the user's own, beside those of render sizes and the like
+_SHIPPED = Path(__file__).resolve().parent / "presets"
+_items: list[tuple[str, str, str]] = []  # kept, because Blender does not keep what a callback returns
+
+
+def _shapes(_self: object, _context: bpy.types.Context) -> list[tuple[str, str, str]]:
+    _items[:] = [(name, catalogue.label(name), "Add this cage") for name in catalogue.names()]
+    return _items
+
+
+class CURVOPT_OT_add_shape(bpy.types.Operator):
+    """Add a cage to minimize the curvature of"""
+
+    bl_idname = "curvopt.add_shape"
+    bl_label = "Curvature Shape"
+    bl_options = {"REGISTER", "UNDO"}
+
+    shape: bpy.props.EnumProperty(name="Shape", description="Which cage of the catalogue", items=_shapes)
+    size: bpy.props.FloatProperty(
+        name="Size", description="Factor of its size", default=1.0, min=1e-3, max=1e3, subtype="DISTANCE"
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.mode == "OBJECT"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            cage = catalogue.load(self.shape)
+        except (OSError, ValueError) as error:
+            self.report({"ERROR"}, f"{error}")
+            return {"CANCELLED"}
+        name = catalogue.label(self.shape)
+        mesh = result.make_mesh(name, cage)
+        mesh.transform(Matrix.Scale(self.size, 4))
+        obj = bpy.data.objects.new(name, mesh)
+        obj.location = context.scene.cursor.location
+        result.add_subdivision(obj, cage.creases)
+        context.collection.objects.link(obj)
+        result.select_alone(context, obj)
+        return {"FINISHED"}
+
+
+class CURVOPT_MT_shapes(bpy.types.Menu):
+    """Cages to start from"""
+
+    bl_idname = "CURVOPT_MT_shapes"
+    bl_label = "Curvature Shapes"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        for name in catalogue.names():
+            self.layout.operator("curvopt.add_shape", text=catalogue.label(name)).shape = name
+
+
+class CURVOPT_MT_presets(bpy.types.Menu):
+    """Settings for common tasks, and your own"""
+
+    bl_label = "Curvopt Presets"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        folders = [str(_SHIPPED), *bpy.utils.preset_paths(_PRESETS)]
+        chosen = {"menu_idname": "CURVOPT_MT_presets"}
+        self.path_menu(folders, "script.execute_preset", props_default=chosen, filter_ext=lambda end: end == ".py")
+        self.layout.separator()
+        self.layout.operator("curvopt.preset_add", text="Save These Settings…", icon="ADD")
+        self.layout.operator("curvopt.preset_add", text="Remove Last Chosen", icon="REMOVE").remove_active = True
+
+
+class CURVOPT_OT_preset_add(AddPresetBase, bpy.types.Operator):
+    """Save the settings of this panel under a name, or remove the preset that was chosen last"""
+
+    bl_idname = "curvopt.preset_add"
+    bl_label = "Add Curvopt Preset"
+    preset_menu = "CURVOPT_MT_presets"
+    preset_subdir = _PRESETS
+    preset_defines = ["settings = bpy.context.scene.curvopt"]
+    preset_values = [f"settings.{name}" for name in properties.SETTINGS if name != "vertex_group"]
+
+
+def _in_object_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    menu.layout.separator()
+    menu.layout.operator("curvopt.minimize", icon="SPHERECURVE")
+    menu.layout.operator("curvopt.curvature", icon="COLOR")
+
+
+def _in_add_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    menu.layout.menu("CURVOPT_MT_shapes", icon="SPHERECURVE")
+
+
+_CLASSES = (CURVOPT_OT_add_shape, CURVOPT_MT_shapes, CURVOPT_MT_presets, CURVOPT_OT_preset_add)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_object.append(_in_object_menu)
+    bpy.types.VIEW3D_MT_mesh_add.append(_in_add_menu)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_MT_mesh_add.remove(_in_add_menu)
+    bpy.types.VIEW3D_MT_object.remove(_in_object_menu)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

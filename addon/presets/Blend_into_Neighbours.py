@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import bpy
+
+settings = bpy.context.scene.curvopt
+settings.energy = "WILLMORE"
+settings.resolution = "KEEP"
+settings.boundary = "TANGENT"
+settings.keep = "UNSELECTED"
