@@ -21,7 +21,7 @@ from .header import BOUNDARIES, SURFACES, SYMMETRIES
 from .snapshot import Watcher
 from .values import Cage, Energies, LevelReport, Progress, Verification
 
-_PATIENCE = 0.15  # seconds that an escaped run waits for its worker; the library looks at the flag between steps only
+_PATIENCE = 0.1  # seconds that an escaped run waits for its worker; the library looks at the flag between steps only
 
 
 @dataclass(frozen=True)

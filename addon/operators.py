@@ -18,7 +18,8 @@ import bpy
 
 from . import cage, job, outcome, properties, result
 
-_TICK = 0.1  # seconds between looks at the worker
+_TICK = 0.05  # seconds between looks at the worker
+_REDRAW = 0.15  # seconds, at least, between drawings of a run
 _LAST_WAIT = 5.0  # seconds that quitting or disabling the add-on waits for workers
 _MOST_LEAVING = 2  # workers of cancelled runs that may still be busy when a new run starts
 
@@ -28,6 +29,7 @@ _LOOKING_AROUND |= {"TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSESMARTZOO
 
 _run: job.ModalRun | None = None  # the modal run that is on; there is one at a time
 _leaving: list[job.Job] = []  # cancelled, and not yet at the end of their last step
+_refreshed: tuple[object, object, float] = (None, None, 0.0)  # progress and picture that were drawn, and when
 _on_screen: list[Callable[[], object]] = []  # what takes away the timer and the drawing of the run
 
 
@@ -202,9 +204,14 @@ def _start_preview(context: bpy.types.Context, source: cage.Source, run: job.Mod
 
 
 def _refresh(context: bpy.types.Context, run: job.ModalRun) -> None:
-    """Have the viewports drawn if there is something new."""
+    """Have the viewports drawn if there is something new, but not too often."""
+    global _refreshed
+    seen = (run.job.latest, run.job.watcher.latest, time.monotonic())
+    if seen[:2] == _refreshed[:2] or seen[2] < _refreshed[2] + _REDRAW:
+        return
     from .overlay import redraw
 
+    _refreshed = seen
     redraw(context, ("WINDOW",))
     run.job.watcher.ask()
 

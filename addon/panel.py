@@ -40,7 +40,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             weights = column.box().column(align=True)
             for term in WEIGHT_TERMS:
                 weights.prop(settings, f"weight_{term}", slider=True)
-        column.row().prop(settings, "resolution", expand=True)
+        choice = column.row()
+        choice.use_property_split = False
+        choice.prop(settings, "resolution", expand=True)
         if settings.resolution == "REFINE":
             column.prop(settings, "levels")
         for name in ("boundary", "symmetry", "keep"):

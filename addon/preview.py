@@ -89,7 +89,8 @@ class Preview:
         margin = 8 * unit
         box = np.array([[x + margin, y + margin], [x + width - margin, y + height - margin]])
         overlay.polyline(curve_points(self._job.history, progress.start_energy, box), _CURVE)
-        overlay.text(box[0, 0], box[1, 1] - 9 * unit, number_text(progress.start_energy), overlay.DIM, 9)
+        overlay.text(box[0, 0] + 0.6 * width, box[1, 1] - 9 * unit, f"from {number_text(progress.start_energy)}",
+                     overlay.DIM, 10)  # fmt: skip
 
 
 def curve_points(history: list[tuple[float, int, float]], start: float, box: np.ndarray) -> np.ndarray:

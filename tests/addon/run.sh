@@ -48,7 +48,7 @@ make_zip() {
 
 start=$SECONDS
 part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here/test_native.py" \
-    "$here/test_crease.py" "$here/test_job.py" "$here/test_gallery.py"
+    "$here/test_crease.py" "$here/test_job.py" "$here/test_surface.py"
 part background /usr/bin/python3 "$here/run_in_blender.py" -q
 make_zip
 part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$work/curvopt.zip" -q -k "new_object or off_and_on"

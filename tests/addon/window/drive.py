@@ -90,6 +90,24 @@ def open_sidebar_tab():
     assert drawn, "the tab was not found"
 
 
+def subpanels(shown):
+    """Show those below the main panel, or take them away, so that from below there are labels only."""
+    panel = part("panel")
+    for cls in panel._CLASSES[1:]:
+        if cls.is_registered != shown:
+            (bpy.utils.register_class if shown else bpy.utils.unregister_class)(cls)
+
+
+def click_up_the_panel(until):
+    """Click in the middle of the sidebar, from below upwards, until something has happened."""
+    region = next(region for region in viewport()[0].regions if region.type == "UI")
+    for y in range(10, region.height, 10):
+        yield from click(region.x + region.width // 4, region.y + y)
+        if until():
+            return
+    raise AssertionError("there is no such button")
+
+
 def part(name):
     return sys.modules[f"curvopt.{name}"]
 
@@ -161,12 +179,11 @@ def the_button_in_the_sidebar_starts_a_run():
     setup()
     bpy.context.scene.curvopt.energy, bpy.context.scene.curvopt.levels = "WILLMORE", 2
     yield from open_sidebar_tab()
-    region = next(region for region in viewport()[0].regions if region.type == "UI")
-    for y in range(10, region.height, 10):  # from below, where there are labels and, behind them, the viewport
-        before = contents()
-        yield from click(region.x + region.width // 2 - 10, region.y + y)
-        if state().running or "Torus Willmore" in bpy.data.objects:
-            break
+    subpanels(False)
+    yield from turns(6)
+    before = contents()["Torus"][:2]
+    yield from click_up_the_panel(lambda: state().running or "Torus Willmore" in bpy.data.objects)
+    subpanels(True)
     yield lambda: not state().running
     assert set(contents()) == {"Torus", "Torus Willmore"}
     window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=300, y=300)
@@ -174,7 +191,7 @@ def the_button_in_the_sidebar_starts_a_run():
     screenshot("panel")
     press("Z", ctrl=True)
     yield lambda: "Torus Willmore" not in bpy.data.objects
-    assert contents() == before
+    assert set(contents()) == {"Torus"} and contents()["Torus"][:2] == before
 
 
 @check
@@ -183,12 +200,10 @@ def the_button_minds_the_vertex_group_that_the_sidebar_shows():
     torus, settings = bpy.data.objects["Torus"], bpy.context.scene.curvopt
     torus.vertex_groups.new(name="Pins").add([0, 16], 1.0, "REPLACE")
     settings.energy, settings.levels, settings.keep, settings.vertex_group = "WILLMORE", 1, "GROUP", "Pins"
+    subpanels(False)
     yield from turns(6)
-    region = next(region for region in viewport()[0].regions if region.type == "UI")
-    for y in range(10, region.height, 10):
-        yield from click(region.x + region.width // 2 - 10, region.y + y)
-        if state().running or "Torus Willmore" in bpy.data.objects:
-            break
+    yield from click_up_the_panel(lambda: state().running or "Torus Willmore" in bpy.data.objects)
+    subpanels(True)
     yield lambda: not state().running
     yield from turns(6)
     screenshot("pins")
@@ -213,6 +228,45 @@ def escape_cancels_with_nothing_changed():
     assert part("operators")._run is None
     yield lambda: True
     screenshot("cancelled")
+
+
+def snapshots():
+    """The worker's pictures of the run that is on."""
+    return part("operators")._run.job.watcher
+
+
+@check
+def enter_keeps_the_best_so_far():
+    setup()
+    meshes = len(bpy.data.meshes)
+    assert invoke(energy="MVS", levels=6, symmetry="NONE") == {"RUNNING_MODAL"}
+    first = snapshots().latest
+    yield lambda: snapshots().latest is not first and snapshots().latest.progress is not None
+    assert set(contents()) == {"Torus"} and len(bpy.data.meshes) == meshes  # the preview is no data
+    yield from turns(4)
+    screenshot("preview")
+    press("RET")
+    yield lambda: not state().running
+    result = bpy.data.objects["Torus MVS"]
+    assert result["curvopt_stop"] == "cancelled" and "stopped early" in result["curvopt_verdict"]
+    assert result["curvopt_after_mvs"] < result["curvopt_before_mvs"]
+    assert not part("operators")._on_screen
+    yield from turns(4)
+    screenshot("kept")
+
+
+@check
+def the_keep_button_is_within_reach_during_a_run():
+    setup()
+    subpanels(False)
+    assert invoke(energy="MVS", levels=6, symmetry="NONE") == {"RUNNING_MODAL"}
+    run = part("operators")._run
+    yield lambda: run.job.latest is not None
+    yield from turns(4)
+    yield from click_up_the_panel(lambda: run.phase.name != "RUNNING")
+    subpanels(True)
+    yield lambda: not state().running
+    assert run.phase.name == "FINISHED" and "Torus MVS" in bpy.data.objects
 
 
 @check

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where results go: new object, in place, shape key; the amount slider; mixes; what happens to a changed object."""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def minimize(**arguments):
+    arguments = {"energy": "WILLMORE", "levels": 1, **arguments}
+    assert bpy.ops.curvopt.minimize(**arguments) == {"FINISHED"}
+    return bpy.context.view_layer.objects.active
+
+
+def positions(points):
+    values = np.empty(3 * len(points), np.float32)
+    points.foreach_get("co", values)
+    return values.reshape(-1, 3).astype(float)
+
+
+@pytest.fixture
+def optimum(torus, part):
+    """What a new object would have, (32, 3), as float64; the torus stays active."""
+    source = part("cage").read_source(bpy.context, torus)
+    return part("job").solve(source.cage, part("job").Request("willmore", 1)).cage.positions
+
+
+# ------------------------------------------------------------------------------------------------------ in place --
+
+
+def test_in_place_with_the_same_vertices_keeps_all_else(torus, optimum):
+    torus.data.uv_layers.new(name="Map")
+    group = torus.vertex_groups.new(name="Weights")
+    group.add([3], 0.25, "REPLACE")
+    mesh, objects = torus.data, len(bpy.data.objects)
+    assert minimize(outcome="REPLACE") is torus and torus.data is mesh and len(bpy.data.objects) == objects
+    assert positions(mesh.vertices) == pytest.approx(optimum, abs=1e-6)
+    assert mesh.uv_layers[0].name == "Map" and group.weight(3) == pytest.approx(0.25)
+    assert [modifier.type for modifier in torus.modifiers] == ["SUBSURF"]
+    assert torus["curvopt_after_willmore"] < torus["curvopt_before_willmore"]
+
+
+def test_in_place_refined_changes_the_mesh_and_keeps_materials(torus):
+    torus.data.materials.append(bpy.data.materials.new("Red"))
+    torus.modifiers.new("Mine", "SUBSURF").boundary_smooth = "PRESERVE_CORNERS"
+    assert minimize(outcome="REPLACE", levels=2) is torus
+    assert len(torus.data.vertices) == 128 and torus.data.materials[0].name == "Red"
+    assert [m.name for m in torus.modifiers] == ["Mine"]
+    assert torus.modifiers[0].boundary_smooth == "PRESERVE_CORNERS"
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+@pytest.mark.parametrize("scale", [(2, 2, 2), (1, 1, 1.6), (-1, 2, 1)])
+def test_in_place_on_a_scaled_object_shows_what_a_new_object_would(torus, scale, levels):
+    torus.scale, torus.rotation_euler = scale, (0.3, 0.1, -0.5)
+    new = minimize(levels=levels)
+    bpy.context.view_layer.objects.active = torus
+    minimize(levels=levels, outcome="REPLACE")
+    bpy.context.view_layer.update()
+    assert tuple(torus.scale) == pytest.approx(scale)
+    shift = np.array(new.location - torus.location)
+    assert world(new) - shift == pytest.approx(world(torus), abs=1e-5)
+    faces = [list(polygon.vertices) for polygon in torus.data.polygons]
+    assert shapes.enclosed_volume(world(torus), faces) * np.prod(np.sign(scale)) > 0
+
+
+def world(obj):
+    matrix = np.array(obj.matrix_world)
+    return positions(obj.data.vertices) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def test_in_place_leaves_another_user_of_the_mesh_alone(torus):
+    other = bpy.data.objects.new("Other", torus.data)
+    bpy.context.scene.collection.objects.link(other)
+    before = positions(other.data.vertices)
+    minimize(outcome="REPLACE")
+    assert np.array_equal(positions(other.data.vertices), before) and torus.data is not other.data
+
+
+# ------------------------------------------------------------------------------------------------------ shape key --
+
+
+def test_shape_key_holds_the_result_and_the_basis_stays(torus, optimum):
+    before = positions(torus.data.vertices)
+    assert minimize(outcome="SHAPE_KEY") is torus
+    keys = torus.data.shape_keys.key_blocks
+    assert [key.name for key in keys] == ["Basis", "Curvopt Willmore"] and keys[1].value == 1.0
+    assert np.array_equal(positions(keys[0].data), before)
+    assert positions(keys[1].data) == pytest.approx(optimum, abs=1e-6)
+
+
+def test_second_shape_key_starts_from_the_basis_and_takes_over(torus):
+    minimize(outcome="SHAPE_KEY")
+    before = torus["curvopt_before_willmore"]
+    minimize(outcome="SHAPE_KEY", energy="MVS")
+    keys = torus.data.shape_keys.key_blocks
+    assert [(key.name, key.value) for key in keys][1:] == [("Curvopt Willmore", 0.0), ("Curvopt MVS", 1.0)]
+    assert torus["curvopt_before_willmore"] == pytest.approx(before, rel=2e-4)  # quadrature
+
+
+def test_shape_key_of_a_refined_cage_is_refused(torus, contents):
+    before = contents()
+    with pytest.raises(RuntimeError, match="A shape key needs the vertices of your cage: set Resolution to Keep Mine"):
+        bpy.ops.curvopt.minimize(outcome="SHAPE_KEY", levels=2)
+    assert contents() == before
+    minimize(outcome="SHAPE_KEY", levels=5, resolution="KEEP")
+
+
+# --------------------------------------------------------------------------------------------------------- amount --
+
+
+@pytest.mark.parametrize("outcome", ["NEW", "REPLACE"])
+@pytest.mark.parametrize("levels", [1, 2])
+def test_amount_goes_from_the_originals_surface_to_the_optimum(torus, outcome, levels, part):
+    start = part("cage").read_source(bpy.context, torus).cage
+    result = minimize(outcome=outcome, levels=levels)
+    end = positions(result.data.vertices)
+    result.curvopt_amount = 0.0
+    with native_mesh(part, start) as mesh:
+        refined = mesh.refine(start.positions)[1] if levels == 2 else start.positions
+    assert positions(result.data.vertices) == pytest.approx(refined, abs=1e-6)
+    result.curvopt_amount = 0.25
+    assert positions(result.data.vertices) == pytest.approx(0.75 * refined + 0.25 * end, abs=1e-6)
+    result.curvopt_amount = 1.0
+    assert np.array_equal(positions(result.data.vertices), end)
+
+
+def native_mesh(part, cage):
+    native = part("native")
+    return native.Mesh.create(native.library(), len(cage.positions), cage.face_sizes, cage.face_vertices)
+
+
+def test_amount_keeps_what_was_edited_by_hand(torus):
+    result = minimize()
+    end = positions(result.data.vertices)
+    result.data.vertices[5].co.z += 0.125
+    result.curvopt_amount = 0.5
+    result.curvopt_amount = 1.0
+    end[5, 2] += 0.125
+    assert positions(result.data.vertices) == pytest.approx(end, abs=1e-6)
+
+
+def test_amount_of_other_objects_moves_nothing(torus):
+    before = positions(torus.data.vertices)
+    torus.curvopt_amount = 0.3
+    assert np.array_equal(positions(torus.data.vertices), before)
+
+
+def test_amount_is_undone(torus):
+    result = minimize()
+    name, end = result.name, positions(result.data.vertices)
+    bpy.ops.ed.undo_push(message="before")
+    result.curvopt_amount = 0.0
+    bpy.ops.ed.undo_push(message="amount")
+    bpy.ops.ed.undo()
+    result = bpy.data.objects[name]
+    assert result.curvopt_amount == 1.0 and np.array_equal(positions(result.data.vertices), end)
+    result.curvopt_amount = 0.5
+    assert not np.array_equal(positions(result.data.vertices), end)
+
+
+# --------------------------------------------------------------------------------------- settings, changed objects --
+
+
+def test_mix_of_energies_by_weights(torus):
+    result = minimize(energy="MIX", weight_willmore=1.0, weight_mvs=0.5)
+    assert result["curvopt_energy"] == "willmore,mvs:0.5" and result.name == "Torus Willmore + 0.5 MVS"
+
+
+def test_mix_of_nothing_is_refused(torus):
+    with pytest.raises(RuntimeError, match="The mix is empty"):
+        bpy.ops.curvopt.minimize(energy="MIX", weight_willmore=0, weight_mvs=0, weight_area=1)
+
+
+def test_resolution_keep_mine_overrules_the_levels(torus):
+    assert len(minimize(resolution="KEEP", levels=4).data.vertices) == 32
+
+
+def test_surface_of_the_settings_reaches_the_library(add):
+    points, faces = shapes.cube()
+    add(points * [1.0, 1.3, 0.8], faces)
+    assert minimize(energy="MVS", surface="PLANE")["curvopt_surface"] == "plane"
+    bpy.context.view_layer.objects.active = bpy.data.objects["Cage"]
+    with pytest.raises(RuntimeError, match="extraordinary"):
+        bpy.ops.curvopt.minimize(energy="MVS", levels=1, surface="LIMIT")
+
+
+def test_iterations_of_the_settings_end_a_run_early_and_the_report_says_so(torus):
+    result = minimize(energy="MVS", max_iterations=1, symmetry="NONE")
+    assert result["curvopt_stop"] == "limit" and result["curvopt_verdict"]
+
+
+def changed(part, torus, change):
+    """Write a result after something happened to the torus meanwhile: (object, remark)."""
+    job = part("job")
+    source, request = part("cage").read_source(bpy.context, torus), job.Request("willmore", 1)
+    solution = job.solve(source.cage, request)
+    change()
+    return part("outcome").write(bpy.context, source, request, solution, "REPLACE")
+
+
+def test_result_of_an_object_that_was_deleted_meanwhile_is_a_new_object(torus, part):
+    obj, remark = changed(part, torus, lambda: bpy.data.objects.remove(torus))
+    assert obj.name == "Torus Willmore" and "'Torus' was deleted meanwhile" in remark
+
+
+def test_result_of_a_mesh_that_was_edited_meanwhile_is_a_new_object(torus, part):
+    def move():
+        torus.data.vertices[0].co.x += 0.5
+
+    obj, remark = changed(part, torus, move)
+    assert obj is not torus and "was changed meanwhile" in remark
+    assert torus.data.vertices[0].co.x == pytest.approx(2.0)
+
+
+def test_result_of_an_object_in_edit_mode_is_a_new_object(torus, part):
+    obj, remark = changed(part, torus, lambda: bpy.ops.object.mode_set(mode="EDIT"))
+    assert obj is not torus and "another mode" in remark
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_report_has_every_energy_before_and_after(torus, part):
+    rows = part("result").stored_energies(minimize())
+    assert [row[0] for row in rows] == ["Willmore", "MVS", "MVS_cross", "Variation", "Mehlum-Tarrou", "∫H²", "∫K", "Area"]
+    assert all(np.isfinite(row[1:]).all() for row in rows)
