@@ -9,7 +9,6 @@ from __future__ import annotations
 import enum
 import math
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -20,8 +19,6 @@ from .energy import label_of, number_text, weights_of
 from .header import BOUNDARIES, SURFACES, SYMMETRIES
 from .snapshot import Watcher
 from .values import Cage, Energies, LevelReport, Progress, Verification
-
-_PATIENCE = 0.1  # seconds that an escaped run waits for its worker; the library looks at the flag between steps only
 
 
 @dataclass(frozen=True)
@@ -163,7 +160,6 @@ class Phase(enum.Enum):
 
     RUNNING = "running"
     KEEPING = "keeping"
-    CANCELLING = "cancelling"
     FINISHED = "finished"
     CANCELLED = "cancelled"
     FAILED = "failed"
@@ -177,20 +173,19 @@ class ModalRun:
     """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, `keep` on Enter, until
     `phase.ended`.
 
-    After ESC the run ends as CANCELLED even if the worker was about to finish. A worker in the middle of a long step
-    may then go on for a while with nobody to listen to it; see `Job.running`."""
+    ESC ends the run at once, even if the worker was about to finish: a worker in the middle of a long step goes on to
+    its end with nobody to listen to it; see `Job.running`."""
 
     def __init__(self, job: Job, label: str) -> None:
         self.job = job
         self.label = label
         self.phase = Phase.RUNNING
-        self._escaped_at = 0.0
         job.start()
 
     def escape(self) -> None:
         """The user wants out: nothing of this run is to be kept."""
-        if self.phase in (Phase.RUNNING, Phase.KEEPING):
-            self.phase, self._escaped_at = Phase.CANCELLING, time.monotonic()
+        if not self.phase.ended:
+            self.phase = Phase.CANCELLED
             self.job.cancel()
 
     def keep(self) -> None:
@@ -201,26 +196,18 @@ class ModalRun:
 
     def tick(self) -> Phase:
         """Look at the worker; the phase now."""
-        if self.phase is Phase.CANCELLING:
-            if not self.job.running or time.monotonic() - self._escaped_at > _PATIENCE:
-                self.phase = Phase.CANCELLED
-        elif not self.phase.ended and not self.job.running:
+        if not self.phase.ended and not self.job.running:
             self.phase = Phase.FINISHED if self.job.error is None else Phase.FAILED
         return self.phase
 
     def abandon(self, timeout: float) -> bool:
         """Cancel and wait up to `timeout` seconds (Blender quits, loads a file): whether the worker has ended."""
         self.escape()
-        ended = self.job.join(timeout)
-        if not self.phase.ended:
-            self.phase = Phase.CANCELLED
-        return ended
+        return self.job.join(timeout)
 
     @property
     def status(self) -> str:
         """What it is doing, in a few words."""
-        if self.phase is Phase.CANCELLING:
-            return f"Minimizing {self.label}: cancelling"
         progress = self.job.latest
         if self.phase is Phase.KEEPING:
             return f"Minimizing {self.label}: finishing with the best so far"

@@ -84,8 +84,7 @@ class CURVOPT_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_label = "Add Curvopt Preset"
     preset_menu = "CURVOPT_MT_presets"
     preset_subdir = _PRESETS
-    preset_defines = ["settings = bpy.context.scene.curvopt"]
-    preset_values = [f"settings.{name}" for name in properties.SETTINGS if name != "vertex_group"]
+    preset_values = [f"bpy.context.scene.curvopt.{name}" for name in properties.SETTINGS if name != "vertex_group"]
 
 
 def _in_object_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -203,7 +203,8 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
 def _numbers(energies: Energies) -> dict[str, float]:
     """Every number of a report, by name."""
     of_energies = {term: energies.terms[term] for term in ENERGY_LABELS}
-    return {**of_energies, **{name: getattr(energies, name) for name in _BESIDES}}
+    besides = {**{name: getattr(energies, name) for name in _BESIDES}, "gauss": round(energies.gauss, 6) + 0.0}
+    return {**of_energies, **besides}  # a total curvature of 0 comes with rounding errors
 
 
 def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, float]]:

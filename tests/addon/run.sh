@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # All tests of the add-on: binding and worker without Blender, operator and batch in a background Blender, the add-on
-# installed from a zip, the modal operator in a window. Needs the built library (or CURVOPT_LIBRARY), blender, pytest,
+# installed from both zips (the extension in Blenders that know them), the modal operator in a window. Needs the built library (or CURVOPT_LIBRARY), blender, pytest,
 # Xvfb and imagemagick; a missing one is a failure. Last line: "N passed, N failed". BLENDER names another Blender.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
@@ -36,23 +36,19 @@ part() {
     failed=$((failed + bad))
 }
 
-# A zip as users install it: one folder with the add-on and the library inside.
-make_zip() {
-    mkdir -p "$work/zip"
-    cp -r "$root/addon" "$work/zip/curvopt"
-    rm -rf "$work/zip/curvopt/__pycache__"
-    mkdir -p "$work/zip/curvopt/lib"
-    cp "$CURVOPT_LIBRARY" "$work/zip/curvopt/lib/libcurvopt.so"
-    (cd "$work/zip" && /usr/bin/python3 -m zipfile -c "$work/curvopt.zip" curvopt)
-}
-
 start=$SECONDS
 part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here/test_native.py" \
     "$here/test_crease.py" "$here/test_job.py" "$here/test_surface.py"
 part background /usr/bin/python3 "$here/run_in_blender.py" -q
-make_zip
-part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$work/curvopt.zip" -q -k "new_object or off_and_on"
+zips=$root/build/release # as the build's target `addon` made them
+some="new_object or off_and_on or shape_of_the_catalogue or presets"
+part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$zips/curvopt_addon.zip" -q -k "$some"
+if [[ $(blender --version 2>/dev/null) == "Blender "[5-9]* || $(blender --version 2>/dev/null) == "Blender 4."[2-9]* ]]; then
+    part manifest bash "$here/extension.sh" "$zips/curvopt_extension.zip"
+    part extension /usr/bin/python3 "$here/run_in_blender.py" --extension "$zips/curvopt_extension.zip" -q -k "$some"
+fi
 part window bash "$here/window/run.sh"
+part campaign bash "$here/window/campaign.sh" "${CURVOPT_LONG:+200}"
 echo "add-on tests took $((SECONDS - start)) s"
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

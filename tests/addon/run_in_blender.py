@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run tests/addon/blender inside a real Blender in background, with the add-on installed for the occasion.
 
-    python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP] [pytest arguments ...]
+    python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP | --extension ZIP] [pytest arguments ...]
 
 The add-on goes into a temporary user folder (a zip by Blender's own installer), so nothing of the user's Blender is
-touched. The exit code is pytest's. The same file, run by Blender, is the inner half.
+touched. As an extension it has another name; the tests find it under its usual one. The exit code is pytest's. The same file, run by Blender, is the inner half.
 """
 
 import argparse
@@ -19,6 +19,9 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 NAME = "curvopt"  # of the installed add-on
 ZIP_VARIABLE = "CURVOPT_TEST_ZIP"
+EXTENSION_VARIABLE = "CURVOPT_TEST_EXTENSION"
+NAME_VARIABLE = "CURVOPT_TEST_NAME"  # for the tests: what the add-on is called
+EXTENSION_NAME = f"bl_ext.user_default.{NAME}"
 
 
 def install_folder(source: Path, scripts: Path) -> Path:
@@ -45,11 +48,15 @@ def outer() -> int:
     parser = argparse.ArgumentParser(description="Run the add-on's tests inside Blender.")
     parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
     parser.add_argument("--addon", type=Path, default=ROOT / "addon")
+    parser.add_argument("--extension", type=Path)
     options, pytest_arguments = parser.parse_known_args()
     with tempfile.TemporaryDirectory(prefix="curvopt-test-") as folder:
         scripts, extra = Path(folder) / "scripts", {}
         (scripts / "addons").mkdir(parents=True)
-        if options.addon.is_dir():
+        if options.extension is not None:
+            extra[EXTENSION_VARIABLE] = str(options.extension.resolve())
+            extra["BLENDER_USER_EXTENSIONS"] = str(Path(folder) / "extensions")
+        elif options.addon.is_dir():
             install_folder(options.addon, scripts)
         else:
             extra[ZIP_VARIABLE] = str(options.addon.resolve())
@@ -62,11 +69,16 @@ def inner(arguments: list[str]) -> int:
     import bpy
     import pytest
 
+    name = NAME
     if ZIP_VARIABLE in os.environ:
         bpy.ops.preferences.addon_install(filepath=os.environ[ZIP_VARIABLE])
-    if addon_utils.enable(NAME, default_set=True) is None or not hasattr(bpy.types.Scene, "curvopt"):
+    if EXTENSION_VARIABLE in os.environ:
+        name = EXTENSION_NAME
+        bpy.ops.extensions.package_install_files(filepath=os.environ[EXTENSION_VARIABLE], repo="user_default")
+    if addon_utils.enable(name, default_set=True) is None or not hasattr(bpy.types.Scene, "curvopt"):
         print("The add-on could not be enabled.", file=sys.stderr)
         return 1
+    os.environ[NAME_VARIABLE] = name
     return int(pytest.main(["-p", "no:cacheprovider", "--rootdir", str(HERE), str(HERE / "blender"), *arguments]))
 
 

@@ -53,19 +53,17 @@ def test_ticks_follow_the_worker_to_its_end():
     assert run.job.solution == "solution" and run.job.error is None
 
 
-def test_escape_waits_for_the_worker_a_moment_but_not_for_a_long_step(monkeypatch):
-    monkeypatch.setattr(job, "_PATIENCE", 1e9)
+def test_escape_ends_the_run_at_once_and_the_worker_at_its_next_step():
     work, asked = Gated(5), []
     run = job.ModalRun(job.Job(work, lambda: asked.append(1)), "MVS")
     work.allow()
     run.escape()
     run.escape()
     assert asked == [1]
-    assert run.tick() is job.Phase.CANCELLING and run.status.endswith("cancelling")
-    monkeypatch.setattr(job, "_PATIENCE", 0.0)
     assert run.tick() is job.Phase.CANCELLED and run.job.running
     work.allow()
     assert work.saw_cancel and run.job.join(20)
+    assert run.tick() is job.Phase.CANCELLED
 
 
 def test_keeping_ends_as_finished_with_what_the_worker_has():

@@ -2,6 +2,7 @@
 """Every test starts in an empty file with the add-on on."""
 
 import importlib
+import os
 import sys
 from pathlib import Path
 
@@ -13,6 +14,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import shapes  # noqa: E402
 
+NAME = os.environ["CURVOPT_TEST_NAME"]  # of the add-on, which as an extension has a longer one
+
 
 @pytest.fixture(autouse=True)
 def empty_file():
@@ -23,7 +26,7 @@ def empty_file():
 @pytest.fixture
 def part():
     """A file of the installed add-on, by name."""
-    return lambda name: importlib.import_module(f"curvopt.{name}")
+    return lambda name: importlib.import_module(f"{NAME}.{name}")
 
 
 @pytest.fixture

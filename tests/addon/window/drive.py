@@ -5,21 +5,32 @@ One generator, advanced by a timer, waits on conditions and never for fixed time
 "FAIL name: why" to the file RESULTS; screenshots go beside it. The last act quits Blender while a run is on.
 """
 
-import os
-import subprocess
 import sys
 import time
 import traceback
 from pathlib import Path
 
-import addon_utils
 import bpy
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-import shapes  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from driver import (  # noqa: E402
+    click_up_the_panel,
+    contents,
+    invoke,
+    log,
+    open_sidebar_tab,
+    part,
+    press,
+    screenshot,
+    setup,
+    start,
+    state,
+    subpanels,
+    turns,
+    viewport,
+    window,
+)
 
-RESULTS = Path(os.environ["CURVOPT_WINDOW_RESULTS"])
-PATIENCE = 60.0  # seconds for any one condition
 CHECKS = []
 
 
@@ -27,125 +38,6 @@ def check(function):
     """Register a generator function as a check, run in order."""
     CHECKS.append(function)
     return function
-
-
-def window():
-    return bpy.context.window_manager.windows[0]
-
-
-def viewport():
-    """(area, its main region) of the 3D view."""
-    area = next(area for area in window().screen.areas if area.type == "VIEW_3D")
-    return area, next(region for region in area.regions if region.type == "WINDOW")
-
-
-def invoke(**arguments):
-    """Start the operator as a button would."""
-    area, region = viewport()
-    with bpy.context.temp_override(window=window(), area=area, region=region):
-        return bpy.ops.curvopt.minimize("INVOKE_DEFAULT", **arguments)
-
-
-def press(key, **modifiers):
-    """A key over the middle of the viewport."""
-    _, region = viewport()
-    x, y = region.x + region.width // 2, region.y + region.height // 2
-    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate(type=key, value=value, x=x, y=y, **modifiers)
-
-
-def click(x, y):
-    """The left button at window coordinates; a generator, for the mouse has to arrive before it is pressed."""
-    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
-    yield from turns(2)
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate(type="LEFTMOUSE", value=value, x=x, y=y)
-    yield from turns(2)
-
-
-def turns(count):
-    """Let Blender's event loop turn `count` times."""
-    for _ in range(count):
-        yield lambda: True
-
-
-def open_sidebar_tab():
-    """Click down the tabs at the sidebar's right edge until our panel is drawn."""
-    panel, drawn = bpy.types.CURVOPT_PT_minimize, []
-    draw = panel.draw
-
-    def noticed(self, context):
-        drawn.append(True)
-        draw(self, context)
-
-    panel.draw = noticed
-    region = next(region for region in viewport()[0].regions if region.type == "UI")
-    yield lambda: region.width > 50
-    for y in range(region.height - 40, 40, -25):
-        yield from click(region.x + region.width - 9, region.y + y)
-        if drawn:
-            break
-    panel.draw = draw
-    assert drawn, "the tab was not found"
-
-
-def subpanels(shown):
-    """Show those below the main panel, or take them away, so that from below there are labels only."""
-    panel = part("panel")
-    for cls in panel._CLASSES[1:]:
-        if cls.is_registered != shown:
-            (bpy.utils.register_class if shown else bpy.utils.unregister_class)(cls)
-
-
-def click_up_the_panel(until):
-    """Click in the middle of the sidebar, from below upwards, until something has happened."""
-    region = next(region for region in viewport()[0].regions if region.type == "UI")
-    for y in range(10, region.height, 10):
-        yield from click(region.x + region.width // 4, region.y + y)
-        if until():
-            return
-    raise AssertionError("there is no such button")
-
-
-def part(name):
-    return sys.modules[f"curvopt.{name}"]
-
-
-def state():
-    return part("properties").state
-
-
-def contents():
-    """Everything that the checks compare."""
-    return {
-        obj.name: ([tuple(v.co) for v in obj.data.vertices], tuple(obj.location), obj.select_get(), obj.visible_get())
-        for obj in bpy.context.scene.objects
-    }
-
-
-def screenshot(name):
-    """A picture of the whole screen; fails if it is black."""
-    path = RESULTS.with_name(f"{name}.png")
-    subprocess.run(["import", "-window", "root", str(path)], check=True)
-    mean = subprocess.run(["identify", "-format", "%[fx:mean]", str(path)], check=True, capture_output=True, text=True)
-    assert float(mean.stdout) > 0.02, f"{path.name} is black"
-
-
-def setup():
-    """A file with the torus alone, active, and the sidebar open on our tab."""
-    for obj in list(bpy.data.objects):
-        bpy.data.objects.remove(obj)
-    points, faces = shapes.torus()
-    mesh = bpy.data.meshes.new("Torus")
-    mesh.from_pydata([tuple(p) for p in points], [], faces)
-    torus = bpy.data.objects.new("Torus", mesh)
-    bpy.context.scene.collection.objects.link(torus)
-    bpy.context.view_layer.objects.active = torus
-    torus.select_set(True)
-    viewport()[0].spaces.active.show_region_ui = True
-    bpy.context.view_layer.update()
-    bpy.ops.ed.undo_push(message="Torus")
 
 
 @check
@@ -313,6 +205,66 @@ def refusal_is_reported_and_nothing_changes():
     screenshot("refused")
 
 
+def timed(owner, name, times):
+    """Have every call of a function of `owner` timed; returns what undoes it."""
+    function = getattr(owner, name)
+
+    def timing(*arguments):
+        begin = time.perf_counter()
+        try:
+            return function(*arguments)
+        finally:
+            times.append(time.perf_counter() - begin)
+
+    setattr(owner, name, timing)
+    return lambda: setattr(owner, name, function)
+
+
+@check
+def the_main_thread_is_free_during_a_run_of_20000_faces():
+    """No call of ours takes 0.1 s, neither in the modal operator nor in what draws, and Esc ends the run in 0.3 s."""
+    setup(200, 100, noise=1e-3)
+    operators, preview = part("operators"), part("preview")
+    times = {name: [] for name in ("modal", "surface", "curve", "panel")}
+    undo = [
+        timed(operators.CURVOPT_OT_minimize, "modal", times["modal"]),
+        timed(preview.Preview, "_draw_surface", times["surface"]),
+        timed(preview.Preview, "_draw_curve", times["curve"]),
+        timed(part("panel").CURVOPT_PT_minimize, "draw", times["panel"]),
+    ]
+    begin = time.perf_counter()
+    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    invoking = time.perf_counter() - begin
+    job = operators._run.job
+    yield lambda: job.latest is not None and job.latest.iteration >= 2 and len(times["surface"]) >= 3
+    screenshot("busy")
+    ticks = len(times["modal"])
+    yield lambda: len(times["modal"]) > ticks
+    begin = time.perf_counter()
+    press("ESC")
+    yield lambda: not state().running
+    cancelling, blocked = time.perf_counter() - begin, sum(times["modal"][-1:])
+    for function in undo:
+        function()
+    worst = {name: max(found) for name, found in times.items()}
+    print(f"20000 faces: invoke {invoking:.3f} s, worst {worst}, cancelled after {cancelling:.3f} s", flush=True)
+    assert all(times.values()) and max(worst.values()) < 0.1, worst
+    assert invoking < 0.1 and blocked < 0.1 and cancelling < 0.3, (invoking, blocked, cancelling)
+    yield lambda: not job.running  # of a cancelled run: it ends by itself
+
+
+@check
+def result_of_20000_faces_is_written_without_a_pause():
+    setup(200, 100)  # symmetric: quick to minimize
+    times = []
+    undo = timed(part("operators").CURVOPT_OT_minimize, "modal", times)
+    assert invoke(energy="WILLMORE", resolution="KEEP", max_iterations=3) == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    undo()
+    print(f"20000 faces: written in {max(times):.3f} s", flush=True)
+    assert "Torus Willmore" in bpy.data.objects and max(times) < 0.25, max(times)
+
+
 @check
 def loading_a_file_during_a_run_ends_it():
     setup()
@@ -341,43 +293,13 @@ def everything():
             if part("operators")._run is not None:
                 press("ESC")
                 yield lambda: part("operators")._run is None
-        with RESULTS.open("a") as results:
-            results.write(line + "\n")
-        print(line, flush=True)
+        log(line)
     setup()
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     yield lambda: "iteration" in state().message
-    with RESULTS.open("a") as results:
-        results.write("QUITTING\n")
+    log("QUITTING")
     with bpy.context.temp_override(window=window()):
         bpy.ops.wm.quit_blender()
 
 
-class Driver:
-    """Advances the generator whenever its condition holds; a condition that never does becomes its exception."""
-
-    def __init__(self):
-        self.steps, self.condition, self.deadline = everything(), lambda: True, time.monotonic() + PATIENCE
-
-    def __call__(self):
-        try:
-            if self.condition():
-                self.condition = next(self.steps)
-            elif time.monotonic() > self.deadline:
-                self.condition = self.steps.throw(TimeoutError("the awaited condition never came true"))
-            else:
-                return 0.05
-        except StopIteration:
-            return None
-        except BaseException:
-            traceback.print_exc()
-            os._exit(1)  # the results so far are on disk; what is missing counts as failed
-        self.deadline = time.monotonic() + PATIENCE
-        return 0.05
-
-
-preferences = bpy.context.preferences
-preferences.view.show_splash = False
-preferences.system.viewport_aa = "OFF"
-assert addon_utils.enable("curvopt", default_set=True) is not None
-bpy.app.timers.register(Driver(), first_interval=1.0, persistent=True)
+start(everything())

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run inside a Blender with a real window: sequences of random actions while runs are on, one after the other.
+
+After each, the run that may be on is cancelled, and then there must be no worker left, nothing of ours on the screen,
+and the object, unless an action took it away. Environment: CURVOPT_CAMPAIGN is "first last"; the seed of a sequence is
+its number. Lines in RESULTS: "BEGIN n actions", then "PASS n" or "FAIL n why". One in ten ends by quitting Blender in
+the middle of a run: "QUITTING n".
+"""
+
+import os
+import random
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from driver import RESULTS, invoke, log, part, press, setup, start, state, turns, window  # noqa: E402
+
+FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split())
+SPARED = {"start", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
+
+
+def torus():
+    return bpy.data.objects.get("Torus") or bpy.data.objects.get("Renamed")
+
+
+def begin_run(chance):
+    if torus() is not None:
+        bpy.context.view_layer.objects.active = torus()
+    energy = chance.choice(["WILLMORE", "MVS", "MIX"])
+    outcome = chance.choice(["NEW", "NEW", "REPLACE", "SHAPE_KEY"])
+    resolution = "KEEP" if outcome == "SHAPE_KEY" else chance.choice(["KEEP", "REFINE"])
+    symmetry = chance.choice(["AUTO", "NONE"])
+    invoke(energy=energy, outcome=outcome, resolution=resolution, levels=chance.choice([2, 6]), symmetry=symmetry)
+
+
+def delete_object(_chance):
+    if torus() is not None:
+        bpy.data.objects.remove(torus())
+
+
+def delete_mesh(_chance):
+    if torus() is not None:
+        bpy.data.meshes.remove(torus().data)
+
+
+def rename(_chance):
+    if torus() is not None:
+        torus().name = "Renamed"
+
+
+def change_mode(chance):
+    bpy.ops.object.mode_set(mode=chance.choice(["EDIT", "SCULPT", "OBJECT"]))
+
+
+def load(_chance):
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+
+
+def save(_chance):
+    bpy.ops.wm.save_as_mainfile(filepath=str(RESULTS.with_name("campaign.blend")), copy=True)
+
+
+def slide(chance):
+    if bpy.context.object is not None:
+        bpy.context.object.curvopt_amount = chance.random()
+
+
+def settings(chance):
+    bpy.context.scene.curvopt.levels = chance.randrange(1, 5)
+    bpy.context.window_manager.curvopt_look = chance.choice(["PLAIN", "ZEBRA", "COLOURS"])
+
+
+ACTIONS = {
+    "start": begin_run,
+    "wait": None,
+    "escape": lambda _: press("ESC"),
+    "enter": lambda _: press("RET"),
+    "undo": lambda _: press("Z", ctrl=True),
+    "redo": lambda _: press("Z", ctrl=True, shift=True),
+    "script undo": lambda _: bpy.ops.ed.undo(),
+    "keys": lambda chance: press(chance.choice(["X", "TAB", "G", "DEL", "A"])),
+    "mode": change_mode,
+    "delete object": delete_object,
+    "delete mesh": delete_mesh,
+    "rename": rename,
+    "load": load,
+    "save": save,
+    "slide": slide,
+    "colour": lambda _: bpy.ops.curvopt.curvature(levels=1),
+    "settings": settings,
+}
+
+
+def sequence(number):
+    """The names of its actions."""
+    chance = random.Random(number)
+    names = [name for name in ACTIONS if name not in ("start", "wait")]
+    middle = [chance.choice([*names, "wait", "wait", "start", "start"]) for _ in range(chance.randrange(3, 9))]
+    return ["start", "wait", *middle]
+
+
+def play(number):
+    chance = random.Random(-number)
+    setup()
+    undone = False
+    for name in sequence(number):
+        if name == "wait":
+            yield from turns(chance.randrange(1, 8))
+            continue
+        try:
+            ACTIONS[name](chance)
+        except RuntimeError as error:  # an operator that says no
+            if "Traceback" in str(error):
+                raise
+        yield from turns(2)
+        undone = undone or name not in SPARED
+    if bpy.context.mode != "OBJECT":
+        press("ESC")
+        yield from turns(3)
+        if bpy.context.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+    for _ in range(3):  # a first one may end something else, such as moving
+        press("ESC")
+        yield from turns(3)
+    yield lambda: part("operators")._run is None
+    assert not state().running and not part("operators")._on_screen
+    yield lambda: not [thread for thread in threading.enumerate() if thread.name == "curvopt"]
+    assert undone or "keys" in sequence(number) or torus() is not None, "the object was lost"
+
+
+def everything():
+    for number in range(FIRST, LAST + 1):
+        log(f"BEGIN {number} {', '.join(sequence(number))}")
+        try:
+            yield from play(number)
+            log(f"PASS {number}")
+        except Exception as error:
+            traceback.print_exc()
+            log(f"FAIL {number} {error!r}")
+            if part("operators")._run is not None:
+                part("operators")._run.escape()
+                yield lambda: part("operators")._run is None
+        if number % 10 == 0 or number == LAST:
+            setup()
+            invoke(energy="MVS", levels=6)
+            yield from turns(random.Random(number).randrange(1, 12))
+            log(f"QUITTING {number}")
+            with bpy.context.temp_override(window=window()):
+                bpy.ops.wm.quit_blender()
+
+
+start(everything())
