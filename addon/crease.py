@@ -57,6 +57,8 @@ def to_blender(cage: Cage, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _less_sharp_of_two(edges: np.ndarray, sharpness: np.ndarray, n_vertices: int) -> np.ndarray:
     """For each vertex (n_vertices,), the smaller sharpness of its edges if it has exactly two of them, else 0."""
+    if not sharpness.any():
+        return np.zeros(n_vertices)
     least = np.full(n_vertices, np.inf)
     np.minimum.at(least, edges.reshape(-1), np.repeat(sharpness, 2))
     return np.where(np.bincount(edges.reshape(-1), minlength=n_vertices) == 2, least, 0.0)

@@ -81,10 +81,15 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         elif event.type != "TIMER":
             harmless = event.type in _LOOKING_AROUND or _over_sidebar(context, event)
             return {"PASS_THROUGH"} if harmless else {"RUNNING_MODAL"}
-        if not _run.tick().ended:
-            _show(context, _run.status, running=True)
-            _refresh(context, _run)
-            return {"RUNNING_MODAL"} if ours else {"PASS_THROUGH"}
+        try:
+            if not _run.tick().ended:
+                _show(context, _run.status, running=True)
+                _refresh(context, _run)
+                return {"RUNNING_MODAL"} if ours else {"PASS_THROUGH"}
+        except Exception:  # showing it went wrong: without this the run would never end
+            _run.escape()
+            self._end(context)
+            raise
         return self._end(context)
 
     def cancel(self, context: bpy.types.Context) -> None:

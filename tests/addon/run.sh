@@ -48,7 +48,7 @@ if [[ $(blender --version 2>/dev/null) == "Blender "[5-9]* || $(blender --versio
     part extension /usr/bin/python3 "$here/run_in_blender.py" --extension "$zips/curvopt_extension.zip" -q -k "$some"
 fi
 part window bash "$here/window/run.sh"
-part campaign bash "$here/window/campaign.sh" "${CURVOPT_LONG:+200}"
+part campaign bash "$here/window/campaign.sh" "$([ -n "${CURVOPT_LONG:-}" ] && echo 200 || echo 5)"
 echo "add-on tests took $((SECONDS - start)) s"
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Sequences of random actions in a real Blender window: see campaign.py. Usage: campaign.sh [NUMBER] [FIRST]
-# (default 10 from 1; long: 200). Last line: "N passed, N failed", counting sequences and quits.
+# (default 10, from 1). Last line: "N passed, N failed", counting sequences and quits.
 set -u
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"

@@ -92,7 +92,7 @@ def subpanels(shown):
 def click_up_the_panel(until):
     """Click in the middle of the sidebar, from below upwards, until something has happened."""
     region = next(region for region in viewport()[0].regions if region.type == "UI")
-    for y in range(10, region.height, 10):
+    for y in range(10, region.height, 20):
         yield from click(region.x + region.width // 4, region.y + y)
         if until():
             return
