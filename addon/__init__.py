@@ -27,7 +27,7 @@ This file only says what the add-on is and registers its parts in order. The par
     panel        the sidebar
     studio       what every picture needs: scene, light, camera, materials, captions
     render       before and after in one picture
-    batch        `blender -b FILE -P batch.py -- ...`
+    batch, many  `blender -b FILE -P batch.py -- ...`, and many files at once
     gallery      `blender -b -P gallery.py -- ...`, the report's tables, figures and questions; its parts:
       gallery_store, _schedule      items, what is finished on disk, and in which order          (no bpy)
       gallery_surface, _solve       dense meshes of any surface kind; optimizations              (no bpy)

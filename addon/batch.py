@@ -4,6 +4,8 @@ r"""Minimize without a window:
     blender -b FILE.blend --python-exit-code 1 -P batch.py -- \
         --energy mvs --levels 4 --output OUT.blend --render OUT.png
 
+or, many at once, `blender -b -P addon/batch.py -- FILE.blend ... --into DIR --energy mvs --energy willmore ...`
+
 Exit code 0: done, 1: could not (one sentence on stderr, nothing written), 2: wrong usage. Every output is first made
 beside its place under a temporary name, and all are moved there at the end. Progress goes to stderr, and only to a
 terminal. Run with -P this file is no part of a package, so it loads its own folder as one.
@@ -56,11 +58,22 @@ def _part(name: str) -> ModuleType:
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line behind `--`. Exits with 2 if it is wrong."""
     parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE.blend", help="with --into: what to work on")
     parser.add_argument(
-        "--energy", type=_energy, default="mvs",
-        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default %(default)s)",
+        "--into", type=Path, metavar="DIR",
+        help="every file, object, energy and number of levels: one .blend and .json each in this folder. What is there "
+        "and of the same input and settings is skipped, what fails is reported and the rest goes on",
     )  # fmt: skip
-    parser.add_argument("--levels", type=int, default=4, help="optimizations, subdividing between them (default 4)")
+    parser.add_argument("--all-objects", action="store_true", help="with --into: every mesh object of the scene")
+    parser.add_argument(
+        "--energy", type=_energy, action="append",
+        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default mvs); again for "
+        "more with --into",
+    )  # fmt: skip
+    parser.add_argument(
+        "--levels", type=int, action="append",
+        help="optimizations, subdividing between them (default 4); again for more with --into",
+    )  # fmt: skip
     parser.add_argument(
         "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
     )
@@ -68,7 +81,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--symmetry", choices=_part("header").SYMMETRIES, default="auto", help="of the cage: kept or not looked for"
     )
     parser.add_argument("--pin-group", metavar="NAME", help="vertices above 0.5 in this vertex group are held")
-    parser.add_argument("--object", metavar="NAME", help="the object (default: the active or the only mesh object)")
+    parser.add_argument(
+        "--object", metavar="NAME", action="append",
+        help="the object (default: the active or the only mesh object); again for more with --into",
+    )  # fmt: skip
     parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
     parser.add_argument("--render", type=Path, metavar="OUT.png", help="picture, before and after side by side")
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="report of energies, levels and times")
@@ -80,8 +96,17 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     picture.add_argument("--samples", type=_count, default=64, help="Cycles samples per pixel (default %(default)s)")
     picture.add_argument("--size", type=_size, default=(1400, 700), metavar="WxH", help="pixels (default 1400x700)")
     options = parser.parse_args(arguments)
+    options.energy, options.levels = options.energy or ["mvs"], options.levels or [4]
+    options.object = options.object or [None]
+    if options.into:
+        if not options.files or options.output or options.render or options.json:
+            parser.error("--into wants files, and neither --output, --render nor --json")
+        return options
+    if options.files or options.all_objects or max(map(len, (options.energy, options.levels, options.object))) > 1:
+        parser.error("several files, objects, energies or levels need --into")
     if not (options.output or options.render or options.json):
-        parser.error("nothing to do: give --output, --render or --json")
+        parser.error("nothing to do: give --output, --render or --json, or --into")
+    options.energy, options.levels, options.object = options.energy[0], options.levels[0], options.object[0]
     return options
 
 
@@ -106,8 +131,9 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def run(options: argparse.Namespace) -> str:
-    """Minimize and write everything that was asked for; what happened, in a sentence. Raises if anything fails."""
+def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> str:
+    """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
+    sentence. Raises if anything fails."""
     job, cage, result = _part("job"), _part("cage"), _part("result")
     limits = {"threads": options.threads, "max_iterations": options.max_iterations}
     limits = {name: value for name, value in limits.items() if value is not None}
@@ -124,7 +150,8 @@ def run(options: argparse.Namespace) -> str:
         if "render" in place:
             _render(source, request, solution, options, place["render"])
         if "json" in place:
-            place["json"].write_text(json.dumps(report(source, new.name, request, solution), indent=2) + "\n")
+            found = {**(also or {}), **report(source, new.name, request, solution)}
+            place["json"].write_text(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = job.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
@@ -252,21 +279,30 @@ def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
         print(file=sys.stderr)
 
 
+def sentence_of(error: Exception) -> str | None:
+    """What to tell people of a failure; None for one that is a fault of the program."""
+    native, job, cage, render = _part("native"), _part("job"), _part("cage"), _part("render")
+    foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
+    if isinstance(error, foreseen):
+        return job.sentence(job.in_blender(str(error)))
+    if isinstance(error, (OSError, RuntimeError)):  # the system's and Blender's own refusals
+        return job.sentence(f"Could not finish: {error}")
+    return None
+
+
 def main(arguments: list[str]) -> int:
     """The exit code."""
     options = parse(arguments)
-    native, job, cage, render = _part("native"), _part("job"), _part("cage"), _part("render")
-    foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
     try:
+        if options.into:
+            return _part("many").run_all(options, run, sentence_of)
         print(run(options))
-    except foreseen as error:
-        print(job.sentence(job.in_blender(str(error))), file=sys.stderr)
-        return 1
-    except (OSError, RuntimeError) as error:  # the system's and Blender's own refusals
-        print(job.sentence(f"Could not finish: {error}"), file=sys.stderr)
-        return 1
-    except Exception:
-        traceback.print_exc()
+    except Exception as error:
+        text = sentence_of(error)
+        if text is None:
+            traceback.print_exc()
+        else:
+            print(text, file=sys.stderr)
         return 1
     return 0
 

@@ -193,9 +193,40 @@ def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
     assert (cage_file.parent / "out.json").read_text() == "older"
 
 
+def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage_file, torus):
+    """Two objects, two energies: one object is refused. A second call does only that again; a third one, all once more
+    after the settings changed."""
+    bpy.data.objects["Spare"].modifiers.new("Mirror", "MIRROR")
+    save_again(cage_file)
+    (cage_file.parent / "broken.blend").write_text("no blend")
+    files = [cage_file.name, "broken.blend", "missing.blend"]
+    work = [*files, "--into", "out", "--all-objects", "--energy", "willmore", "--energy", "mvs:1,willmore:0.1"]
+    code, errors, _ = batch(*work, "--levels", "1")
+    out = cage_file.parent / "out"
+    good = ["cage-Torus-mvs_1_willmore_0.1-1", "cage-Torus-willmore-1"]
+    bad = ["cage-Spare-mvs_1_willmore_0.1-1", "cage-Spare-willmore-1"]
+    assert code == 1 and len(errors) == 4 and sum("Modifier 'Mirror' of object 'Spare'" in line for line in errors) == 2
+    assert any(line.startswith("broken.blend: ") for line in errors) and any("missing.blend: " in line for line in errors)
+    assert sorted(path.stem for path in out.glob("*.blend")) == good
+    assert sorted(path.stem for path in out.glob("*.json")) == sorted(good + bad)
+    report = json.loads((out / f"{good[1]}.json").read_text())
+    assert report["willmore"] < report["before"]["willmore"] and report["input"]["energy"] == "willmore"
+    assert "Modifier 'Mirror'" in json.loads((out / f"{bad[0]}.json").read_text())["error"]
+    times = {path: path.stat().st_mtime_ns for path in out.glob("cage-Torus*")}
+    assert batch(*work, "--levels", "1")[0] == 1
+    assert {path: path.stat().st_mtime_ns for path in times} == times
+    bpy.data.objects["Spare"].modifiers.clear()
+    save_again(cage_file)
+    assert batch(*work[:1], *work[3:], "--levels", "1")[:2] == (0, [])
+    assert all(path.stat().st_mtime_ns > then for path, then in times.items())  # the file is another one now
+    assert sorted(path.stem for path in out.glob("*.blend")) == sorted(good + bad)
+
+
 @pytest.mark.parametrize(
     "arguments",
-    [["--energy", "bending", "--json", "x"], ["--energy", "mvs"], ["--sise", "1x1"], ["--symmetry", "off"]],
+    [["--energy", "bending", "--json", "x"], ["--energy", "mvs"], ["--sise", "1x1"], ["--symmetry", "off"],
+     ["a.blend", "--json", "x"], ["--energy", "mvs", "--energy", "willmore", "--json", "x"], ["--into", "x"],
+     ["a.blend", "--into", "x", "--json", "y"]],
 )
 def test_wrong_usage_is_exit_2(batch, arguments):
     code, errors, new = batch(*arguments)
