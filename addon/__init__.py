@@ -12,6 +12,7 @@ This file only says what the add-on is and registers its parts in order. The par
     curvature    jets -> principal, mean, Gauss curvature, variation      (no bpy)
     colours      curvature -> colour                                      (no bpy)
     snapshot     what the viewport shows of a run, taken by the worker    (no bpy)
+    memory       meshes beyond memory                                     (no bpy)
     job          one run on a worker thread, progress, keep, cancel       (no bpy)
     catalogue    cages to start from                                      (no bpy)
     cage         mesh object -> arrays, and every reason to refuse one

@@ -17,6 +17,7 @@ import numpy as np
 from . import native
 from .energy import label_of, number_text, weights_of
 from .header import BOUNDARIES, SURFACES, SYMMETRIES
+from .memory import Guard, check_cage
 from .snapshot import Watcher
 from .values import Cage, Energies, LevelReport, Progress, Verification
 
@@ -72,6 +73,13 @@ def solve(
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
     library = native.library()
+    check_cage(len(cage.positions))
+    guard = Guard()
+
+    def step(progress: Progress) -> bool:
+        wants_out = bool(on_progress is not None and on_progress(progress))
+        return guard(progress) or wants_out
+
     boundary, symmetry = BOUNDARIES.index(request.boundary), SYMMETRIES.index(request.symmetry)
     options = library.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=boundary, symmetry=symmetry,
@@ -80,14 +88,15 @@ def solve(
     with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
         if watcher is not None:
             watcher.start(mesh, cage)
-        with native.minimize(mesh, cage.positions, options, on_progress, cancel, watcher) as result:
+        with native.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
             euler = result.mesh().info().euler
             final = result.cage()
             start = _subdivided(mesh, cage.positions, len(final.positions))
+            stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
-                final, start, summary.start, summary.end, euler, summary.stop, summary.verification, summary.seconds,
+                final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order,
             )  # fmt: skip
 
@@ -227,6 +236,7 @@ _STOP_WORDS = {
     "stalled": "stopped early: no further decrease was found",
     "limit": "stopped early: iteration limit reached, still falling",
     "cancelled": "stopped early as you asked, still falling",
+    "memory": "stopped early: the next level needs more memory than there is",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
     "settled": "settled: it would still fall, but hardly",
 }
@@ -258,7 +268,7 @@ def verdict_text(verification: Verification, energy: float, symmetry_order: int 
     if verification.verdict == "not stationary":
         also = f", more along {more}" if directions else ""
         return f"Checked: not yet a minimum, {less} seems possible{also}."
-    if stop in ("cancelled", "limit"):
+    if stop in ("cancelled", "limit", "memory"):
         return "Not checked: the run was stopped early, the energy was still falling."
     return "Not checked: whether this is a minimum is not known."
 

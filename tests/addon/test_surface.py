@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 import shapes
-from addon import catalogue, colours, curvature, energy, job, lattice, native, snapshot
+from addon import catalogue, colours, curvature, energy, job, lattice, memory, native, snapshot
 
 
 def jets_of(point, at, step=1e-2):
@@ -221,3 +221,37 @@ def test_a_cage_that_is_not_there_or_broken_is_refused(monkeypatch, tmp_path):
         (tmp_path / "bad.obj").write_text(text)
         with pytest.raises(ValueError, match="holds no cage"):
             catalogue.load("bad")
+
+
+# ------------------------------------------------------------------------------------------------------------ memory --
+
+
+def test_memory_of_this_machine_is_known():
+    assert 1e7 < memory.used() < 1e11 and 1e8 < memory.available() < 1e14
+
+
+def test_a_cage_beyond_memory_is_refused_before_any_work(monkeypatch):
+    monkeypatch.setattr(memory, "available", lambda: 1e5)
+    with pytest.raises(memory.MemoryRefusal, match="The cage has 32 vertices.* use a coarser cage"):
+        job.solve(torus_cage(), job.Request("willmore", 1))
+
+
+def test_a_level_beyond_memory_is_not_begun_and_the_levels_before_are_kept(monkeypatch):
+    """As if the process grew by 1 MB per vertex, on a machine that has room for 128 vertices but not for 512."""
+    vertices = [32]
+    monkeypatch.setattr(memory, "used", lambda: 1e6 * vertices[0])
+    monkeypatch.setattr(memory, "available", lambda: 400e6)
+
+    def on_progress(progress):
+        vertices[0] = max(vertices[0], progress.n_vertices)
+
+    monkeypatch.setattr(memory.Guard, "__init__", guard_from_nothing)
+    solution = job.solve(torus_cage(), job.Request("willmore", 5), on_progress)
+    assert solution.stop == "memory"
+    assert [level.level for level in solution.levels if level.iterations] == [1, 2]
+    assert "needs more memory" in job.solution_text(job.Request("willmore", 5), solution)
+    assert solution.end.objective < solution.start.objective
+
+
+def guard_from_nothing(self):
+    self.stopped, self._start, self._level, self._most = False, 0.0, 1, 0.0

@@ -157,6 +157,20 @@ def test_linked_mesh(library_file, refused):
     refused("'Local' or its mesh is linked")
 
 
+def test_library_override(library_file, refused):
+    with bpy.data.libraries.load(library_file, link=True) as (_, into):
+        into.objects = ["Torus"]
+    bpy.context.scene.collection.objects.link(into.objects[0])
+    override = into.objects[0].override_create(remap_local_usages=True)
+    bpy.context.view_layer.objects.active = override
+    refused("'Torus' or its mesh is linked")
+
+
+def test_cage_beyond_memory(torus, refused, part, monkeypatch):
+    monkeypatch.setattr(part("memory"), "available", lambda: 1e5)
+    refused("The cage has 32 vertices, for which a run takes")
+
+
 def test_no_faces(add, refused):
     add([(0, 0, 0), (1, 0, 0)], [], "Empty")
     refused("'Empty' has no faces")

@@ -152,6 +152,7 @@ def everything():
             log(f"QUITTING {number}")
             with bpy.context.temp_override(window=window()):
                 bpy.ops.wm.quit_blender()
+            yield lambda: False  # it quits when the event loop turns
 
 
 start(everything())

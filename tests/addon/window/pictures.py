@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run inside a Blender with a real window: a new user's first five minutes, with a picture of each step for the manual."""
+
+import sys
+import traceback
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from driver import (  # noqa: E402
+    invoke,
+    log,
+    open_sidebar_tab,
+    part,
+    press,
+    screenshot,
+    setup,
+    start,
+    state,
+    turns,
+    viewport,
+    window,
+)
+
+
+def in_viewport(function, *arguments, **named):
+    """Call an operator as from the 3D view."""
+    area, region = viewport()
+    with bpy.context.temp_override(window=window(), area=area, region=region):
+        return function(*arguments, **named)
+
+
+def settled():
+    """Let everything be drawn."""
+    for area in window().screen.areas:
+        area.tag_redraw()
+    yield from turns(12)
+
+
+def frame():
+    """All objects in view, seen from the front and above; the right half of the view is the sidebar's."""
+    in_viewport(bpy.ops.view3d.view_all)
+    space = viewport()[0].spaces.active
+    space.region_3d.view_distance *= 1.25
+    yield from settled()
+
+
+def add_lawson():
+    setup()
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    yield from open_sidebar_tab()
+    in_viewport(bpy.ops.wm.call_menu, name="VIEW3D_MT_mesh_add")
+    yield from settled()
+    screenshot("1_add")
+    press("ESC")
+    yield from turns(4)
+    in_viewport(bpy.ops.curvopt.add_shape, shape="lawson_g2")
+    yield from frame()
+    screenshot("2_panel")
+
+
+def minimize():
+    settings = bpy.context.scene.curvopt
+    settings.energy, settings.levels = "MVS", 4
+    assert invoke() == {"RUNNING_MODAL"}
+    run = part("operators")._run
+    yield lambda: run.job.latest is not None and run.job.latest.level >= 2
+    in_viewport(bpy.ops.view3d.view_all)
+    viewport()[0].spaces.active.region_3d.view_location.x += 1.5
+    viewport()[0].spaces.active.region_3d.view_distance *= 2.2
+    yield from turns(8)
+    screenshot("3_running")
+    yield lambda: not state().running
+    yield from frame()
+    screenshot("4_finished")
+
+
+def compare():
+    obj = bpy.context.object
+    obj.curvopt_amount = 0.4
+    yield from settled()
+    screenshot("5_amount")
+    obj.curvopt_amount = 1.0
+    bpy.context.window_manager.curvopt_look = "ZEBRA"
+    yield from settled()
+    screenshot("6_zebra")
+    in_viewport(bpy.ops.curvopt.curvature, levels=2, quantity="H")
+    yield from frame()
+    screenshot("7_curvature")
+    bpy.context.window_manager.curvopt_look = "PLAIN"
+
+
+def cancel_and_refusal():
+    in_viewport(bpy.ops.ed.undo_push)
+    cage = bpy.data.objects["Lawson genus 2"]
+    for obj in list(bpy.data.objects):
+        if obj is not cage:
+            bpy.data.objects.remove(obj)
+    cage.select_set(True)
+    bpy.context.view_layer.objects.active = cage
+    assert invoke() == {"RUNNING_MODAL"}
+    run = part("operators")._run
+    yield lambda: run.job.latest is not None
+    press("ESC")
+    yield lambda: not state().running
+    yield from frame()
+    screenshot("8_cancelled")
+    state().message = ""
+    cage.modifiers.new("Mirror", "MIRROR")
+    yield from settled()
+    screenshot("9_refused")
+
+
+def everything():
+    try:
+        for act in (add_lawson, minimize, compare, cancel_and_refusal):
+            yield from act()
+            log(f"PASS {act.__name__}")
+    except Exception as error:
+        traceback.print_exc()
+        log(f"FAIL {error!r}")
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.wm.quit_blender()
+
+
+start(everything())

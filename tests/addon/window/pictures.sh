@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py. Usage: pictures.sh [FOLDER]
+set -eu
+# shellcheck source=tests/addon/window/screen.sh
+source "$(dirname "$0")/screen.sh"
+
+out=${1:-$root/addon/manual/pictures}
+mkdir -p "$out"
+export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
+blender_window 300 "$here/pictures.py"
+if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
+    exit 1
+fi
+for picture in "$work"/out/*.png; do
+    convert "$picture" -crop 828x650+0+30 +repage +dither -colors 96 "png8:$out/$(basename "$picture")"
+done
