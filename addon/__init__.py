@@ -66,5 +66,7 @@ def unregister() -> None:
     """Undo `register()` backwards and forget the parts, so that an updated add-on starts from its new files."""
     for name in reversed(_REGISTERED_IN_ORDER):
         sys.modules[f"{__package__}.{name}"].unregister()
+    package = sys.modules[__package__]
     for name in [name for name in sys.modules if name.startswith(__package__ + ".")]:
         del sys.modules[name]
+        package.__dict__.pop(name.rpartition(".")[2], None)  # where `from . import name` looks first

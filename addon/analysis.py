@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How fair is it? The operator that makes a surface coloured by curvature, and the viewport's looks.
 
-The coloured surface is a new object beside the cage: points of the limit surface itself, with a colour attribute of each
-quantity, and the numbers as attributes called `H`, `K` and so on. The legend is drawn over the viewport while such an
-object is active.
+The coloured surface is a new object beside the cage: points of the limit surface itself, with a colour attribute of
+each quantity, and the numbers as attributes called `H`, `K` and so on. The legend is drawn over the viewport while such
+an object is active.
 """
 
 import bpy
 import numpy as np
 
 from . import cage, colours, curvature, job, lattice, native, result
+from .values import Cage
 
 _PREFIX = "Curvopt "  # of colour attributes
 _ZEBRA = ("reflection_check_horizontal.exr", "check_reflection_horizontal.exr")  # matcaps, until 4.x, from 5.x
@@ -65,7 +66,7 @@ def add_coloured(context: bpy.types.Context, source: cage.Source, levels: int, q
     points = jets[:, 0]
     surface = result.make_mesh(
         f"{source.name} Curvature",
-        job.Cage(points, np.full(len(net.quads), 4, np.int32), net.quads.reshape(-1).astype(np.int32)),
+        Cage(points, np.full(len(net.quads), 4, np.int32), net.quads.reshape(-1).astype(np.int32)),
     )
     ranges = _colour(surface, colours.of_curvatures(curvature.of_jets(jets)))
     obj = bpy.data.objects.new(f"{source.name} Curvature", surface)

@@ -67,8 +67,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--all-objects", action="store_true", help="with --into: every mesh object of the scene")
     parser.add_argument(
         "--energy", type=_energy, action="append",
-        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default mvs); again for "
-        "more with --into",
+        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default mvs); again "
+        "for more with --into",
     )  # fmt: skip
     parser.add_argument(
         "--levels", type=int, action="append",

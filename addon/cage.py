@@ -186,7 +186,7 @@ def _read_group(obj: bpy.types.Object, name: str) -> np.ndarray:
 
 
 def read_positions(mesh: bpy.types.Mesh) -> np.ndarray:
-    """Local vertex positions (n, 3) float64, of the first shape key if there are any; Blender stores them as float32."""
+    """Local vertex positions (n, 3) float64, of the first shape key if there are any; Blender stores float32."""
     values = np.empty((len(mesh.vertices), 3), np.float32)
     points = mesh.shape_keys.reference_key.data if mesh.shape_keys else mesh.vertices
     points.foreach_get("co", values.reshape(-1))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cages to start from, as Wavefront files: `shapes/` of the installed add-on, `blend_files/obj/` of the project. No bpy."""
+"""Cages to start from, as Wavefront files in the add-on's `shapes/`, or else the project's `blend_files/obj/`. No bpy."""
 
 from __future__ import annotations
 

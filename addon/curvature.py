@@ -16,8 +16,8 @@ _SECOND, _THIRD = 3, 6  # where they begin in a jet: S_uu S_uv S_vv; S_uuu S_uuv
 
 @dataclass(frozen=True)
 class Curvatures:
-    """At n points: unit normals (n, 3); principal curvatures k1 >= k2, mean H and Gauss K; `variation` |grad h|, how fast
-    curvature changes with distance. Units 1 / length, K and `variation` 1 / length^2. NAN where there is none."""
+    """At n points: unit normals (n, 3); principal curvatures k1 >= k2, mean H and Gauss K; `variation` |grad h|, how
+    fast curvature changes with distance. Units 1 / length, K and `variation` 1 / length^2. NAN where there is none."""
 
     normals: np.ndarray
     k1: np.ndarray

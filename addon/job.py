@@ -16,7 +16,7 @@ import numpy as np
 
 from . import native
 from .energy import label_of, number_text, weights_of
-from .header import BOUNDARIES, SURFACES, SYMMETRIES
+from .header import BOUNDARIES, SYMMETRIES
 from .memory import Guard, check_cage
 from .snapshot import Watcher
 from .values import Cage, Energies, LevelReport, Progress, Verification
@@ -25,8 +25,8 @@ from .values import Cage, Energies, LevelReport, Progress, Verification
 @dataclass(frozen=True)
 class Request:
     """What to minimize. `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1"; `limits` are
-    further fields of curvopt_options; `boundary`, of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of header.SYMMETRIES, whether the cage's symmetries
-    are kept; held (k,) are vertices of the cage that may not move."""
+    further fields of curvopt_options; `boundary`, of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of
+    header.SYMMETRIES, whether the cage's symmetries are kept; held (k,) are vertices of the cage that may not move."""
 
     energy: str = "mvs"
     levels: int = 4

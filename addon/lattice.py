@@ -18,8 +18,8 @@ _NUDGE = 1e-3  # of a quad, towards its middle, where derivatives do not exist a
 
 @dataclass(frozen=True)
 class Lattice:
-    """quads (q, 4): vertices of each, counter-clockwise seen from outside. For every vertex (n,): a face of the cage, the
-    corner and the parameters (n, 2) in it, as curvopt_surface_jets() wants them; `inside` (n, 2), a little further in."""
+    """quads (q, 4): vertices of each, counter-clockwise seen from outside. For every vertex (n,): a face of the cage,
+    corner and parameters (n, 2) in it, as curvopt_surface_jets() wants them; `inside` (n, 2), a little further in."""
 
     quads: np.ndarray
     face: np.ndarray
@@ -58,8 +58,8 @@ def lattice(mesh: native.Mesh, levels: int) -> Lattice:
 
 
 def _parameters(sizes: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For the quads that faces of these sizes have after `levels` subdivisions: face (q,), corner (q,), and uv (q, 4, 2)
-    of the quads' corners. Child k of a face starts at its corner k, as curvopt_mesh_refine() has it."""
+    """For the quads that faces of these sizes have after `levels` subdivisions: face (q,), corner (q,), and uv of the
+    quads' corners (q, 4, 2). Child k of a face starts at its corner k, as curvopt_mesh_refine() has it."""
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     face = np.arange(len(sizes), dtype=np.int32)
     corner = np.zeros(len(sizes), np.int32)

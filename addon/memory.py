@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes beyond memory: refused before a run where that is certain, stopped between levels where it shows. No bpy.
 
-Linux hands out more memory than there is and then kills who uses it: Blender, with all unsaved work. So what a level has
-taken is measured, and the next one, of four times as many vertices, is not begun if it would not fit.
+Linux hands out more memory than there is and then kills who uses it: Blender, with all unsaved work. So what a level
+has taken is measured, and the next one, of four times as many vertices, is not begun if it would not fit.
 """
 
 from __future__ import annotations

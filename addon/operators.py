@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts and in batch; and
-the buttons that end it.
+"""The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts; and the buttons
+that end it.
 
 Thin: reading is cage.py's, running job.py's, showing preview.py's, writing outcome.py's. Between invoke and the end it
 holds arrays only, no Blender data; one place, `_end`, is passed on every way out.
@@ -17,6 +17,7 @@ from collections.abc import Callable
 import bpy
 
 from . import cage, job, outcome, properties, result
+from .header import SURFACES
 
 _TICK = 0.05  # seconds between looks at the worker
 _REDRAW = 0.15  # seconds, at least, between drawings of a run
@@ -144,7 +145,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
 def _request(values: dict[str, object], held: object) -> job.Request:
     """Settings as job.py wants them."""
     limits = {
-        "surface": job.SURFACES.index(values["surface"].lower()),
+        "surface": SURFACES.index(values["surface"].lower()),
         "max_iterations": values["max_iterations"],
         "threads": values["threads"],
     }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the sidebar shows: settings on the Scene, saved with the file; the amount of a result on its Object; the state of
-the last run in plain Python, which neither saving nor undo touches."""
+"""What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
+neither saving nor undo touches."""
 
 from dataclasses import dataclass
 

@@ -173,7 +173,7 @@ def test_the_history_is_of_every_step():
     assert work.history[-1][2] == work.latest.energy and len(work.history) > 4
 
 
-# --------------------------------------------------------------------------------------------- energies and catalogue --
+# ------------------------------------------------------------------------------------------- energies and catalogue --
 
 
 def test_a_mix_is_minimized_as_the_sum_of_its_parts():

@@ -206,7 +206,7 @@ def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage
     good = ["cage-Torus-mvs_1_willmore_0.1-1", "cage-Torus-willmore-1"]
     bad = ["cage-Spare-mvs_1_willmore_0.1-1", "cage-Spare-willmore-1"]
     assert code == 1 and len(errors) == 4 and sum("Modifier 'Mirror' of object 'Spare'" in line for line in errors) == 2
-    assert any(line.startswith("broken.blend: ") for line in errors) and any("missing.blend: " in line for line in errors)
+    assert all(any(line.startswith(f"{name}.blend: ") for line in errors) for name in ("broken", "missing"))
     assert sorted(path.stem for path in out.glob("*.blend")) == good
     assert sorted(path.stem for path in out.glob("*.json")) == sorted(good + bad)
     report = json.loads((out / f"{good[1]}.json").read_text())

@@ -231,3 +231,13 @@ def test_addon_goes_off_and_on_again(torus):
     assert addon_utils.enable(name) is not None
     assert hasattr(bpy.types, "CURVOPT_PT_minimize")
     assert minimize(levels=1).name == "Torus Willmore"
+
+
+def test_addon_that_goes_on_again_has_no_part_of_its_former_self(torus, part):
+    import addon_utils
+
+    old = {name: part(name) for name in ("job", "memory", "cage")}
+    addon_utils.disable(os.environ["CURVOPT_TEST_NAME"])
+    assert addon_utils.enable(os.environ["CURVOPT_TEST_NAME"]) is not None
+    operators = part("operators")
+    assert operators.job is part("job") is not old["job"] and operators.cage is part("cage") is not old["cage"]

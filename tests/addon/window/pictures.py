@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run inside a Blender with a real window: a new user's first five minutes, with a picture of each step for the manual."""
+"""Run inside a Blender with a real window: a new user's first five minutes, with pictures for the manual."""
 
 import sys
 import traceback
