@@ -80,6 +80,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--symmetry", choices=_part("header").SYMMETRIES, default="auto", help="of the cage: kept or not looked for"
     )
+    parser.add_argument("--escape", action="store_true", help="leave saddles of the shape, downwards")
     parser.add_argument("--pin-group", metavar="NAME", help="vertices above 0.5 in this vertex group are held")
     parser.add_argument(
         "--object", metavar="NAME", action="append",
@@ -135,7 +136,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
     sentence. Raises if anything fails."""
     job, cage, result = _part("job"), _part("cage"), _part("result")
-    limits = {"threads": options.threads, "max_iterations": options.max_iterations}
+    limits = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
     limits = {name: value for name, value in limits.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:

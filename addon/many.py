@@ -78,7 +78,7 @@ def _one(
 ) -> tuple[argparse.Namespace, dict[str, object]]:
     parts = [path.stem, *([name] if name else []), energy, str(levels)]
     stem = "-".join(re.sub(r"[^\w.]+", "_", part) for part in parts)
-    settings = ("boundary", "symmetry", "pin_group", "threads", "max_iterations")
+    settings = ("boundary", "symmetry", "pin_group", "threads", "max_iterations", "escape")
     about = {
         "file": str(path), "sha256": digest, "object": name, "energy": energy, "levels": levels,
         **{setting: getattr(options, setting) for setting in settings},

@@ -148,6 +148,7 @@ def _request(values: dict[str, object], held: object) -> job.Request:
         "surface": SURFACES.index(values["surface"].lower()),
         "max_iterations": values["max_iterations"],
         "threads": values["threads"],
+        "escape": int(values["escape"]),
     }
     levels = 1 if values["resolution"] == "KEEP" else values["levels"]
     energy = properties.energy_text_of(values)

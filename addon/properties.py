@@ -25,9 +25,10 @@ BOUNDARIES = (
 )
 
 SYMMETRIES = (
-    ("AUTO", "Auto", "Mirror images and turns that map the cage to itself are found and kept, and make the work less"),
+    ("AUTO", "Auto", "Mirror images and turns of the cage are kept, unless the energy gains by giving some up"),
     ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
     ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
+    ("KEEP", "All", "Mirror images and turns that map the cage to itself are all kept, and make the work less"),
 )
 
 KEEPS = (
@@ -114,6 +115,11 @@ class RunSettings:
     )  # fmt: skip
     max_iterations: bpy.props.IntProperty(
         name="Iterations", description="The most steps of a level", default=1000, min=1, max=100_000, soft_max=1000
+    )
+    escape: bpy.props.BoolProperty(
+        name="Leave Saddles",
+        description="Where the shape is a saddle once symmetries are disregarded, go on downwards; takes longer",
+        default=False,
     )
     threads: bpy.props.IntProperty(
         name="Threads", description="Processor cores to use: 0 is all of them", default=0, min=0, max=256, soft_max=16

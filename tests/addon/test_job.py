@@ -196,7 +196,7 @@ BLOCK = np.arange(20)  # of the torus: five of its eight rings
 INNER_FACES = np.arange(4, 12)  # all of whose neighbours have only vertices of these
 
 
-def solve_holding(held, levels, symmetry="auto", iterations=5):
+def solve_holding(held, levels, symmetry="keep", iterations=5):
     return job.solve(
         torus_cage(),
         job.Request("mvs", levels, {"max_iterations": iterations, "threads": 1}, symmetry=symmetry, held=held),
