@@ -37,8 +37,7 @@ part() {
 }
 
 start=$SECONDS
-part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here/test_native.py" \
-    "$here/test_crease.py" "$here/test_job.py" "$here/test_surface.py"
+part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here"/test_*.py
 part background /usr/bin/python3 "$here/run_in_blender.py" -q
 zips=$root/build/release # as the build's target `addon` made them
 some="new_object or off_and_on or shape_of_the_catalogue or presets"
