@@ -62,7 +62,7 @@ def add_lawson():
 
 def minimize():
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.levels = "MVS", 4
+    settings.energy, settings.levels, settings.symmetry = "MVS", 4, "KEEP"  # the last because it is quick
     assert invoke() == {"RUNNING_MODAL"}
     run = part("operators")._run
     yield lambda: run.job.latest is not None and run.job.latest.level >= 2
