@@ -18,7 +18,7 @@ from . import gallery_figures, gallery_items, gallery_solve, studio
 from .gallery_png import halved, write_below, write_png
 from .gallery_store import Item, Store
 from .gallery_surface import Dense, centre_and_size, dense
-from .job import energy_text
+from .energy import number_text
 from .native import Mesh, library
 from .result import make_mesh
 from .values import Cage
@@ -143,8 +143,8 @@ def input_lines(name: str, figures: Mapping[str, float]) -> tuple[str, ...]:
     label = title.format(f"{int(number) / 100:g}" if name.startswith("torus") else number[1:]) if title else name
     return (
         label.replace("_g", ", genus ").replace("_", " "),
-        f"W {energy_text(figures['willmore'])}   int H² {figures['h2']:.4f}",
-        f"MVS {energy_text(figures['mvs'])}   cross {energy_text(figures['mvs_cross'])}",
+        f"W {number_text(figures['willmore'])}   int H² {figures['h2']:.4f}",
+        f"MVS {number_text(figures['mvs'])}   cross {number_text(figures['mvs_cross'])}",
     )
 
 
@@ -154,7 +154,7 @@ def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
     mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
     if not gallery_figures.seen(record["value"], record["resolved"]["value"]):
         mark = "the rule does not see it"
-    return f"{label} {energy_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
+    return f"{label} {number_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
 
 
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:
@@ -223,7 +223,7 @@ def draw_flat(store: Store, item: Item) -> list[dict[str, object]]:
         shape = dense(cage, surface, _FIGURE_QUADS[surface])
         record = _spot(cage, surface, shape)
         found.append(record)
-        mvs = "does not exist" if record["mvs"] is None else energy_text(record["mvs"])
+        mvs = "does not exist" if record["mvs"] is None else number_text(record["mvs"])
         lines = (surface, f"W {record['willmore']:.4f}   MVS {mvs}", f"flat: {100 * record['flat']:.2f} % of the area")
         cells.append(Cell(unit(shape), studio.CLAY, lines))
     _draw_figure(store, item, cells)
@@ -239,7 +239,7 @@ def draw_refined(store: Store, item: Item) -> list[dict[str, object]]:
         record = {"vertices": len(cage.positions), **_spot(cage, "plane", shape)}
         found.append(record)
         lines = (
-            f"{record['vertices']} vertices", f"W {record['willmore']:.4f}   MVS {energy_text(record['mvs'])}",
+            f"{record['vertices']} vertices", f"W {record['willmore']:.4f}   MVS {number_text(record['mvs'])}",
             f"flat: {100 * record['flat']:.2f} % of the area",
         )  # fmt: skip
         cells.append(Cell(unit(shape), studio.CLAY, lines))

@@ -80,7 +80,9 @@ def test_names_of_enumerations_follow_the_header():
     for prefix in ("TERM", "SURFACE", "STOP", "VERDICT", "BOUNDARY_RULE", "BOUNDARY", "SYMMETRY"):
         plural = {"BOUNDARY": "BOUNDARIES", "SYMMETRY": "SYMMETRIES"}.get(prefix, f"{prefix}S")
         values = re.findall(rf"CURVOPT_{prefix}_((?!RULE_|FORCE_)\w+) =\s+(\d+)", text)
-        assert [(name.upper().replace(" ", "_"), str(i)) for i, name in enumerate(getattr(header, plural))] == values
+        names = [name.upper().replace(" ", "_") for name in getattr(header, plural)]
+        names = ["MEAN" if name == "MEAN_CURVATURE" else name for name in names]  # JSON, and so Python, says more
+        assert [(name, str(i)) for i, name in enumerate(names)] == values
     assert float(re.search(r"SHARPNESS_INFINITE (\S+)", text).group(1)) == header.SHARPNESS_INFINITE
     version = tuple(int(re.search(rf"VERSION_{part} (\d+)", text).group(1)) for part in ("MAJOR", "MINOR"))
     assert version == header.HEADER_VERSION
