@@ -78,7 +78,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
     )
     parser.add_argument(
-        "--symmetry", choices=_part("header").SYMMETRIES, default="auto", help="of the cage: kept or not looked for"
+        "--symmetry", choices=_part("header").SYMMETRIES, default="keep",
+        help="of the cage: all kept (the default), kept where that pays, turns alone kept, or not looked for",
     )
     parser.add_argument("--escape", action="store_true", help="leave saddles of the shape, downwards")
     parser.add_argument("--pin-group", metavar="NAME", help="vertices above 0.5 in this vertex group are held")

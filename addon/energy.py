@@ -13,6 +13,7 @@ ENERGY_LABELS = {
     "mvs_cross": "MVS_cross",
     "variation": "Variation",
     "mehlum_tarrou": "Mehlum-Tarrou",
+    "mean_curvature": "Mean curvature",
 }
 AREA = "area"  # may be part of a mix
 

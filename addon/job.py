@@ -32,7 +32,7 @@ class Request:
     levels: int = 4
     limits: dict[str, float] = field(default_factory=dict)
     boundary: str = "position"
-    symmetry: str = "auto"
+    symmetry: str = "keep"
     held: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
 
     @property

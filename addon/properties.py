@@ -14,6 +14,7 @@ ENERGIES = (
     ("MVS_CROSS", "MVS_cross", "Variation of both principal curvatures in every direction"),
     ("VARIATION", "Variation", "The whole change of curvature: the gradient of the second fundamental form, squared"),
     ("MEHLUM_TARROU", "Mehlum-Tarrou", "Change of normal curvature along each direction, averaged over all directions"),
+    ("MEAN_CURVATURE", "Mean Curvature", "The integral of mean curvature squared: the soap film in a boundary that stays"),
     ("MIX", "Mix", "Several energies at once, with a weight for each"),
 )
 
@@ -25,10 +26,10 @@ BOUNDARIES = (
 )
 
 SYMMETRIES = (
-    ("AUTO", "Auto", "Mirror images and turns of the cage are kept, unless the energy gains by giving some up"),
-    ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
-    ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
     ("KEEP", "All", "Mirror images and turns that map the cage to itself are all kept, and make the work less"),
+    ("AUTO", "Where It Pays", "Some are given up where MVS and its kin gain much by that; takes longer"),
+    ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
+    ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
 )
 
 KEEPS = (
@@ -78,6 +79,7 @@ class RunSettings:
     weight_mvs_cross: _weight("mvs_cross")
     weight_variation: _weight("variation")
     weight_mehlum_tarrou: _weight("mehlum_tarrou")
+    weight_mean_curvature: _weight("mean_curvature")
     weight_area: _weight("area")
     resolution: bpy.props.EnumProperty(
         name="Resolution", description="Whether the result has more vertices", items=RESOLUTIONS, default="REFINE"
@@ -94,7 +96,7 @@ class RunSettings:
         name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES, default="POSITION"
     )
     symmetry: bpy.props.EnumProperty(
-        name="Symmetry", description="What becomes of the cage's symmetries", items=SYMMETRIES, default="AUTO"
+        name="Symmetry", description="What becomes of the cage's symmetries", items=SYMMETRIES, default="KEEP"
     )
     keep: bpy.props.EnumProperty(
         name="Keep",

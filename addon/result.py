@@ -26,6 +26,7 @@ from .job import Request, Solution, verdict_text
 from .values import Cage, Creases, Energies
 
 _GAP = 0.1  # between original and result, in sizes of the larger
+_TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
 _BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area"}  # numbers of a report that are no energies to minimize
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
@@ -202,7 +203,7 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
 
 def _numbers(energies: Energies) -> dict[str, float]:
     """Every number of a report, by name."""
-    of_energies = {term: energies.terms[term] for term in ENERGY_LABELS}
+    of_energies = {term: energies.terms[term] for term in _TERMS}
     besides = {**{name: getattr(energies, name) for name in _BESIDES}, "gauss": round(energies.gauss, 6) + 0.0}
     return {**of_energies, **besides}  # a total curvature of 0 comes with rounding errors
 
@@ -212,7 +213,7 @@ def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, floa
     cannot give; empty for other objects."""
     if obj is None or "curvopt_verdict" not in obj:
         return []
-    names = {**ENERGY_LABELS, **_BESIDES}
+    names = {**_TERMS, **_BESIDES}
     keys = ((label, f"curvopt_before_{name}", f"curvopt_after_{name}") for name, label in names.items())
     rows = [(label, obj.get(before, np.nan), obj.get(after, np.nan)) for label, before, after in keys]
     return [row for row in rows if np.isfinite(row[1:]).any()]
