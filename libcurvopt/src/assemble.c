@@ -4,7 +4,6 @@
 #include "carry.h"
 #include "memory.h"
 #include "placement.h"
-#include "share.h"
 
 #include <math.h>
 #include <omp.h>
@@ -137,6 +136,9 @@ void co_assembly_free(co_assembly *a) {
     free(a->points);
     free(a->point_gradient);
     free(a->work);
+    free(a->coarse);
+    free(a->fine);
+    free(a->patch_error);
     *a = (co_assembly){0};
 }
 
@@ -158,8 +160,11 @@ static double normalize(co_assembly *a, const double *xyz) {
     } else {
         double centroid[3];
         radius = co_placement_frame(n, xyz, centroid);
-        for (size_t i = 0; i < 3 * n; i++)
-            a->points[i] = (xyz[i] - centroid[i % 3]) / radius;
+        const double unit = 1 / radius;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+        for (size_t v = 0; v < n; v++)
+            for (size_t c = 0; c < 3; c++)
+                a->points[3 * v + c] = (xyz[3 * v + c] - centroid[c]) * unit;
     }
     if (a->patches.derived.n_rows)
         co_rows_apply(&a->patches.derived, a->points, a->points + 3 * n);
@@ -170,13 +175,18 @@ static double normalize(co_assembly *a, const double *xyz) {
  * drops out, the rest scales. */
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
-    double mean[3] = {0, 0, 0}, radial = 0;
-    for (size_t i = 0; i < 3 * n; i++) {
-        mean[i % 3] += gradient[i] / (double)n;
-        radial += gradient[i] * a->points[i] / (double)n;
-    }
-    for (size_t i = 0; i < 3 * n; i++)
-        gradient[i] = (gradient[i] - mean[i % 3] - radial * a->points[i]) / radius;
+    const double part = 1 / (double)n, unit = 1 / radius;
+    double mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
+    for (size_t v = 0; v < n; v++)
+        for (size_t c = 0; c < 3; c++) {
+            mean[c] += part * gradient[3 * v + c];
+            along[c] += part * gradient[3 * v + c] * a->points[3 * v + c];
+        }
+    const double radial = along[0] + along[1] + along[2];
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (size_t v = 0; v < n; v++)
+        for (size_t c = 0; c < 3; c++)
+            gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
 }
 
 /* What a block found, times the weights of its patches. */
@@ -298,7 +308,8 @@ void co_assembly_factor_gradients(co_assembly *a, const double *xyz, double *are
     collect_gradient(a, 1, 0, third);
 }
 
-static void store_shares(const co_layout *l, double area, int third, co_share *out) {
+static void store_shares(const co_assembly *a, const co_layout *l, double area, int third, co_share *out) {
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t b = 0; b < l->n_blocks; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
             double term[8], integral[CO_N_INTEGRALS];
@@ -320,8 +331,8 @@ static co_share_measure measure_of(const co_assembly *a, int every_term, const c
     return m;
 }
 
-/* Values of the rules one step finer, per patch. */
-static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, co_share *shares, curvopt_error *error) {
+/* Values of the rules one step finer; by patch into a->fine. */
+static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!a->finer.n_blocks) {
         status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
@@ -334,7 +345,7 @@ static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, co_s
     }
     run_blocks(a, &a->finer, &a->functional.second, third, 0);
     total(a, &a->finer, values);
-    store_shares(&a->finer, values->integral[CO_INT_AREA], third, shares);
+    store_shares(a, &a->finer, values->integral[CO_INT_AREA], third, a->fine);
     return status;
 }
 
@@ -342,8 +353,8 @@ double co_assembly_defect(const co_assembly *a, const co_values *values) {
     return fabs(values->integral[CO_INT_K] + co_rim_turning(&a->rim, &a->patches, a->points) - a->rim.target);
 }
 
-static void report_energies(const co_assembly *a, const co_values *v, int third, const co_share *coarse,
-                            const co_share *fine, curvopt_energies *out) {
+static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
+    const co_share *coarse = a->coarse, *fine = a->fine;
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
@@ -398,49 +409,53 @@ static int32_t refine_rules(co_assembly *a, const double *error, double toleranc
     return raised;
 }
 
+/* Room for what is known by patch, once. */
+static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    if (!a->coarse)
+        a->coarse = CO_NEW(co_share, n);
+    if (!a->fine)
+        a->fine = CO_NEW(co_share, n);
+    if (!a->patch_error)
+        a->patch_error = CO_NEW(double, 2 * n);
+    return a->coarse && a->fine && a->patch_error ? CURVOPT_OK : co_status_no_memory(error);
+}
+
 int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
                             curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
     int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
-    int32_t status = CURVOPT_ERROR_MEMORY;
-    co_share *coarse = CO_NEW(co_share, n), *fine = CO_NEW(co_share, n);
-    double *patch_error = CO_NEW(double, 2 * n);
     double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
     *resolved = *changed = 0;
-    if (!coarse || !fine || !patch_error) {
-        co_status_no_memory(error);
-        goto done;
-    }
-    status = a->layout.n_blocks ? CURVOPT_OK : renew_layout(a, error); /* memory was out last time */
+    int32_t status = ensure_shares(a, error);
+    if (status == CURVOPT_OK && !a->layout.n_blocks) /* memory was out last time */
+        status = renew_layout(a, error);
     while (status == CURVOPT_OK) {
         co_request request = {.all_terms = third};
         co_values values, finer;
         double difference = 0;
         co_assembly_evaluate(a, xyz, &request, &values);
-        store_shares(&a->layout, values.integral[CO_INT_AREA], third, coarse);
-        status = evaluate_finer(a, third, &finer, fine, error);
+        store_shares(a, &a->layout, values.integral[CO_INT_AREA], third, a->coarse);
+        status = evaluate_finer(a, third, &finer, error);
         if (status != CURVOPT_OK)
             break;
-        co_share_measure measure = measure_of(a, terms == CO_TERMS_ALL, fine);
-        for (size_t p = 0; p < n; p++) {
-            patch_error[p] = co_share_relative(&measure, &coarse[p], &fine[p]);
-            difference += patch_error[p];
-        }
+        co_share_measure measure = measure_of(a, terms == CO_TERMS_ALL, a->fine);
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+        for (size_t p = 0; p < n; p++)
+            a->patch_error[p] = co_share_relative(&measure, &a->coarse[p], &a->fine[p]);
+        for (size_t p = 0; p < n; p++)
+            difference += a->patch_error[p];
         *resolved = difference <= fmax(bearable, ACCEPTABLE);
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) ||
-            refine_rules(a, patch_error, tolerance, patch_error + n) == 0) {
-            report_energies(a, &values, third, coarse, fine, energies);
+            refine_rules(a, a->patch_error, tolerance, a->patch_error + n) == 0) {
+            report_energies(a, &values, third, energies);
             break;
         }
         bearable = tolerance;
         *changed = 1;
         status = renew_layout(a, error);
     }
-done:
-    free(coarse);
-    free(fine);
-    free(patch_error);
     return status;
 }
 

@@ -9,6 +9,7 @@
 
 #include "layout.h"
 #include "rim.h"
+#include "share.h"
 
 typedef struct co_assembly {
     co_patches patches;
@@ -32,9 +33,11 @@ typedef struct co_assembly {
     co_layout finer;       /* of rules one step finer, values only; made when first needed */
     double *points;        /* [3 n_points] */
     double *point_gradient;
-    double radius;      /* of the positions evaluated last */
-    int32_t worst_face; /* of them: the one with the least |S_u x S_v| */
-    double *work;       /* [n_threads][work_stride] */
+    double radius;           /* of the positions evaluated last */
+    int32_t worst_face;      /* of them: the one with the least |S_u x S_v| */
+    co_share *coarse, *fine; /* [n_patches] shares by the rules, and by those one step finer */
+    double *patch_error;     /* [2][n_patches] relative differences of these; work */
+    double *work;            /* [n_threads][work_stride] */
     size_t work_stride;
 } co_assembly;
 

@@ -43,7 +43,7 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     if (status == CURVOPT_OK)
         status = co_level_begin(&level, &now, error);
     level.gauge = p->gauge;
-    if (status == CURVOPT_OK && level.reduction.n_variables)
+    if (status == CURVOPT_OK && level.reduction.n_variables && !co_frame_is_cancelled(p->frame))
         status = co_level_leave_saddle(&level, &now, found, error);
     if (status == CURVOPT_OK && *found)
         co_level_to_user(&level, now.x, level.last.integral[CO_INT_AREA], xyz);

@@ -24,7 +24,6 @@ typedef struct run {
     co_frame frame;
     curvopt_progress_fn progress;
     void *user;
-    const curvopt_cancel *cancel;
     double started;
     double start_energy;
     curvopt_result *result;
@@ -41,13 +40,9 @@ static double now_seconds(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int is_cancelled(const run *r) {
-    return r->cancel && atomic_load_explicit(&r->cancel->requested, memory_order_relaxed);
-}
-
 static int report(const co_level *l, const co_iterate *now, int iteration, int evaluations, void *user) {
     run *r = user;
-    if (is_cancelled(r))
+    if (co_frame_is_cancelled(&r->frame))
         return 1;
     if (!r->progress)
         return 0;
@@ -129,6 +124,8 @@ static int32_t certify(run *r, co_level *l, co_iterate *now, curvopt_error *erro
     co_shape_check shape;
     int verify = r->frame.options->verify;
     int32_t status = co_verify_decrement(l, now, &summary->newton_decrement, error);
+    if (status == CURVOPT_OK && co_frame_is_cancelled(&r->frame)) /* what was found stands; there is no verdict */
+        return CURVOPT_OK;
     if (status == CURVOPT_OK)
         status = co_verify_shape(&r->frame, l->mesh, &r->symmetry, &r->constraints, r->xyz, l, verify, &shape, error);
     if (status != CURVOPT_OK)
@@ -396,7 +393,7 @@ int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const
                               curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                               curvopt_result **out, curvopt_error *error) {
     run r = {
-        .frame = {.options = options}, .progress = progress, .user = user, .cancel = cancel, .started = now_seconds()};
+        .frame = {.options = options, .cancel = cancel}, .progress = progress, .user = user, .started = now_seconds()};
     co_table_cache_create(options->surface, &r.tables);
     r.frame.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);

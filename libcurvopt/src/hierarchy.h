@@ -2,13 +2,7 @@
 #ifndef CO_HIERARCHY_H
 #define CO_HIERARCHY_H
 
-#include "assemble.h"
-
-#include <stdatomic.h>
-
-struct curvopt_cancel {
-    atomic_int requested;
-};
+#include "level.h"
 
 struct curvopt_result {
     curvopt_mesh *mesh;

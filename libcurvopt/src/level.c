@@ -53,10 +53,13 @@ co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
     return CO_GAUGE_MOEBIUS;
 }
 
+int co_frame_is_cancelled(const co_frame *frame) {
+    return frame->cancel && atomic_load_explicit(&frame->cancel->requested, memory_order_relaxed);
+}
+
 /* -------------------------------------------------------------------------------------------- the function -- */
 
-static double evaluate(void *context, const double *z, double *gradient) {
-    co_level *l = context;
+static double value_at(co_level *l, const double *z, double *gradient) {
     const co_assembly *a = &l->assembly;
     co_request request = {.gradient = gradient ? l->gx : NULL};
     double radius = 1;
@@ -71,6 +74,12 @@ static double evaluate(void *context, const double *z, double *gradient) {
     if (!is_fixed(l))
         co_reduce_normalized_gradient(&l->reduction, at, radius, gradient);
     return l->last.objective;
+}
+
+/* The same for the optimizer, which finds no way on when the run is to end. */
+static double evaluate(void *context, const double *z, double *gradient) {
+    co_level *l = context;
+    return co_frame_is_cancelled(l->frame) ? INFINITY : value_at(l, z, gradient);
 }
 
 static double mean_edge(const curvopt_mesh *m, const double *x) {
@@ -110,7 +119,7 @@ static double distance(co_level *l, const double *from, const double *to) {
 
 static co_settlement step_back(co_level *l, const co_iterate *before, co_iterate *now, co_settlement verdict) {
     memcpy(now->x, before->x, sizeof(double) * (size_t)l->reduction.n_variables);
-    now->value = evaluate(l, now->x, now->gradient);
+    now->value = value_at(l, now->x, now->gradient);
     return verdict;
 }
 
@@ -118,7 +127,7 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     co_level *l = context;
     curvopt_energies energies;
     int resolved, changed;
-    if (l->failed != CURVOPT_OK) /* in between, where nobody could be told */
+    if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame)) /* in between, where nobody could be told */
         return step_back(l, before, now, CO_SETTLE_STOP);
     int suspicious =
         !(co_assembly_defect(&l->assembly, &l->last) <= DEFECT_GROWTH * l->defect + DEFECT_FLOOR); /* of `now` */
@@ -138,8 +147,8 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     l->defect = energies.gauss_bonnet_defect;
     if (!changed)
         return CO_SETTLE_KEEP;
-    double value_before = evaluate(l, before->x, now->gradient);
-    now->value = evaluate(l, now->x, now->gradient);
+    double value_before = value_at(l, before->x, now->gradient);
+    now->value = value_at(l, now->x, now->gradient);
     if (!(now->value <= value_before))
         return step_back(l, before, now, CO_SETTLE_REJECT);
     return CO_SETTLE_CHANGED;
@@ -180,14 +189,14 @@ static int32_t factorize_shifted(co_level *l, double shift, curvopt_error *error
  * instead needs ten times as many on the curved valley floor of MVS. */
 static co_renewal renew(void *context, const co_iterate *now, double overshoot) {
     co_level *l = context;
-    if (l->failed != CURVOPT_OK)
+    if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return CO_RENEWAL_FAILED;
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     co_reduce_expand(&l->reduction, now->x, l->x);
     l->failed = co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(l->gauge), l->error);
-    if (l->failed != CURVOPT_OK)
+    if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
     l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
@@ -306,7 +315,7 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
     if (status != CURVOPT_OK)
         return status;
     l->defect = energies.gauss_bonnet_defect;
-    now->value = evaluate(l, now->x, now->gradient);
+    now->value = value_at(l, now->x, now->gradient);
     if (!isfinite(now->value) || !isfinite(co_vector_norm((size_t)l->reduction.n_variables, now->gradient)))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, l->last.worst_face,
                               "the energy is not finite: the surface is degenerate at face %d", l->last.worst_face);
@@ -364,6 +373,8 @@ int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cur
     int done = result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
     if (status == CURVOPT_OK && l->has_model && last && done)
         status = polish(l, &f, &lmvm, now, result, error);
+    if (co_frame_is_cancelled(l->frame))
+        result->stop = CURVOPT_STOP_CANCELLED;
     return status;
 }
 
@@ -402,7 +413,7 @@ int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt
 }
 
 double co_level_evaluate(co_level *l, const double *z, double *gradient) {
-    return evaluate(l, z, gradient);
+    return value_at(l, z, gradient);
 }
 
 static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
@@ -425,9 +436,9 @@ static int step_down(co_level *l, double *d, double *trial, co_iterate *now) {
     for (int halving = 0; halving < 2 * SADDLE_HALVINGS; halving++, scale *= halving % 2 ? -0.5 : -1) {
         memcpy(trial, now->x, n * sizeof *trial);
         co_vector_add(n, scale, d, trial);
-        if (evaluate(l, trial, NULL) < now->value - least) {
+        if (value_at(l, trial, NULL) < now->value - least) {
             memcpy(now->x, trial, n * sizeof *trial);
-            now->value = evaluate(l, now->x, now->gradient);
+            now->value = value_at(l, now->x, now->gradient);
             return 1;
         }
     }

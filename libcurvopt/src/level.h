@@ -6,12 +6,19 @@
 #include "lmvm.h"
 #include "model.h"
 
+#include <stdatomic.h>
+
+struct curvopt_cancel {
+    atomic_int requested;
+};
+
 /* What does not change during a run. */
 typedef struct co_frame {
     const curvopt_options *options;
-    double centroid[3], radius; /* of the input cage: the frame of levels that hold vertices */
-    double area;                /* of its surface, which the result gets */
-    co_table_cache *tables;     /* of the options' surface, for all levels */
+    double centroid[3], radius;   /* of the input cage: the frame of levels that hold vertices */
+    double area;                  /* of its surface, which the result gets */
+    co_table_cache *tables;       /* of the options' surface, for all levels */
+    const curvopt_cancel *cancel; /* or NULL */
 } co_frame;
 
 typedef struct co_level {
@@ -40,6 +47,9 @@ typedef struct co_level {
     int (*report)(const struct co_level *level, const co_iterate *now, int iteration, int evaluations, void *user);
     void *user;
 } co_level;
+
+/* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
+int co_frame_is_cancelled(const co_frame *frame);
 
 /* Takes over neither mesh nor start; constraints are copied. z [3 n_vertices at most] gets the variables.
  * As curvopt_minimize. */

@@ -6,13 +6,17 @@
 static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
 
 double co_placement_frame(size_t n, const double *xyz, double centroid[3]) {
-    double squares = 0;
+    double squares[3] = {0, 0, 0}, part = 1 / (double)n; /* times that: sums of squares might be too large */
     centroid[0] = centroid[1] = centroid[2] = 0;
-    for (size_t i = 0; i < 3 * n; i++)
-        centroid[i % 3] += xyz[i] / (double)n;
-    for (size_t i = 0; i < 3 * n; i++)
-        squares += (xyz[i] - centroid[i % 3]) * (xyz[i] - centroid[i % 3]) / (double)n;
-    return sqrt(squares);
+    for (size_t v = 0; v < n; v++)
+        for (int c = 0; c < 3; c++)
+            centroid[c] += part * xyz[3 * v + (size_t)c];
+    for (size_t v = 0; v < n; v++)
+        for (int c = 0; c < 3; c++) {
+            double x = xyz[3 * v + (size_t)c] - centroid[c];
+            squares[c] += part * x * x;
+        }
+    return sqrt(squares[0] + squares[1] + squares[2]);
 }
 
 static double cofactor(double m[3][3], int i, int j) {
