@@ -2,6 +2,7 @@
 """What a run ends at: known minimizers, certificates, symmetry, constraints. From the committed cages."""
 from __future__ import annotations
 
+import sys
 from functools import lru_cache
 from itertools import permutations
 from math import pi
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import lib
-from ccref import Mesh, topology
+from ccref import Mesh, mesh_from_faces, refine, topology
 from nets import perturbed, read_obj, torus_cage
 
 CAGES = lib.ROOT / "blend_files" / "obj"
@@ -83,6 +84,17 @@ def test_symmetries_are_given_up_where_that_pays(name, levels, bound, order, cap
     assert len(kept) >= result.summary.symmetry_order
     finer = lib.evaluate(result.mesh, "mvs", tolerance=1e-5)
     assert abs(finer.objective - end.objective) <= 2 * (end.objective_error + finer.objective_error)
+
+
+def test_genus_2_from_430_vertices():
+    """Three arms of eight rings, subdivided once; two levels. 567.7 with all symmetries."""
+    sys.path.insert(0, str(lib.ROOT / "blend_files"))
+    from frames import lawson
+    xyz, faces = lawson(2, rings=8)
+    result = lib.minimize(refine(mesh_from_faces(xyz, [list(face) for face in faces])), "mvs", levels=2)
+    end = result.summary.end
+    assert result.levels[0].n_vertices == 430 and end.objective <= 520
+    assert result.verdict == "minimum" and result.summary.newton_decrement <= 1e-6 * end.objective
 
 
 def test_a_saddle_of_the_shape_is_left_when_asked():
