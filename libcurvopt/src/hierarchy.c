@@ -202,7 +202,8 @@ static int wants_escape(const run *r, const attempt *a, int32_t number, co_escap
     int loosen = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->symmetry.order > 1 &&
                  a->level.assembly.functional.has_third && r->result->mesh->info.n_vertices <= LARGEST_LOOSENED;
     *among = loosen ? CO_ESCAPE_ALL : CO_ESCAPE_NORMALS;
-    return a->level.has_model && !stopped_early(r, number) &&
+    int32_t stop = r->result->level[number - 1].stop;
+    return a->level.has_model && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
            (loosen || (o->escape && r->result->mesh->info.n_vertices <= LARGEST_ESCAPE));
 }
 

@@ -114,6 +114,12 @@ def test_a_minimum_of_the_shape_is_not_left():
     assert result.summary.end.objective == solved("lawson_g2", "willmore", 3).summary.end.objective
 
 
+def test_a_run_that_was_stopped_gives_up_nothing():
+    result = lib.minimize(cage("lawson_g2"), "mvs", levels=1, max_iterations=0, escape=1)
+    assert result.summary.symmetry_order == 12 and result.levels[0].iterations == 0
+    assert result.summary.end.objective == pytest.approx(result.summary.start.objective, rel=1e-3)
+
+
 def test_cancelling_on_the_way_down_keeps_the_best():
     """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's."""
     whole = [0]
