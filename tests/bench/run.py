@@ -211,7 +211,7 @@ def plot(curves: list[tuple[str, list[tuple[float, float]]]]) -> str:
         line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
         parts.append(f'<polyline points="{line}" fill="none" stroke="{colours[k % 6]}" stroke-width="2"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colours[k % 6]}"/>' for x, y in places]
-        parts.append(f'<text x="{width - 250}" y="{40 + 16 * k}" fill="{colours[k % 6]}">{label}</text>')
+        parts.append(f'<text x="{width - 250}" y="{250 + 16 * k}" fill="{colours[k % 6]}">{label}</text>')
     parts += [f'<text x="{width / 2}" y="{height - 12}" text-anchor="middle">CPU seconds</text>',
               f'<text x="16" y="{height / 2}" text-anchor="middle" transform="rotate(-90 16 {height / 2})">'
               "relative error of the integral of H²</text>", "</svg>"]
