@@ -7,6 +7,7 @@
 #include "cages.h"
 #include "peak.h"
 
+#include "memory.h"
 #include "model.h"
 #include "placement.h"
 
@@ -96,8 +97,7 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
     must(co_table_create(surface, valence, 1, &table, &error), &error);
     size_t lanes = (size_t)kernel->lanes, n = (size_t)table->n_points;
     double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * lanes, sizeof *sums),
-           *gradients = calloc(6 * n * lanes, sizeof *gradients),
-           *work = aligned_alloc(64, 9 * n * lanes * sizeof *work);
+           *gradients = calloc(6 * n * lanes, sizeof *gradients), *work = CO_NEW_ALIGNED(double, 9 * n * lanes);
     int32_t *points = calloc(n * lanes, sizeof *points);
     if (!xyz || !sums || !gradients || !work || !points)
         stop("out of memory");
