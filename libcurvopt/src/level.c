@@ -53,10 +53,6 @@ co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
     return CO_GAUGE_MOEBIUS;
 }
 
-int co_frame_is_cancelled(const co_frame *frame) {
-    return frame->cancel && atomic_load_explicit(&frame->cancel->requested, memory_order_relaxed);
-}
-
 /* -------------------------------------------------------------------------------------------- the function -- */
 
 static double value_at(co_level *l, const double *z, double *gradient) {
@@ -80,16 +76,6 @@ static double value_at(co_level *l, const double *z, double *gradient) {
 static double evaluate(void *context, const double *z, double *gradient) {
     co_level *l = context;
     return co_frame_is_cancelled(l->frame) ? INFINITY : value_at(l, z, gradient);
-}
-
-static double mean_edge(const curvopt_mesh *m, const double *x) {
-    double sum = 0;
-    for (int32_t e = 0; e < m->info.n_edges; e++) {
-        const double *a = x + 3 * (size_t)m->corner_vertex[m->edge_corner[e]];
-        const double *b = x + 3 * (size_t)co_mesh_destination(m, m->edge_corner[e]);
-        sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
-    }
-    return sum / m->info.n_edges;
 }
 
 /* Longest vertex displacement in mean edges. */
@@ -117,41 +103,50 @@ static double distance(co_level *l, const double *from, const double *to) {
     return step_length(l, l->step);
 }
 
-static co_settlement step_back(co_level *l, const co_iterate *before, co_iterate *now, co_settlement verdict) {
-    memcpy(now->x, before->x, sizeof(double) * (size_t)l->reduction.n_variables);
+/* Back to the last iterate that is known to be resolved: those in between were not looked at. */
+static co_settlement step_back(co_level *l, co_iterate *now, co_settlement verdict) {
+    memcpy(now->x, l->safe, sizeof(double) * (size_t)l->reduction.n_variables);
     now->value = value_at(l, now->x, now->gradient);
     return verdict;
 }
 
-static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
-    co_level *l = context;
+/* Holds `now` against finer rules. It becomes the iterate to go back to; or, if it is not resolved or its energy is not
+ * below that one's by rules that tell them apart, it goes back itself. */
+static co_settlement check(co_level *l, co_iterate *now) {
     curvopt_energies energies;
     int resolved, changed;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    l->failed = co_assembly_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
+                                    &changed, l->error);
+    if (l->failed != CURVOPT_OK)
+        return step_back(l, now, CO_SETTLE_STOP);
+    if (!resolved)
+        return step_back(l, now, CO_SETTLE_REJECT);
+    l->defect = energies.gauss_bonnet_defect;
+    if (changed) {
+        double value_before = value_at(l, l->safe, now->gradient);
+        now->value = value_at(l, now->x, now->gradient);
+        if (!(now->value <= value_before))
+            return step_back(l, now, CO_SETTLE_REJECT);
+    }
+    memcpy(l->safe, now->x, sizeof(double) * (size_t)l->reduction.n_variables);
+    return changed ? CO_SETTLE_CHANGED : CO_SETTLE_KEEP;
+}
+
+static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
+    co_level *l = context;
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame)) /* in between, where nobody could be told */
-        return step_back(l, before, now, CO_SETTLE_STOP);
+        return step_back(l, now, CO_SETTLE_STOP);
     int suspicious =
         !(co_assembly_defect(&l->assembly, &l->last) <= DEFECT_GROWTH * l->defect + DEFECT_FLOOR); /* of `now` */
     /* a long step into unknown country is looked at more closely than one of many short ones */
     int due = iteration % (l->has_model ? RESOLVE_STRONG : RESOLVE_EVERY) == 0 ||
               (l->has_model && distance(l, before->x, now->x) > SHORT_STEP);
     hold_placement(l, now);
-    l->edge = mean_edge(l->mesh, l->x);
+    l->edge = co_mesh_mean_edge(l->mesh, l->x);
     if (l->frame->options->as_report || (!due && !suspicious))
         return CO_SETTLE_KEEP;
-    l->failed = co_assembly_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies, &resolved,
-                                    &changed, l->error);
-    if (l->failed != CURVOPT_OK)
-        return step_back(l, before, now, CO_SETTLE_STOP);
-    if (!resolved)
-        return step_back(l, before, now, CO_SETTLE_REJECT);
-    l->defect = energies.gauss_bonnet_defect;
-    if (!changed)
-        return CO_SETTLE_KEEP;
-    double value_before = value_at(l, before->x, now->gradient);
-    now->value = value_at(l, now->x, now->gradient);
-    if (!(now->value <= value_before))
-        return step_back(l, before, now, CO_SETTLE_REJECT);
-    return CO_SETTLE_CHANGED;
+    return check(l, now);
 }
 
 static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
@@ -252,7 +247,7 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     double unit = is_fixed(l) ? f->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         l->x[i] = (l->start[i] - origin[i % 3]) / unit;
-    l->edge = mean_edge(l->mesh, l->x);
+    l->edge = co_mesh_mean_edge(l->mesh, l->x);
     int32_t status = co_reduce_create(l->mesh, symmetry, &l->hold, l->x, &l->reduction, error);
     if (status == CURVOPT_OK)
         co_reduce_variables(&l->reduction, l->x, z);
@@ -280,10 +275,13 @@ int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const c
                     .x = CO_NEW(double, 3 * n),
                     .gx = CO_NEW(double, 3 * n),
                     .step = CO_NEW(double, 3 * n),
-                    .normalized = CO_NEW(double, 3 * n)};
+                    .normalized = CO_NEW(double, 3 * n),
+                    .first = CO_NEW(double, 3 * n),
+                    .safe = CO_NEW(double, 3 * n)};
     l->tolerance = o->as_report ? (double)INFINITY : o->tolerance;
     l->working_tolerance = number < o->levels ? WORKING_FACTOR * l->tolerance : l->tolerance;
-    int32_t status = l->x && l->gx && l->step && l->normalized ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status =
+        l->x && l->gx && l->step && l->normalized && l->first && l->safe ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_all(mesh, constraints, o->boundary, &l->hold, error);
     l->gauge = co_frame_gauge(frame, &l->hold);
@@ -303,6 +301,8 @@ void co_level_free(co_level *l) {
     free(l->gx);
     free(l->step);
     free(l->normalized);
+    free(l->first);
+    free(l->safe);
     *l = (co_level){0};
 }
 
@@ -315,6 +315,8 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
     if (status != CURVOPT_OK)
         return status;
     l->defect = energies.gauss_bonnet_defect;
+    memcpy(l->first, now->x, sizeof(double) * (size_t)l->reduction.n_variables);
+    memcpy(l->safe, now->x, sizeof(double) * (size_t)l->reduction.n_variables);
     now->value = value_at(l, now->x, now->gradient);
     if (!isfinite(now->value) || !isfinite(co_vector_norm((size_t)l->reduction.n_variables, now->gradient)))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, l->last.worst_face,
@@ -340,6 +342,32 @@ static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_
     result->iterations += l->iterations;
     result->evaluations += l->evaluations;
     return status == CURVOPT_OK ? l->failed : status;
+}
+
+/* The last steps may not have been looked at, and a fold may hide from two rules that follow each other: by the rules
+ * that the figures at the end need, the best of the last iterate, the last that stood, and the first. */
+static int32_t keep_best(co_level *l, co_iterate *now, int *stop, curvopt_error *error) {
+    curvopt_energies energies;
+    int resolved, changed;
+    double *const others[2] = {l->safe, l->first};
+    size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    int32_t status =
+        co_assembly_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, &energies, &resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    double least = value_at(l, now->x, NULL);
+    for (int k = 0; k < 2; k++) {
+        double value = value_at(l, others[k], NULL);
+        if (value < least || !isfinite(least)) {
+            least = value;
+            memcpy(now->x, others[k], bytes);
+            if (others[k] == l->first && *stop != CURVOPT_STOP_CANCELLED)
+                *stop = CURVOPT_STOP_UNRESOLVED;
+        }
+    }
+    now->value = value_at(l, now->x, now->gradient);
+    return CURVOPT_OK;
 }
 
 int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
@@ -375,6 +403,8 @@ int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cur
         status = polish(l, &f, &lmvm, now, result, error);
     if (co_frame_is_cancelled(l->frame))
         result->stop = CURVOPT_STOP_CANCELLED;
+    if (status == CURVOPT_OK && !o->as_report)
+        status = keep_best(l, now, &result->stop, error);
     return status;
 }
 

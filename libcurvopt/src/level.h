@@ -31,10 +31,12 @@ typedef struct co_level {
     double tolerance, working_tolerance; /* of quadrature: of the figures at the end, and for the work */
     double *x, *gx;                      /* [3 n_vertices] positions that were looked at last, normalized; a gradient */
     double *step, *normalized;           /* [n_variables] work */
-    double edge;                         /* mean length, normalized */
-    double defect;                       /* Gauss-Bonnet's, when last resolved, */
-    co_values last;                      /* and what was evaluated last */
-    co_model model;                      /* for a preconditioner */
+    double *first, *safe; /* [n_variables] the level's first iterate; the last one that was held against finer rules and
+                             stood */
+    double edge;          /* mean length, normalized */
+    double defect;        /* Gauss-Bonnet's, when last resolved, */
+    co_values last;       /* and what was evaluated last */
+    co_model model;       /* for a preconditioner */
     int has_model;
     co_gauge gauge; /* motions that the objective does not see */
     int exact;      /* it is the Hessian, not the Gauss-Newton matrix */
@@ -49,7 +51,9 @@ typedef struct co_level {
 } co_level;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
-int co_frame_is_cancelled(const co_frame *frame);
+static inline int co_frame_is_cancelled(const co_frame *frame) {
+    return frame->cancel && atomic_load_explicit(&frame->cancel->requested, memory_order_relaxed);
+}
 
 /* Takes over neither mesh nor start; constraints are copied. z [3 n_vertices at most] gets the variables.
  * As curvopt_minimize. */

@@ -4,6 +4,7 @@
 #include "crease.h"
 #include "memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -331,4 +332,14 @@ done:
     free(vertices);
     free(old_index);
     return status;
+}
+
+double co_mesh_mean_edge(const curvopt_mesh *m, const double *x) {
+    double sum = 0;
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        const double *a = x + 3 * (size_t)m->corner_vertex[m->edge_corner[e]];
+        const double *b = x + 3 * (size_t)co_mesh_destination(m, m->edge_corner[e]);
+        sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    }
+    return sum / m->info.n_edges;
 }

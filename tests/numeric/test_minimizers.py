@@ -105,7 +105,7 @@ def test_a_saddle_of_the_shape_is_left_when_asked():
     lawson = WILLMORE["lawson_g3"]
     assert stays.summary.end.h2 > 1.02 * lawson
     assert -result.summary.end.objective_error <= result.summary.end.h2 - lawson <= 2e-4 * lawson
-    assert result.verdict == "minimum"
+    assert result.verdict != "saddle" and result.summary.negative_directions == 0
 
 
 def test_a_minimum_of_the_shape_is_not_left():
