@@ -36,10 +36,9 @@ count "$log" "${PIPESTATUS[0]}"
 for root in "$@"; do
     [ -x "$root/usr/bin/blender" ] || { echo "FAIL: there is no Blender in $root" && failed=$((failed + 1)) && continue; }
     rm -rf --one-file-system "${root:?}$inside"
-    mkdir -p "$root$inside/build/release" "$root$inside/blend_files"
-    cp -r addon tests LICENSE "$root$inside"
+    mkdir -p "$root$inside/build/release"
+    cp -r addon tests blend_files LICENSE "$root$inside"
     cp -r --parents libcurvopt/include "$root$inside"
-    cp -r blend_files/obj "$root$inside/blend_files"
     cp build/release/libcurvopt.so build/release/curvopt_*.zip "$root$inside/build/release"
     echo "=== $(chroot "$root" blender --version 2>/dev/null | head -n 1) in $root"
     # shellcheck disable=SC2016 # expanded by the shell in the new mount namespace
