@@ -1,4 +1,4 @@
-/* Sums over faces: a surface's energies and their gradients, with quadrature fine enough for a wanted error.
+/* Sums over faces: a surface's energies and their gradients.
  *
  * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too
  * large or too small and the energies' invariance under translation and scaling is exact.
@@ -81,22 +81,10 @@ void co_assembly_factor_gradients(co_assembly *assembly, const double *xyz, doub
 /* How far total curvature is from what Gauss and Bonnet say, of the positions that were evaluated last. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
-/* Which terms a call of co_assembly_resolve() is about. */
-typedef enum co_terms {
-    CO_TERMS_OBJECTIVE, /* those with a weight */
-    CO_TERMS_REPORT,    /* all are evaluated, the objective decides */
-    CO_TERMS_ALL        /* all must meet the tolerance */
-} co_terms;
-
-/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest.
- * An assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
- * functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether the error
- * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
-int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,
-                            curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
-
-/* Whether resolved `energies` are those of a surface: ERROR_GEOMETRY for zero area or an energy that is not finite,
- * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
-int32_t co_assembly_check_energies(const co_assembly *assembly, const curvopt_energies *energies, curvopt_error *error);
+/* The layout that goes with the present rules; empty on failure. ERROR_MEMORY. */
+int32_t co_assembly_renew_layout(co_assembly *assembly, curvopt_error *error);
+/* Values by another layout of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY. */
+int32_t co_assembly_evaluate_layout(co_assembly *assembly, const co_layout *layout, int third, co_values *out,
+                                    curvopt_error *error);
 
 #endif

@@ -16,21 +16,22 @@ void co_layout_free(co_layout *l) {
     *l = (co_layout){0};
 }
 
-static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int finer, int32_t p) {
-    return co_patches_kind(patches, patches->valence[p]) * CO_N_RULES + rule[p] + finer;
+static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int step, int32_t p) {
+    int number = rule[p] + step;
+    return co_patches_kind(patches, patches->valence[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
 /* Patches, but for those left out, sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */
-static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int finer, int32_t n_kinds, int32_t *start,
+static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int step, int32_t n_kinds, int32_t *start,
                          int32_t *order) {
     for (int32_t p = 0; p < patches->n_patches; p++)
         if (rule[p] != CO_LAYOUT_SKIP)
-            start[kind_of(patches, rule, finer, p) + 1]++;
+            start[kind_of(patches, rule, step, p) + 1]++;
     for (int32_t k = 0; k < n_kinds; k++)
         start[k + 1] += start[k];
     for (int32_t p = 0; p < patches->n_patches; p++)
         if (rule[p] != CO_LAYOUT_SKIP)
-            order[start[kind_of(patches, rule, finer, p)]++] = p;
+            order[start[kind_of(patches, rule, step, p)]++] = p;
     for (int32_t k = n_kinds; k > 0; k--)
         start[k] = start[k - 1];
     start[0] = 0;
@@ -124,8 +125,8 @@ static int32_t build_incidence(int32_t n_points, int area, size_t n_gradients, c
     return CURVOPT_OK;
 }
 
-int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule,
-                         int finer, int gradients, int area, co_layout *l, curvopt_error *error) {
+int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int step,
+                         int gradients, int area, co_layout *l, curvopt_error *error) {
     int32_t n_kinds = patches->n_kinds * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
     size_t n_points, n_gradients;
     int32_t *start = CO_NEW(int32_t, n_kinds + 1), *order = CO_NEW(int32_t, patches->n_patches);
@@ -134,7 +135,7 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
         co_status_no_memory(error);
         goto done;
     }
-    sort_by_kind(patches, rule, finer, n_kinds, start, order);
+    sort_by_kind(patches, rule, step, n_kinds, start, order);
     status = measure(l, patches, cache, n_kinds, start, area, &n_points, &n_gradients, error);
     if (status != CURVOPT_OK)
         goto done;

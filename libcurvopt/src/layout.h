@@ -32,10 +32,15 @@ typedef struct co_layout {
 /* A patch with this rule is left out. */
 enum { CO_LAYOUT_SKIP = 255 };
 
-/* rule [n_patches]; raised by `finer` for every patch. With `gradients`, room and incidence for those too, two
- * gradients a point if `area`. Free after failure as well. */
-int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule,
-                         int finer, int gradients, int area, co_layout *out, curvopt_error *error);
+/* rule [n_patches]; `step` finer for every patch, or coarser, down to the coarsest. With `gradients`, room and
+ * incidence for those too, two gradients a point if `area`. Free after failure as well. */
+int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int step,
+                         int gradients, int area, co_layout *out, curvopt_error *error);
 void co_layout_free(co_layout *layout);
+
+/* What was summed over one patch: one of CO_N_INTEGRALS, or of sweep.h's. */
+static inline double co_layout_sum(const co_layout *l, int32_t block, int32_t lane, int which) {
+    return l->sums[((size_t)block * CO_N_SUMS + (size_t)which) * (size_t)l->lanes + (size_t)lane];
+}
 
 #endif

@@ -130,7 +130,11 @@ static co_settlement check(co_level *l, co_iterate *now) {
             return step_back(l, now, CO_SETTLE_REJECT);
     }
     memcpy(l->safe, now->x, sizeof(double) * (size_t)l->reduction.n_variables);
-    return changed ? CO_SETTLE_CHANGED : CO_SETTLE_KEEP;
+    if (!changed) {
+        l->failed = co_assembly_coarsen(&l->assembly, l->working_tolerance, &changed, l->error);
+        now->value = l->failed != CURVOPT_OK || !changed ? now->value : value_at(l, now->x, now->gradient);
+    }
+    return l->failed != CURVOPT_OK ? CO_SETTLE_STOP : changed ? CO_SETTLE_CHANGED : CO_SETTLE_KEEP;
 }
 
 static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {

@@ -5,6 +5,7 @@
 
 #include "lmvm.h"
 #include "model.h"
+#include "resolve.h"
 
 #include <stdatomic.h>
 

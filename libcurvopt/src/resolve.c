@@ -1,0 +1,242 @@
+/* Quadrature fine enough for a wanted error. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "resolve.h"
+
+#include "memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rules at their finest may miss the wanted error, on `plane` most of all; up to this relative error a surface still
+ * counts as resolved: far from where an optimizer could gain anything in the gap. */
+static const double ACCEPTABLE = 1e-2;
+static const double HYSTERESIS = 3;
+/* Coarser rules may add this much of the tolerance to the error, and are taken where they bring the cost below this
+ * share of what it was: values change, which an optimizer has to be told. */
+static const double COARSENING = 0.1, WORTH = 0.8;
+static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
+static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
+
+static void store_shares(const co_assembly *a, const co_layout *l, double area, int third, co_share *out) {
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
+            double term[8], integral[CO_N_INTEGRALS];
+            co_share *share = &out[l->patch[b * l->lanes + lane]];
+            for (int i = 0; i < CO_N_INTEGRALS; i++)
+                integral[i] = co_layout_sum(l, b, lane, i);
+            share->area = integral[CO_INT_AREA];
+            integral[CO_INT_AREA] = area;
+            co_functional_terms(integral, third, term);
+            memcpy(share->term, term, sizeof share->term);
+        }
+}
+
+static co_share_measure measure_of(const co_assembly *a, int every_term, const co_share *shares) {
+    co_share_measure m = {.weights = a->weights, .every_term = every_term};
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            m.whole.term[t] += shares[p].term[t];
+    return m;
+}
+
+/* Into a->patch_error, what the shares by two rules differ by, relative to the whole. */
+static void compare_shares(co_assembly *a, int every_term) {
+    co_share_measure measure = measure_of(a, every_term, a->fine);
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        a->patch_error[p] = co_share_relative(&measure, &a->coarse[p], &a->fine[p]);
+}
+
+/* Values of the rules one step finer; by patch into a->fine. */
+static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    if (!a->finer.n_blocks)
+        status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_evaluate_layout(a, &a->finer, third, values, error);
+    if (status != CURVOPT_OK) {
+        co_layout_free(&a->finer);
+        return status;
+    }
+    store_shares(a, &a->finer, values->integral[CO_INT_AREA], third, a->fine);
+    return status;
+}
+
+static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
+    const co_share *coarse = a->coarse, *fine = a->fine;
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
+    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
+    co_functional_terms(v->integral, third, out->term);
+    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->gauss_bonnet_defect = co_assembly_defect(a, v);
+    out->min_jacobian = v->min_jacobian;
+    out->surface = a->surface;
+    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
+    for (int t = 0; t < 8; t++)
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
+    co_error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        co_error_add(&objective, co_share_difference(a->weights, &coarse[p], &fine[p]));
+        co_error_add(&area, unit * (coarse[p].area - fine[p].area));
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_add(&term[t], coarse[p].term[t] - fine[p].term[t]);
+    }
+    out->objective_error = co_error_claimed(&objective);
+    out->area_error = co_error_claimed(&area);
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        out->term_error[t] += co_error_claimed(&term[t]);
+}
+
+static int compare_reals(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static int is_refinable(const co_assembly *a, int32_t p) {
+    return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] + 2 < CO_N_RULES;
+}
+
+static int is_coarsenable(const co_assembly *a, int32_t p) {
+    return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] > 0;
+}
+
+/* Of the patches that `counts`, those with errors below the result are off by no more than `bearable` together; like
+ * patches are treated alike. INFINITY: that is all of them. sorted [n_patches] is work space. */
+static double bearable_error(const co_assembly *a, int (*counts)(const co_assembly *, int32_t), double bearable,
+                             double *sorted) {
+    int32_t n = 0, kept = 0;
+    double sum = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (counts(a, p))
+            sorted[n++] = isnan(a->patch_error[p]) ? INFINITY : a->patch_error[p];
+    qsort(sorted, (size_t)n, sizeof *sorted, compare_reals);
+    while (kept < n && sum + sorted[kept] <= bearable)
+        sum += sorted[kept++];
+    return kept == n ? (double)INFINITY : sorted[kept] * ALIKE;
+}
+
+/* Raises the rules of the patches with the largest errors, so that those that keep theirs are off by no more than half
+ * of the tolerance together; returns how many were raised. */
+static int32_t refine_rules(co_assembly *a, double tolerance) {
+    int32_t raised = 0;
+    double cut = bearable_error(a, is_refinable, 0.5 * tolerance, a->patch_error + a->patches.n_patches);
+    for (int32_t p = 0; cut < INFINITY && p < a->patches.n_patches; p++)
+        if (is_refinable(a, p) && !(a->patch_error[p] < cut)) {
+            a->rule[p]++;
+            raised++;
+        }
+    return raised;
+}
+
+/* Room for what is known by patch, once. */
+static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    if (!a->coarse)
+        a->coarse = CO_NEW(co_share, n);
+    if (!a->fine)
+        a->fine = CO_NEW(co_share, n);
+    if (!a->patch_error)
+        a->patch_error = CO_NEW(double, 2 * n);
+    return a->coarse && a->fine && a->patch_error ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
+                            curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
+    double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
+    *resolved = *changed = 0;
+    int32_t status = ensure_shares(a, error);
+    if (status == CURVOPT_OK && !a->layout.n_blocks) /* memory was out last time */
+        status = co_assembly_renew_layout(a, error);
+    while (status == CURVOPT_OK) {
+        co_request request = {.all_terms = third};
+        co_values values, finer;
+        double difference = 0;
+        co_assembly_evaluate(a, xyz, &request, &values);
+        store_shares(a, &a->layout, values.integral[CO_INT_AREA], third, a->coarse);
+        status = evaluate_finer(a, third, &finer, error);
+        if (status != CURVOPT_OK)
+            break;
+        compare_shares(a, terms == CO_TERMS_ALL);
+        for (size_t p = 0; p < n; p++)
+            difference += a->patch_error[p];
+        *resolved = difference <= fmax(bearable, ACCEPTABLE);
+        a->met |= difference <= bearable;
+        if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
+            report_energies(a, &values, third, energies);
+            break;
+        }
+        bearable = tolerance;
+        *changed = 1;
+        status = co_assembly_renew_layout(a, error);
+    }
+    return status;
+}
+
+/* Time of an evaluation, in samples times points of a block: unfilled blocks cost as much as full ones. */
+static double cost_of(const co_layout *l) {
+    double cost = 0;
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        cost += (double)l->block[b].table->n_samples * l->block[b].table->n_points;
+    return cost;
+}
+
+/* Lowers the rules of patches whose errors, against what they have now, are least; renews the layout if it was worth
+ * it. spare: the rules as they were */
+static int32_t coarsen_rules(co_assembly *a, double tolerance, uint8_t *spare, int *changed, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    double before = cost_of(&a->layout);
+    double cut = bearable_error(a, is_coarsenable, COARSENING * tolerance, a->patch_error + n);
+    memcpy(spare, a->rule, n);
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (is_coarsenable(a, p) && a->patch_error[p] < cut)
+            a->rule[p]--;
+    int32_t status = co_assembly_renew_layout(a, error);
+    *changed = status == CURVOPT_OK && cost_of(&a->layout) <= WORTH * before;
+    if (status != CURVOPT_OK || *changed)
+        return status;
+    memcpy(a->rule, spare, n);
+    return co_assembly_renew_layout(a, error);
+}
+
+int32_t co_assembly_coarsen(co_assembly *a, double tolerance, int *changed, curvopt_error *error) {
+    size_t n = (size_t)a->patches.n_patches;
+    int third = a->functional.has_third;
+    co_layout coarser;
+    co_values values;
+    *changed = 0;
+    uint8_t *spare = CO_NEW(uint8_t, n);
+    if (!spare)
+        return co_status_no_memory(error);
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, -1, 0, 0, &coarser, error);
+    if (status == CURVOPT_OK && cost_of(&coarser) <= WORTH * cost_of(&a->layout)) {
+        status = co_assembly_evaluate_layout(a, &coarser, third, &values, error);
+        if (status == CURVOPT_OK) {
+            store_shares(a, &coarser, values.integral[CO_INT_AREA], third, a->fine);
+            compare_shares(a, 0);
+            status = coarsen_rules(a, tolerance, spare, changed, error);
+        }
+    }
+    co_layout_free(&coarser);
+    free(spare);
+    return status;
+}
+
+int32_t co_assembly_check_energies(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
+    double relative_area = e->area / (a->radius * a->radius);
+    if (!(relative_area > SMALLEST_AREA))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
+                              "the cage has zero area: its surface's is %g of its size squared", relative_area);
+    if (!isfinite(e->objective))
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
+                              "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
+    if (e->gauss_bonnet_defect > 1 + ACCEPTABLE * e->term[CURVOPT_TERM_WILLMORE])
+        return co_status_fail(
+            error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
+            "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "
+            "or pinched, most of all at face %d",
+            e->gauss_bonnet_defect, a->worst_face);
+    return CURVOPT_OK;
+}

@@ -1,0 +1,30 @@
+/* Quadrature fine enough for a wanted error, and not much finer. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_RESOLVE_H
+#define CO_RESOLVE_H
+
+#include "assemble.h"
+
+/* Which terms a call of co_assembly_resolve() is about. */
+typedef enum co_terms {
+    CO_TERMS_OBJECTIVE, /* those with a weight */
+    CO_TERMS_REPORT,    /* all are evaluated, the objective decides */
+    CO_TERMS_ALL        /* all must meet the tolerance */
+} co_terms;
+
+/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest.
+ * An assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
+ * functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether the error
+ * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
+int32_t co_assembly_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,
+                            curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
+
+/* Rules grow with the bad shapes that a run passes through; this takes back what is not needed any more: after
+ * co_assembly_resolve() by the objective alone, at the same positions, lowers rules by a step where the values show
+ * that this changes next to nothing. *changed: whether any was. ERROR_MEMORY. */
+int32_t co_assembly_coarsen(co_assembly *assembly, double tolerance, int *changed, curvopt_error *error);
+
+/* Whether resolved `energies` are those of a surface: ERROR_GEOMETRY for zero area or an energy that is not finite,
+ * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
+int32_t co_assembly_check_energies(const co_assembly *assembly, const curvopt_energies *energies, curvopt_error *error);
+
+#endif
