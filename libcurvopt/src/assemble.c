@@ -30,7 +30,7 @@ static int32_t ensure_work(co_assembly *a, const co_layout *l, curvopt_error *er
     return CURVOPT_OK;
 }
 
-int32_t co_assembly_renew_layout(co_assembly *a, curvopt_error *error) {
+int32_t co_assembly_renew(co_assembly *a, curvopt_error *error) {
     co_layout_free(&a->layout);
     co_layout_free(&a->finer);
     a->rules_version++;
@@ -111,7 +111,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     if (status == CURVOPT_OK && a->weight)
         status = find_active(a, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_renew_layout(a, error);
+        status = co_assembly_renew(a, error);
     if (status != CURVOPT_OK)
         co_assembly_free(a);
     return status;
@@ -132,13 +132,15 @@ void co_assembly_free(co_assembly *a) {
     free(a->coarse);
     free(a->fine);
     free(a->patch_error);
+    free(a->price);
+    free(a->sorted);
     *a = (co_assembly){0};
 }
 
 int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_error *error) {
     memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
     a->met = from->met;
-    return co_assembly_renew_layout(a, error);
+    return co_assembly_renew(a, error);
 }
 
 /* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */

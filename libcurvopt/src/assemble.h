@@ -36,7 +36,10 @@ typedef struct co_assembly {
     double radius;           /* of the positions evaluated last */
     int32_t worst_face;      /* of them: the one with the least |S_u x S_v| */
     co_share *coarse, *fine; /* [n_patches] shares by the rules, and by those one step finer */
-    double *patch_error;     /* [2][n_patches] relative differences of these; work */
+    double *patch_error;     /* [n_patches] relative differences of these, */
+    double *price;           /* [n_patches] and by what a rule that mends them costs; */
+    double *sorted;          /* [2 n_patches] work */
+    double error;            /* sum of patch_error when last resolved */
     double *work;            /* [n_threads][work_stride] */
     size_t work_stride;
 } co_assembly;
@@ -82,7 +85,7 @@ void co_assembly_factor_gradients(co_assembly *assembly, const double *xyz, doub
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
 /* The layout that goes with the present rules; empty on failure. ERROR_MEMORY. */
-int32_t co_assembly_renew_layout(co_assembly *assembly, curvopt_error *error);
+int32_t co_assembly_renew(co_assembly *assembly, curvopt_error *error);
 /* Values by another layout of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY. */
 int32_t co_assembly_evaluate_layout(co_assembly *assembly, const co_layout *layout, int third, co_values *out,
                                     curvopt_error *error);

@@ -26,14 +26,14 @@ enum {
 };
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
 static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
-static const double SHIFT = 0.1;
+static const double SHIFT = 0.1, STIFFEN_MOST = 10;
 /* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
  * cages that distort more and more it is not. Willmore's Hessian seldom is, and on coarse cages the least shift alone
  * is above this. */
 static const double MOST_NEGATIVE = 1e-6, MOST_NEGATIVE_THIRD = 1e-3;
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 6e-7;
-static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 5e-6;
+static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
@@ -191,7 +191,7 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return CO_RENEWAL_FAILED;
     double least = least_shift(l, now->value);
-    double change = overshoot > 4 ? 4 : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
+    double change = overshoot > 4 ? fmin(overshoot, STIFFEN_MOST) : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     co_reduce_expand(&l->reduction, now->x, l->x);
     l->failed = co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(l->gauge), l->error);
@@ -332,6 +332,8 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
 static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
                       curvopt_error *error) {
     int stop = result->stop;
+    l->assembly.met = 0; /* the figures at the end are wanted as accurate as that */
+    check(l, now);
     l->iterations = result->iterations;
     l->evaluations = result->evaluations;
     l->exact = 1;

@@ -16,6 +16,7 @@
 
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
+static const double SHORT_SHARE = 0.5; /* of a direction: less of it stands only if the model is too soft */
 enum { STALLED_STEPS = 10, SMALL_STEPS = 4, PROGRESS_STEPS = 15, HALVINGS = 12 };
 
 typedef struct history {
@@ -34,7 +35,7 @@ typedef struct solver {
     double *direction;
     double cap;
     double slope;     /* gradient.direction */
-    double overshoot; /* the last direction's length over the cap */
+    double overshoot; /* overshoot_of() the last direction */
     int stale_steps;  /* since the preconditioner was renewed */
     double mark;      /* value PROGRESS_STEPS steps ago */
     int small_steps;  /* in a row whose predicted decrease is below the tolerance */
@@ -105,6 +106,13 @@ static co_renewal keep_fresh(solver *s, const co_iterate *now) {
     return s->f->renew(s->f->context, now, s->overshoot);
 }
 
+/* How many times longer than it ought to have been the last direction was: than the cap, or than what of it stood.
+ * Where the model is trusted too far, step after step is cut back in the search, at several evaluations each. */
+static double overshoot_of(const solver *s, double length, double step) {
+    double cut = step < SHORT_SHARE ? 1 / step : 0;
+    return fmax(length / s->cap, cut);
+}
+
 /* One accepted step into s->trial; 0 if there is none to be had. */
 static int find_step(solver *s, const co_iterate *now) {
     for (;;) {
@@ -113,9 +121,9 @@ static int find_step(solver *s, const co_iterate *now) {
         if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
             co_linesearch search = {.step = 1, .max_step = s->cap / length};
-            s->overshoot = length / s->cap;
             int ok = co_linesearch_wolfe(s->f, now, s->direction, &search, &s->trial);
             s->result->evaluations += search.evaluations;
+            s->overshoot = overshoot_of(s, length, ok ? search.step : 1);
             if (ok)
                 return 1;
         }

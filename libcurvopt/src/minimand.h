@@ -36,8 +36,8 @@ typedef struct co_minimand {
     /* An initial inverse Hessian, or NULL: out [n] = M^-1 in [n], M symmetric positive definite; in and out may be the
      * same. Nonzero if that failed. */
     int (*precondition)(void *context, const double *in, double *out);
-    /* Makes M that of `now`; if that cannot be done there is none. `overshoot` is how many times longer than the cap
-     * the last direction was, 0 at first: where it is large, M should be stiffer. */
+    /* Makes M that of `now`; if that cannot be done there is none. `overshoot` is how many times too long the
+     * last direction was, 0 at first: where it is large, M should be stiffer. */
     co_renewal (*renew)(void *context, const co_iterate *now, double overshoot);
     /* A direction of negative curvature at `now`, or NULL where none is known of: d [n] of any length, its sign such
      * that the function does not rise at first; 0 if there is none. */

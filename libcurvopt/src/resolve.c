@@ -11,9 +11,9 @@
  * counts as resolved: far from where an optimizer could gain anything in the gap. */
 static const double ACCEPTABLE = 1e-2;
 static const double HYSTERESIS = 3;
-/* Coarser rules may add this much of the tolerance to the error, and are taken where they bring the cost below this
- * share of what it was: values change, which an optimizer has to be told. */
-static const double COARSENING = 0.1, WORTH = 0.8;
+/* Coarser rules may bring the error up to this share of the tolerance, and are taken where they bring the cost below
+ * this share of what it was: values change, which an optimizer has to be told. */
+static const double COARSENING = 0.5, WORTH = 0.8;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
 
@@ -88,9 +88,23 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
         out->term_error[t] += co_error_claimed(&term[t]);
 }
 
-static int compare_reals(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+/* Time of an evaluation of one of a block's faces, in samples times points. */
+static double cost_of_face(const co_block *block) {
+    return (double)block->table->n_samples * block->table->n_points;
+}
+
+/* Into a->price what each patch's error is worth: its size by what it costs to have a finer rule, or by what a coarser
+ * one saves. */
+static void price_errors(co_assembly *a, const co_layout *coarse, const co_layout *fine) {
+    memset(a->price, 0, sizeof *a->price * (size_t)a->patches.n_patches);
+    for (int side = 0; side < 2; side++) {
+        const co_layout *l = side ? coarse : fine;
+        for (int32_t b = 0; b < l->n_blocks; b++)
+            for (int32_t lane = 0; lane < l->block[b].n_used; lane++)
+                a->price[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * cost_of_face(&l->block[b]);
+    }
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        a->price[p] = isnan(a->patch_error[p]) ? (double)INFINITY : a->patch_error[p] / a->price[p];
 }
 
 static int is_refinable(const co_assembly *a, int32_t p) {
@@ -101,28 +115,35 @@ static int is_coarsenable(const co_assembly *a, int32_t p) {
     return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] > 0;
 }
 
-/* Of the patches that `counts`, those with errors below the result are off by no more than `bearable` together; like
- * patches are treated alike. INFINITY: that is all of them. sorted [n_patches] is work space. */
-static double bearable_error(const co_assembly *a, int (*counts)(const co_assembly *, int32_t), double bearable,
-                             double *sorted) {
-    int32_t n = 0, kept = 0;
-    double sum = 0;
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (counts(a, p))
-            sorted[n++] = isnan(a->patch_error[p]) ? INFINITY : a->patch_error[p];
-    qsort(sorted, (size_t)n, sizeof *sorted, compare_reals);
-    while (kept < n && sum + sorted[kept] <= bearable)
-        sum += sorted[kept++];
-    return kept == n ? (double)INFINITY : sorted[kept] * ALIKE;
+static int compare_prices(const void *a, const void *b) {
+    const double *x = a, *y = b;
+    return (x[0] > y[0]) - (x[0] < y[0]);
 }
 
-/* Raises the rules of the patches with the largest errors, so that those that keep theirs are off by no more than half
- * of the tolerance together; returns how many were raised. */
+/* Of the patches that `counts`, those priced below the result are off by no more than `bearable` together; like patches
+ * are treated alike. INFINITY: that is all of them. */
+static double bearable_price(const co_assembly *a, int (*counts)(const co_assembly *, int32_t), double bearable) {
+    int32_t n = 0, kept = 0;
+    double sum = 0, *sorted = a->sorted;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        if (counts(a, p)) {
+            sorted[2 * n] = a->price[p];
+            sorted[2 * n++ + 1] = a->patch_error[p];
+        }
+    qsort(sorted, (size_t)n, 2 * sizeof *sorted, compare_prices);
+    while (kept < n && sum + sorted[2 * kept + 1] <= bearable)
+        sum += sorted[2 * kept++ + 1];
+    return kept == n ? (double)INFINITY : sorted[2 * kept] * ALIKE;
+}
+
+/* Raises the rules of the patches where that brings most for its cost, so that those that keep theirs are off by no
+ * more than half of the tolerance together; returns how many were raised. */
 static int32_t refine_rules(co_assembly *a, double tolerance) {
     int32_t raised = 0;
-    double cut = bearable_error(a, is_refinable, 0.5 * tolerance, a->patch_error + a->patches.n_patches);
+    price_errors(a, &a->layout, &a->finer);
+    double cut = bearable_price(a, is_refinable, 0.5 * tolerance);
     for (int32_t p = 0; cut < INFINITY && p < a->patches.n_patches; p++)
-        if (is_refinable(a, p) && !(a->patch_error[p] < cut)) {
+        if (is_refinable(a, p) && !(a->price[p] < cut)) {
             a->rule[p]++;
             raised++;
         }
@@ -137,8 +158,12 @@ static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
     if (!a->fine)
         a->fine = CO_NEW(co_share, n);
     if (!a->patch_error)
-        a->patch_error = CO_NEW(double, 2 * n);
-    return a->coarse && a->fine && a->patch_error ? CURVOPT_OK : co_status_no_memory(error);
+        a->patch_error = CO_NEW(double, n);
+    if (!a->price)
+        a->price = CO_NEW(double, n);
+    if (!a->sorted)
+        a->sorted = CO_NEW(double, 2 * n);
+    return a->coarse && a->fine && a->patch_error && a->price && a->sorted ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
@@ -149,7 +174,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
     *resolved = *changed = 0;
     int32_t status = ensure_shares(a, error);
     if (status == CURVOPT_OK && !a->layout.n_blocks) /* memory was out last time */
-        status = co_assembly_renew_layout(a, error);
+        status = co_assembly_renew(a, error);
     while (status == CURVOPT_OK) {
         co_request request = {.all_terms = third};
         co_values values, finer;
@@ -162,6 +187,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         compare_shares(a, terms == CO_TERMS_ALL);
         for (size_t p = 0; p < n; p++)
             difference += a->patch_error[p];
+        a->error = difference;
         *resolved = difference <= fmax(bearable, ACCEPTABLE);
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
@@ -170,35 +196,37 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         }
         bearable = tolerance;
         *changed = 1;
-        status = co_assembly_renew_layout(a, error);
+        status = co_assembly_renew(a, error);
     }
     return status;
 }
 
-/* Time of an evaluation, in samples times points of a block: unfilled blocks cost as much as full ones. */
+/* Blocks cost the same however many of their lanes are in use. */
 static double cost_of(const co_layout *l) {
     double cost = 0;
     for (int32_t b = 0; b < l->n_blocks; b++)
-        cost += (double)l->block[b].table->n_samples * l->block[b].table->n_points;
+        cost += cost_of_face(&l->block[b]);
     return cost;
 }
 
-/* Lowers the rules of patches whose errors, against what they have now, are least; renews the layout if it was worth
- * it. spare: the rules as they were */
-static int32_t coarsen_rules(co_assembly *a, double tolerance, uint8_t *spare, int *changed, curvopt_error *error) {
+/* Lowers the rules of patches where the errors that this adds are least for what they save; renews the layout if it was
+ * worth it. spare: room for the rules as they are */
+static int32_t coarsen_rules(co_assembly *a, const co_layout *coarser, double tolerance, uint8_t *spare, int *changed,
+                             curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
     double before = cost_of(&a->layout);
-    double cut = bearable_error(a, is_coarsenable, COARSENING * tolerance, a->patch_error + n);
+    price_errors(a, coarser, &a->layout);
+    double cut = bearable_price(a, is_coarsenable, COARSENING * tolerance - a->error);
     memcpy(spare, a->rule, n);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (is_coarsenable(a, p) && a->patch_error[p] < cut)
+        if (is_coarsenable(a, p) && a->price[p] < cut)
             a->rule[p]--;
-    int32_t status = co_assembly_renew_layout(a, error);
+    int32_t status = co_assembly_renew(a, error);
     *changed = status == CURVOPT_OK && cost_of(&a->layout) <= WORTH * before;
     if (status != CURVOPT_OK || *changed)
         return status;
     memcpy(a->rule, spare, n);
-    return co_assembly_renew_layout(a, error);
+    return co_assembly_renew(a, error);
 }
 
 int32_t co_assembly_coarsen(co_assembly *a, double tolerance, int *changed, curvopt_error *error) {
@@ -216,7 +244,7 @@ int32_t co_assembly_coarsen(co_assembly *a, double tolerance, int *changed, curv
         if (status == CURVOPT_OK) {
             store_shares(a, &coarser, values.integral[CO_INT_AREA], third, a->fine);
             compare_shares(a, 0);
-            status = coarsen_rules(a, tolerance, spare, changed, error);
+            status = coarsen_rules(a, &coarser, tolerance, spare, changed, error);
         }
     }
     co_layout_free(&coarser);
