@@ -2,6 +2,7 @@
  */
 #include "hierarchy.h"
 #include "memory.h"
+#include "part.h"
 #include "placement.h"
 #include "refine.h"
 #include "sample.h"
@@ -16,6 +17,13 @@
 struct curvopt_problem {
     co_assembly assembly;
     double tolerance;
+    int32_t n_faces;
+};
+
+struct curvopt_hessian {
+    co_reduction reduction;
+    co_hessian hessian;
+    curvopt_problem *problem;
 };
 
 static int32_t null_argument(curvopt_error *error, const char *name) {
@@ -174,8 +182,8 @@ static curvopt_options settle_options(const curvopt_options *options) {
 
 /* ----------------------------------------------------------------------------------------------- energies -- */
 
-int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options, curvopt_problem **out,
-                               curvopt_error *error) {
+static int32_t create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
+                              curvopt_problem **out, curvopt_error *error) {
     if (!out)
         return null_argument(error, "out");
     *out = NULL;
@@ -189,13 +197,19 @@ int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *
     if (!p)
         return co_status_no_memory(error);
     p->tolerance = settled.as_report ? (double)INFINITY : settled.tolerance;
-    status = co_assembly_create(mesh, &settled, NULL, NULL, &p->assembly, error);
+    p->n_faces = mesh->info.n_faces;
+    status = co_assembly_create(mesh, &settled, NULL, face_weight, &p->assembly, error);
     if (status != CURVOPT_OK) {
         free(p);
         return status;
     }
     *out = p;
     return CURVOPT_OK;
+}
+
+int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options, curvopt_problem **out,
+                               curvopt_error *error) {
+    return create_problem(mesh, NULL, options, out, error);
 }
 
 void curvopt_problem_destroy(curvopt_problem *problem) {
@@ -212,6 +226,8 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
     if (!problem || !xyz || !out)
         return null_argument(error, !problem ? "problem" : !xyz ? "xyz" : "out");
     co_assembly *a = &problem->assembly;
+    if (a->weight)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "the problem is of a part: curvopt_problem_sum");
     int32_t status = co_placement_check(a->patches.n_cage, xyz, error);
     if (status == CURVOPT_OK)
         status = co_assembly_resolve(a, xyz, problem->tolerance, CO_TERMS_ALL, &energies, &resolved, &changed, error);
@@ -298,4 +314,110 @@ int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, cu
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "level %d of %d", index, result->summary.n_levels);
     *report = result->level[index];
     return CURVOPT_OK;
+}
+
+/* ------------------------------------------------------------------------------------- parts of a surface -- */
+
+int32_t curvopt_mesh_part(const curvopt_mesh *mesh, const double *face_weight, curvopt_mesh **out, int32_t *vertex_of,
+                          int32_t *face_of, curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!mesh || !face_weight || !vertex_of || !face_of)
+        return null_argument(error, !mesh ? "mesh" : "an array");
+    return co_part_extract(mesh, face_weight, out, vertex_of, face_of, error);
+}
+
+static int32_t check_face_weights(const double *weight, int32_t n_faces, curvopt_error *error) {
+    int any = 0;
+    for (int32_t f = 0; f < n_faces; f++) {
+        if (!(weight[f] >= 0) || !isfinite(weight[f]))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f,
+                                  "face_weight[%d] is %g; it must be finite and not negative", f, weight[f]);
+        any |= weight[f] > 0;
+    }
+    return any ? CURVOPT_OK : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "no face counts: all weights are 0");
+}
+
+int32_t curvopt_problem_create_part(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
+                                    curvopt_problem **out, curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!mesh || !face_weight)
+        return null_argument(error, mesh ? "face_weight" : "mesh");
+    int32_t status = check_face_weights(face_weight, mesh->info.n_faces, error);
+    return status == CURVOPT_OK ? create_problem(mesh, face_weight, options, out, error) : status;
+}
+
+int32_t curvopt_problem_sum(curvopt_problem *problem, const double *xyz, int32_t all_terms, double *gradients,
+                            curvopt_sums *out, curvopt_error *error) {
+    if (!problem || !xyz || !out)
+        return null_argument(error, !problem ? "problem" : !xyz ? "xyz" : "out");
+    co_part_sum(&problem->assembly, xyz, all_terms, gradients, out);
+    return CURVOPT_OK;
+}
+
+void curvopt_problem_get_rules(const curvopt_problem *problem, int32_t *rules) {
+    co_part_get_rules(&problem->assembly, problem->n_faces, rules);
+}
+
+int32_t curvopt_problem_set_rules(curvopt_problem *problem, const int32_t *rules, curvopt_error *error) {
+    if (!problem || !rules)
+        return null_argument(error, problem ? "rules" : "problem");
+    return co_part_set_rules(&problem->assembly, rules, error);
+}
+
+int32_t curvopt_problem_face_errors(curvopt_problem *problem, const double *xyz, double area, double third,
+                                    double *errors, curvopt_error *error) {
+    if (!problem || !xyz || !errors)
+        return null_argument(error, !problem ? "problem" : !xyz ? "xyz" : "errors");
+    memset(errors, 0, sizeof *errors * (size_t)problem->n_faces);
+    return co_part_errors(&problem->assembly, xyz, &(co_whole){area, third}, errors, error);
+}
+
+int32_t curvopt_hessian_create(curvopt_problem *problem, curvopt_hessian **out, curvopt_error *error) {
+    if (!out)
+        return null_argument(error, "out");
+    *out = NULL;
+    if (!problem)
+        return null_argument(error, "problem");
+    curvopt_hessian *h = CO_NEW(curvopt_hessian, 1);
+    if (!h)
+        return co_status_no_memory(error);
+    h->problem = problem;
+    int32_t status = co_reduce_identity(problem->assembly.patches.n_cage, &h->reduction, error);
+    if (status == CURVOPT_OK)
+        status = co_hessian_create(&problem->assembly, &h->reduction, &h->hessian, error);
+    if (status != CURVOPT_OK)
+        curvopt_hessian_destroy(h);
+    else
+        *out = h;
+    return status;
+}
+
+void curvopt_hessian_destroy(curvopt_hessian *hessian) {
+    if (!hessian)
+        return;
+    co_hessian_free(&hessian->hessian);
+    co_reduce_free(&hessian->reduction);
+    free(hessian);
+}
+
+void curvopt_hessian_get(const curvopt_hessian *hessian, curvopt_matrix *out) {
+    const co_hessian *h = &hessian->hessian;
+    *out = (curvopt_matrix){
+        .column_start = h->column_start, .row = h->row, .value = h->value, .n = hessian->reduction.n_variables};
+}
+
+int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, int32_t exact, double area, double third,
+                                 curvopt_error *error) {
+    if (!hessian || !xyz)
+        return null_argument(error, hessian ? "xyz" : "hessian");
+    co_assembly *a = &hessian->problem->assembly;
+    int held = a->frame_held;
+    a->frame_held = 1;
+    int32_t status = co_hessian_assemble(a, xyz, exact, &(co_whole){area, third}, &hessian->hessian, error);
+    a->frame_held = held;
+    return status;
 }

@@ -50,15 +50,12 @@ static int32_t start_rules(co_assembly *a, int first_rule, const double *face_we
     if (!a->rule || (face_weight && !a->weight))
         return co_status_no_memory(error);
     memset(a->rule, first_rule, (size_t)a->patches.n_patches);
-    for (int32_t p = 0; a->weight && p < a->patches.n_patches; p++) {
+    for (int32_t p = 0; a->weight && p < a->patches.n_patches; p++)
         a->weight[p] = face_weight[a->patches.place[p].face];
-        if (a->weight[p] == 0)
-            a->rule[p] = CO_LAYOUT_SKIP;
-    }
     return CURVOPT_OK;
 }
 
-/* Points that patches with a weight are made of; and of derived points, the cage's vertices behind them. */
+/* Points that the patches are made of; and of derived points, the cage's vertices behind them. */
 static int32_t find_active(co_assembly *a, curvopt_error *error) {
     const co_patches *patches = &a->patches;
     int32_t n_points = patches->n_points;
@@ -69,9 +66,9 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
         return co_status_no_memory(error);
     }
     for (int32_t p = 0; p < patches->n_patches; p++)
-        for (size_t i = patches->start[p]; a->weight[p] > 0 && i < patches->start[p + 1]; i++)
+        for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++)
             used[patches->points[i]] = 1;
-    for (int32_t p = n_points - 1; p >= patches->n_cage; p--) { /* all derived points are computed, used or not */
+    for (int32_t p = n_points - 1; p >= patches->n_cage; p--) {
         size_t row = (size_t)(p - patches->n_cage);
         for (size_t e = patches->derived.start[row]; e < patches->derived.start[row + 1]; e++)
             used[patches->derived.column[e]] = 1;
@@ -92,7 +89,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_sweep_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, &a->patches, error);
+    int32_t status = co_patches_create(mesh, face_weight, &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_carry_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
@@ -284,8 +281,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     if (!request->gradient)
         return;
     if (f->has_third) {
-        area_factor = f->third.f1 * out->integral[CO_INT_F1] + f->third.f3 * out->integral[CO_INT_F3] +
-                      f->third.x * out->integral[CO_INT_X];
+        area_factor = co_functional_integrate(&f->third, out->integral);
         factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
     }
     collect_gradient(a, factor, area_factor, request->gradient);
@@ -293,11 +289,26 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         gradient_of_normalized(a, radius, request->gradient);
 }
 
-void co_assembly_factor_gradients(co_assembly *a, const double *xyz, double *area, double *third) {
-    normalize(a, xyz);
-    run_blocks(a, &a->layout, &a->functional.third, 1, 1);
-    collect_gradient(a, 0, 1, area);
-    collect_gradient(a, 1, 0, third);
+void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co_pieces *gradients, co_values *out) {
+    const co_functional *f = &a->functional;
+    int third = f->has_third || (all_terms && a->third_allowed), held = a->frame_held;
+    a->frame_held = 1;
+    a->radius = normalize(a, x);
+    a->frame_held = held;
+    if (gradients->second && f->has_second) {
+        run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);
+        collect_gradient(a, 1, 0, gradients->second);
+    }
+    if (gradients->third && f->has_third) {
+        run_blocks(a, &a->layout, &f->third, 1, 1);
+        collect_gradient(a, 1, 0, gradients->third);
+        collect_gradient(a, 0, 1, gradients->area);
+    }
+    if (!gradients->second && !gradients->third)
+        run_blocks(a, &a->layout, &f->second, third, 0);
+    total(a, &a->layout, out);
+    out->radius = a->radius;
+    a->worst_face = out->worst_face;
 }
 
 int32_t co_assembly_evaluate_layout(co_assembly *a, const co_layout *l, int third, co_values *out,
@@ -310,6 +321,10 @@ int32_t co_assembly_evaluate_layout(co_assembly *a, const co_layout *l, int thir
     return CURVOPT_OK;
 }
 
+double co_assembly_turning(const co_assembly *a) {
+    return co_rim_turning(&a->rim, &a->patches, a->weight, a->points);
+}
+
 double co_assembly_defect(const co_assembly *a, const co_values *values) {
-    return fabs(values->integral[CO_INT_K] + co_rim_turning(&a->rim, &a->patches, a->points) - a->rim.target);
+    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->rim.target);
 }

@@ -11,6 +11,9 @@
 #include "rim.h"
 #include "share.h"
 
+/* The finest rule that is held against a finer one. */
+enum { CO_FINEST_RULE = CO_N_RULES - 2 };
+
 typedef struct co_assembly {
     co_patches patches;
     co_table_cache *cache; /* the caller's, or */
@@ -26,8 +29,8 @@ typedef struct co_assembly {
     int met;                         /* the tolerance has been met before */
     int frame_held;        /* positions are normalized by the caller, once and for all, and taken as they are */
     int third_allowed;     /* the surface can carry third-order energies */
-    double *weight;        /* [n_patches] symmetric patches that one stands for; NULL: each for itself */
-    uint8_t *rule;         /* [n_patches]; CO_LAYOUT_SKIP where the weight is 0 */
+    double *weight;        /* [n_patches] how often each counts; NULL: once */
+    uint8_t *rule;         /* [n_patches] 0 .. CO_FINEST_RULE */
     int32_t rules_version; /* counts their changes */
     co_layout layout;      /* of these rules */
     co_layout finer;       /* of rules one step finer, values only; made when first needed */
@@ -60,8 +63,9 @@ typedef struct co_values {
 
 /* options->surface is not AUTO. tables: of that surface, to be shared by several assemblies one after another, which
  * they must outlive; NULL: the assembly has its own and must then stay where it is in memory. face_weight [n_faces] or
- * NULL: how often each face's share counts. With weights from a cage's symmetry (reduce.h) values are those of the
- * whole; of gradients that is true of their symmetric part only. As curvopt_problem_create. */
+ * NULL: how often each face's share counts. Faces of weight 0 are left out. With weights from a cage's symmetry
+ * (reduce.h) values are those of the whole; of gradients that is true of their symmetric part only. As
+ * curvopt_problem_create. */
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_table_cache *tables,
                            const double *face_weight, co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
@@ -77,9 +81,17 @@ int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, c
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
-/* Of an objective with third-order terms at xyz [3 n_cage], normalized: the gradients of the area and of the
- * third-order integral it is multiplied by, [3 n_cage] each, raw: normalization is not differentiated. */
-void co_assembly_factor_gradients(co_assembly *assembly, const double *xyz, double *area, double *third);
+/* Gradients [3 n_cage] of what an objective is made of: second + area * third. NULL: not wanted; `third` and `area`
+ * only together. Where the objective has no such terms they are not written. */
+typedef struct co_pieces {
+    double *second, *third, *area;
+} co_pieces;
+
+/* Values at x [3 n_cage], normalized, and raw gradients: normalization is not differentiated. */
+void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, const co_pieces *gradients,
+                        co_values *out);
+/* What boundaries and creases turn (rim.h), of the positions that were evaluated last. */
+double co_assembly_turning(const co_assembly *assembly);
 
 /* How far total curvature is from what Gauss and Bonnet say, of the positions that were evaluated last. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);

@@ -5,17 +5,20 @@
 
 #include <math.h>
 
-/* A half-edge of the edge between two vertices, or -1. */
+/* A half-edge of the edge between two vertices, or -1. Edges are numbered by their smaller vertex, then their larger
+ * one (mesh.c). */
 static int32_t find_edge(const curvopt_mesh *m, int32_t a, int32_t b) {
-    int32_t first = m->vertex_corner[a], h = first;
-    do {
-        if (co_mesh_destination(m, h) == b)
+    int32_t low = 0, high = m->info.n_edges, smaller = a < b ? a : b, larger = a < b ? b : a;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2, h = m->edge_corner[middle];
+        int32_t c = m->corner_vertex[h], d = co_mesh_destination(m, h), first = c < d ? c : d, second = c < d ? d : c;
+        if (first == smaller && second == larger)
             return h;
-        int32_t arriving = co_mesh_prev(m, h);
-        if (m->corner_vertex[arriving] == b)
-            return arriving;
-        h = co_mesh_rotate(m, h);
-    } while (h >= 0 && h != first);
+        if (first < smaller || (first == smaller && second < larger))
+            low = middle + 1;
+        else
+            high = middle;
+    }
     return -1;
 }
 
@@ -156,18 +159,27 @@ double co_crease_largest_fading(const curvopt_mesh *m) {
 
 /* ------------------------------------------------------------------------------------- exported functions -- */
 
+static int32_t set_or_destroy(curvopt_mesh **mesh, const curvopt_creases *creases, curvopt_error *error) {
+    int32_t status = creases ? co_crease_set(*mesh, creases, error) : CURVOPT_OK;
+    if (status != CURVOPT_OK) {
+        co_mesh_destroy(*mesh);
+        *mesh = NULL;
+    }
+    return status;
+}
+
 int32_t curvopt_mesh_create_creased(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                                     const int32_t *face_vertices, const curvopt_creases *creases, curvopt_mesh **out,
                                     curvopt_error *error) {
     int32_t status = co_mesh_create(n_vertices, n_faces, face_sizes, face_vertices, out, error);
-    if (status != CURVOPT_OK || !creases)
-        return status;
-    status = co_crease_set(*out, creases, error);
-    if (status != CURVOPT_OK) {
-        co_mesh_destroy(*out);
-        *out = NULL;
-    }
-    return status;
+    return status == CURVOPT_OK ? set_or_destroy(out, creases, error) : status;
+}
+
+int32_t curvopt_mesh_create_part(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                                 const int32_t *face_vertices, const curvopt_creases *creases, curvopt_mesh **out,
+                                 curvopt_error *error) {
+    int32_t status = co_mesh_create_loose(n_vertices, n_faces, face_sizes, face_vertices, out, error);
+    return status == CURVOPT_OK ? set_or_destroy(out, creases, error) : status;
 }
 
 void curvopt_mesh_count_creases(const curvopt_mesh *m, int32_t *n_creases, int32_t *n_corners) {

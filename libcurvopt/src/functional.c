@@ -19,7 +19,7 @@ static int is_third(int term) {
     return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA && term != CURVOPT_TERM_MEAN;
 }
 
-static double integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
+double co_functional_integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
     return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K] +
            w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
 }
@@ -48,15 +48,15 @@ void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, 
         int third = t < CURVOPT_N_TERMS && is_third(t);
         term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
                       ? (double)NAN
-                      : (third ? integral[CO_INT_AREA] : 1) * integrate(&term_integrand[t], integral);
+                      : (third ? integral[CO_INT_AREA] : 1) * co_functional_integrate(&term_integrand[t], integral);
     }
 }
 
 double co_functional_value(const co_functional *f, const double integral[CO_N_INTEGRALS]) {
     double value = 0;
     if (f->has_second)
-        value += integrate(&f->second, integral);
+        value += co_functional_integrate(&f->second, integral);
     if (f->has_third)
-        value += integral[CO_INT_AREA] * integrate(&f->third, integral);
+        value += integral[CO_INT_AREA] * co_functional_integrate(&f->third, integral);
     return value;
 }

@@ -48,6 +48,8 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
 /* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);
+/* Of one integrand. */
+double co_functional_integrate(const co_integrand *integrand, const double integral[CO_N_INTEGRALS]);
 /* The objective's value. */
 double co_functional_value(const co_functional *functional, const double integral[CO_N_INTEGRALS]);
 

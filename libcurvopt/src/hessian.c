@@ -47,7 +47,7 @@ static void visit_nodes_of_patches(const co_assembly *a, const co_reduction *r, 
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
     for (int32_t p = 0; p < patches->n_patches; p++)
-        for (size_t i = patches->start[p]; a->rule[p] != CO_LAYOUT_SKIP && i < patches->start[p + 1]; i++) {
+        for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++) {
             point_row row = row_of_point(patches, &patches->points[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t node = r->node[row.vertex[k]];
@@ -182,7 +182,7 @@ static int32_t wanted_rules(const co_assembly *a, int exact) {
 /* Layout of these rules, and room. */
 static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
-    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches); /* but for patches left out */
+    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches);
     co_layout_free(&h->layout);
     free(h->chunk);
     free(h->work);
@@ -190,8 +190,6 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     h->rules_version = NO_RULES;
     if (!coarsest)
         return co_status_no_memory(error);
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        coarsest[p] = a->rule[p] == CO_LAYOUT_SKIP ? CO_LAYOUT_SKIP : 0;
     int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
                                       &h->layout, error);
     free(coarsest);
@@ -337,7 +335,8 @@ static void scatter_chunk(const co_assembly *a, co_hessian *h, int32_t first, in
     }
 }
 
-int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessian *h, curvopt_error *error) {
+int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, const co_whole *whole, co_hessian *h,
+                            curvopt_error *error) {
     int32_t status = h->rules_version == wanted_rules(a, exact) ? CURVOPT_OK : renew_layout(a, h, exact, error);
     if (status != CURVOPT_OK)
         return status;
@@ -345,9 +344,8 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, co_hessi
     const co_functional *f = &a->functional;
     memset(h->value, 0, h->n_entries * sizeof(double));
     co_assembly_evaluate(a, x, &(co_request){0}, &values); /* sets the points, gives the integrals */
-    double area = values.integral[CO_INT_AREA];
-    double third = f->third.f1 * values.integral[CO_INT_F1] + f->third.f3 * values.integral[CO_INT_F3] +
-                   f->third.x * values.integral[CO_INT_X];
+    double area = whole ? whole->area : values.integral[CO_INT_AREA];
+    double third = whole ? whole->third : co_functional_integrate(&f->third, values.integral);
     co_integrand integrand = f->second;
     co_integrand_add(&integrand, area, &f->third);
     integrand.area += f->has_third ? third : 0;

@@ -29,11 +29,16 @@ typedef struct co_hessian {
 int32_t co_hessian_create(const co_assembly *assembly, const co_reduction *reduction, co_hessian *out,
                           curvopt_error *error);
 void co_hessian_free(co_hessian *hessian);
+/* Of a surface that the assembly has only a part of. */
+typedef struct co_whole {
+    double area, third; /* A and T below */
+} co_whole;
+
 /* Values at positions x [3 n_vertices], normalized: the Gauss-Newton matrix, or the Hessian. Of an objective A T, area
  * times a third-order integral, both leave out the dense grad A grad T^T + grad T grad A^T; the first T grad^2 A as
- * well. */
-int32_t co_hessian_assemble(co_assembly *assembly, const double *x, int exact, co_hessian *hessian,
-                            curvopt_error *error);
+ * well. whole: NULL if the assembly's faces are all there are. */
+int32_t co_hessian_assemble(co_assembly *assembly, const double *x, int exact, const co_whole *whole,
+                            co_hessian *hessian, curvopt_error *error);
 double co_hessian_mean_diagonal(const co_hessian *hessian);
 
 #endif

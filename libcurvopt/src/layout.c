@@ -21,17 +21,15 @@ static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int step,
     return co_patches_kind(patches, patches->valence[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
-/* Patches, but for those left out, sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */
+/* Patches sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */
 static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int step, int32_t n_kinds, int32_t *start,
                          int32_t *order) {
     for (int32_t p = 0; p < patches->n_patches; p++)
-        if (rule[p] != CO_LAYOUT_SKIP)
-            start[kind_of(patches, rule, step, p) + 1]++;
+        start[kind_of(patches, rule, step, p) + 1]++;
     for (int32_t k = 0; k < n_kinds; k++)
         start[k + 1] += start[k];
     for (int32_t p = 0; p < patches->n_patches; p++)
-        if (rule[p] != CO_LAYOUT_SKIP)
-            order[start[kind_of(patches, rule, step, p)]++] = p;
+        order[start[kind_of(patches, rule, step, p)]++] = p;
     for (int32_t k = n_kinds; k > 0; k--)
         start[k] = start[k - 1];
     start[0] = 0;

@@ -29,9 +29,6 @@ typedef struct co_layout {
                                of blocks, which makes sums the same for any number of threads */
 } co_layout;
 
-/* A patch with this rule is left out. */
-enum { CO_LAYOUT_SKIP = 255 };
-
 /* rule [n_patches]; `step` finer for every patch, or coarser, down to the coarsest. With `gradients`, room and
  * incidence for those too, two gradients a point if `area`. Free after failure as well. */
 int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int step,

@@ -334,6 +334,20 @@ done:
     return status;
 }
 
+int32_t co_mesh_grow(const curvopt_mesh *m, int rings, uint8_t *keep, curvopt_error *error) {
+    uint8_t *touched = CO_NEW(uint8_t, m->info.n_vertices);
+    if (!touched)
+        return co_status_no_memory(error);
+    for (int ring = 0; ring < rings; ring++) {
+        for (int32_t h = 0; h < m->info.n_corners; h++)
+            touched[m->corner_vertex[h]] |= keep[m->corner_face[h]];
+        for (int32_t h = 0; h < m->info.n_corners; h++)
+            keep[m->corner_face[h]] |= touched[m->corner_vertex[h]];
+    }
+    free(touched);
+    return CURVOPT_OK;
+}
+
 double co_mesh_mean_edge(const curvopt_mesh *m, const double *x) {
     double sum = 0;
     for (int32_t e = 0; e < m->info.n_edges; e++) {

@@ -60,6 +60,9 @@ int32_t co_mesh_copy(const curvopt_mesh *mesh, curvopt_mesh **out, curvopt_error
 int32_t co_mesh_extract(const curvopt_mesh *mesh, const uint8_t *keep, curvopt_mesh **out, int32_t **vertex_of,
                         curvopt_error *error);
 
+/* keep [n_faces] != 0: so many rings of faces round them are kept as well, then. ERROR_MEMORY. */
+int32_t co_mesh_grow(const curvopt_mesh *mesh, int rings, uint8_t *keep, curvopt_error *error);
+
 /* Mean length of the edges at x [3 n_vertices]. */
 double co_mesh_mean_edge(const curvopt_mesh *mesh, const double *x);
 

@@ -98,13 +98,14 @@ int32_t co_model_assemble(co_model *m, const double *x, int exact, co_gauge gaug
     m->n_dense = m->n_pair = exact && m->assembly->functional.has_third ? 2 : 0;
     if (m->n_pair) {
         double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
-        co_assembly_factor_gradients(m->assembly, x, area, third);
+        co_values values;
+        co_assembly_pieces(m->assembly, x, 0, &(co_pieces){.third = third, .area = area}, &values);
         const co_assembly *a = m->assembly;
         co_reduce_gradient_of(r, a->active, a->n_active_cage, area, m->dense);
         co_reduce_gradient_of(r, a->active, a->n_active_cage, third, m->dense + n_variables(m));
     }
     append_motions(m, x, gauge == CO_GAUGE_NONE ? 0 : gauge == CO_GAUGE_MOEBIUS ? N_MOTIONS : N_SIMILARITIES);
-    int32_t status = co_hessian_assemble(m->assembly, x, exact, &m->hessian, error);
+    int32_t status = co_hessian_assemble(m->assembly, x, exact, NULL, &m->hessian, error);
     m->stiffness = co_model_mean_diagonal(m);
     return status;
 }

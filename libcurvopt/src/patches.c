@@ -12,7 +12,7 @@
 
 /* One subdivision separates n-gons, the second one extraordinary vertices; creases take as many as they need to fade,
  * 10 at most, and then leave the same vertices behind. */
-enum { MAX_LEVEL = 2, GUARD_RINGS = 2 };
+enum { MAX_LEVEL = 2 };
 
 /* The part of the cage that is still being subdivided, at one level. */
 typedef struct level {
@@ -253,22 +253,12 @@ static int32_t emit_patches(level *l, co_patches *out, int32_t *n_split, curvopt
     return status == CURVOPT_OK ? append_derived(l, out, first_new, error) : status;
 }
 
-/* keep [n_faces]: the faces to be split and GUARD_RINGS rings of faces round them. */
+/* keep [n_faces]: the faces to be split and what decides about them. */
 static int32_t faces_to_refine(const level *l, uint8_t *keep, curvopt_error *error) {
     const curvopt_mesh *m = l->mesh;
-    uint8_t *touched = CO_NEW(uint8_t, m->info.n_vertices);
-    if (!touched)
-        return co_status_no_memory(error);
     for (int32_t f = 0; f < m->info.n_faces; f++)
         keep[f] = l->active[f] == 2;
-    for (int ring = 0; ring < GUARD_RINGS; ring++) {
-        for (int32_t h = 0; h < m->info.n_corners; h++)
-            touched[m->corner_vertex[h]] |= keep[m->corner_face[h]];
-        for (int32_t h = 0; h < m->info.n_corners; h++)
-            keep[m->corner_face[h]] |= touched[m->corner_vertex[h]];
-    }
-    free(touched);
-    return CURVOPT_OK;
+    return co_mesh_grow(m, CO_PATCHES_HALO, keep, error);
 }
 
 /* Places of the children, from their parents'. Kept faces and their corners keep their order. */
@@ -325,14 +315,14 @@ done:
     return status;
 }
 
-int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_error *error) {
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, co_patches *out, curvopt_error *error) {
     level l = {.mesh = mesh}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
     if (status == CURVOPT_OK) {
         for (int32_t f = 0; f < mesh->info.n_faces; f++) {
-            l.active[f] = 1;
+            l.active[f] = !face_weight || face_weight[f] != 0;
             l.place[f].face = f;
         }
         for (int32_t v = 0; v < mesh->info.n_vertices; v++)

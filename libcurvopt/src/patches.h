@@ -22,6 +22,8 @@ typedef struct co_place {
     double origin[2];
 } co_place;
 
+enum { CO_PATCHES_HALO = 2 };
+
 typedef struct co_patches {
     int32_t n_cage;    /* points 0 .. n_cage - 1 are the cage's vertices, */
     int32_t n_points;  /* the others derived: */
@@ -37,8 +39,9 @@ typedef struct co_patches {
     int32_t *kinds; /* [n_kinds] the fans that occur, ascending */
 } co_patches;
 
-/* ERROR_TOPOLOGY (fans of 16383 faces), ERROR_MEMORY. */
-int32_t co_patches_create(const curvopt_mesh *mesh, co_patches *out, curvopt_error *error);
+/* Of the faces whose face_weight [n_faces] is not 0; NULL: of all. Two rings of faces round these decide everything
+ * about them (CO_PATCHES_HALO). ERROR_TOPOLOGY (fans of 16383 faces), ERROR_MEMORY. */
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, co_patches *out, curvopt_error *error);
 void co_patches_free(co_patches *patches);
 
 static inline int32_t co_patches_size(int32_t fan) {

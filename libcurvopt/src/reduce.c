@@ -22,6 +22,24 @@ void co_reduce_free(co_reduction *r) {
     *r = (co_reduction){0};
 }
 
+int32_t co_reduce_identity(int32_t n, co_reduction *r, curvopt_error *error) {
+    *r = (co_reduction){.n_vertices = n, .n_nodes = n, .n_variables = 3 * n, .plain = 1};
+    r->node = CO_NEW(int32_t, n);
+    r->first = CO_NEW(int32_t, (size_t)n + 1);
+    r->basis = CO_NEW(double, 9 * (size_t)n);
+    if (!r->node || !r->first || !r->basis) {
+        co_reduce_free(r);
+        return co_status_no_memory(error);
+    }
+    for (int32_t v = 0; v < n; v++) {
+        r->node[v] = v;
+        r->first[v + 1] = 3 * (v + 1);
+        for (int c = 0; c < 3; c++)
+            r->basis[9 * (size_t)v + 4 * (size_t)c] = 1;
+    }
+    return CURVOPT_OK;
+}
+
 static void multiply(const double a[9], const double b[9], double out[9]) {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)

@@ -26,6 +26,8 @@ typedef struct co_reduction {
  * positions that are not symmetric are not in reach, and offset is NULL. ERROR_MEMORY. */
 int32_t co_reduce_create(const curvopt_mesh *mesh, const co_symmetry *symmetry, const co_hold *hold, const double *x,
                          co_reduction *out, curvopt_error *error);
+/* Every vertex free, positions themselves the variables. ERROR_MEMORY. */
+int32_t co_reduce_identity(int32_t n_vertices, co_reduction *out, curvopt_error *error);
 void co_reduce_free(co_reduction *reduction);
 
 /* x [3 n_vertices] = offset + B z */

@@ -48,8 +48,7 @@ static void compare_shares(co_assembly *a, int every_term) {
         a->patch_error[p] = co_share_relative(&measure, &a->coarse[p], &a->fine[p]);
 }
 
-/* Values of the rules one step finer; by patch into a->fine. */
-static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
+int32_t co_assembly_evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!a->finer.n_blocks)
         status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
@@ -59,7 +58,6 @@ static int32_t evaluate_finer(co_assembly *a, int third, co_values *values, curv
         co_layout_free(&a->finer);
         return status;
     }
-    store_shares(a, &a->finer, values->integral[CO_INT_AREA], third, a->fine);
     return status;
 }
 
@@ -108,11 +106,11 @@ static void price_errors(co_assembly *a, const co_layout *coarse, const co_layou
 }
 
 static int is_refinable(const co_assembly *a, int32_t p) {
-    return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] + 2 < CO_N_RULES;
+    return a->rule[p] < CO_FINEST_RULE;
 }
 
 static int is_coarsenable(const co_assembly *a, int32_t p) {
-    return a->rule[p] != CO_LAYOUT_SKIP && a->rule[p] > 0;
+    return a->rule[p] > 0;
 }
 
 static int compare_prices(const void *a, const void *b) {
@@ -181,9 +179,10 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         double difference = 0;
         co_assembly_evaluate(a, xyz, &request, &values);
         store_shares(a, &a->layout, values.integral[CO_INT_AREA], third, a->coarse);
-        status = evaluate_finer(a, third, &finer, error);
+        status = co_assembly_evaluate_finer(a, third, &finer, error);
         if (status != CURVOPT_OK)
             break;
+        store_shares(a, &a->finer, finer.integral[CO_INT_AREA], third, a->fine);
         compare_shares(a, terms == CO_TERMS_ALL);
         for (size_t p = 0; p < n; p++)
             difference += a->patch_error[p];

@@ -27,4 +27,7 @@ int32_t co_assembly_coarsen(co_assembly *assembly, double tolerance, int *change
  * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
 int32_t co_assembly_check_energies(const co_assembly *assembly, const curvopt_energies *energies, curvopt_error *error);
 
+/* Values by the rules one step finer, at the positions that were evaluated last; by patch in `finer`. ERROR_MEMORY. */
+int32_t co_assembly_evaluate_finer(co_assembly *assembly, int third, co_values *values, curvopt_error *error);
+
 #endif

@@ -207,13 +207,14 @@ static double corner_angle(int k, const int32_t *index, const double *points) {
     return acos(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
 }
 
-double co_rim_turning(const co_rim *rim, const co_patches *patches, const double *points) {
+double co_rim_turning(const co_rim *rim, const co_patches *patches, const double *weight, const double *points) {
     double sum = 0;
     for (int32_t i = 0; i < rim->n_sides; i++) {
         const int32_t *index = patches->points + patches->start[rim->patch[i]];
-        sum += side_turning(&rim->table[rim->table_of[i]], index, points);
+        double turning = side_turning(&rim->table[rim->table_of[i]], index, points);
         if (patches->cuts[rim->patch[i]] >> (4 + rim->side[i]) & 1)
-            sum += pi - corner_angle(rim->side[i], index, points);
+            turning += pi - corner_angle(rim->side[i], index, points);
+        sum += (weight ? weight[rim->patch[i]] : 1) * turning;
     }
     return sum;
 }

@@ -24,7 +24,8 @@ typedef struct co_rim {
 
 int32_t co_rim_create(const curvopt_mesh *mesh, const co_patches *patches, co_rim *out, curvopt_error *error);
 void co_rim_free(co_rim *rim);
-/* int kappa_g ds + sum (pi - angle) at positions points [3 n_points] of all points of the patches. */
-double co_rim_turning(const co_rim *rim, const co_patches *patches, const double *points);
+/* int kappa_g ds + sum (pi - angle) at positions points [3 n_points] of all points of the patches; weight [n_patches]
+ * or NULL: how often each counts. */
+double co_rim_turning(const co_rim *rim, const co_patches *patches, const double *weight, const double *points);
 
 #endif

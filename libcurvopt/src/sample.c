@@ -30,7 +30,7 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
                               curvopt_error *error) {
     *s = (sampler){.mesh = mesh, .surface = surface};
     co_table_cache_create(surface, &s->tables);
-    int32_t status = co_patches_create(mesh, &s->patches, error), largest = 0;
+    int32_t status = co_patches_create(mesh, NULL, &s->patches, error), largest = 0;
     if (status != CURVOPT_OK)
         return status;
     const co_patches *p = &s->patches;

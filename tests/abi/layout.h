@@ -128,6 +128,22 @@ AT(curvopt_creases, n_corners, 36);
 AT(curvopt_creases, boundary_rule, 40);
 AT(curvopt_creases, reserved, 44);
 
+SIZE(curvopt_sums, 112);
+AT(curvopt_sums, area, 0);
+AT(curvopt_sums, second, 8);
+AT(curvopt_sums, third, 16);
+AT(curvopt_sums, gauss, 24);
+AT(curvopt_sums, turning, 32);
+AT(curvopt_sums, term, 40);
+AT(curvopt_sums, min_jacobian, 104);
+
+SIZE(curvopt_matrix, 32);
+AT(curvopt_matrix, column_start, 0);
+AT(curvopt_matrix, row, 8);
+AT(curvopt_matrix, value, 16);
+AT(curvopt_matrix, n, 24);
+AT(curvopt_matrix, reserved, 28);
+
 static int32_t on_progress(const curvopt_progress *progress, void *user) {
     ++*(int *)user;
     return progress->iteration >= 2;

@@ -114,7 +114,7 @@ static void test_boundary_of_a_disc_turns_once(void **state) {
     co_patches patches;
     co_rim rim;
     uint64_t random = 5;
-    CHECK_OK(co_patches_create(mesh, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, NULL, &patches, &error), &error);
     CHECK_OK(co_rim_create(mesh, &patches, &rim, &error), &error);
     double *points = calloc(3 * (size_t)patches.n_points, sizeof *points);
     CHECK_INT(rim.n_sides, 4 * SIDE);
@@ -125,7 +125,7 @@ static void test_boundary_of_a_disc_turns_once(void **state) {
             points[3 * v + 1] = v / (SIDE + 1) + shaken * 0.2 * check_random(&random);
         }
         co_rows_apply(&patches.derived, points, points + 3 * (size_t)patches.n_cage);
-        CHECK_NEAR(co_rim_turning(&rim, &patches, points), 2 * pi, shaken ? 1e-9 : 1e-13);
+        CHECK_NEAR(co_rim_turning(&rim, &patches, NULL, points), 2 * pi, shaken ? 1e-9 : 1e-13);
     }
     free(points);
     co_rim_free(&rim);
