@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "curvopt.h"
 
+#include "arguments.h"
 #include "json.h"
 #include "obj.h"
 #include "pins.h"
@@ -13,8 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-enum { EXIT_DONE = 0, EXIT_COULD_NOT = 1, EXIT_USAGE = 2 };
 
 static const char help_text[] =
     "curvopt - the fairest surface of a control cage\n"
@@ -68,172 +67,14 @@ static const char help_text[] =
     "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
     "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
 
-static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
-static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const symmetry_name[4] = {"auto", "none", "rotations", "keep"};
-static const char *const boundary_rule_name[2] = {"smooth", "corners"};
-
-typedef struct arguments {
-    const char *command, *input, *output, *json, *energy, *pins;
-    curvopt_options options;
-    curvopt_constraints constraints;
-    int boundary_rule;
-    int quiet;
-} arguments;
-
-static int usage_error(const char *what, const char *which) {
-    fprintf(stderr, "curvopt: %s%s%s (see curvopt --help)\n", what, which ? " " : "", which ? which : "");
-    return EXIT_USAGE;
+static int usage_error(const char *message) {
+    fprintf(stderr, "curvopt: %s (see curvopt --help)\n", message);
+    return ARGUMENTS_USAGE;
 }
 
 static int could_not(const char *path, const char *message) {
     fprintf(stderr, "curvopt: %s: %s\n", path, message);
-    return EXIT_COULD_NOT;
-}
-
-/* ---------------------------------------------------------------------------------------------- arguments -- */
-
-static int parse_integer(const char *text, int32_t *out) {
-    char *end;
-    errno = 0;
-    long value = strtol(text, &end, 10);
-    if (end == text || *end || errno || value < INT32_MIN || value > INT32_MAX)
-        return 1;
-    *out = (int32_t)value;
-    return 0;
-}
-
-static int parse_real(const char *text, double *out) {
-    char *end;
-    *out = strtod(text, &end);
-    return end == text || *end;
-}
-
-static int find_name(const char *const *names, int n, const char *text, size_t length) {
-    for (int i = 0; i < n; i++)
-        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
-            return i;
-    return -1;
-}
-
-/* "mvs" or "mvs:1,willmore:0.1". */
-static int parse_energy(const char *text, double *weights) {
-    for (int t = 0; t < 8; t++)
-        weights[t] = 0;
-    for (const char *at = text;;) {
-        size_t name_length = strcspn(at, ":,"), length = strcspn(at, ",");
-        int term = find_name(json_term_name, CURVOPT_N_TERMS, at, name_length);
-        double weight = 1;
-        if (term < 0)
-            return 1;
-        if (name_length < length) {
-            char number[64], *end;
-            size_t digits = length - name_length - 1;
-            if (digits == 0 || digits >= sizeof number)
-                return 1;
-            memcpy(number, at + name_length + 1, digits);
-            number[digits] = 0;
-            weight = strtod(number, &end);
-            if (*end)
-                return 1;
-        }
-        weights[term] += weight;
-        if (!at[length])
-            return 0;
-        at += length + 1;
-    }
-}
-
-/* An option with a value; 0 if understood. */
-static int parse_valued(arguments *a, const char *name, const char *value) {
-    curvopt_options *o = &a->options;
-    int surface;
-    if (!strcmp(name, "--json"))
-        a->json = value;
-    else if (!strcmp(name, "--energy"))
-        return parse_energy(a->energy = value, o->weights);
-    else if (!strcmp(name, "--surface")) {
-        surface = find_name(json_surface_name, 4, value, strlen(value));
-        o->surface = surface;
-        return surface < CURVOPT_SURFACE_LIMIT;
-    } else if (!strcmp(name, "--boundary-rule")) {
-        a->boundary_rule = find_name(boundary_rule_name, 2, value, strlen(value));
-        return a->boundary_rule < 0;
-    } else if (!strcmp(name, "--boundary")) {
-        o->boundary = find_name(boundary_name, 4, value, strlen(value));
-        return o->boundary < 0;
-    } else if (!strcmp(name, "--tolerance"))
-        return parse_real(value, &o->tolerance);
-    else if (!strcmp(name, "--threads"))
-        return parse_integer(value, &o->threads);
-    else if (!strcmp(name, "-o") || !strcmp(name, "--output"))
-        a->output = value;
-    else if (!strcmp(name, "--levels"))
-        return parse_integer(value, &o->levels);
-    else if (!strcmp(name, "--max-iterations"))
-        return parse_integer(value, &o->max_iterations);
-    else if (!strcmp(name, "--pin"))
-        a->pins = value;
-    else if (!strcmp(name, "--symmetry")) {
-        o->symmetry = find_name(symmetry_name, 4, value, strlen(value));
-        return o->symmetry < 0;
-    } else if (!strcmp(name, "--method")) {
-        o->method = find_name(method_name, 3, value, strlen(value));
-        return o->method < CURVOPT_METHOD_LMVM;
-    }
-    return 0;
-}
-
-static int is_valued(const char *name, int minimize) {
-    static const char *const both[] = {"--json",      "--energy",  "--surface",
-                                       "--tolerance", "--threads", "--boundary-rule"};
-    static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
-                                                "--method", "--boundary", "--symmetry", "--pin"};
-    size_t length = strlen(name);
-    return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
-           (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
-}
-
-static int parse_arguments(int argc, char **argv, arguments *a) {
-    *a = (arguments){.command = argv[1], .energy = "willmore"};
-    int minimize = !strcmp(a->command, "minimize");
-    if (!minimize && strcmp(a->command, "evaluate") != 0)
-        return usage_error("unknown command", a->command);
-    curvopt_options_init(&a->options);
-    for (int i = 2; i < argc; i++) {
-        const char *arg = argv[i];
-        if (is_valued(arg, minimize)) {
-            if (++i == argc)
-                return usage_error("a value is missing after", arg);
-            if (parse_valued(a, arg, argv[i])) {
-                fprintf(stderr, "curvopt: %s cannot be %s (see curvopt --help)\n", arg, argv[i]);
-                return EXIT_USAGE;
-            }
-        } else if (!strcmp(arg, "--quiet")) {
-            a->quiet = 1;
-        } else if (minimize && !strcmp(arg, "--as-report")) {
-            a->options.as_report = 1;
-        } else if (minimize && !strcmp(arg, "--verify")) {
-            a->options.verify = 1;
-        } else if (minimize && !strcmp(arg, "--escape")) {
-            a->options.escape = 1;
-        } else if (arg[0] == '-' && arg[1]) {
-            return usage_error("unknown option", arg);
-        } else if (a->input) {
-            return usage_error("more than one cage:", arg);
-        } else {
-            a->input = arg;
-        }
-    }
-    if (!a->input)
-        return usage_error("no cage was named", NULL);
-    if (minimize && !a->output)
-        return usage_error("no output was named: -o OUT.obj", NULL);
-    curvopt_error error;
-    if (curvopt_options_validate(&a->options, &error) == CURVOPT_OK)
-        return EXIT_DONE;
-    usage_error(error.message, NULL);
-    return error.code == CURVOPT_ERROR_UNSUPPORTED ? EXIT_COULD_NOT : EXIT_USAGE;
+    return ARGUMENTS_COULD_NOT;
 }
 
 /* ----------------------------------------------------------------------------------------------- reporting -- */
@@ -242,7 +83,7 @@ static int parse_arguments(int argc, char **argv, arguments *a) {
 static int stage_json(const arguments *a, const json_report *report, staged *out) {
     *out = (staged){0};
     if (!a->json)
-        return EXIT_DONE;
+        return ARGUMENTS_DONE;
     int failed = staged_open(out, a->json);
     if (!failed) {
         json_write(out->file, report);
@@ -250,12 +91,12 @@ static int stage_json(const arguments *a, const json_report *report, staged *out
         if (failed)
             staged_discard(out);
     }
-    return failed ? could_not(a->json, strerror(failed)) : EXIT_DONE;
+    return failed ? could_not(a->json, strerror(failed)) : ARGUMENTS_DONE;
 }
 
 static int commit(staged *out) {
     int failed = out->path ? staged_commit(out) : 0;
-    return failed ? could_not(out->path, strerror(failed)) : EXIT_DONE;
+    return failed ? could_not(out->path, strerror(failed)) : ARGUMENTS_DONE;
 }
 
 static void print_number(const char *name, double value, double error) {
@@ -302,7 +143,7 @@ static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
                                .boundary_rule = a->boundary_rule};
     if (curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, &creases,
                                     mesh, &error) == CURVOPT_OK)
-        return EXIT_DONE;
+        return ARGUMENTS_DONE;
     obj_free(cage);
     return could_not(a->input, error.message);
 }
@@ -314,7 +155,7 @@ static int run_evaluate(const arguments *a) {
     curvopt_energies energies;
     curvopt_error error;
     int result = load(a, &cage, &mesh);
-    if (result != EXIT_DONE)
+    if (result != ARGUMENTS_DONE)
         return result;
     if (curvopt_problem_create(mesh, &a->options, &problem, &error) != CURVOPT_OK ||
         curvopt_problem_evaluate(problem, cage.xyz, &energies, NULL, &error) != CURVOPT_OK) {
@@ -326,7 +167,7 @@ static int run_evaluate(const arguments *a) {
         if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
             print_energies(&info, &energies);
         result = stage_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy}, &json);
-        if (result == EXIT_DONE)
+        if (result == ARGUMENTS_DONE)
             result = commit(&json);
     }
     curvopt_problem_destroy(problem);
@@ -385,7 +226,7 @@ static int stage_cage(const arguments *a, const curvopt_result *result, const cu
             staged_discard(out);
     }
     obj_free(&cage);
-    return failed ? could_not(a->output, strerror(failed)) : EXIT_DONE;
+    return failed ? could_not(a->output, strerror(failed)) : ARGUMENTS_DONE;
 }
 
 /* Cage and report: both are complete before either is put in its place. */
@@ -393,24 +234,27 @@ static int deliver(const arguments *a, const curvopt_result *result) {
     staged cage, json;
     curvopt_mesh_info info;
     curvopt_summary summary;
+    curvopt_level_report levels[12]; /* as many as the options allow */
     curvopt_mesh_get_info(curvopt_result_mesh(result), &info);
     curvopt_result_get_summary(result, &summary);
+    for (int32_t i = 0; i < summary.n_levels; i++)
+        curvopt_result_get_level(result, i, &levels[i], NULL);
     json_report report = {.info = &info,
                           .energies = &summary.end,
                           .summary = &summary,
-                          .result = result,
+                          .levels = levels,
                           .energy = a->energy,
                           .method = method_name[summary.method]};
     int status = stage_cage(a, result, &info, &cage);
-    if (status != EXIT_DONE)
+    if (status != ARGUMENTS_DONE)
         return status;
     status = stage_json(a, &report, &json);
-    if (status != EXIT_DONE) {
+    if (status != ARGUMENTS_DONE) {
         staged_discard(&cage);
         return status;
     }
     status = commit(&cage);
-    if (status != EXIT_DONE) {
+    if (status != ARGUMENTS_DONE) {
         staged_discard(&json);
         return status;
     }
@@ -424,13 +268,13 @@ static int load_pins(arguments *a, pin_list *pins) {
     char message[256];
     *pins = (pin_list){0};
     if (!a->pins)
-        return EXIT_DONE;
+        return ARGUMENTS_DONE;
     if (pins_read(a->pins, pins, message, sizeof message))
         return could_not(a->pins, message);
     a->constraints = (curvopt_constraints){
         .vertices = pins->vertices, .freedom = pins->freedom, .directions = pins->directions, .n = pins->n};
     a->options.constraints = &a->constraints;
-    return EXIT_DONE;
+    return ARGUMENTS_DONE;
 }
 
 static int run_minimize(arguments *a) {
@@ -440,10 +284,10 @@ static int run_minimize(arguments *a) {
     curvopt_error error;
     pin_list pins;
     int status = load_pins(a, &pins);
-    if (status != EXIT_DONE)
+    if (status != ARGUMENTS_DONE)
         return status;
     status = load(a, &cage, &mesh);
-    if (status != EXIT_DONE) {
+    if (status != ARGUMENTS_DONE) {
         pins_free(&pins);
         return status;
     }
@@ -452,7 +296,7 @@ static int run_minimize(arguments *a) {
         status = could_not(a->input, error.message);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");
-    if (status == EXIT_DONE)
+    if (status == ARGUMENTS_DONE)
         status = deliver(a, result);
     curvopt_result_destroy(result);
     curvopt_mesh_destroy(mesh);
@@ -470,17 +314,20 @@ static void wait_passively(char **argv) {
 
 static int run(int argc, char **argv) {
     arguments a;
+    char message[512];
     if (argc < 2)
-        return usage_error("no command", NULL);
+        return usage_error("no command");
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
-        return fputs(help_text, stdout) < 0 ? EXIT_COULD_NOT : EXIT_DONE;
+        return fputs(help_text, stdout) < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
     if (!strcmp(argv[1], "--version")) {
         printf("curvopt %s\n", curvopt_version());
-        return EXIT_DONE;
+        return ARGUMENTS_DONE;
     }
-    int status = parse_arguments(argc, argv, &a);
-    if (status != EXIT_DONE)
+    int status = arguments_parse(argc, argv, &a, message, sizeof message);
+    if (status != ARGUMENTS_DONE) {
+        usage_error(message);
         return status;
+    }
     return strcmp(a.command, "minimize") ? run_evaluate(&a) : run_minimize(&a);
 }
 
@@ -488,6 +335,6 @@ int main(int argc, char **argv) {
     wait_passively(argv);
     int status = run(argc, argv);
     if (fflush(stdout) != 0 || ferror(stdout)) /* figures that nobody got are not done */
-        return status == EXIT_DONE ? could_not("standard output", strerror(errno)) : status;
+        return status == ARGUMENTS_DONE ? could_not("standard output", strerror(errno)) : status;
     return status;
 }

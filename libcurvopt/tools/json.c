@@ -59,8 +59,7 @@ static void put_verification(FILE *f, const curvopt_summary *s) {
 static void put_levels(FILE *f, const json_report *r) {
     fprintf(f, "  \"levels\": [");
     for (int32_t i = 0; i < r->summary->n_levels; i++) {
-        curvopt_level_report l;
-        curvopt_result_get_level(r->result, i, &l, NULL);
+        curvopt_level_report l = r->levels[i];
         fprintf(f, "%s\n    {\"level\": %d, \"vertices\": %d, \"iterations\": %d, \"evaluations\": %d, ", i ? "," : "",
                 l.level, l.n_vertices, l.iterations, l.evaluations);
         put_number(f, "energy", l.energy, ", ");

@@ -15,8 +15,8 @@ typedef struct json_report {
     const curvopt_mesh_info *info;
     const curvopt_energies *energies;
     const curvopt_summary *summary;
-    const curvopt_result *result;
-    const char *energy; /* as asked for */
+    const curvopt_level_report *levels; /* [summary->n_levels] */
+    const char *energy;                 /* as asked for */
     const char *method;
 } json_report;
 
