@@ -143,6 +143,7 @@ class CSums(C.Structure):
     _fields_ = [
         *((name, C.c_double) for name in "area second third gauss turning".split()),
         ("term", C.c_double * MAX_TERMS),
+        ("samples", C.c_double),
         ("min_jacobian", C.c_double),
     ]
 
@@ -170,7 +171,7 @@ STRUCT_SIZES = {
     CProgress: 72,
     CLevelReport: 48,
     CSummary: 472,
-    CSums: 112,
+    CSums: 120,
     CMatrix: 32,
 }
 

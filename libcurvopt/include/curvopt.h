@@ -442,6 +442,7 @@ typedef struct curvopt_sums {
                        surface without those 0, and gauss is 2 pi chi */
     double term[8]; /* every term by curvopt_term: third-order ones without their factor, and NAN where they were not
                        asked for or the surface cannot give them; AREA's is the area */
+    double samples; /* quadrature points */
     double min_jacobian; /* least |S_u x S_v| over its face's mean */
 } curvopt_sums;
 

@@ -48,6 +48,7 @@ void co_part_sum(co_assembly *a, const double *x, int all_terms, double *gradien
                           .third = f->has_third ? co_functional_integrate(&f->third, values.integral) : 0,
                           .gauss = values.integral[CO_INT_K],
                           .turning = co_assembly_turning(a),
+                          .samples = (double)a->layout.n_samples,
                           .min_jacobian = values.min_jacobian};
     values.integral[CO_INT_AREA] = 1; /* the factor of third-order terms */
     co_functional_terms(values.integral, f->has_third || (all_terms && a->third_allowed), out->term);

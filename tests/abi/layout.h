@@ -128,14 +128,15 @@ AT(curvopt_creases, n_corners, 36);
 AT(curvopt_creases, boundary_rule, 40);
 AT(curvopt_creases, reserved, 44);
 
-SIZE(curvopt_sums, 112);
+SIZE(curvopt_sums, 120);
 AT(curvopt_sums, area, 0);
 AT(curvopt_sums, second, 8);
 AT(curvopt_sums, third, 16);
 AT(curvopt_sums, gauss, 24);
 AT(curvopt_sums, turning, 32);
 AT(curvopt_sums, term, 40);
-AT(curvopt_sums, min_jacobian, 104);
+AT(curvopt_sums, samples, 104);
+AT(curvopt_sums, min_jacobian, 112);
 
 SIZE(curvopt_matrix, 32);
 AT(curvopt_matrix, column_start, 0);

@@ -85,6 +85,7 @@ static void add_problem(curvopt_problem *problem, const curvopt_mesh_info *info,
     t->sums.third += s.third;
     t->sums.gauss += s.gauss;
     t->sums.turning += s.turning;
+    t->sums.samples += s.samples;
     t->sums.min_jacobian = fmin(t->sums.min_jacobian, s.min_jacobian);
     for (int k = 0; k < 8; k++)
         t->sums.term[k] += s.term[k];

@@ -1,0 +1,383 @@
+/* One level of a run with TAO.
+ *
+ * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out (level.c of the
+ * library). Here rules are fixed while TAO runs, and every so many iterations they are held against finer ones: if they
+ * no longer resolve the surface, TAO is stopped, rules are refined where they must be, and it starts again from what
+ * then is the better one: the present cage, or the last one that stood.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 200809L
+#include "level.h"
+
+#include "agree.h"
+#include "hold.h"
+#include "newton.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { RESOLVE_EVERY = 20, MOST_ATTEMPTS = 100 };
+static const double WORKING_FACTOR = 10, HYSTERESIS = 3, ACCEPTABLE = 1e-2; /* as the library has them */
+/* Of total curvature and turning, which are a constant of the surface's topology, between two looks at it. */
+static const double SUSPICIOUS = 1e-3, UNSOUND = 0.1;
+static const double LUCK = 0.2, STATIONARY = 1e-6, SMALLEST_AREA = 1e-9;
+
+double level_now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* One level's work. */
+typedef struct level {
+    run *r;
+    const portion *on;
+    energy e;
+    int number;
+    Vec x, safe;
+    double tolerance, working_tolerance;
+    double origin[3], unit; /* of x, in the user's units */
+    int broke;              /* TAO was stopped: rules no longer do */
+    double total;           /* curvature and turning of what was last found sound */
+    int stop;
+    int32_t iterations;
+} level;
+
+/* ------------------------------------------------------------------------------------------------ energies -- */
+
+/* 2 pi chi minus what is there; NAN where sharp creases cut the surface: then no rank knows what it should be. */
+static PetscErrorCode find_defect(const level *l, double *defect) {
+    int32_t n_creases, n_corners;
+    int mine = 0, any;
+    const portion *on = l->on;
+    PetscFunctionBeginUser;
+    curvopt_mesh_count_creases(on->mesh, &n_creases, &n_corners);
+    int32_t *ends = AGREE_NEW(on->comm, int32_t, 2 * (size_t)n_creases),
+            *corners = AGREE_NEW(on->comm, int32_t, n_corners);
+    double *sharpness = AGREE_NEW(on->comm, double, n_creases), *corner = AGREE_NEW(on->comm, double, n_corners);
+    curvopt_mesh_get_creases(on->mesh, ends, sharpness, corners, corner);
+    for (int32_t i = 0; i < n_creases; i++)
+        mine |= sharpness[i] >= CURVOPT_SHARPNESS_INFINITE;
+    free(ends);
+    free(corners);
+    free(sharpness);
+    free(corner);
+    PetscCallMPI(MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, on->comm));
+    double euler = (double)(on->whole_vertices - on->whole_edges + on->whole_faces);
+    *defect = any ? (double)NAN : fabs(l->e.sums.gauss + l->e.sums.turning - 2 * PETSC_PI * euler);
+    PetscFunctionReturn(0);
+}
+
+/* Of what energy_compare() has found; `unit` is of length. */
+static PetscErrorCode report_energies(const level *l, double value, double unit, curvopt_energies *out) {
+    const energy *e = &l->e;
+    const curvopt_sums *s = &e->sums;
+    PetscFunctionBeginUser;
+    *out = (curvopt_energies){.objective = value, .gauss = s->gauss, .min_jacobian = s->min_jacobian};
+    out->area = unit * unit * s->area;
+    for (int t = 0; t < 8; t++) {
+        int third = t >= CURVOPT_TERM_MVS && t <= CURVOPT_TERM_MEHLUM_TARROU;
+        out->term[t] = t < CURVOPT_N_TERMS ? (third ? s->area : 1) * s->term[t] : (double)NAN;
+        out->term_error[t] = (double)NAN; /* the objective's alone is estimated */
+    }
+    out->h2 = (s->term[CURVOPT_TERM_WILLMORE] + 2 * s->gauss) / 4;
+    out->area_error = (double)NAN;
+    out->objective_error = fabs(e->error_net) + LUCK * e->error_gross;
+    PetscCall(find_defect(l, &out->gauss_bonnet_defect));
+    out->surface = e->options->surface;
+    out->n_samples = s->samples > INT32_MAX ? INT32_MAX : (int32_t)s->samples;
+    PetscFunctionReturn(0);
+}
+
+static int refuse(run *r, int status, const char *why) {
+    strncpy(r->message, why, sizeof r->message - 1);
+    return status;
+}
+
+/* What curvopt_problem_evaluate refuses; all ranks see the same figures. */
+static int check_energies(run *r, const energy *e, const curvopt_energies *found) {
+    if (!(e->sums.area > SMALLEST_AREA))
+        return refuse(r, CURVOPT_ERROR_GEOMETRY, "the cage has zero area");
+    if (!isfinite(found->objective))
+        return refuse(r, CURVOPT_ERROR_GEOMETRY, "the energy is not finite: the surface is degenerate");
+    if (found->gauss_bonnet_defect > 1 + ACCEPTABLE * found->term[CURVOPT_TERM_WILLMORE])
+        return refuse(r, CURVOPT_ERROR_RESOLUTION, "the surface cannot be resolved: it is folded flat or pinched");
+    return CURVOPT_OK;
+}
+
+/* Figures of the input cage. */
+static PetscErrorCode report_start(level *l, int *refused) {
+    run *r = l->r;
+    double value, error;
+    PetscFunctionBeginUser;
+    PetscCall(energy_resolve(&l->e, l->x, l->tolerance, &value, &error));
+    PetscCall(report_energies(l, value, l->unit * l->e.radius, &r->summary.start));
+    r->area = r->summary.start.area;
+    *refused = r->options->as_report ? CURVOPT_OK : check_energies(r, &l->e, &r->summary.start);
+    PetscFunctionReturn(0);
+}
+
+/* --------------------------------------------------------------------------------------------------- solve -- */
+
+static double total_of(const level *l) {
+    return l->e.sums.gauss + l->e.sums.turning;
+}
+
+static PetscErrorCode test_convergence(Tao tao, void *context) {
+    level *l = context;
+    TaoConvergedReason reason;
+    PetscInt iteration;
+    Vec x;
+    double value, error;
+    PetscFunctionBeginUser;
+    PetscCall(TaoDefaultConvergenceTest(tao, NULL));
+    PetscCall(TaoGetSolutionStatus(tao, &iteration, NULL, NULL, NULL, NULL, &reason));
+    PetscCall(TaoGetSolution(tao, &x));
+    PetscCall(energy_set_base(&l->e, x));
+    if (l->r->options->as_report || reason != TAO_CONTINUE_ITERATING || iteration == 0 ||
+        (iteration % RESOLVE_EVERY && fabs(total_of(l) - l->total) <= SUSPICIOUS))
+        PetscFunctionReturn(0);
+    PetscCall(energy_compare(&l->e, x, &value, &error));
+    if (error <= HYSTERESIS * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
+        PetscCall(VecCopy(x, l->safe));
+        l->total = total_of(l);
+    } else {
+        l->broke = 1;
+        PetscCall(TaoSetConvergedReason(tao, TAO_DIVERGED_USER));
+    }
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode show(Tao tao, void *context) {
+    const level *l = context;
+    PetscInt iteration;
+    PetscReal value, gradient;
+    PetscMPIInt rank;
+    PetscFunctionBeginUser;
+    PetscCallMPI(MPI_Comm_rank(l->r->comm, &rank));
+    PetscCall(TaoGetSolutionStatus(tao, &iteration, &value, &gradient, NULL, NULL, NULL));
+    if (rank == 0 && !l->r->quiet && isatty(STDERR_FILENO))
+        fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", l->number,
+                (int)l->r->options->levels, (int)(l->iterations + iteration), value, gradient / fabs(value),
+                level_now() - l->r->started);
+    PetscFunctionReturn(0);
+}
+
+static int stop_of(TaoConvergedReason reason) {
+    switch (reason) {
+    case TAO_CONVERGED_GATOL:
+    case TAO_CONVERGED_GRTOL:
+    case TAO_CONVERGED_GTTOL:
+        return CURVOPT_STOP_CONVERGED;
+    case TAO_DIVERGED_MAXITS:
+    case TAO_DIVERGED_MAXFCN:
+        return CURVOPT_STOP_LIMIT;
+    case TAO_DIVERGED_NAN:
+        return CURVOPT_STOP_UNRESOLVED;
+    default:
+        return CURVOPT_STOP_STALLED;
+    }
+}
+
+/* After a solve: whether rules still do; if not, finer ones, and l->x is where to go on from. */
+static PetscErrorCode settle(level *l, int *again) {
+    double value, error, safe_value;
+    PetscFunctionBeginUser;
+    *again = 0;
+    if (l->r->options->as_report)
+        PetscFunctionReturn(0);
+    PetscCall(energy_compare(&l->e, l->x, &value, &error));
+    if (!l->broke && error <= HYSTERESIS * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
+        PetscCall(VecCopy(l->x, l->safe));
+        PetscFunctionReturn(0);
+    }
+    PetscCall(energy_resolve(&l->e, l->x, l->working_tolerance, &value, &error));
+    int sound = error <= ACCEPTABLE && fabs(total_of(l) - l->total) <= UNSOUND;
+    PetscCall(energy_set_base(&l->e, l->safe));
+    PetscCall(energy_evaluate(&l->e, l->safe, &safe_value, NULL));
+    if (sound && value <= safe_value)
+        PetscCall(VecCopy(l->x, l->safe));
+    else
+        PetscCall(VecCopy(l->safe, l->x));
+    PetscCall(energy_set_base(&l->e, l->x));
+    l->stop = sound ? l->stop : CURVOPT_STOP_UNRESOLVED;
+    *again = sound;
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode minimize(level *l) {
+    const curvopt_options *o = l->r->options;
+    Tao tao;
+    TaoType type;
+    TaoConvergedReason reason;
+    PetscInt iterations;
+    int again = 1;
+    PetscFunctionBeginUser;
+    l->total = total_of(l);
+    PetscCall(energy_limit_steps(&l->e, l->x, o->max_step));
+    PetscCall(newton_create_solver(&l->e, "", TAOLMVM, l->x, &tao));
+    PetscCall(TaoSetSolution(tao, l->x));
+    PetscCall(TaoSetTolerances(tao, 0, o->gradient_tolerance, 0));
+    PetscCall(TaoSetMaximumFunctionEvaluations(tao, PETSC_MAX_INT));
+    PetscCall(TaoSetConvergenceTest(tao, test_convergence, l));
+    PetscCall(TaoSetMonitor(tao, show, l, NULL));
+    for (int attempt = 0; again && attempt < MOST_ATTEMPTS && l->iterations < o->max_iterations; attempt++) {
+        l->broke = 0;
+        PetscCall(TaoSetMaximumIterations(tao, o->max_iterations - l->iterations));
+        if (attempt == 0)
+            PetscCall(TaoSetFromOptions(tao));
+        PetscCall(TaoSolve(tao));
+        PetscCall(TaoGetSolutionStatus(tao, &iterations, NULL, NULL, NULL, NULL, &reason));
+        l->iterations += (int32_t)iterations;
+        l->stop = l->broke ? CURVOPT_STOP_LIMIT : stop_of(reason);
+        PetscCall(settle(l, &again));
+    }
+    PetscCall(TaoGetType(tao, &type));
+    PetscCall(PetscStrncpy(l->r->tao_type, type, sizeof l->r->tao_type));
+    PetscCall(TaoDestroy(&tao));
+    PetscFunctionReturn(0);
+}
+
+/* ----------------------------------------------------------------------------------------------- the level -- */
+
+/* The report's verification over everything, and over motion along normals. */
+static PetscErrorCode verify(level *l) {
+    curvopt_summary *s = &l->r->summary;
+    int anywhere, along_normals;
+    double energy_now = fabs(s->end.objective);
+    PetscFunctionBeginUser;
+    PetscCall(newton_verify(&l->e, "verify_", l->x, &s->newton_decrement, &anywhere));
+    PetscCall(energy_hold_to_normals(&l->e, l->x));
+    PetscCall(newton_verify(&l->e, "verify_shape_", l->x, &s->difference_decrement, &along_normals));
+    int stationary =
+        s->newton_decrement <= STATIONARY * energy_now && s->difference_decrement <= STATIONARY * energy_now;
+    s->verdict = !stationary     ? CURVOPT_VERDICT_NOT_STATIONARY
+                 : along_normals ? CURVOPT_VERDICT_SADDLE
+                                 : CURVOPT_VERDICT_MINIMUM;
+    PetscFunctionReturn(0);
+}
+
+/* Positions in the user's units: in the frame they were taken from where something is held; else with the input's area,
+ * centred as the level's first one was. */
+static PetscErrorCode to_user(const level *l, double *xyz) {
+    const PetscScalar *x;
+    double unit = l->unit, scale = 1, centroid[3] = {0, 0, 0}, radius;
+    size_t n = (size_t)l->on->n_own;
+    PetscFunctionBeginUser;
+    double *own = AGREE_NEW(l->on->comm, double, 3 * n);
+    PetscCall(VecGetArrayRead(l->x, &x));
+    energy_positions(&l->e, x, own);
+    PetscCall(VecRestoreArrayRead(l->x, &x));
+    if (!l->e.framed) {
+        PetscCall(energy_frame(l->on, own, centroid, &radius));
+        scale = sqrt(l->r->area / l->e.sums.area) / radius;
+        unit = 1;
+    }
+    for (size_t i = 0; i < 3 * n; i++) {
+        const double *p = l->e.project ? l->e.project + 9 * (i / 3) : NULL;
+        int held = l->e.framed && p && p[0] + p[4] + p[8] < 0.5;
+        if (!held) /* what is held stays, to the last bit */
+            xyz[i] = l->origin[i % 3] + unit * scale * (own[i] - centroid[i % 3]);
+    }
+    free(own);
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode report_end(level *l, double started) {
+    run *r = l->r;
+    double value, error, norm;
+    Vec gradient;
+    int last = l->number == r->options->levels;
+    PetscFunctionBeginUser;
+    PetscCall(VecDuplicate(l->x, &gradient));
+    PetscCall(energy_set_base(&l->e, l->x));
+    PetscCall(energy_resolve(&l->e, l->x, last ? l->tolerance : l->working_tolerance, &value, &error));
+    double unit = l->e.framed ? l->unit : sqrt(r->area / l->e.sums.area);
+    PetscCall(report_energies(l, value, unit, &r->summary.end));
+    PetscCall(energy_evaluate(&l->e, l->x, &value, gradient));
+    PetscCall(VecNorm(gradient, NORM_2, &norm));
+    PetscCall(VecDestroy(&gradient));
+    r->level[r->n_levels++] = (curvopt_level_report){
+        .energy = value,
+        .gradient_norm = norm / fabs(value),
+        .seconds = level_now() - started,
+        .level = l->number,
+        .n_vertices = l->on->whole_vertices,
+        .iterations = l->iterations,
+        .evaluations = l->e.evaluations,
+        .stop = error <= ACCEPTABLE || r->options->as_report ? l->stop : CURVOPT_STOP_UNRESOLVED};
+    r->summary.stop = r->level[r->n_levels - 1].stop;
+    PetscFunctionReturn(0);
+}
+
+/* The level's frame, vector and what is held; of positions in the user's units. */
+static PetscErrorCode place(level *l, const level_pins *pins, const double *xyz, int *refused) {
+    run *r = l->r;
+    double *projectors;
+    int any_free;
+    PetscScalar *x;
+    PetscFunctionBeginUser;
+    PetscCall(hold_find(l->on, r->options->boundary, pins, &projectors, &any_free));
+    if (!any_free) {
+        free(projectors);
+        *refused = refuse(r, CURVOPT_ERROR_ARGUMENT, "nothing may move: all vertices are held");
+        PetscFunctionReturn(0);
+    }
+    l->e.framed = projectors != NULL;
+    PetscCall(energy_frame(l->on, xyz, l->origin, &l->unit));
+    if (l->e.framed) {
+        memcpy(l->origin, r->centroid, sizeof l->origin);
+        l->unit = r->radius;
+    }
+    PetscCall(portion_vector(l->on, &l->x));
+    PetscCall(VecGetArrayWrite(l->x, &x));
+    for (PetscInt i = 0; i < 3 * l->on->n_own; i++)
+        x[i] = (xyz[i] - l->origin[i % 3]) / l->unit;
+    PetscCall(VecRestoreArrayWrite(l->x, &x));
+    PetscCall(VecDuplicate(l->x, &l->safe));
+    PetscCall(VecCopy(l->x, l->safe));
+    if (projectors)
+        PetscCall(energy_hold(&l->e, l->x, projectors));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode work(level *l, double *xyz, int *refused) {
+    run *r = l->r;
+    double value, error, started = level_now();
+    PetscFunctionBeginUser;
+    if (l->number == 1)
+        PetscCall(report_start(l, refused));
+    else
+        PetscCall(energy_resolve(&l->e, l->x, l->working_tolerance, &value, &error));
+    if (*refused)
+        PetscFunctionReturn(0);
+    PetscCall(minimize(l));
+    PetscCall(report_end(l, started));
+    PetscCall(to_user(l, xyz));
+    if (r->options->verify && l->number == r->options->levels && r->summary.stop != CURVOPT_STOP_UNRESOLVED)
+        PetscCall(verify(l));
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused) {
+    level l = {.r = r, .on = on, .number = number, .stop = CURVOPT_STOP_LIMIT};
+    PetscFunctionBeginUser;
+    l.tolerance = r->options->as_report ? (double)INFINITY : r->options->tolerance;
+    l.working_tolerance = number < r->options->levels ? WORKING_FACTOR * l.tolerance : l.tolerance;
+    if (number == 1)
+        PetscCall(energy_frame(on, xyz, r->centroid, &r->radius));
+    PetscCall(energy_create(on, r->options, &l.e, refused, r->message));
+    if (!*refused)
+        PetscCall(place(&l, pins, xyz, refused));
+    if (!*refused)
+        PetscCall(work(&l, xyz, refused));
+    r->cpu_seconds += l.e.cpu_seconds;
+    r->evaluations += l.e.evaluations;
+    PetscCall(VecDestroy(&l.x));
+    PetscCall(VecDestroy(&l.safe));
+    PetscCall(energy_free(&l.e));
+    PetscFunctionReturn(0);
+}

@@ -1,0 +1,40 @@
+/* One level of a run with TAO: the cage's vertices moved until TAO is content, on an energy that is kept resolved.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CURVOPT_TAO_LEVEL_H
+#define CURVOPT_TAO_LEVEL_H
+
+#include "energy.h"
+
+#include <petsctao.h>
+
+/* A run, as far as its levels need it. */
+typedef struct run {
+    MPI_Comm comm;
+    const curvopt_options *options;
+    int quiet;
+    double started;
+    double centroid[3], radius; /* of the input cage */
+    double area;                /* of its surface, in the user's units */
+    int n_levels;
+    curvopt_level_report level[12];
+    curvopt_summary summary;
+    char tao_type[32];
+    double cpu_seconds; /* of this rank in the library, over all levels */
+    int32_t evaluations;
+    char message[512]; /* why the run was refused */
+} run;
+
+/* Vertices that are held beside those of boundaries and creases: freedom [n_own] 0 to 3, direction [3 n_own]; or
+ * freedom NULL. */
+typedef struct level_pins {
+    unsigned char *freedom;
+    double *direction;
+} level_pins;
+
+/* Collective. From xyz [3 n_own], in the user's units, to the level's best, in place; *refused is a status of the
+ * library, and then r->message says why. */
+PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused);
+
+double level_now(void);
+
+#endif
