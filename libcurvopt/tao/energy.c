@@ -9,6 +9,7 @@
 #include <string.h>
 #include <time.h>
 
+static const double SHIFT = 0.1;                         /* as the library's level.c has it */
 enum { CUT_STEPS = 60 };                                 /* of bisection, in the logarithm of an error */
 static const double LEAST_CUT = 1e-24, ALIKE = 1 - 1e-6; /* errors that differ by less are those of symmetric faces */
 
@@ -446,11 +447,26 @@ static PetscErrorCode set_factors(energy *e, Mat full) {
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode energy_hessian(energy *e, Vec x, Mat *sparse, Mat *full) {
+/* Values of e->hessian as it is. */
+static PetscErrorCode set_values(energy *e, Mat sparse) {
+    curvopt_matrix m;
+    PetscFunctionBeginUser;
+    curvopt_hessian_get(e->hessian, &m);
+    PetscCount n_entries = m.column_start[m.n];
+    double *values = AGREE_NEW(e->on->comm, double, 2 * n_entries);
+    for (PetscCount k = 0; k < n_entries; k++)
+        values[2 * k] = values[2 * k + 1] = m.value[k];
+    PetscCall(MatSetValuesCOO(sparse, values, INSERT_VALUES));
+    free(values);
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     curvopt_sums mine;
     curvopt_error error;
-    curvopt_matrix m;
     MPI_Comm comm = e->on->comm;
+    dense_part *d;
+    Mat sparse;
     int too_far;
     PetscFunctionBeginUser;
     PetscCall(place(e, x));
@@ -458,18 +474,18 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *sparse, Mat *full) {
     PetscCall(add_up(e, &mine, &too_far));
     if (!e->hessian)
         agree_succeeded(comm, curvopt_hessian_create(e->problem, &e->hessian, &error), &error);
-    agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 1, e->sums.area, e->sums.third, &error), &error);
-    if (!*sparse) {
-        PetscCall(make_sparse(e, sparse));
-        PetscCall(make_full(e, x, *sparse, full));
+    if (!*full) {
+        PetscCall(make_sparse(e, &sparse));
+        PetscCall(make_full(e, x, sparse, full));
+        PetscCall(MatDestroy(&sparse)); /* the full one has it */
+        PetscCall(make_sparse(e, guide));
     }
     PetscCall(set_factors(e, *full));
-    curvopt_hessian_get(e->hessian, &m);
-    PetscCount n_entries = m.column_start[m.n];
-    double *values = AGREE_NEW(comm, double, 2 * n_entries);
-    for (PetscCount k = 0; k < n_entries; k++)
-        values[2 * k] = values[2 * k + 1] = m.value[k];
-    PetscCall(MatSetValuesCOO(*sparse, values, INSERT_VALUES));
-    free(values);
+    PetscCall(MatShellGetContext(*full, &d));
+    agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 1, e->sums.area, e->sums.third, &error), &error);
+    PetscCall(set_values(e, d->sparse));
+    agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 0, e->sums.area, e->sums.third, &error), &error);
+    PetscCall(set_values(e, *guide));
+    PetscCall(MatShift(*guide, SHIFT * fabs(value_of(e)) / e->on->whole_vertices));
     PetscFunctionReturn(0);
 }

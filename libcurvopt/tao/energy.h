@@ -68,8 +68,9 @@ PetscErrorCode energy_hold(energy *e, Vec x, double *projectors);
 /* Only motion along the cage's normals at x, where any is allowed. */
 PetscErrorCode energy_hold_to_normals(energy *e, Vec x);
 
-/* Second derivatives at x: `sparse` (MATAIJ) has the sums over faces; `full` applies the whole, dense part and
- * projection included. Both are the caller's, empty first; made when *sparse is NULL. */
-PetscErrorCode energy_hessian(energy *e, Vec x, Mat *sparse, Mat *full);
+/* Second derivatives at x: *full applies the Hessian, dense part and projection included; *guide (MATAIJ) is the
+ * Gauss-Newton matrix, shifted as the library shifts it, so that it is positive: to precondition with. Made when they
+ * are NULL, and the caller's to destroy. */
+PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { VERIFY_ITERATIONS = 20 };
+enum { VERIFY_ITERATIONS = 20, LARGEST_FACTORED = 30000 };
 /* Of the differences' step, against PETSc's 1.5e-8: gradients are exact to some 1e-14 of the stiffest motion, and it is
  * the softest that matters. */
 static const double DIFFERENCE_ERROR = 1e-6;
@@ -24,10 +24,10 @@ static PetscErrorCode value_alone(Tao tao, Vec x, PetscReal *value, void *contex
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode assemble(Tao tao, Vec x, Mat full, Mat sparse, void *context) {
+static PetscErrorCode assemble(Tao tao, Vec x, Mat full, Mat guide, void *context) {
     PetscFunctionBeginUser;
     (void)tao;
-    PetscCall(energy_hessian(context, x, &sparse, &full));
+    PetscCall(energy_hessian(context, x, &full, &guide));
     PetscCall(MatAssemblyBegin(full, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(full, MAT_FINAL_ASSEMBLY));
     PetscFunctionReturn(0);
@@ -45,15 +45,18 @@ static PetscErrorCode set_default(const char *prefix, const char *name, const ch
     PetscFunctionReturn(0);
 }
 
-/* Truncated conjugate gradients, and within each rank an incomplete Cholesky factor that is shifted to be positive. */
-static PetscErrorCode set_linear_defaults(const char *prefix, const char *type) {
+/* Truncated conjugate gradients, preconditioned by each rank's block of the Gauss-Newton matrix: its Cholesky factor,
+ * incomplete where a complete one would be large. */
+static PetscErrorCode set_linear_defaults(const char *prefix, const char *type, PetscInt whole) {
     char name[64];
-    const char *const option[4][2] = {{"pc_type", "bjacobi"},
-                                      {"sub_pc_type", "icc"},
-                                      {"sub_pc_factor_levels", "1"},
-                                      {"sub_pc_factor_shift_type", "positive_definite"}};
+    const char *const option[][2] = {{"ksp_max_it", "300"},
+                                     {"ksp_rtol", "1e-3"},
+                                     {"pc_type", "bjacobi"},
+                                     {"sub_pc_type", whole <= LARGEST_FACTORED ? "cholesky" : "icc"},
+                                     {"sub_pc_factor_mat_ordering_type", "nd"},
+                                     {"sub_pc_factor_shift_type", "positive_definite"}};
     PetscFunctionBeginUser;
-    for (int k = 0; k < 4; k++) {
+    for (size_t k = 0; k < sizeof option / sizeof *option; k++) {
         PetscCall(PetscSNPrintf(name, sizeof name, "tao_%s_%s", type, option[k][0]));
         PetscCall(set_default(prefix, name, option[k][1]));
     }
@@ -70,7 +73,7 @@ static int is_newton(const char *type) {
 
 PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *type, Vec x, Tao *out) {
     char option[64], used[64];
-    Mat sparse = NULL, full = NULL;
+    Mat full = NULL, guide = NULL;
     PetscFunctionBeginUser;
     PetscCall(PetscStrncpy(used, type, sizeof used));
     PetscCall(PetscSNPrintf(option, sizeof option, "-%stao_type", prefix));
@@ -82,10 +85,10 @@ PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *t
     PetscCall(TaoSetObjective(*out, value_alone, e));
     PetscCall(TaoSetObjectiveAndGradient(*out, NULL, value_and_gradient, e));
     if (is_newton(used)) {
-        PetscCall(set_linear_defaults(prefix, used));
-        PetscCall(energy_hessian(e, x, &sparse, &full));
-        PetscCall(TaoSetHessian(*out, full, sparse, assemble, e));
-        PetscCall(MatDestroy(&sparse));
+        PetscCall(set_linear_defaults(prefix, used, 3 * e->on->whole_vertices));
+        PetscCall(energy_hessian(e, x, &full, &guide));
+        PetscCall(TaoSetHessian(*out, full, guide, assemble, e));
+        PetscCall(MatDestroy(&guide));
         PetscCall(MatDestroy(&full));
     }
     PetscFunctionReturn(0);
@@ -93,10 +96,10 @@ PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *t
 
 /* ---------------------------------------------------------------------------------------------- verification -- */
 
-/* A Hessian by differences, with the assembled one to precondition it. */
+/* A Hessian by differences, with the Gauss-Newton matrix to precondition it. */
 typedef struct differences {
     energy *e;
-    Mat sparse, full;
+    Mat full, guide;
     Vec gradient;
 } differences;
 
@@ -107,12 +110,12 @@ static PetscErrorCode gradient_at(void *context, Vec x, Vec gradient) {
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode set_base(Tao tao, Vec x, Mat by_differences, Mat sparse, void *context) {
+static PetscErrorCode set_base(Tao tao, Vec x, Mat by_differences, Mat guide, void *context) {
     differences *d = context;
     PetscFunctionBeginUser;
     (void)tao;
-    (void)sparse;
-    PetscCall(energy_hessian(d->e, x, &d->sparse, &d->full));
+    (void)guide;
+    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
     PetscCall(gradient_at(d, x, d->gradient));
     PetscCall(MatMFFDSetBase(by_differences, x, d->gradient));
     PetscCall(MatAssemblyBegin(by_differences, MAT_FINAL_ASSEMBLY));
@@ -126,7 +129,7 @@ static PetscErrorCode create_differences(differences *d, const char *prefix, Vec
     PetscCall(VecGetLocalSize(x, &n));
     PetscCall(VecGetSize(x, &whole));
     PetscCall(VecDuplicate(x, &d->gradient));
-    PetscCall(energy_hessian(d->e, x, &d->sparse, &d->full));
+    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
     PetscCall(MatCreateMFFD(d->e->on->comm, n, n, whole, whole, by_differences));
     PetscCall(MatSetOptionsPrefix(*by_differences, prefix));
     PetscCall(MatMFFDSetFunction(*by_differences, gradient_at, d));
@@ -150,7 +153,7 @@ PetscErrorCode newton_verify(energy *e, const char *prefix, Vec x, double *decre
     PetscCall(energy_evaluate(e, x, &before, NULL));
     PetscCall(create_differences(&d, prefix, x, &by_differences));
     PetscCall(newton_create_solver(e, prefix, TAONLS, x, &tao));
-    PetscCall(TaoSetHessian(tao, by_differences, d.sparse, set_base, &d));
+    PetscCall(TaoSetHessian(tao, by_differences, d.guide, set_base, &d));
     PetscCall(TaoSetSolution(tao, at));
     PetscCall(TaoSetTolerances(tao, 0, VERIFY_TOLERANCE, 0));
     PetscCall(TaoSetMaximumIterations(tao, VERIFY_ITERATIONS));
@@ -164,7 +167,7 @@ PetscErrorCode newton_verify(energy *e, const char *prefix, Vec x, double *decre
     *negative = reason == KSP_CONVERGED_CG_NEG_CURVE || reason == KSP_DIVERGED_INDEFINITE_MAT;
     PetscCall(TaoDestroy(&tao));
     PetscCall(MatDestroy(&by_differences));
-    PetscCall(MatDestroy(&d.sparse));
+    PetscCall(MatDestroy(&d.guide));
     PetscCall(MatDestroy(&d.full));
     PetscCall(VecDestroy(&d.gradient));
     PetscCall(VecDestroy(&at));
