@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""curvopt-tao on one rank and on several, against the library and against curvopt.
+
+It is taken from build/release, as the library is (tests/numeric/lib.py), or from the folder that CURVOPT_BUILD names.
+"""
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lib
+from nets import read_obj
+
+OBJ = lib.ROOT / "blend_files" / "obj"
+CAGES = lib.ROOT / "tests" / "cages" / "numeric"
+CLOSED = ("torus_030", "lawson_g2", "lawson_g3")
+ENERGIES = ("willmore", "mvs", "mvs_cross")
+TERMS = ("area", *lib.TERMS, "h2", "gauss", "objective", "min_jacobian")
+EXACT = 1e-12
+STATIONARY = 1e-6  # what the library's certificates ask for
+TIMEOUT = 120
+
+# A tube of 5 x 4 quads: a sharp crease along it, one that fades and a vertex that is sharp for a while.
+CREASED = "\n".join(
+    [f"v {k} {np.cos(np.pi * j / 2)} {np.sin(np.pi * j / 2) + 0.1 * k * j}" for k in range(6) for j in range(4)]
+    + [f"f {4 * k + j + 1} {4 * k + (j + 1) % 4 + 1} {4 * k + (j + 1) % 4 + 5} {4 * k + j + 5}"
+       for k in range(5) for j in range(4)]
+    + ["t crease 2/1/0 5 9 10", "t crease 2/1/0 9 13 10", "t crease 2/1/0 14 15 1.5", "t corner 1/1/0 11 0.75", ""])
+
+
+def tao(ranks: int, *arguments: str, prefix: tuple[str, ...] = ()) -> subprocess.CompletedProcess:
+    """The program on so many ranks; `prefix` stands before it on the second of two."""
+    environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+                   "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    program = [str(lib.BUILD / "curvopt-tao"), *arguments]
+    command = ["mpirun", "-q", "-n", str(ranks), *program]
+    if prefix:
+        command = ["mpirun", "-q", "-n", "1", *program, ":", "-n", "1", *prefix, *program]
+    return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
+
+
+def minimize(ranks: int, cage: Path, out: Path, *arguments: str, petsc: tuple[str, ...] = ()) -> dict:
+    """The report of a run that must succeed."""
+    report = out.with_suffix(".json")
+    run = tao(ranks, "minimize", str(cage), "-o", str(out), "--json", str(report), "--quiet", *arguments, "--", *petsc)
+    assert run.returncode == 0, run.stderr
+    return json.loads(report.read_text())
+
+
+def ours(cage: Path, out: Path, *arguments: str) -> dict:
+    """The same by curvopt, symmetries not kept."""
+    report = out.with_suffix(".json")
+    run = lib.run_cli("minimize", str(cage), "-o", str(out), "--json", str(report), "--quiet", "--symmetry", "none",
+                      *arguments)
+    assert run.returncode == 0, run.stderr
+    return json.loads(report.read_text())
+
+
+def check_figures(cage: Path, tmp_path: Path, ranks: int, *arguments: str, gradient: np.ndarray | None = None) -> None:
+    """Terms, and the gradient where it is given, of a cage under a fixed rule are those of the library."""
+    here = ("--levels", "1", "--max-iterations", "0", "--as-report", *arguments)
+    slope = tmp_path / "gradient"
+    got = minimize(ranks, cage, tmp_path / "tao.obj", *here, petsc=("-curvopt_gradient", str(slope)))
+    expected = ours(cage, tmp_path / "ours.obj", *here)
+    for key in TERMS:
+        a, b = got["start"][key], expected["start"][key]
+        assert (a is None) == (b is None), key
+        assert a is None or abs(a - b) <= EXACT * max(abs(b), 1), key
+    assert got["start"]["samples"] == expected["start"]["samples"]
+    a, b = (report["levels"][0]["gradient_norm"] for report in (got, expected))
+    assert abs(a - b) <= 1e-11 * b
+    if gradient is not None:
+        assert np.abs(np.loadtxt(slope) - gradient).max() <= EXACT * np.abs(gradient).max()
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_energies_and_gradients_are_the_library_s(name, energy, ranks, tmp_path):
+    cage = read_obj(OBJ / f"{name}.obj")
+    surface = "limit" if energy == "willmore" else "polynomial"
+    options = lib.options(energy, surface, as_report=1)
+    _, gradient = lib.Problem(cage, options).evaluate(cage.xyz, gradient=True)
+    check_figures(OBJ / f"{name}.obj", tmp_path, ranks, "--energy", energy, "--surface", surface, gradient=gradient)
+
+
+@pytest.mark.parametrize("ranks", [2, 5])
+@pytest.mark.parametrize("name", ["mixed", "frame_3", "creased", "branch_open", "report's"])
+def test_polygons_creases_boundaries_and_the_report_s_surface(name, ranks, tmp_path):
+    cage, arguments = CAGES / f"{name}.obj", ("--energy", "willmore:1,mean_curvature:0.5", "--boundary", "free")
+    if name == "creased":
+        cage = tmp_path / "creased.obj"
+        cage.write_text(CREASED)
+    elif name == "branch_open":
+        cage, arguments = OBJ / "branch_open.obj", ("--boundary", "tangent")
+    elif name == "report's":
+        cage, arguments = OBJ / "lawson_g2.obj", ("--energy", "mvs:1,willmore:0.1")
+    check_figures(cage, tmp_path, ranks, *arguments)
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("name", ["mixed", "creased", "branch_open"])
+def test_a_subdivided_cage_is_numbered_as_by_the_library(name, ranks, tmp_path):
+    cage = {"mixed": CAGES / "mixed.obj", "branch_open": OBJ / "branch_open.obj"}.get(name, tmp_path / "creased.obj")
+    if name == "creased":
+        cage.write_text(CREASED)
+    options = ("--levels", "3", "--max-iterations", "0", "--as-report")  # the area to scale to by the same rules
+    minimize(ranks, cage, tmp_path / "tao.obj", *options)
+    ours(cage, tmp_path / "ours.obj", *options)
+    got, expected = (tmp_path.joinpath(f"{who}.obj").read_text().split("\n") for who in ("tao", "ours"))
+    kinds = [[sorted(line for line in text if line[:1] == kind) if kind == "t" else
+              [line for line in text if line[:1] == kind] for kind in "vft"] for text in (got, expected)]
+    assert kinds[0][1:] == kinds[1][1:]
+    a, b = (np.array([line.split()[1:] for line in kind[0]], float) for kind in kinds)
+    assert a.shape == b.shape and np.abs(a - b).max() <= 1e-11 * np.abs(b).max()
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_the_library_s_minimizers_are_tao_s(name, energy, ranks, tmp_path):
+    """Newton's method by differences has no more to gain than the certificate says; for Willmore's energy, whose
+    vertices slide for ever, along normals. And TAO's own Newton's method goes there when it has been shaken off."""
+    common = ("--energy", energy, "--tolerance", "1e-5", "--levels", "1")
+    before = ours(OBJ / f"{name}.obj", tmp_path / "start.obj", *common)
+    found = minimize(ranks, tmp_path / "start.obj", tmp_path / "end.obj", *common, "--max-iterations", "0", "--verify")
+    left = found["verification"]
+    assert abs(found["objective"] - before["objective"]) <= 1e-4 * before["objective"]  # rules differ
+    assert left["difference_decrement"] <= STATIONARY * found["objective"]
+    if energy != "willmore":
+        assert left["newton_decrement"] <= STATIONARY * found["objective"] and left["verdict"] == "minimum"
+
+
+@pytest.mark.parametrize("method", ["lmvm", "blmvm", "nls", "ntr"])
+def test_solvers_of_tao_find_the_same_minimum(method, tmp_path):
+    common = ("--energy", "mvs_cross", "--levels", "1", "--tolerance", "1e-5")
+    expected = ours(OBJ / "torus_030.obj", tmp_path / "ours.obj", *common)["objective"]
+    found = minimize(2, OBJ / "torus_030.obj", tmp_path / "tao.obj", *common, petsc=("-tao_type", method))
+    assert found["method"] == method and abs(found["objective"] - expected) <= 1e-4 * expected
+
+
+def test_hessians_by_tao_s_own_differences(tmp_path):
+    ours(OBJ / "torus_030.obj", tmp_path / "start.obj", "--energy", "mvs_cross", "--levels", "1")
+    for difference in ("-tao_fd_hessian", "-tao_mf_hessian"):
+        found = minimize(1, tmp_path / "start.obj", tmp_path / "end.obj", "--energy", "mvs_cross", "--levels", "1",
+                         petsc=("-tao_type", "nls", difference, "-tao_nls_pc_type", "none", "-tao_max_it", "3"))
+        assert found["objective"] <= found["start"]["objective"] * (1 + 1e-4)
+
+
+def test_what_is_held_stays(tmp_path):
+    cage, pins = OBJ / "branch_open.obj", tmp_path / "pins"
+    pins.write_text("12\n13 line 0 0 1\n14 plane 1 0 0\n")
+    found = minimize(2, cage, tmp_path / "end.obj", "--levels", "1", "--pin", str(pins), "--max-iterations", "30")
+    ours(cage, tmp_path / "ours.obj", "--levels", "1", "--pin", str(pins), "--max-iterations", "30")
+    start, end, theirs = (read_obj(path).xyz for path in (cage, tmp_path / "end.obj", tmp_path / "ours.obj"))
+    held = np.all(start == theirs, axis=1)
+    assert 12 in np.flatnonzero(held) and not held.all() and np.array_equal(start[held], end[held])
+    moved = end - start
+    assert np.abs(moved[13, :2]).max() <= 1e-12 and abs(moved[14, 0]) <= 1e-12 and np.abs(moved).max() > 1e-3
+    assert found["objective"] < found["start"]["objective"]
+
+
+def test_a_rank_has_its_faces_and_a_halo(tmp_path):
+    found = minimize(2, OBJ / "torus_050_16x8.obj", tmp_path / "end.obj", "--levels", "4", "--max-iterations", "0")
+    ranks = found["tao"]
+    assert ranks["faces"] == [4096, 4096] and sum(ranks["own_vertices"]) == 8192
+    assert max(ranks["halo_vertices"]) <= 2 * 5 * 64 + 64
+
+
+def flat(path: Path) -> Path:
+    """A cage with no area."""
+    path.write_text("".join(f"v {k} 0 0\n" for k in range(8)) + CUBE_FACES)
+    return path
+
+
+CUBE_FACES = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+CUBE = "".join(f"v {x} {y} {z}\n" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)) + CUBE_FACES
+GRID = "".join(f"v {i} {j} 0\n" for i in range(5) for j in range(5)) + "".join(
+    f"f {5 * i + j + 1} {5 * i + j + 6} {5 * i + j + 7} {5 * i + j + 2}\n" for i in range(4) for j in range(4))
+
+BAD = {
+    "no file": (None, ()),
+    "nothing": ("", ()),
+    "words": ("hello\n", ()),
+    "a flipped face": (CUBE.replace("f 1 2 4 3", "f 1 3 4 2"), ()),
+    "not a number": (CUBE.replace("v -1 -1 -1", "v nan 0 0"), ()),
+    "no area": ("".join(f"v {k} 0 0\n" for k in range(8)) + CUBE_FACES, ()),
+    "one point": ("v 1 1 1\n" * 8 + CUBE_FACES, ()),
+    "folded flat": (CUBE.replace("v 1 ", "v -1 "), ()),
+    "no third order": (CUBE, ("--energy", "mvs", "--surface", "limit")),
+    "a corner without energy": (GRID, ("--boundary", "free")),
+    "nothing may move": (GRID, ("--boundary-rule", "corners", "--boundary", "curvature")),
+    "a pin that is no vertex": (CUBE, ("--pin", "PINS", "--levels", "1")),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
+    """With the library's sentence, once, and nothing written."""
+    text, arguments = BAD[what]
+    cage, pins = tmp_path / "cage.obj", tmp_path / "pins"
+    pins.write_text("99\n")
+    arguments = [str(pins) if a == "PINS" else a for a in arguments]
+    if text is not None:
+        cage.write_text(text)
+    before = sorted(tmp_path.iterdir())
+    command = ("minimize", str(cage), "-o", str(tmp_path / "out.obj"), *arguments)
+    expected, got = lib.run_cli(*command), tao(2, *command)
+    assert expected.returncode == got.returncode == 1, (expected.stderr, got.stderr)
+    assert got.stderr.strip() == expected.stderr.strip().replace("curvopt:", "curvopt-tao:")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("arguments, sentence", [
+    (("--method", "lmvm"), "--method is not for this program"), (("--symmetry", "keep"), "--symmetry can be none"),
+    (("--escape",), "--escape is not for this program"), (("--levels", "0"), "levels is 0"),
+    (("--frobnicate",), "unknown option --frobnicate"), (("--pin", "x"), "--pin is for --levels 1")])
+def test_wrong_use_is_named(arguments, sentence, tmp_path):
+    run = tao(2, "minimize", str(OBJ / "torus_030.obj"), "-o", str(tmp_path / "out.obj"), *arguments)
+    assert run.returncode == 2 and sentence in run.stderr and run.stderr.count("curvopt-tao:") == 1
+
+
+def test_more_ranks_than_faces(tmp_path):
+    (tmp_path / "cube.obj").write_text(CUBE)
+    run = tao(7, "minimize", str(tmp_path / "cube.obj"), "-o", str(tmp_path / "out.obj"))
+    assert run.returncode == 1 and "fewer than there are ranks" in run.stderr
+
+
+def test_a_rank_that_fails_ends_the_run(tmp_path):
+    """The second rank has too little memory for its portion."""
+    cage, room = tmp_path / "large.obj", 3_000_000
+    assert tao(1, "minimize", str(OBJ / "torus_050_16x8.obj"), "-o", str(cage), "--levels", "5", "--max-iterations", "0",
+               "--quiet").returncode == 0
+    prefix = ("bash", "-c", f'ulimit -v {room}; exec "$@"', "limited")
+    fine = tao(2, "--version", prefix=prefix)
+    assert fine.returncode == 0, fine.stderr
+    run = tao(2, "minimize", str(cage), "-o", str(tmp_path / "out.obj"), "--levels", "4", "--max-iterations", "2",
+              prefix=prefix)
+    assert run.returncode not in (0, 2) and "curvopt-tao: rank 1: " in run.stderr and "memory" in run.stderr
+    assert not (tmp_path / "out.obj").exists()
