@@ -13,7 +13,7 @@ cd "$(dirname "$0")/.." || exit 1
 source tests/setup.sh
 
 PYTHON=/usr/bin/python3
-PARTS=(format cppcheck cages blends release asan numeric addon)
+PARTS=(format cppcheck cages blends release asan numeric tao addon)
 LOGS=build/tests
 # By name only. tidy warns of paths that no status code allows; install waits for the build's install rules.
 EXTRA=(tidy install)
@@ -74,6 +74,16 @@ run_numeric() {
     env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/numeric
 }
 
+# curvopt-tao is off in every preset: this part alone turns it on.
+run_tao() {
+    if ! has_petsc; then
+        echo "skipped: no PETSc (${TAO_PACKAGES[*]%%:*}; with CURVOPT_TAO=1 they are installed)"
+        return 0
+    fi
+    cmake --preset release -DCURVOPT_TAO=ON >/dev/null && cmake --build --preset release --target curvopt_tao &&
+        env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/tao
+}
+
 run_addon() {
     bash tests/addon/run.sh
 }
@@ -96,6 +106,14 @@ counts_of() {
     release | asan)
         read -r failed total < <(sed -nE 's/^.*tests passed, ([0-9]+) tests? failed out of ([0-9]+).*$/\1 \2/p' "$2")
         passed=${failed:+$((total - failed))}
+        ;;
+    tao)
+        if [[ $3 == 0 ]] && grep -q '^skipped: no PETSc' "$2"; then
+            echo "0 0 $(grep -m 1 '^skipped:' "$2")"
+            return
+        fi
+        passed=$(count passed "$2")
+        failed=$(count 'failed|errors?' "$2")
         ;;
     *)
         passed=$(count passed "$2")
@@ -138,7 +156,7 @@ presets() {
     local part
     for part in "$@"; do
         case $part in
-        tidy | release | install | numeric | addon) echo release ;;
+        tidy | release | install | numeric | tao | addon) echo release ;;
         asan) echo asan ;;
         esac
     done | sort -ru
@@ -153,6 +171,7 @@ main() {
             die "there is no part '$part'; the parts are: ${PARTS[*]}, and by name only: ${EXTRA[*]}"
     done
     need "${BUILD_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" "${TEST_PACKAGES[@]}"
+    [[ " $* " != *" tao "* || ${CURVOPT_TAO:-} != 1 ]] || need "${TAO_PACKAGES[@]}"
     [[ " $* " != *" tidy "* ]] || need clang-tidy:clang-tidy
     mkdir -p "$LOGS"
     for preset in "${wanted[@]}"; do

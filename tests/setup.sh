@@ -11,6 +11,7 @@
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     TEST_PACKAGES=(g++:g++ libcmocka-dev pkg-config:pkg-config python3-pytest clang-format:clang-format
         cppcheck:cppcheck libosd-dev xvfb:Xvfb imagemagick:import)
+    TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 
 # Threads that wait should sleep: on a busy machine, spinning ones double the time.
@@ -60,6 +61,11 @@ need() {
     apt-get install -y --no-install-recommends "${missing[@]}" >>"$log" 2>&1 ||
         { tail -n 20 "$log" >&2 && die "apt-get could not install ${missing[*]}; all of its output is in $log"; }
     rm -f "$log"
+}
+
+# has_petsc: whether curvopt-tao can be built and run.
+has_petsc() {
+    command -v mpirun >/dev/null && command -v pkg-config >/dev/null && pkg-config --exists 'PETSc >= 3.18'
 }
 
 # build PRESET [TARGET...]: configures and builds in build/PRESET, quietly unless it fails; to be called in the

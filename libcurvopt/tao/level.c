@@ -321,7 +321,7 @@ static PetscErrorCode place(level *l, const level_pins *pins, const double *xyz,
     PetscScalar *x;
     PetscFunctionBeginUser;
     PetscCall(hold_find(l->on, r->options->boundary, pins, &projectors, &any_free));
-    if (!any_free) {
+    if (!any_free && pins->freedom) { /* as the library: only pins can be too many */
         free(projectors);
         *refused = refuse(r, CURVOPT_ERROR_ARGUMENT, "nothing may move: all vertices are held");
         PetscFunctionReturn(0);

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lib
-from nets import read_obj
+from nets import read_obj, write_obj
 
 OBJ = lib.ROOT / "blend_files" / "obj"
 CAGES = lib.ROOT / "tests" / "cages" / "numeric"
@@ -23,7 +23,7 @@ ENERGIES = ("willmore", "mvs", "mvs_cross")
 TERMS = ("area", *lib.TERMS, "h2", "gauss", "objective", "min_jacobian")
 EXACT = 1e-12
 STATIONARY = 1e-6  # what the library's certificates ask for
-TIMEOUT = 120
+TIMEOUT = 30
 
 # A tube of 5 x 4 quads: a sharp crease along it, one that fades and a vertex that is sharp for a while.
 CREASED = "\n".join(
@@ -89,7 +89,7 @@ def test_energies_and_gradients_are_the_library_s(name, energy, ranks, tmp_path)
     check_figures(OBJ / f"{name}.obj", tmp_path, ranks, "--energy", energy, "--surface", surface, gradient=gradient)
 
 
-@pytest.mark.parametrize("ranks", [2, 5])
+@pytest.mark.parametrize("ranks", [2, 5] if lib.LONG else [3])
 @pytest.mark.parametrize("name", ["mixed", "frame_3", "creased", "branch_open", "report's"])
 def test_polygons_creases_boundaries_and_the_report_s_surface(name, ranks, tmp_path):
     cage, arguments = CAGES / f"{name}.obj", ("--energy", "willmore:1,mean_curvature:0.5", "--boundary", "free")
@@ -103,7 +103,7 @@ def test_polygons_creases_boundaries_and_the_report_s_surface(name, ranks, tmp_p
     check_figures(cage, tmp_path, ranks, *arguments)
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("ranks", [1, 2, 4] if lib.LONG else [3])
 @pytest.mark.parametrize("name", ["mixed", "creased", "branch_open"])
 def test_a_subdivided_cage_is_numbered_as_by_the_library(name, ranks, tmp_path):
     cage = {"mixed": CAGES / "mixed.obj", "branch_open": OBJ / "branch_open.obj"}.get(name, tmp_path / "creased.obj")
@@ -113,35 +113,48 @@ def test_a_subdivided_cage_is_numbered_as_by_the_library(name, ranks, tmp_path):
     minimize(ranks, cage, tmp_path / "tao.obj", *options)
     ours(cage, tmp_path / "ours.obj", *options)
     got, expected = (tmp_path.joinpath(f"{who}.obj").read_text().split("\n") for who in ("tao", "ours"))
-    kinds = [[sorted(line for line in text if line[:1] == kind) if kind == "t" else
+    kinds = [[sorted(sorted(line.split()) for line in text if line[:1] == kind) if kind == "t" else
               [line for line in text if line[:1] == kind] for kind in "vft"] for text in (got, expected)]
     assert kinds[0][1:] == kinds[1][1:]
     a, b = (np.array([line.split()[1:] for line in kind[0]], float) for kind in kinds)
     assert a.shape == b.shape and np.abs(a - b).max() <= 1e-11 * np.abs(b).max()
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+def minimizer(name: str, energy: str, folder: Path) -> tuple[Path, tuple[str, ...], float]:
+    """The library's, polished under a fixed quadrature rule, so that both programs see the same function; the options
+    for that, and its energy."""
+    fixed = ("--as-report", "--surface", "limit" if energy == "willmore" else "polynomial", "--energy", energy,
+             "--levels", "1")
+    ours(OBJ / f"{name}.obj", folder / "start.obj", "--energy", energy, "--levels", "1")
+    end = ours(folder / "start.obj", folder / "minimizer.obj", *fixed, "--method", "gauss_newton")
+    return folder / "minimizer.obj", fixed, end["objective"]
+
+
+@pytest.mark.parametrize("ranks", [1, 2] if lib.LONG else [2])
 @pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.parametrize("energy", ENERGIES)
 def test_the_library_s_minimizers_are_tao_s(name, energy, ranks, tmp_path):
     """Newton's method by differences has no more to gain than the certificate says; for Willmore's energy, whose
-    vertices slide for ever, along normals. And TAO's own Newton's method goes there when it has been shaken off."""
-    common = ("--energy", energy, "--tolerance", "1e-5", "--levels", "1")
-    before = ours(OBJ / f"{name}.obj", tmp_path / "start.obj", *common)
-    found = minimize(ranks, tmp_path / "start.obj", tmp_path / "end.obj", *common, "--max-iterations", "0", "--verify")
+    vertices slide for ever, along normals."""
+    cage, fixed, energy_there = minimizer(name, energy, tmp_path)
+    found = minimize(ranks, cage, tmp_path / "end.obj", *fixed, "--max-iterations", "0", "--verify",
+                     petsc=("-verify_tao_max_it", "5", "-verify_shape_tao_max_it", "5"))
     left = found["verification"]
-    assert abs(found["objective"] - before["objective"]) <= 1e-4 * before["objective"]  # rules differ
-    assert left["difference_decrement"] <= STATIONARY * found["objective"]
-    if energy != "willmore":
-        assert left["newton_decrement"] <= STATIONARY * found["objective"] and left["verdict"] == "minimum"
+    assert abs(found["objective"] - energy_there) <= 1e-11 * energy_there
+    assert left["difference_decrement"] <= STATIONARY * energy_there
+    assert energy == "willmore" or left["newton_decrement"] <= STATIONARY * energy_there
 
 
 @pytest.mark.parametrize("method", ["lmvm", "blmvm", "nls", "ntr"])
-def test_solvers_of_tao_find_the_same_minimum(method, tmp_path):
-    common = ("--energy", "mvs_cross", "--levels", "1", "--tolerance", "1e-5")
-    expected = ours(OBJ / "torus_030.obj", tmp_path / "ours.obj", *common)["objective"]
-    found = minimize(2, OBJ / "torus_030.obj", tmp_path / "tao.obj", *common, petsc=("-tao_type", method))
-    assert found["method"] == method and abs(found["objective"] - expected) <= 1e-4 * expected
+def test_solvers_of_tao_get_as_far_down(method, tmp_path):
+    """From the library's minimizer, shaken: that may have a lower one beside it."""
+    cage, fixed, expected = minimizer("torus_030", "mvs_cross", tmp_path)
+    shaken = read_obj(cage)
+    shaken.xyz[:] += np.random.default_rng(1).uniform(-0.003, 0.003, shaken.xyz.shape)
+    start = write_obj(tmp_path / "shaken.obj", shaken)
+    found = minimize(2, start, tmp_path / "tao.obj", *fixed, petsc=("-tao_type", method))
+    assert found["start"]["objective"] > (1 + 1e-4) * expected
+    assert found["method"] == method and 0.999 * expected <= found["objective"] <= (1 + 1e-5) * expected
 
 
 def test_hessians_by_tao_s_own_differences(tmp_path):
@@ -172,12 +185,6 @@ def test_a_rank_has_its_faces_and_a_halo(tmp_path):
     assert max(ranks["halo_vertices"]) <= 2 * 5 * 64 + 64
 
 
-def flat(path: Path) -> Path:
-    """A cage with no area."""
-    path.write_text("".join(f"v {k} 0 0\n" for k in range(8)) + CUBE_FACES)
-    return path
-
-
 CUBE_FACES = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)) + CUBE_FACES
 GRID = "".join(f"v {i} {j} 0\n" for i in range(5) for j in range(5)) + "".join(
@@ -194,7 +201,7 @@ BAD = {
     "folded flat": (CUBE.replace("v 1 ", "v -1 "), ()),
     "no third order": (CUBE, ("--energy", "mvs", "--surface", "limit")),
     "a corner without energy": (GRID, ("--boundary", "free")),
-    "nothing may move": (GRID, ("--boundary-rule", "corners", "--boundary", "curvature")),
+    "nothing may move": (CUBE, ("--pin", "ALL", "--levels", "1")),
     "a pin that is no vertex": (CUBE, ("--pin", "PINS", "--levels", "1")),
 }
 
@@ -204,8 +211,8 @@ def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
     """With the library's sentence, once, and nothing written."""
     text, arguments = BAD[what]
     cage, pins = tmp_path / "cage.obj", tmp_path / "pins"
-    pins.write_text("99\n")
-    arguments = [str(pins) if a == "PINS" else a for a in arguments]
+    pins.write_text("99\n" if "PINS" in arguments else "".join(f"{v}\n" for v in range(8)))
+    arguments = [str(pins) if a in ("PINS", "ALL") else a for a in arguments]
     if text is not None:
         cage.write_text(text)
     before = sorted(tmp_path.iterdir())
@@ -231,15 +238,17 @@ def test_more_ranks_than_faces(tmp_path):
     assert run.returncode == 1 and "fewer than there are ranks" in run.stderr
 
 
-def test_a_rank_that_fails_ends_the_run(tmp_path):
+@pytest.mark.skipif(not lib.LONG, reason="takes a cage of 10^5 vertices: CURVOPT_LONG=1")
+@pytest.mark.parametrize("room", [500_000, 700_000])  # KiB: too little before the solve, and in it
+def test_a_rank_that_fails_ends_the_run(room, tmp_path):
     """The second rank has too little memory for its portion."""
-    cage, room = tmp_path / "large.obj", 3_000_000
-    assert tao(1, "minimize", str(OBJ / "torus_050_16x8.obj"), "-o", str(cage), "--levels", "5", "--max-iterations", "0",
-               "--quiet").returncode == 0
+    cage = tmp_path / "large.obj"
+    assert tao(1, "minimize", str(OBJ / "torus_050_16x8.obj"), "-o", str(cage), "--levels", "6", "--max-iterations", "0",
+               "--as-report", "--quiet").returncode == 0
     prefix = ("bash", "-c", f'ulimit -v {room}; exec "$@"', "limited")
     fine = tao(2, "--version", prefix=prefix)
     assert fine.returncode == 0, fine.stderr
-    run = tao(2, "minimize", str(cage), "-o", str(tmp_path / "out.obj"), "--levels", "4", "--max-iterations", "2",
-              prefix=prefix)
-    assert run.returncode not in (0, 2) and "curvopt-tao: rank 1: " in run.stderr and "memory" in run.stderr
+    run = tao(2, "minimize", str(cage), "-o", str(tmp_path / "out.obj"), "--levels", "2", "--max-iterations", "1",
+              "--as-report", prefix=prefix)
+    assert run.returncode not in (0, 2) and "memory" in run.stderr.lower()
     assert not (tmp_path / "out.obj").exists()
