@@ -9,7 +9,6 @@
 #include "arguments.h"
 #include "json.h"
 #include "level.h"
-#include "newton.h"
 #include "obj.h"
 #include "pins.h"
 #include "staged.h"
@@ -260,33 +259,7 @@ static int commit(const program *p, staged *out) {
     return failed ? say(p, ARGUMENTS_COULD_NOT, path, strerror(failed)) : ARGUMENTS_DONE;
 }
 
-/* -curvopt_gradient: at the input cage, with respect to its own coordinates. */
-static PetscErrorCode gradient_at_input(program *p, double *own, int *refused) {
-    energy e;
-    Vec x, gradient;
-    double value;
-    const PetscScalar *g;
-    char message[AGREE_MESSAGE];
-    PetscScalar *at;
-    PetscFunctionBeginUser;
-    PetscCall(energy_create(&p->on, &p->args.options, &e, refused, message));
-    if (*refused)
-        PetscFunctionReturn(0); /* and so will the run be */
-    PetscCall(portion_vector(&p->on, &x));
-    PetscCall(VecDuplicate(x, &gradient));
-    PetscCall(VecGetArrayWrite(x, &at));
-    memcpy(at, p->xyz, 3 * (size_t)p->on.n_own * sizeof *at);
-    PetscCall(VecRestoreArrayWrite(x, &at));
-    PetscCall(energy_evaluate(&e, x, &value, gradient));
-    PetscCall(VecGetArrayRead(gradient, &g));
-    memcpy(own, g, 3 * (size_t)p->on.n_own * sizeof *own);
-    PetscCall(VecRestoreArrayRead(gradient, &g));
-    PetscCall(VecDestroy(&gradient));
-    PetscCall(VecDestroy(&x));
-    PetscCall(energy_free(&e));
-    PetscFunctionReturn(0);
-}
-
+/* -curvopt_gradient; a cage that is refused will be so again. */
 static int write_gradient(program *p) {
     char path[PETSC_MAX_PATH_LEN];
     PetscBool wanted;
@@ -296,7 +269,7 @@ static int write_gradient(program *p) {
     if (!wanted)
         return ARGUMENTS_DONE;
     double *own = AGREE_NEW(p->comm, double, 3 * (size_t)p->on.n_own);
-    PetscCallAbort(p->comm, gradient_at_input(p, own, &refused));
+    PetscCallAbort(p->comm, level_gradient(&p->on, &p->args.options, p->xyz, own, &refused));
     int code = refused ? ARGUMENTS_DONE : stage(p, path, write_vectors, own, &file);
     if (!refused && code == ARGUMENTS_DONE)
         code = commit(p, &file);
@@ -342,13 +315,14 @@ static int stage_json(const program *p, staged *out) {
         curvopt_mesh_info info = {.n_vertices = on->whole_vertices,
                                   .n_faces = on->whole_faces,
                                   .euler = on->whole_vertices - on->whole_edges + on->whole_faces};
-        json_write(out->file, &(json_report){.info = &info,
-                                             .energies = &p->run.summary.end,
-                                             .summary = &p->run.summary,
-                                             .levels = p->run.level,
-                                             .energy = p->args.energy,
-                                             .method = p->run.tao_type,
-                                             .more = more});
+        json_report report = {.info = &info,
+                              .energies = &p->run.summary.end,
+                              .summary = &p->run.summary,
+                              .levels = p->run.level,
+                              .energy = p->args.energy,
+                              .method = p->run.tao_type,
+                              .more = more};
+        json_write(out->file, &report);
         failed = staged_close(out);
         if (failed)
             staged_discard(out);

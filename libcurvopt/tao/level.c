@@ -381,3 +381,31 @@ PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, in
     PetscCall(energy_free(&l.e));
     PetscFunctionReturn(0);
 }
+
+PetscErrorCode level_gradient(const portion *on, const curvopt_options *options, const double *xyz, double *own,
+                              int *refused) {
+    energy e;
+    Vec x, gradient;
+    double value;
+    const PetscScalar *g;
+    char message[AGREE_MESSAGE];
+    PetscScalar *at;
+    size_t bytes = 3 * (size_t)on->n_own * sizeof *own;
+    PetscFunctionBeginUser;
+    PetscCall(energy_create(on, options, &e, refused, message));
+    if (*refused)
+        PetscFunctionReturn(0);
+    PetscCall(portion_vector(on, &x));
+    PetscCall(VecDuplicate(x, &gradient));
+    PetscCall(VecGetArrayWrite(x, &at));
+    memcpy(at, xyz, bytes);
+    PetscCall(VecRestoreArrayWrite(x, &at));
+    PetscCall(energy_evaluate(&e, x, &value, gradient));
+    PetscCall(VecGetArrayRead(gradient, &g));
+    memcpy(own, g, bytes);
+    PetscCall(VecRestoreArrayRead(gradient, &g));
+    PetscCall(VecDestroy(&gradient));
+    PetscCall(VecDestroy(&x));
+    PetscCall(energy_free(&e));
+    PetscFunctionReturn(0);
+}

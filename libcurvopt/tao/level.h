@@ -35,6 +35,10 @@ typedef struct level_pins {
  * library, and then r->message says why. */
 PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused);
 
+/* Collective. The objective's gradient at xyz [3 n_own], with respect to it, into own [3 n_own]; nothing held. */
+PetscErrorCode level_gradient(const portion *on, const curvopt_options *options, const double *xyz, double *own,
+                              int *refused);
+
 double level_now(void);
 
 #endif
