@@ -139,7 +139,7 @@ def test_the_library_s_minimizers_are_tao_s(name, energy, ranks, tmp_path):
     vertices slide for ever, along normals."""
     cage, fixed, energy_there = minimizer(name, energy, tmp_path)
     found = minimize(ranks, cage, tmp_path / "end.obj", *fixed, "--max-iterations", "0", "--verify",
-                     petsc=("-verify_tao_max_it", "5", "-verify_shape_tao_max_it", "5"))
+                     petsc=("-verify_tao_max_it", "2", "-verify_shape_tao_max_it", "2"))
     left = found["verification"]
     assert abs(found["objective"] - energy_there) <= 1e-11 * energy_there
     assert left["difference_decrement"] <= STATIONARY * energy_there
