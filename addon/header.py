@@ -58,6 +58,7 @@ class CConstraints(C.Structure):
         ("directions", C.POINTER(C.c_double)),
         ("n", C.c_int32),
         ("reserved", C.c_int32),
+        ("weights", C.POINTER(C.c_double)),
     ]
 
 
@@ -142,7 +143,7 @@ STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 40,
     CCreases: 48,
-    CConstraints: 32,
+    CConstraints: 40,
     COptions: 144,
     CEnergies: 200,
     CProgress: 72,

@@ -204,6 +204,14 @@ typedef struct curvopt_constraints {
     const double *directions; /* [3 n] of any length; not looked at where the freedom is 0; NULL if it is everywhere */
     int32_t n;
     int32_t reserved;
+    const double
+        *weights; /* [n] how firmly, 0 not at all to 1 exactly; NULL: all 1. Between them the vertex is drawn
+                     to its point, line or plane by a spring, whose energy is added to the objective: w / (1 - w)
+                     times the square of the distance over the input's size, times how stiff a sphere is to the
+                     objective. So it depends on neither scale nor levels; and a connected patch of vertices
+                     with weights counts as one spring, however many they are. What is drawn is not put back
+                     after a subdivision. Decrements and verdicts are of the sum, all energies that are reported
+                     are the surface's. Where there are springs, centroid, orientation and size are not held */
 } curvopt_constraints;
 
 /* Fill with curvopt_options_init(), then change what you want. */

@@ -79,7 +79,7 @@ int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_sy
     int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_all(m, constraints, frame->options->boundary, &held, error);
-    p.gauge = co_frame_gauge(frame, &held);
+    p.gauge = co_gauge_of(frame->options->weights, &held);
     if (!held.freedom)
         own.radius = co_placement_frame(n, xyz, own.centroid);
     if (status == CURVOPT_OK && among == CO_ESCAPE_NORMALS) {

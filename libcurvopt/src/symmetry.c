@@ -92,7 +92,8 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
                 distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
            same_sharpness(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
            same_sharpness(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
-           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]);
+           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]) &&
+           co_springs_alike(&s->hold->springs, v, w);
 }
 
 /* Follows corner h -> to over its component; s->queue [the number returned] has the corners that were mapped, *fits
@@ -163,20 +164,32 @@ static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
     return 1;
 }
 
+/* Whether the motion takes the direction of a constraint at v, of this freedom, to that at w. */
+static int keeps_direction(const double *direction, int freedom, int32_t v, int32_t w, const double matrix[9],
+                           double tolerance) {
+    double at[3];
+    if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
+        return 1;
+    const double *to = direction + 3 * (size_t)w;
+    apply(matrix, direction + 3 * (size_t)v, at);
+    return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - tolerance * tolerance;
+}
+
 /* Whether `map` is the motion, and keeps the constraints' directions. */
 static int is_motion(const search *s, const int32_t *map, const double matrix[9], double tolerance) {
     const curvopt_mesh *m = s->mesh;
+    const co_hold *hold = s->hold;
+    const co_springs *springs = &hold->springs;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         double at[3];
         int32_t v = m->corner_vertex[h], w = m->corner_vertex[map[h]];
         apply(matrix, s->x + 3 * (size_t)v, at);
         if (!(distance(at, s->x + 3 * (size_t)w) <= tolerance))
             return 0;
-        if (!s->hold->freedom || s->hold->freedom[v] == CO_FREEDOM_NONE || s->hold->freedom[v] == CO_FREEDOM_ALL)
-            continue;
-        const double *to = s->hold->direction + 3 * (size_t)w;
-        apply(matrix, s->hold->direction + 3 * (size_t)v, at);
-        if (!(fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - tolerance * tolerance))
+        if (hold->freedom && !keeps_direction(hold->direction, hold->freedom[v], v, w, matrix, tolerance))
+            return 0;
+        if (springs->stiffness && springs->stiffness[v] > 0 &&
+            !keeps_direction(springs->direction, springs->freedom[v], v, w, matrix, tolerance))
             return 0;
     }
     return 1;
