@@ -5,6 +5,7 @@
 
 #include "escape.h"
 #include "memory.h"
+#include "mirror.h"
 #include "placement.h"
 #include "refine.h"
 #include "verify.h"
@@ -348,6 +349,20 @@ static int32_t run_levels(run *r, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* The mirror planes that were chosen; where nothing is held, the first level starts from a cage that has them exactly.
+ */
+static int32_t hold_planes(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->frame.options;
+    co_hold all = {0};
+    int32_t status = co_mirror_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_hold_all(mesh, &r->constraints, o->boundary, &all, error);
+    if (status == CURVOPT_OK && !all.freedom)
+        status = co_mirror_even_out(mesh, &r->symmetry, r->level_start, error);
+    co_hold_free(&all);
+    return status;
+}
+
 /* Constraints and symmetries of the input cage. */
 static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->frame.options;
@@ -363,6 +378,8 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
     }
     if (status != CURVOPT_OK)
         return status;
+    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
+        return hold_planes(r, mesh, xyz, error);
     if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->symmetry,

@@ -78,7 +78,8 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         pin one;
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
-            snprintf(message, size, "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z, and perhaps a weight",
+            snprintf(message, size,
+                     "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z, and perhaps a weight",
                      number);
             return 1;
         }

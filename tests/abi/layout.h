@@ -52,7 +52,7 @@ AT(curvopt_options, constraints, 120);
 AT(curvopt_options, symmetry, 128);
 AT(curvopt_options, verify, 132);
 AT(curvopt_options, escape, 136);
-AT(curvopt_options, reserved, 140);
+AT(curvopt_options, symmetry_planes, 140);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);
