@@ -196,8 +196,8 @@ typedef enum curvopt_symmetry {
                                    no others; a cage that does not have them is refused. They are not given up */
 } curvopt_symmetry;
 
-/* Mirror planes across the axes, through the mean of the cage's vertices: a plane of symmetry elsewhere there is not.
- */
+/* Mirror planes across the axes; each through the mean of the cage's vertices, for symmetric about another it cannot
+ * be. */
 typedef enum curvopt_plane { CURVOPT_PLANE_X = 1, CURVOPT_PLANE_Y = 2, CURVOPT_PLANE_Z = 4 } curvopt_plane;
 
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are

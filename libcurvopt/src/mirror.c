@@ -96,7 +96,8 @@ static int32_t find_partners(inquiry *q, const ranked *order, int32_t *first) {
 /* Of the planes through the mean, through the origin and halfway between the ends, the one that pairs most vertices:
  * one vertex that is astray must not make all look so. Returns the first that is alone, or -1. */
 static int32_t choose_plane(inquiry *q, const ranked *order) {
-    const double candidate[3] = {q->position, 0, (order[0].at + order[q->mesh->info.n_vertices - 1].at) / 2};
+    const double mean = fabs(q->position) > q->tolerance ? q->position : 0;
+    const double candidate[3] = {mean, 0, (order[0].at + order[q->mesh->info.n_vertices - 1].at) / 2};
     int32_t fewest = INT32_MAX, first = -1, best = 0;
     for (int k = 0; k < 3; k++) {
         q->position = candidate[k];

@@ -69,6 +69,18 @@ static double distance(const double *a, const double *b) {
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
+static void apply(const double matrix[9], const double *x, double *out) {
+    for (int i = 0; i < 3; i++)
+        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
+}
+
+/* Whether the motion takes vertex v to vertex w. */
+static int goes_to(const search *s, const double matrix[9], int32_t v, int32_t w) {
+    double at[3];
+    apply(matrix, s->x + 3 * (size_t)v, at);
+    return distance(at, s->x + 3 * (size_t)w) <= s->tolerance;
+}
+
 /* The half-edge that the image of half-edge h is, as the image of its corner is `to`. */
 static int32_t image_of_edge(const curvopt_mesh *m, int32_t to, int mirrored) {
     return mirrored ? co_mesh_prev(m, to) : to;
@@ -124,21 +136,19 @@ static int32_t follow(search *s, int32_t h, int32_t to, int mirrored, int32_t *m
     return n;
 }
 
-/* Fills `map` [n_corners], UNSET where unknown, over the component of h; 0, and nothing changed, if it cannot be. */
-static int propagate(search *s, int32_t h, int32_t to, int mirrored, int32_t *map) {
+/* Fills `map` [n_corners], UNSET where unknown, over the component of h; 0, and nothing changed, if it cannot be. With
+ * a motion, vertices must go where that takes them. */
+static int propagate(search *s, int32_t h, int32_t to, int mirrored, const double *motion, int32_t *map) {
     int fits;
     int32_t n = follow(s, h, to, mirrored, map, &fits);
+    for (int32_t i = 0; motion && fits && i < n; i++)
+        fits = goes_to(s, motion, s->mesh->corner_vertex[s->queue[i]], s->mesh->corner_vertex[map[s->queue[i]]]);
     for (int32_t i = 0; !fits && i < n; i++)
         map[s->queue[i]] = UNSET;
     return fits;
 }
 
 /* ------------------------------------------------------------------------------------------------ geometry -- */
-
-static void apply(const double matrix[9], const double *x, double *out) {
-    for (int i = 0; i < 3; i++)
-        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
-}
 
 /* The motion that takes the vertices of mapped corners closest to their images; 0 if they do not determine one. */
 static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
@@ -159,31 +169,28 @@ static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
 }
 
 /* Whether the motion takes the direction of a constraint at v, of this freedom, to that at w. */
-static int keeps_direction(const double *direction, int freedom, int32_t v, int32_t w, const double matrix[9],
-                           double tolerance) {
+static int keeps_direction(const search *s, const double *direction, int freedom, int32_t v, int32_t w,
+                           const double matrix[9]) {
     double at[3];
     if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
         return 1;
     const double *to = direction + 3 * (size_t)w;
     apply(matrix, direction + 3 * (size_t)v, at);
-    return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - tolerance * tolerance;
+    return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - s->tolerance * s->tolerance;
 }
 
 /* Whether `map` is the motion, and keeps the constraints' directions. */
-static int is_motion(const search *s, const int32_t *map, const double matrix[9], double tolerance) {
+static int is_motion(const search *s, const int32_t *map, const double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
-    const co_hold *hold = s->hold;
-    const co_springs *springs = &hold->springs;
+    const co_springs *springs = &s->hold->springs;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
-        double at[3];
         int32_t v = m->corner_vertex[h], w = m->corner_vertex[map[h]];
-        apply(matrix, s->x + 3 * (size_t)v, at);
-        if (!(distance(at, s->x + 3 * (size_t)w) <= tolerance))
+        if (!goes_to(s, matrix, v, w))
             return 0;
-        if (hold->freedom && !keeps_direction(hold->direction, hold->freedom[v], v, w, matrix, tolerance))
+        if (s->hold->freedom && !keeps_direction(s, s->hold->direction, s->hold->freedom[v], v, w, matrix))
             return 0;
         if (springs->stiffness && springs->stiffness[v] > 0 &&
-            !keeps_direction(springs->direction, springs->freedom[v], v, w, matrix, tolerance))
+            !keeps_direction(s, springs->direction, springs->freedom[v], v, w, matrix))
             return 0;
     }
     return 1;
@@ -193,14 +200,10 @@ static int is_motion(const search *s, const int32_t *map, const double matrix[9]
 static int map_components(search *s, const double matrix[9], int mirrored, int32_t *map) {
     const curvopt_mesh *m = s->mesh;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
-        double at[3];
         int32_t to = 0;
-        if (map[h] != UNSET)
-            continue;
-        apply(matrix, s->x + 3 * (size_t)m->corner_vertex[h], at);
-        for (; to < m->info.n_corners; to++) /* a wrong turn at the vertex maps something nobody knows to be there */
-            if (distance(at, s->x + 3 * (size_t)m->corner_vertex[to]) <= s->tolerance &&
-                propagate(s, h, to, mirrored, map))
+        for (; map[h] == UNSET && to < m->info.n_corners; to++)
+            if (goes_to(s, matrix, m->corner_vertex[h], m->corner_vertex[to]) &&
+                propagate(s, h, to, mirrored, matrix, map))
                 break;
         if (to == m->info.n_corners)
             return 0;
@@ -220,8 +223,8 @@ static int32_t try_image(search *s, int32_t to, int mirrored, curvopt_error *err
     double *matrix = s->found.matrix + 9 * (size_t)s->found.order;
     for (int32_t h = 0; h < n; h++)
         map[h] = UNSET;
-    if (!propagate(s, s->seed, to, mirrored, map) || !fit_motion(s, map, matrix) ||
-        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix, s->tolerance))
+    if (!propagate(s, s->seed, to, mirrored, NULL, map) || !fit_motion(s, map, matrix) ||
+        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix))
         return CURVOPT_OK;
     s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
     return CURVOPT_OK;
@@ -340,7 +343,6 @@ static int32_t run(search *s, curvopt_error *error) {
     return co_symmetry_none(s->mesh, &s->found, error);
 }
 
-/* Of a search that was begun, whether or not that went well. */
 static void end_search(search *s) {
     free(s->x);
     free(s->length);
@@ -396,7 +398,7 @@ static int find_mirror(search *s, int axis, int32_t g) {
     for (int k = 0; k < 3; k++)
         matrix[4 * k] = k == axis ? -1 : 1;
     s->found.mirrored[g] = 1;
-    return map_components(s, matrix, 1, map) && is_motion(s, map, matrix, s->tolerance);
+    return map_components(s, matrix, 1, map) && is_motion(s, map, matrix);
 }
 
 /* Whether the elements of single planes are their own inverses and commute. */

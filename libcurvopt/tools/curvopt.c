@@ -4,6 +4,7 @@
 
 #include "json.h"
 #include "obj.h"
+#include "parse.h"
 #include "pins.h"
 #include "staged.h"
 
@@ -57,7 +58,8 @@ static const char help_text[] =
     "  --max-iterations N   a level (default 1000)\n"
     "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
     "                       there are third-order terms only as far as it pays (default); rotations: those that\n"
-    "                       mirror nothing; none: not looked for\n"
+    "                       mirror nothing; none: not looked for; x, y, z or several with commas: these mirror planes\n"
+    "                       and no others, refused if the cage does not have them\n"
     "  --escape             leave a shape that is a saddle, downwards, on levels of up to 5000 vertices\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one; a number behind that, 0 to 1, says how\n"
@@ -71,7 +73,6 @@ static const char help_text[] =
 
 static const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const symmetry_name[4] = {"auto", "none", "rotations", "keep"};
 static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 typedef struct arguments {
@@ -94,57 +95,6 @@ static int could_not(const char *path, const char *message) {
 
 /* ---------------------------------------------------------------------------------------------- arguments -- */
 
-static int parse_integer(const char *text, int32_t *out) {
-    char *end;
-    errno = 0;
-    long value = strtol(text, &end, 10);
-    if (end == text || *end || errno || value < INT32_MIN || value > INT32_MAX)
-        return 1;
-    *out = (int32_t)value;
-    return 0;
-}
-
-static int parse_real(const char *text, double *out) {
-    char *end;
-    *out = strtod(text, &end);
-    return end == text || *end;
-}
-
-static int find_name(const char *const *names, int n, const char *text, size_t length) {
-    for (int i = 0; i < n; i++)
-        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
-            return i;
-    return -1;
-}
-
-/* "mvs" or "mvs:1,willmore:0.1". */
-static int parse_energy(const char *text, double *weights) {
-    for (int t = 0; t < 8; t++)
-        weights[t] = 0;
-    for (const char *at = text;;) {
-        size_t name_length = strcspn(at, ":,"), length = strcspn(at, ",");
-        int term = find_name(json_term_name, CURVOPT_N_TERMS, at, name_length);
-        double weight = 1;
-        if (term < 0)
-            return 1;
-        if (name_length < length) {
-            char number[64], *end;
-            size_t digits = length - name_length - 1;
-            if (digits == 0 || digits >= sizeof number)
-                return 1;
-            memcpy(number, at + name_length + 1, digits);
-            number[digits] = 0;
-            weight = strtod(number, &end);
-            if (*end)
-                return 1;
-        }
-        weights[term] += weight;
-        if (!at[length])
-            return 0;
-        at += length + 1;
-    }
-}
-
 /* An option with a value; 0 if understood. */
 static int parse_valued(arguments *a, const char *name, const char *value) {
     curvopt_options *o = &a->options;
@@ -154,14 +104,14 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--energy"))
         return parse_energy(a->energy = value, o->weights);
     else if (!strcmp(name, "--surface")) {
-        surface = find_name(json_surface_name, 4, value, strlen(value));
+        surface = parse_name(json_surface_name, 4, value, strlen(value));
         o->surface = surface;
         return surface < CURVOPT_SURFACE_LIMIT;
     } else if (!strcmp(name, "--boundary-rule")) {
-        a->boundary_rule = find_name(boundary_rule_name, 2, value, strlen(value));
+        a->boundary_rule = parse_name(boundary_rule_name, 2, value, strlen(value));
         return a->boundary_rule < 0;
     } else if (!strcmp(name, "--boundary")) {
-        o->boundary = find_name(boundary_name, 4, value, strlen(value));
+        o->boundary = parse_name(boundary_name, 4, value, strlen(value));
         return o->boundary < 0;
     } else if (!strcmp(name, "--tolerance"))
         return parse_real(value, &o->tolerance);
@@ -175,11 +125,10 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->max_iterations);
     else if (!strcmp(name, "--pin"))
         a->pins = value;
-    else if (!strcmp(name, "--symmetry")) {
-        o->symmetry = find_name(symmetry_name, 4, value, strlen(value));
-        return o->symmetry < 0;
-    } else if (!strcmp(name, "--method")) {
-        o->method = find_name(method_name, 3, value, strlen(value));
+    else if (!strcmp(name, "--symmetry"))
+        return parse_symmetry(value, o);
+    else if (!strcmp(name, "--method")) {
+        o->method = parse_name(method_name, 3, value, strlen(value));
         return o->method < CURVOPT_METHOD_LMVM;
     }
     return 0;
@@ -191,8 +140,8 @@ static int is_valued(const char *name, int minimize) {
     static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
                                                 "--method", "--boundary", "--symmetry", "--pin"};
     size_t length = strlen(name);
-    return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
-           (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
+    return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
+           (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
 }
 
 static int parse_arguments(int argc, char **argv, arguments *a) {
