@@ -53,7 +53,7 @@ static int parse_line(char *line, pin *out) {
         return 0;
     errno = 0;
     long value = strtol(at, &end, 10);
-    if (end == at || errno || value < 0 || value > INT32_MAX)
+    if (end == at || errno || value < 0 || value > INT32_MAX || (*end && !strchr(blank, *end)))
         return -1;
     *out = (pin){.vertex = (int32_t)value, .weight = 1};
     at = end + strspn(end, blank);

@@ -99,6 +99,7 @@ test_bad_pins_are_refused_by_name() {
     pins '1 line 0 0\n' 'pins.txt: line 1 is no pin'
     pins '-1\n' 'pins.txt: line 1 is no pin'
     pins '1.5\n' 'pins.txt: line 1 is no pin'
+    pins '1,0.5\n' 'pins.txt: line 1 is no pin'
     pins '1 0.5 2\n' 'pins.txt: line 1 is no pin'
     pins '1 line 0 0 1 soft\n' 'pins.txt: line 1 is no pin'
     pins '1 1.5\n' 'constraint 0 on vertex 1 has the weight 1.5; it must be 0 to 1'
@@ -124,7 +125,7 @@ test_pins_hold_vertices() {
 }
 
 test_weights_of_pins_hold_softly() {
-    cube_obj >cage.obj
+    cube_obj | sed '1s/-1/-2/' >cage.obj
     printf '0 0.5 # a little\n3 line 0 0 2 .9\n5 plane 1 0 0 1\n' >pins.txt
     run minimize cage.obj -o result.obj --levels 1 --pin pins.txt --quiet
     expect 0 ''
