@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .amount import store_blend
+from .amount import has_blend, store_blend
 from .cage import CageError, Source, read_faces, read_positions, subdivision, turned_over
 from .crease import BOUNDARY_SMOOTH
 from .job import Request, Solution
@@ -36,10 +36,35 @@ def check_outcome(outcome: str, levels: int) -> None:
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Keep Mine, or Levels to 1.")
 
 
+def refusal(outcome: str, source: Source, request: Request, solution: Solution) -> str:
+    """Why a result cannot go there, or ""."""
+    try:
+        check_outcome(outcome, request.levels)
+    except CageError as error:
+        return str(error)
+    obj = local_object(source.name)
+    if outcome == "REPLACE" and obj is not None and obj.type == "MESH" and obj.data.shape_keys:
+        return f"Object '{source.name}' has shape keys: the result can be another one, or a new object."
+    return ""
+
+
+def set_amount(obj: bpy.types.Object, amount: float) -> None:
+    """Show so much of a result that write() has put there."""
+    key = active_key(obj)
+    if key is not None:
+        key.value = amount
+    elif has_blend(obj):
+        obj.curvopt_amount = amount
+
+
 def write(
     context: bpy.types.Context, source: Source, request: Request, solution: Solution, outcome: str
 ) -> tuple[bpy.types.Object, str]:
-    """Put the result where it was wanted; the object, and what else the user should know, or ""."""
+    """Put the result where it was wanted; the object, and what else the user should know, or "". CageError if it cannot
+    be there."""
+    why = refusal(outcome, source, request, solution)
+    if why:
+        raise CageError(why)
     if outcome == "NEW":
         return add_result(context, source, request, solution), ""
     obj = local_object(source.name)
