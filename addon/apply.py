@@ -63,11 +63,10 @@ class CURVOPT_OT_apply_result(bpy.types.Operator):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        layout.use_property_split = True
         column = layout.column(align=True)
         for identifier, *_ in properties.OUTCOMES:
-            row = column.row()
-            row.enabled = _finished is not None and not outcome.refusal(identifier, *_finished[1:])
+            row = column.row(align=True)
+            row.enabled = _finished is not None and outcome.is_possible(identifier, _finished[2].levels)
             row.prop_enum(self, "outcome", identifier)
         layout.prop(self, "amount", slider=True)
 

@@ -32,20 +32,13 @@ _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 def check_outcome(outcome: str, levels: int) -> None:
     """CageError, before a run, for an outcome that is not possible."""
-    if outcome == "SHAPE_KEY" and levels > 1:
+    if not is_possible(outcome, levels):
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Keep Mine, or Levels to 1.")
 
 
-def refusal(outcome: str, source: Source, request: Request, solution: Solution) -> str:
-    """Why a result cannot go there, or ""."""
-    try:
-        check_outcome(outcome, request.levels)
-    except CageError as error:
-        return str(error)
-    obj = local_object(source.name)
-    if outcome == "REPLACE" and obj is not None and obj.type == "MESH" and obj.data.shape_keys:
-        return f"Object '{source.name}' has shape keys: the result can be another one, or a new object."
-    return ""
+def is_possible(outcome: str, levels: int) -> bool:
+    """Whether a run of so many levels can end there."""
+    return outcome != "SHAPE_KEY" or levels == 1
 
 
 def set_amount(obj: bpy.types.Object, amount: float) -> None:
@@ -62,15 +55,15 @@ def write(
 ) -> tuple[bpy.types.Object, str]:
     """Put the result where it was wanted; the object, and what else the user should know, or "". CageError if it cannot
     be there."""
-    why = refusal(outcome, source, request, solution)
-    if why:
-        raise CageError(why)
+    check_outcome(outcome, request.levels)
     if outcome == "NEW":
         return add_result(context, source, request, solution), ""
     obj = local_object(source.name)
     why = _changed(obj, source)
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
+    if outcome == "REPLACE" and obj.data.shape_keys:
+        raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
     if outcome == "SHAPE_KEY":
         _add_key(obj, source, request, solution)
     else:
