@@ -72,7 +72,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "planes of the object's axes and no others, such as x or y,z",
     )
     parser.add_argument("--escape", action="store_true", help="leave saddles of the shape, downwards")
-    parser.add_argument("--pin-group", metavar="NAME", help="weights in this vertex group say how firmly vertices are held, 1: exactly")
+    parser.add_argument(
+        "--pin-group", metavar="NAME", help="weights in this vertex group say how firmly vertices are held, 1: exactly"
+    )
     parser.add_argument(
         "--object", metavar="NAME", action="append",
         help="the object (default: the active or the only mesh object); again for more with --into",

@@ -170,7 +170,8 @@ class Library:
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
         vertices held.
 
-        ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library refuses."""
+        ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
+        refuses."""
         options = COptions()
         self.c.curvopt_options_init(C.byref(options))
         options.weights = (C.c_double * MAX_TERMS)()

@@ -29,14 +29,13 @@ SYMMETRIES = (
     ("KEEP", "All", "Mirror images and turns that map the cage to itself are all kept, and make the work less"),
     ("AUTO", "Where It Pays", "Some are given up where MVS and its kin gain much by that; takes longer"),
     ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
-    ("PLANES", "Planes", "Mirror images across the chosen axes of the object are kept, and nothing else. Refused if the "
-     "cage does not have them"),
+    ("PLANES", "Planes", "Mirror images across chosen axes of the object are kept, no others. The cage must have them"),
     ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
 )
 
 KEEPS = (
     ("NOTHING", "Nothing", "No vertices but those that Boundary says"),
-    ("GROUP", "Vertex Group", "Weights in a vertex group say how firmly: 1 stays exactly, less is drawn back, 0 is free"),
+    ("GROUP", "Vertex Group", "Weights in a vertex group say how firmly: 1 stays, less is drawn back, 0 is free"),
     ("SELECTED", "Selection", "Vertices that are selected in Edit Mode stay"),
     ("UNSELECTED", "All but Selection", "Only vertices that are selected in Edit Mode move"),
 )
@@ -112,8 +111,9 @@ class RunSettings:
         default="NOTHING",
     )
     vertex_group: bpy.props.StringProperty(
-        name="Vertex Group", description="How firmly vertices are held is their weight in this vertex group: 1 exactly, "
-        "less by a pull back that depends on neither size nor levels, 0 not at all"
+        name="Vertex Group",
+        description="How firmly vertices are held is their weight in this vertex group: 1 exactly, less by a pull back "
+        "that depends on neither size nor levels, 0 not at all",
     )
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"

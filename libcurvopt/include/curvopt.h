@@ -203,21 +203,21 @@ typedef enum curvopt_plane { CURVOPT_PLANE_X = 1, CURVOPT_PLANE_Y = 2, CURVOPT_P
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are
  * held go back to their point, line or plane, so that the surface comes closer to them with every level. But where all
  * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
- * constraint and are where subdivision puts them. */
+ * constraint and are where subdivision puts them.
+ *
+ * With a weight w between 0 and 1 a vertex is drawn to its point, line or plane by a spring, whose energy is added to
+ * the objective: w / (1 - w) times the square of the distance over the input's size, times half of how stiff a sphere
+ * is to the objective (for Willmore 24 pi). So it depends on neither scale nor levels; and a connected patch of
+ * vertices with weights counts as one spring, however many they are. Where vertices have springs, centroid, orientation
+ * and size are not held otherwise. Decrements and verdicts are of the sum, all energies that are reported are the
+ * surface's. */
 typedef struct curvopt_constraints {
     const int32_t *vertices;  /* [n] none twice, unless it says the same */
     const int32_t *freedom;   /* [n] dimensions: 0 held, 1 moves along its direction, 2 across it; NULL: all 0 */
     const double *directions; /* [3 n] of any length; not looked at where the freedom is 0; NULL if it is everywhere */
     int32_t n;
     int32_t reserved;
-    const double
-        *weights; /* [n] how firmly, 0 not at all to 1 exactly; NULL: all 1. Between them the vertex is drawn
-                     to its point, line or plane by a spring, whose energy is added to the objective: w / (1 - w)
-                     times the square of the distance over the input's size, times how stiff a sphere is to the
-                     objective. So it depends on neither scale nor levels; and a connected patch of vertices
-                     with weights counts as one spring, however many they are. What is drawn is not put back
-                     after a subdivision. Decrements and verdicts are of the sum, all energies that are reported
-                     are the surface's. Where there are springs, centroid, orientation and size are not held */
+    const double *weights; /* [n] how firmly: 0 not at all to 1 exactly; NULL: all 1 */
 } curvopt_constraints;
 
 /* Fill with curvopt_options_init(), then change what you want. */

@@ -228,7 +228,9 @@ def test_choices_of_the_panel_are_the_librarys(part):
     assert {item[0].lower() for item in part("properties").SYMMETRIES} == set(part("header").SYMMETRIES)
 
 
-@pytest.mark.parametrize("name", ["energy", "levels", "boundary", "symmetry", "symmetry_planes", "keep", "vertex_group"])
+@pytest.mark.parametrize(
+    "name", ["energy", "levels", "boundary", "symmetry", "symmetry_planes", "keep", "vertex_group"]
+)
 def test_operator_and_scene_have_the_same_properties(torus, name):
     """Same names, tooltips, choices, defaults: what scripts, shortcuts and menus set is what the panel shows."""
     settings = bpy.context.scene.curvopt.bl_rna.properties[name]
