@@ -74,7 +74,7 @@ def test_weights_hold_alike_at_any_scale(torus):
     bpy.context.view_layer.objects.active = torus
     torus.scale = (10, 10, 10)
     large = positions(minimize(keep="GROUP", vertex_group="Pins", symmetry="NONE"))
-    assert np.abs(large - 10 * small).max() < 1e-3 and np.abs(small - positions(torus)).max() > 1e-3
+    assert np.abs(large - 10 * small).max() < 1e-2 and np.abs(small - positions(torus)).max() > 1e-1
 
 
 def test_selection_stays(torus):
