@@ -48,7 +48,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop(settings, "boundary")
         column.prop(settings, "symmetry")
         if settings.symmetry == "PLANES":
-            column.row(heading="Mirror").prop(settings, "symmetry_planes", text="", toggle=True)
+            planes = column.row(heading="Mirror", align=True)
+            for index, axis in enumerate("XYZ"):
+                planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
         column.prop(settings, "keep")
         active = context.view_layer.objects.active
         if settings.keep == "GROUP" and active is not None and active.type == "MESH":

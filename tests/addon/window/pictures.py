@@ -92,7 +92,7 @@ def adjust_panel():
 def pins_and_planes():
     """A cage that is symmetric about two planes, part of it painted, and what the panel says to that."""
     settings, cage = bpy.context.scene.curvopt, bpy.data.objects["Lawson genus 2"]
-    cage.modifiers.clear()
+    cage.modifiers.remove(cage.modifiers["Mirror"])
     group = cage.vertex_groups.new(name="Pins")
     for vertex in cage.data.vertices:
         group.add([vertex.index], min(1.0, abs(vertex.co.x)), "REPLACE")
