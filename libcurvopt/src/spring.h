@@ -16,7 +16,8 @@ enum { CO_FREEDOM_NONE = 0, CO_FREEDOM_LINE = 1, CO_FREEDOM_PLANE = 2, CO_FREEDO
  * from the user: nothing at 0, firmer without bound towards 1, and at w what the surface resists with K goes w of the
  * way back. The mass m_v makes a painted patch one handle, however many vertices it has: over each connected patch of
  * vertices with a weight it is max w / sum w, which is 1 for a single vertex, 1/n for n of one weight, and does not
- * jump when a weight at the patch's edge goes to 0. What is held exactly, w = 1, counts in its patch. */
+ * jump when a weight at the rim of the patch goes to 0 (unless that tears the patch in two). What is held exactly,
+ * w = 1, counts in its patch. */
 typedef struct co_springs {
     double *stiffness; /* [n_vertices] k_v; NULL: no vertex has a spring */
     uint8_t *freedom;  /* [n_vertices] dimensions in which it gives way, as co_hold has them */
