@@ -157,11 +157,14 @@ static int32_t create_model(co_level *l, curvopt_error *error) {
     return status;
 }
 
-/* The model's matrix at z, with the pull's. */
-static int32_t assemble_at(co_level *l, const double *z, int exact, co_gauge gauge, curvopt_error *error) {
-    co_reduce_expand(&l->reduction, z, l->x);
-    int32_t status = co_model_assemble(&l->model, l->x, exact, gauge, error);
-    co_pull_add_hessian(&l->pull, &l->model.hessian);
+/* The model becomes that of `now`, with the pull's matrix. */
+static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
+    int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    if (status == CURVOPT_OK)
+        status = co_model_assemble(&l->model, l->x, exact, gauge, error);
+    if (status == CURVOPT_OK)
+        co_pull_add_hessian(&l->pull, &l->model.hessian);
     return status;
 }
 
@@ -191,7 +194,7 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? fmin(overshoot, STIFFEN_MOST) : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
-    l->failed = assemble_at(l, now->x, l->exact, co_gauge_exact(l->gauge), l->error);
+    l->failed = assemble_model(l, now, l->exact, co_gauge_exact(l->gauge), l->error);
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
@@ -447,11 +450,6 @@ int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt
 
 double co_level_evaluate(co_level *l, const double *z, double *gradient) {
     return value_at(l, z, gradient);
-}
-
-static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
-    int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
-    return status == CURVOPT_OK ? assemble_at(l, now->x, exact, gauge, error) : status;
 }
 
 int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
