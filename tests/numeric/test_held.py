@@ -141,12 +141,12 @@ def test_weights_of_0_and_1_are_free_and_held_and_between_them_is_monotone():
 
 def test_a_cage_ten_times_as_large_behaves_alike():
     start = perturbed(torus_cage(8, 4, 0.4), 0.05, 4)
-    runs = [pinned(start.with_xyz(s * start.xyz + shift), 0.5, [0, 9, 18, 31], levels=2) for s, shift in
+    runs = [pinned(start.with_xyz(s * start.xyz + shift), 0.5, [0, 9, 18, 31], "mvs") for s, shift in
             ((1, 0), (10, 0), (1e-3, 7))]
     small = runs[0].mesh.xyz
-    assert np.abs(runs[1].mesh.xyz / 10 - small).max() < 1e-5
-    assert np.abs((runs[2].mesh.xyz - 7) / 1e-3 - small).max() < 1e-5
-    assert runs[0].summary.end.objective == pytest.approx(runs[1].summary.end.objective, rel=1e-8)
+    assert np.abs(runs[1].mesh.xyz / 10 - small).max() < 1e-4
+    assert np.abs((runs[2].mesh.xyz - 7) / 1e-3 - small).max() < 1e-4
+    assert runs[0].summary.end.objective == pytest.approx(runs[1].summary.end.objective, rel=1e-7)
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
@@ -177,10 +177,10 @@ def test_a_guide_stays_one_through_levels(cage):
 def test_the_certificate_is_of_the_sum(cage):
     """Without its springs the same cage is far from stationary; and half of the gradient's square in the inverse
     Hessian is the same by a Hessian from finite differences."""
-    result = pinned(cage, 0.5, verify=1)
+    result = pinned(cage, 0.5, energy="mvs")
     summary = result.summary
     assert result.verdict == "minimum" and summary.newton_decrement <= 1e-6 * summary.end.objective
-    alone = lib.minimize(result.mesh, levels=1, symmetry=NONE, max_iterations=0)
+    alone = lib.minimize(result.mesh, "mvs", levels=1, symmetry=NONE, max_iterations=0)
     assert alone.verdict == "not stationary"
     again = pinned(cage, 0.5, max_iterations=12, verify=1)
     assert again.summary.shape_decrement == pytest.approx(again.summary.difference_decrement, rel=0.02)
