@@ -20,6 +20,7 @@ This file only says what the add-on is and registers its parts in order. The par
     result       arrays -> the new object beside the original
     outcome      or its own mesh, or a shape key
     properties   what the sidebar remembers
+    apply        the end of a run, which the adjust panel repeats
     overlay      flat drawing over a viewport                             (needs a GPU)
     preview      a run as the viewports show it                           (needs a GPU)
     operators    the modal operator, Keep, Cancel
@@ -28,6 +29,7 @@ This file only says what the add-on is and registers its parts in order. The par
     panel        the sidebar
     studio       what every picture needs: scene, light, camera, materials, captions
     render       before and after in one picture
+    parts        those that Blender runs with -P find the others          (no bpy)
     batch, many  `blender -b FILE -P batch.py -- ...`, and many files at once
     gallery      `blender -b -P gallery.py -- ...`, the report's tables, figures and questions; its parts:
       gallery_store, _schedule      items, what is finished on disk, and in which order          (no bpy)
@@ -53,7 +55,7 @@ bl_info = {
     "category": "Mesh",
 }
 
-_REGISTERED_IN_ORDER = ("properties", "amount", "operators", "analysis", "menus", "panel")
+_REGISTERED_IN_ORDER = ("properties", "amount", "apply", "operators", "analysis", "menus", "panel")
 
 
 def register() -> None:

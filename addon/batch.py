@@ -8,14 +8,12 @@ or, many at once, `blender -b -P addon/batch.py -- FILE.blend ... --into DIR --e
 
 Exit code 0: done, 1: could not (one sentence on stderr, nothing written), 2: wrong usage. Every output is first made
 beside its place under a temporary name, and all are moved there at the end. Progress goes to stderr, and only to a
-terminal. Run with -P this file is no part of a package, so it loads its own folder as one.
+terminal. Run with -P this file is no part of a package: see parts.py.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
-import importlib.util
 import json
 import math
 import os
@@ -25,11 +23,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+
+if __package__:
+    from .parts import part as _part
+else:
+    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    from parts import part as _part
 
 if TYPE_CHECKING:
     from .cage import Source
@@ -39,20 +42,6 @@ if TYPE_CHECKING:
 
 class BatchError(RuntimeError):
     """The request cannot be carried out; the message is a sentence."""
-
-
-def _part(name: str) -> ModuleType:
-    """Another file of the add-on, by name."""
-    package = __package__
-    if not package:
-        package, here = "curvopt_batch", Path(__file__).resolve().parent
-        if package not in sys.modules:
-            spec = importlib.util.spec_from_file_location(
-                package, here / "__init__.py", submodule_search_locations=[str(here)]
-            )
-            sys.modules[package] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(sys.modules[package])
-    return importlib.import_module(f"{package}.{name}")
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
@@ -78,11 +67,14 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
     )
     parser.add_argument(
-        "--symmetry", choices=_part("header").SYMMETRIES, default="keep",
-        help="of the cage: all kept (the default), kept where that pays, turns alone kept, or not looked for",
+        "--symmetry", type=_symmetry, default="keep", metavar="{auto,none,rotations,keep,PLANES}",
+        help="of the cage: all kept (the default), kept where that pays, turns alone kept, not looked for, or mirror "
+        "planes of the object's axes and no others, such as x or y,z",
     )
     parser.add_argument("--escape", action="store_true", help="leave saddles of the shape, downwards")
-    parser.add_argument("--pin-group", metavar="NAME", help="vertices above 0.5 in this vertex group are held")
+    parser.add_argument(
+        "--pin-group", metavar="NAME", help="weights in this vertex group say how firmly vertices are held, 1: exactly"
+    )
     parser.add_argument(
         "--object", metavar="NAME", action="append",
         help="the object (default: the active or the only mesh object); again for more with --into",
@@ -115,6 +107,14 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 def _energy(text: str) -> str:
     try:
         _part("energy").weights_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return text
+
+
+def _symmetry(text: str) -> str:
+    try:
+        _part("job").symmetry_of(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
     return text

@@ -14,9 +14,8 @@ import numpy as np
 from mathutils import Matrix
 
 from .crease import RULE_OF_BOUNDARY_SMOOTH, from_blender
-from .values import Cage, Creases
+from .values import Cage, Creases, Held
 
-_HELD_ABOVE = 0.5  # weight in a vertex group
 _SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
 
 
@@ -154,35 +153,34 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) 
     return values
 
 
-def read_held(obj: bpy.types.Object, keep: str, group: str = "") -> np.ndarray:
-    """Vertices (k,) of the cage of `obj` that may not move, int32, by `keep`: NOTHING; GROUP, those of the vertex group
-    named `group`; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if these are none where
-    some were asked for; there is no harm in all being selected."""
+def read_held(obj: bpy.types.Object, keep: str, group: str = "") -> Held:
+    """Vertices of the cage of `obj` that may not move freely, by `keep`: NOTHING; GROUP, as firmly as the weights of
+    the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if
+    these are none where some were asked for; there is no harm in all being selected."""
     if keep == "NOTHING":
-        return np.empty(0, np.int32)
+        return Held()
     if keep == "GROUP":
         return _read_group(obj, group)
     selected = np.empty(len(obj.data.vertices), bool)
     obj.data.vertices.foreach_get("select", selected)
     if not selected.any():
         raise CageError(f"No vertex of object '{obj.name}' is selected: select some in Edit Mode first.")
-    return np.flatnonzero(selected if keep == "SELECTED" else ~selected).astype(np.int32)
+    return Held.exactly(np.flatnonzero(selected if keep == "SELECTED" else ~selected))
 
 
-def _read_group(obj: bpy.types.Object, name: str) -> np.ndarray:
+def _read_group(obj: bpy.types.Object, name: str) -> Held:
     if not name:
         raise CageError(f"No vertex group of object '{obj.name}' is chosen: choose the one to keep first.")
     group = obj.vertex_groups.get(name)
     if group is None:
         raise CageError(f"Object '{obj.name}' has no vertex group '{name}': choose another one to keep.")
     weighted = ((v.index, g) for v in obj.data.vertices for g in v.groups)
-    held = [vertex for vertex, g in weighted if g.group == group.index and g.weight > _HELD_ABOVE]
+    held = [(vertex, g.weight) for vertex, g in weighted if g.group == group.index and g.weight > 0]
     if not held:
         raise CageError(
-            f"Vertex group '{name}' of object '{obj.name}' holds nothing: give some vertices a weight above "
-            f"{_HELD_ABOVE}."
+            f"Vertex group '{name}' of object '{obj.name}' holds nothing: give some vertices a weight above 0."
         )
-    return np.array(held, np.int32)
+    return Held(*map(np.array, zip(*held)))
 
 
 def read_positions(mesh: bpy.types.Mesh) -> np.ndarray:

@@ -5,13 +5,12 @@ r"""The report's tables, figures and open questions, from the committed cages, a
 
 What is finished in DIR, and whose inputs, code and library have not changed, is not made again; a run that is killed
 loses the items in work and nothing else. Exit code 0: done, 1: something could not be made (said on stderr), 2: wrong
-usage. Run with -P this file is no part of a package, so it loads its own folder as one.
+usage. Run with -P this file is no part of a package: see parts.py.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import importlib.util
 import os
 import sys
@@ -19,11 +18,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+
+if __package__:
+    from .parts import part as _part
+else:
+    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    from parts import part as _part
 
 if TYPE_CHECKING:
     from .values import Cage
@@ -31,20 +35,6 @@ if TYPE_CHECKING:
 
 class GalleryError(RuntimeError):
     """The gallery cannot be made; the message is a sentence."""
-
-
-def _part(name: str) -> ModuleType:
-    """Another file of the add-on, by name."""
-    package = __package__
-    if not package:
-        package, here = "curvopt_gallery", Path(__file__).resolve().parent
-        if package not in sys.modules:
-            spec = importlib.util.spec_from_file_location(
-                package, here / "__init__.py", submodule_search_locations=[str(here)]
-            )
-            sys.modules[package] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(sys.modules[package])
-    return importlib.import_module(f"{package}.{name}")
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:

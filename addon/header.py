@@ -10,7 +10,7 @@ SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
 VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
 BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
-SYMMETRIES = ("auto", "none", "rotations", "keep")  # by curvopt_symmetry
+SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 SHARPNESS_INFINITE = 10.0
 
@@ -58,6 +58,7 @@ class CConstraints(C.Structure):
         ("directions", C.POINTER(C.c_double)),
         ("n", C.c_int32),
         ("reserved", C.c_int32),
+        ("weights", C.POINTER(C.c_double)),
     ]
 
 
@@ -77,7 +78,7 @@ class COptions(C.Structure):
         ("symmetry", C.c_int32),
         ("verify", C.c_int32),
         ("escape", C.c_int32),
-        ("reserved", C.c_int32),
+        ("symmetry_planes", C.c_int32),
     ]
 
 
@@ -165,7 +166,7 @@ STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 40,
     CCreases: 48,
-    CConstraints: 32,
+    CConstraints: 40,
     COptions: 144,
     CEnergies: 200,
     CProgress: 72,

@@ -19,21 +19,22 @@ from .energy import label_of, number_text, weights_of
 from .header import BOUNDARIES, SYMMETRIES
 from .memory import Guard, check_cage
 from .snapshot import Watcher
-from .values import Cage, Energies, LevelReport, Progress, Verification
+from .values import Cage, Energies, Held, LevelReport, Progress, Verification
 
 
 @dataclass(frozen=True)
 class Request:
     """What to minimize. `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1"; `limits` are
     further fields of curvopt_options; `boundary`, of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of
-    header.SYMMETRIES, whether the cage's symmetries are kept; held (k,) are vertices of the cage that may not move."""
+    header.SYMMETRIES, whether the cage's symmetries are kept, or mirror planes that are, such as "x,z"; `held` are
+    vertices of the cage that may not move freely."""
 
     energy: str = "mvs"
     levels: int = 4
     limits: dict[str, float] = field(default_factory=dict)
     boundary: str = "position"
     symmetry: str = "keep"
-    held: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
+    held: Held = field(default_factory=Held)
 
     @property
     def label(self) -> str:
@@ -61,6 +62,18 @@ class Solution:
 OnProgress = Callable[[Progress], object]
 
 
+def symmetry_of(text: str) -> tuple[int, int]:
+    """(curvopt_symmetry, sum of curvopt_plane) of a name of header.SYMMETRIES or of mirror planes such as "x,z".
+    ValueError for anything else."""
+    if text in SYMMETRIES and text != "planes":
+        return SYMMETRIES.index(text), 0
+    planes = text.split(",")
+    if not all(plane in ("x", "y", "z") for plane in planes):
+        names = ", ".join(name for name in SYMMETRIES if name != "planes")
+        raise ValueError(f"There is no symmetry '{text}'; there are {names}, and mirror planes such as x or y,z.")
+    return SYMMETRIES.index("planes"), sum(1 << "xyz".index(plane) for plane in set(planes))
+
+
 def solve(
     cage: Cage,
     request: Request,
@@ -80,10 +93,10 @@ def solve(
         wants_out = bool(on_progress is not None and on_progress(progress))
         return guard(progress) or wants_out
 
-    boundary, symmetry = BOUNDARIES.index(request.boundary), SYMMETRIES.index(request.symmetry)
+    symmetry, planes = symmetry_of(request.symmetry)
     options = library.options(
-        weights_of(request.energy), request.held, levels=request.levels, boundary=boundary, symmetry=symmetry,
-        **request.limits,
+        weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
+        symmetry=symmetry, symmetry_planes=planes, **request.limits,
     )  # fmt: skip
     with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
         if watcher is not None:

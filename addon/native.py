@@ -38,7 +38,7 @@ from .header import (
     CProgress,
     CSummary,
 )
-from .values import Cage, Creases, Energies, LevelReport, Progress, Summary, Verification
+from .values import Cage, Creases, Energies, Held, LevelReport, Progress, Summary, Verification
 
 LIBRARY_NAME = "libcurvopt.so"
 LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
@@ -166,11 +166,12 @@ class Library:
         self.call(name, *arguments, C.byref(out))
         return out
 
-    def options(self, weights: Mapping[str, float], held: object = (), **fields: float) -> COptions:
-        """The library's defaults with `weights` by term name and other fields of curvopt_options changed; vertices
-        held (k,) may not move.
+    def options(self, weights: Mapping[str, float], held: Held | None = None, **fields: float) -> COptions:
+        """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
+        vertices held.
 
-        ValueError for an unknown name, CurvoptError for a value that the library refuses."""
+        ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
+        refuses."""
         options = COptions()
         self.c.curvopt_options_init(C.byref(options))
         options.weights = (C.c_double * MAX_TERMS)()
@@ -185,10 +186,13 @@ class Library:
             if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
             setattr(options, name, value)
-        vertices = indices(held, "held")
-        if vertices.size:
-            options.held = vertices  # an attribute of Python's: the pointer below does not keep the array alive
-            options.constraints = C.pointer(CConstraints(_int_pointer(vertices), None, None, vertices.size, 0))
+        if held is not None and len(held.vertices):
+            vertices = indices(held.vertices, "held")
+            firmness = reals(held.weights, vertices.size, "weights of held vertices")
+            options.held = vertices, firmness  # an attribute of Python's: pointers do not keep arrays alive
+            options.constraints = C.pointer(
+                CConstraints(_int_pointer(vertices), None, None, vertices.size, 0, _real_pointer(firmness))
+            )
         self.call("curvopt_options_validate", C.byref(options))
         return options
 

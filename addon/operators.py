@@ -5,8 +5,8 @@ that end it.
 Thin: reading is cage.py's, running job.py's, showing preview.py's, writing outcome.py's. Between invoke and the end it
 holds arrays only, no Blender data; one place, `_end`, is passed on every way out.
 
-It has no adjust-last-operation panel: there every change of a slider would undo the result and run `execute`, the whole
-optimization at once, with Blender frozen for as long. The settings are in the sidebar, and the Amount slider adjusts.
+What is undone, and adjusted by the adjust-last-operation panel, is apply.py's operator, which both ways end with. An
+`UNDO` of this one's would hide that: Blender lets no operator register while one with `UNDO` runs.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from collections.abc import Callable
 
 import bpy
 
-from . import cage, job, outcome, properties, result
+from . import apply, cage, job, outcome, properties, result
 from .header import SURFACES
+from .values import Held
 
 _TICK = 0.05  # seconds between looks at the worker
 _REDRAW = 0.15  # seconds, at least, between drawings of a run
@@ -39,7 +40,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
 
     bl_idname = "curvopt.minimize"
     bl_label = "Minimize Curvature"
-    bl_options = {"UNDO"}
+    bl_options = set()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -127,7 +128,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         outcome.check_outcome(self._outcome, self._request.levels)
 
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
-        obj, remark = outcome.write(context, self._source, self._request, solution, self._outcome)
+        remark = apply.apply(self._source, self._request, solution, self._outcome)
         text = job.solution_text(self._request, solution)
         if remark:
             text = f"{text}. {remark}"
@@ -142,7 +143,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         return {"CANCELLED"}
 
 
-def _request(values: dict[str, object], held: object) -> job.Request:
+def _request(values: dict[str, object], held: Held) -> job.Request:
     """Settings as job.py wants them."""
     limits = {
         "surface": SURFACES.index(values["surface"].lower()),
@@ -151,8 +152,8 @@ def _request(values: dict[str, object], held: object) -> job.Request:
         "escape": int(values["escape"]),
     }
     levels = 1 if values["resolution"] == "KEEP" else values["levels"]
-    energy = properties.energy_text_of(values)
-    return job.Request(energy, levels, limits, values["boundary"].lower(), values["symmetry"].lower(), held)
+    energy, symmetry = properties.energy_text_of(values), properties.symmetry_text_of(values)
+    return job.Request(energy, levels, limits, values["boundary"].lower(), symmetry, held)
 
 
 class _EndButton:

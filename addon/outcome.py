@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .amount import store_blend
+from .amount import has_blend, store_blend
 from .cage import CageError, Source, read_faces, read_positions, subdivision, turned_over
 from .crease import BOUNDARY_SMOOTH
 from .job import Request, Solution
@@ -32,20 +32,38 @@ _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 def check_outcome(outcome: str, levels: int) -> None:
     """CageError, before a run, for an outcome that is not possible."""
-    if outcome == "SHAPE_KEY" and levels > 1:
+    if not is_possible(outcome, levels):
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Keep Mine, or Levels to 1.")
+
+
+def is_possible(outcome: str, levels: int) -> bool:
+    """Whether a run of so many levels can end there."""
+    return outcome != "SHAPE_KEY" or levels == 1
+
+
+def set_amount(obj: bpy.types.Object, amount: float) -> None:
+    """Show so much of a result that write() has put there."""
+    key = active_key(obj)
+    if key is not None:
+        key.value = amount
+    elif has_blend(obj):
+        obj.curvopt_amount = amount
 
 
 def write(
     context: bpy.types.Context, source: Source, request: Request, solution: Solution, outcome: str
 ) -> tuple[bpy.types.Object, str]:
-    """Put the result where it was wanted; the object, and what else the user should know, or ""."""
+    """Put the result where it was wanted; the object, and what else the user should know, or "". CageError if it cannot
+    be there."""
+    check_outcome(outcome, request.levels)
     if outcome == "NEW":
         return add_result(context, source, request, solution), ""
     obj = local_object(source.name)
     why = _changed(obj, source)
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
+    if outcome == "REPLACE" and obj.data.shape_keys:
+        raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
     if outcome == "SHAPE_KEY":
         _add_key(obj, source, request, solution)
     else:

@@ -45,8 +45,13 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         choice.prop(settings, "resolution", expand=True)
         if settings.resolution == "REFINE":
             column.prop(settings, "levels")
-        for name in ("boundary", "symmetry", "keep"):
-            column.prop(settings, name)
+        column.prop(settings, "boundary")
+        column.prop(settings, "symmetry")
+        if settings.symmetry == "PLANES":
+            planes = column.row(heading="Mirror", align=True)
+            for index, axis in enumerate("XYZ"):
+                planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
+        column.prop(settings, "keep")
         active = context.view_layer.objects.active
         if settings.keep == "GROUP" and active is not None and active.type == "MESH":
             column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")

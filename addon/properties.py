@@ -29,12 +29,13 @@ SYMMETRIES = (
     ("KEEP", "All", "Mirror images and turns that map the cage to itself are all kept, and make the work less"),
     ("AUTO", "Where It Pays", "Some are given up where MVS and its kin gain much by that; takes longer"),
     ("ROTATIONS", "Turns", "Turns only: the cage's lines may twist across mirror planes, which can pay with MVS"),
+    ("PLANES", "Planes", "Mirror images across chosen axes of the object are kept, no others. The cage must have them"),
     ("NONE", "Off", "Every vertex moves by itself: the result may lose symmetries"),
 )
 
 KEEPS = (
     ("NOTHING", "Nothing", "No vertices but those that Boundary says"),
-    ("GROUP", "Vertex Group", "Vertices with a weight above 0.5 in a vertex group stay"),
+    ("GROUP", "Vertex Group", "Weights in a vertex group say how firmly: 1 stays, less is drawn back, 0 is free"),
     ("SELECTED", "Selection", "Vertices that are selected in Edit Mode stay"),
     ("UNSELECTED", "All but Selection", "Only vertices that are selected in Edit Mode move"),
 )
@@ -98,6 +99,10 @@ class RunSettings:
     symmetry: bpy.props.EnumProperty(
         name="Symmetry", description="What becomes of the cage's symmetries", items=SYMMETRIES, default="KEEP"
     )
+    symmetry_planes: bpy.props.BoolVectorProperty(
+        name="Mirror", description="Axes of the object across which mirror images are kept; the planes go through the "
+        "cage's middle, wherever the object's origin is", size=3, subtype="XYZ", default=(True, False, False),
+    )  # fmt: skip
     keep: bpy.props.EnumProperty(
         name="Keep",
         description="Vertices of the cage that stay where they are; the surface comes closer to them with every level. "
@@ -106,7 +111,9 @@ class RunSettings:
         default="NOTHING",
     )
     vertex_group: bpy.props.StringProperty(
-        name="Vertex Group", description="Vertices with a weight above 0.5 in this vertex group stay"
+        name="Vertex Group",
+        description="How firmly vertices are held is their weight in this vertex group: 1 exactly, less by a pull back "
+        "that depends on neither size nor levels, 0 not at all",
     )
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"
@@ -140,6 +147,16 @@ def energy_text_of(values: dict[str, object]) -> str:
     if values["energy"] != "MIX":
         return str(values["energy"]).lower()
     return text_of({term: float(values[f"weight_{term}"]) for term in WEIGHT_TERMS})
+
+
+def symmetry_text_of(values: dict[str, object]) -> str:
+    """Settings' choice of symmetry as job.py writes it. ValueError for planes without one."""
+    if values["symmetry"] != "PLANES":
+        return str(values["symmetry"]).lower()
+    planes = ",".join(axis for axis, chosen in zip("xyz", values["symmetry_planes"]) if chosen)
+    if not planes:
+        raise ValueError("No mirror plane is chosen: choose X, Y or Z, or another Symmetry.")
+    return planes
 
 
 @dataclass

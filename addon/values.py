@@ -42,6 +42,20 @@ class Cage:
 
 
 @dataclass(frozen=True)
+class Held:
+    """Vertices (k,) of a cage that may not move freely, and how firmly each is held (k,), 0 .. 1; 1: exactly."""
+
+    vertices: np.ndarray = field(default_factory=_no_indices)
+    weights: np.ndarray = field(default_factory=_no_reals)
+
+    @classmethod
+    def exactly(cls, vertices: object) -> Held:
+        """Vertices that may not move at all."""
+        vertices = np.asarray(vertices)
+        return cls(vertices, np.ones(vertices.size))
+
+
+@dataclass(frozen=True)
 class Energies:
     """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2."""
 

@@ -188,22 +188,36 @@ typedef enum curvopt_symmetry {
     CURVOPT_SYMMETRY_AUTO = 0,
     CURVOPT_SYMMETRY_NONE = 1,
     CURVOPT_SYMMETRY_ROTATIONS =
-        2,                    /* of KEEP's, the ones that mirror nothing: vertices on a mirror plane may leave it */
-    CURVOPT_SYMMETRY_KEEP = 3 /* those that the input cage has, to 1e-5 of its size, with its creases and
-                                 constraints: the result has them to rounding, and one of several like faces
-                                 stands for all */
+        2,                      /* of KEEP's, the ones that mirror nothing: vertices on a mirror plane may leave it */
+    CURVOPT_SYMMETRY_KEEP = 3,  /* those that the input cage has, to 1e-5 of its size, with its creases and
+                                   constraints: the result has them to rounding, and one of several like faces
+                                   stands for all */
+    CURVOPT_SYMMETRY_PLANES = 4 /* mirror images across the planes of options.symmetry_planes and what these generate,
+                                   no others; a cage that does not have them is refused. They are not given up */
 } curvopt_symmetry;
+
+/* Mirror planes across the axes; each through the mean of the cage's vertices, for symmetric about another it cannot
+ * be. */
+typedef enum curvopt_plane { CURVOPT_PLANE_X = 1, CURVOPT_PLANE_Y = 2, CURVOPT_PLANE_Z = 4 } curvopt_plane;
 
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are
  * held go back to their point, line or plane, so that the surface comes closer to them with every level. But where all
  * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
- * constraint and are where subdivision puts them. */
+ * constraint and are where subdivision puts them.
+ *
+ * With a weight w between 0 and 1 a vertex is drawn to its point, line or plane by a spring, whose energy is added to
+ * the objective: w / (1 - w) times the square of the distance over the input's size, times half of how stiff a sphere
+ * is to the objective (for Willmore 24 pi). So it depends on neither scale nor levels; and a connected patch of
+ * vertices with weights counts as one spring, however many they are. Where vertices have springs, centroid, orientation
+ * and size are not held otherwise. Decrements and verdicts are of the sum, all energies that are reported are the
+ * surface's. */
 typedef struct curvopt_constraints {
     const int32_t *vertices;  /* [n] none twice, unless it says the same */
     const int32_t *freedom;   /* [n] dimensions: 0 held, 1 moves along its direction, 2 across it; NULL: all 0 */
     const double *directions; /* [3 n] of any length; not looked at where the freedom is 0; NULL if it is everywhere */
     int32_t n;
     int32_t reserved;
+    const double *weights; /* [n] how firmly: 0 not at all to 1 exactly; NULL: all 1 */
 } curvopt_constraints;
 
 /* Fill with curvopt_options_init(), then change what you want. */
@@ -229,7 +243,7 @@ typedef struct curvopt_options {
     int32_t escape;                         /* 1: a level of at most 5000 vertices whose shape is a saddle (verdict, all
                                                symmetries disregarded) is left along the saddle's negative direction
                                                and solved again, with as much symmetry as that has; default 0 */
-    int32_t reserved;                       /* 0 */
+    int32_t symmetry_planes;                /* with PLANES, a sum of curvopt_plane; else 0, the default */
 } curvopt_options;
 
 CURVOPT_API void curvopt_options_init(curvopt_options *options);
@@ -382,7 +396,9 @@ typedef struct curvopt_summary {
 /* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held,
  * unless options.boundary holds vertices: then these stay exactly where they are, and their limit curves.
  *   progress, user, cancel may be NULL.
- * Errors as curvopt_problem_create and _evaluate. A cancelled or stalled run is OK and has a result. */
+ * Errors as curvopt_problem_create and _evaluate; ERROR_GEOMETRY for a cage that is not symmetric about a plane of
+ * options.symmetry_planes (`element` is the first vertex without a partner, or face). A cancelled or stalled run is OK
+ * and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);

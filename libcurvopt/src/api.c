@@ -132,6 +132,15 @@ static int32_t check_weights(const double *weights, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+static int32_t check_planes(const curvopt_options *o, curvopt_error *error) {
+    int chosen = o->symmetry == CURVOPT_SYMMETRY_PLANES;
+    int32_t status = check_integer("symmetry_planes", o->symmetry_planes, chosen, chosen ? 7 : 0, error);
+    if (status == CURVOPT_OK && chosen && o->as_report)
+        status =
+            co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "as_report keeps no symmetries: there are no planes");
+    return status;
+}
+
 int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error) {
     if (!o)
         return null_argument(error, "options");
@@ -159,13 +168,13 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_real("max_step", o->max_step, 1e-6, 100, error);
     if (status == CURVOPT_OK)
-        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_KEEP, error);
+        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_PLANES, error);
     if (status == CURVOPT_OK)
         status = check_integer("verify", o->verify, 0, 1, error);
     if (status == CURVOPT_OK)
         status = check_integer("escape", o->escape, 0, 1, error);
     if (status == CURVOPT_OK)
-        status = check_integer("reserved", o->reserved, 0, 0, error);
+        status = check_planes(o, error);
     return status;
 }
 

@@ -12,6 +12,10 @@
 static inline int co_crease_is_infinite(double sharpness) {
     return sharpness >= CURVOPT_SHARPNESS_INFINITE;
 }
+/* Whether these mean the same. */
+static inline int co_crease_alike(double a, double b) {
+    return a == b || (co_crease_is_infinite(a) && co_crease_is_infinite(b));
+}
 /* Sharp, but not for ever. */
 static inline int co_crease_is_fading(double sharpness) {
     return sharpness > 0 && sharpness < CURVOPT_SHARPNESS_INFINITE;

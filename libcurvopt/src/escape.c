@@ -53,13 +53,15 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     return status;
 }
 
+/* Planes that the user chose are not given up: then the whole group, the first, is the only one. */
 static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, co_way_down *out, curvopt_error *error) {
+    int chosen = p->frame->options->symmetry == CURVOPT_SYMMETRY_PLANES;
     co_subgroups groups = {0};
     int32_t status = co_subgroups_create(symmetry, &groups, error);
-    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < groups.n; k++) {
+    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < (chosen ? 1 : groups.n); k++) {
         co_symmetry_free(&out->symmetry);
         status =
-            co_symmetry_select(symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &out->symmetry, error);
+            co_subgroup_select(symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &out->symmetry, error);
         if (status == CURVOPT_OK)
             status = look(p, &out->symmetry, out->xyz, &out->found, error);
     }
@@ -79,7 +81,7 @@ int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_sy
     int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_all(m, constraints, frame->options->boundary, &held, error);
-    p.gauge = co_frame_gauge(frame, &held);
+    p.gauge = co_gauge_of(frame->options->weights, &held);
     if (!held.freedom)
         own.radius = co_placement_frame(n, xyz, own.centroid);
     if (status == CURVOPT_OK && among == CO_ESCAPE_NORMALS) {

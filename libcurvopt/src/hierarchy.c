@@ -5,6 +5,7 @@
 
 #include "escape.h"
 #include "memory.h"
+#include "mirror.h"
 #include "placement.h"
 #include "refine.h"
 #include "verify.h"
@@ -26,6 +27,7 @@ typedef struct run {
     void *user;
     double started;
     double start_energy;
+    double pull; /* what springs add to the objective of the result */
     curvopt_result *result;
     co_symmetry symmetry; /* of the present level's mesh, which is the result's */
     co_hold constraints;
@@ -47,7 +49,7 @@ static int report(const co_level *l, const co_iterate *now, int iteration, int e
     if (!r->progress)
         return 0;
     co_level_to_user(l, now->x, l->last.integral[CO_INT_AREA], r->xyz);
-    curvopt_progress progress = {.energy = now->value,
+    curvopt_progress progress = {.energy = co_level_energy(l, now),
                                  .start_energy = r->start_energy,
                                  .gradient_norm = co_level_relative_gradient(l, now),
                                  .seconds = now_seconds() - r->started,
@@ -87,6 +89,7 @@ static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lm
     int32_t status = co_level_finish(l, now, r->xyz, end, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
+    r->pull = co_pull_value(&l->pull, now->x, NULL);
     r->result->summary.n_levels = l->number;
     r->result->level[l->number - 1] = (curvopt_level_report){.energy = end->objective,
                                                              .gradient_norm = co_level_relative_gradient(l, now),
@@ -100,7 +103,7 @@ static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lm
 }
 
 static int is_stationary(const run *r, double decrement) {
-    return decrement <= STATIONARY * fabs(r->result->summary.end.objective);
+    return decrement <= STATIONARY * fabs(r->result->summary.end.objective + r->pull);
 }
 
 /* What is asked for besides: the shape without its symmetries, everything without them. */
@@ -212,6 +215,7 @@ typedef struct record {
     curvopt_energies end;
     curvopt_level_report level;
     co_symmetry symmetry;
+    double pull;
     double *xyz;
 } record;
 
@@ -228,7 +232,7 @@ static double worth_of(int32_t order, int32_t left) {
 static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_down *way, attempt *next, int *better,
                        curvopt_error *error) {
     curvopt_level_report *level = &r->result->level[number - 1];
-    record before = {r->result->summary.end, *level, r->symmetry, r->xyz};
+    record before = {r->result->summary.end, *level, r->symmetry, r->pull, r->xyz};
     double worth = among == CO_ESCAPE_ALL ? worth_of(r->symmetry.order, way->symmetry.order) : 0;
     *better = 0;
     r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
@@ -236,7 +240,7 @@ static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_dow
     int32_t status = r->xyz ? solve(r, number, way->xyz, next, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         *better = level->stop == CURVOPT_STOP_CANCELLED ||
-                  before.level.energy - level->energy > worth * fabs(before.level.energy);
+                  before.level.energy + before.pull - level->energy - r->pull > worth * fabs(before.level.energy);
     if (*better) {
         double *old_start = r->level_start;
         r->level_start = way->xyz;
@@ -250,6 +254,7 @@ static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_dow
         free(r->xyz);
         r->xyz = before.xyz;
         r->symmetry = before.symmetry;
+        r->pull = before.pull;
         r->result->summary.end = before.end;
         *level = before.level;
     }
@@ -303,7 +308,7 @@ static int32_t subdivide(run *r, curvopt_error *error) {
     }
     if (status == CURVOPT_OK) {
         co_rows_apply(&rows, r->xyz, xyz);
-        status = co_hold_refine(r->result->mesh, fine, xyz, &r->constraints, error);
+        status = co_hold_refine(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     }
     if (status == CURVOPT_OK)
         status = co_symmetry_refine(&r->symmetry, error);
@@ -344,6 +349,20 @@ static int32_t run_levels(run *r, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* The mirror planes that were chosen; where nothing is held, the first level starts from a cage that has them exactly.
+ */
+static int32_t hold_planes(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->frame.options;
+    co_hold all = {0};
+    int32_t status = co_mirror_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_hold_all(mesh, &r->constraints, o->boundary, &all, error);
+    if (status == CURVOPT_OK && !all.freedom)
+        status = co_mirror_even_out(mesh, &r->symmetry, r->level_start, error);
+    co_hold_free(&all);
+    return status;
+}
+
 /* Constraints and symmetries of the input cage. */
 static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->frame.options;
@@ -359,6 +378,8 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
     }
     if (status != CURVOPT_OK)
         return status;
+    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
+        return hold_planes(r, mesh, xyz, error);
     if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->symmetry,

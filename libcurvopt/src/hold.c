@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SAME_DIRECTION = 1e-9; /* sine of the angle */
+static const double UNSEEN = -1;
 
 static int32_t allocate(int32_t n_vertices, co_hold *hold, curvopt_error *error) {
     if (hold->freedom)
@@ -28,6 +28,7 @@ void co_hold_free(co_hold *hold) {
     free(hold->freedom);
     free(hold->direction);
     free(hold->anchor);
+    co_springs_free(&hold->springs);
     *hold = (co_hold){0};
 }
 
@@ -42,12 +43,10 @@ int32_t co_hold_copy(const curvopt_mesh *m, const co_hold *from, co_hold *to, cu
     memcpy(to->freedom, from->freedom, n);
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
     memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
-    return CURVOPT_OK;
-}
-
-static int same_direction(const double *a, const double *b) {
-    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    return sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]) <= SAME_DIRECTION;
+    status = co_springs_copy(m, &from->springs, &to->springs, error);
+    if (status != CURVOPT_OK)
+        co_hold_free(to);
+    return status;
 }
 
 static int same_constraint(const co_hold *hold, int32_t v, int32_t w) {
@@ -55,19 +54,23 @@ static int same_constraint(const co_hold *hold, int32_t v, int32_t w) {
     if (freedom != hold->freedom[w])
         return 0;
     return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
-           same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
+           co_same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
 }
 
-static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, uint8_t *seen,
+/* weight [n_vertices]: UNSEEN where there is no constraint yet. */
+static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, double *weight,
                               co_hold *hold, curvopt_error *error) {
     int32_t v = from->vertices[i], freedom = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
-    double direction[3] = {0, 0, 0}, length = 0;
+    double direction[3] = {0, 0, 0}, length = 0, firm = from->weights ? from->weights[i] : 1;
     if (v < 0 || v >= m->info.n_vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
                               i, v, m->info.n_vertices);
     if (freedom < CO_FREEDOM_NONE || freedom > CO_FREEDOM_PLANE)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
                               "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, freedom);
+    if (!(firm >= 0 && firm <= 1))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d on vertex %d has the weight %g; it must be 0 to 1", i, v, firm);
     if (freedom != CO_FREEDOM_NONE) {
         if (!from->directions)
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
@@ -81,13 +84,31 @@ static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *
     }
     for (int c = 0; c < 3 && length > 0; c++)
         direction[c] /= length;
-    if (seen[v] &&
-        (hold->freedom[v] != freedom || (length > 0 && !same_direction(direction, hold->direction + 3 * (size_t)v))))
+    if (weight[v] != UNSEEN && (weight[v] != firm || hold->freedom[v] != freedom ||
+                                (length > 0 && !co_same_direction(direction, hold->direction + 3 * (size_t)v))))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
-    seen[v] = 1;
+    weight[v] = firm;
     hold->freedom[v] = (uint8_t)freedom;
     memcpy(hold->direction + 3 * (size_t)v, direction, sizeof direction);
     return CURVOPT_OK;
+}
+
+/* Constraints of a weight below 1 become springs, or nothing. */
+static int32_t divide(const curvopt_mesh *m, const double *xyz, double *weight, co_hold *hold, curvopt_error *error) {
+    int32_t status = CURVOPT_OK, n_exact = 0, n_soft = 0;
+    for (int32_t v = 0; v < m->info.n_vertices; v++) {
+        weight[v] = fmax(weight[v], 0);
+        n_exact += weight[v] == 1;
+        n_soft += weight[v] > 0 && weight[v] < 1;
+    }
+    if (n_soft)
+        status = co_springs_create(m, xyz, weight, hold->freedom, hold->direction, &hold->springs, error);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (weight[v] < 1)
+            hold->freedom[v] = CO_FREEDOM_ALL;
+    if (!n_exact && !n_soft)
+        co_hold_free(hold);
+    return status;
 }
 
 int32_t co_hold_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, co_hold *hold,
@@ -98,13 +119,17 @@ int32_t co_hold_create(const curvopt_mesh *m, const double *xyz, const curvopt_c
     if (from->n < 0 || !from->vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
                               from->vertices ? "given" : "is NULL");
-    uint8_t *seen = CO_NEW(uint8_t, m->info.n_vertices);
-    int32_t status = seen ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
+    double *weight = CO_NEW(double, m->info.n_vertices);
+    int32_t status = weight ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
+        weight[v] = UNSEEN;
     for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
-        status = add_constraint(m, from, i, seen, hold, error);
-    if (status == CURVOPT_OK)
+        status = add_constraint(m, from, i, weight, hold, error);
+    if (status == CURVOPT_OK) {
         memcpy(hold->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
-    free(seen);
+        status = divide(m, xyz, weight, hold, error);
+    }
+    free(weight);
     if (status != CURVOPT_OK)
         co_hold_free(hold);
     return status;
@@ -142,15 +167,21 @@ static void put_back(const co_hold *hold, int32_t v, double *x) {
     }
 }
 
-int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, double *xyz, co_hold *hold,
+int32_t co_hold_refine(const curvopt_mesh *m, const curvopt_mesh *fine, const co_rows *rows, double *xyz, co_hold *hold,
                        curvopt_error *error) {
     co_hold out = {0};
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
     if (!hold->freedom)
         return CURVOPT_OK;
     int32_t status = allocate(fine->info.n_vertices, &out, error);
-    if (status != CURVOPT_OK)
+    if (status == CURVOPT_OK)
+        status = co_springs_refine(m, fine, rows, &hold->springs, error);
+    if (status != CURVOPT_OK) {
+        co_hold_free(&out);
         return status;
+    }
+    out.springs = hold->springs;
+    hold->springs = (co_springs){0};
     for (int32_t f = 0; f < m->info.n_faces; f++) {
         if (!is_held_face(m, hold, f))
             continue;
@@ -237,11 +268,13 @@ static void cage_normals(const curvopt_mesh *m, const double *xyz, double *norma
 int32_t co_hold_to_normals(const curvopt_mesh *m, const co_hold *constraints, const double *xyz, co_hold *out,
                            curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    *out =
-        (co_hold){.freedom = CO_NEW(uint8_t, n), .direction = CO_NEW(double, 3 * n), .anchor = CO_NEW(double, 3 * n)};
-    if (!out->freedom || !out->direction || !out->anchor) {
+    *out = (co_hold){0};
+    int32_t status = allocate(m->info.n_vertices, out, error);
+    if (status == CURVOPT_OK)
+        status = co_springs_copy(m, &constraints->springs, &out->springs, error);
+    if (status != CURVOPT_OK) {
         co_hold_free(out);
-        return co_status_no_memory(error);
+        return status;
     }
     cage_normals(m, xyz, out->direction);
     for (size_t v = 0; v < n; v++) {

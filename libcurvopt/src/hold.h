@@ -2,15 +2,14 @@
 #ifndef CO_HOLD_H
 #define CO_HOLD_H
 
-#include "mesh.h"
-
-enum { CO_FREEDOM_NONE = 0, CO_FREEDOM_LINE = 1, CO_FREEDOM_PLANE = 2, CO_FREEDOM_ALL = 3 };
+#include "spring.h"
 
 /* How each vertex may move. */
 typedef struct co_hold {
-    uint8_t *freedom;  /* [n_vertices] dimensions; NULL: all are free */
-    double *direction; /* [3 n_vertices] unit: the line, or the plane's normal; what stands elsewhere means nothing */
-    double *anchor;    /* [3 n_vertices] a point of what the vertex is held to, in the user's units */
+    uint8_t *freedom;   /* [n_vertices] dimensions; NULL: all are free */
+    double *direction;  /* [3 n_vertices] unit: the line, or the plane's normal; what stands elsewhere means nothing */
+    double *anchor;     /* [3 n_vertices] a point of what the vertex is held to, in the user's units */
+    co_springs springs; /* of vertices held softly, free as far as `freedom` goes; without that there are none */
 } co_hold;
 
 /* The user's constraints on a cage at xyz [3 n_vertices], checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY.
@@ -21,13 +20,13 @@ int32_t co_hold_create(const curvopt_mesh *mesh, const double *xyz, const curvop
 int32_t co_hold_copy(const curvopt_mesh *mesh, const co_hold *from, co_hold *to, curvopt_error *error);
 void co_hold_free(co_hold *hold);
 
-/* Takes constraints from a cage to its subdivision `fine` at xyz [3 fine vertices] (refine.h).
+/* Takes constraints from a cage to its subdivision `fine` by `rows` (refine.h), at xyz [3 fine vertices].
  *
  * Where all vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit,
  * and are where subdivision puts them. Any other vertex is a guide: it goes back to the point, line or plane that it
  * was held to at first, which the surface comes closer to with every level. ERROR_MEMORY. */
-int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, double *xyz, co_hold *hold,
-                       curvopt_error *error);
+int32_t co_hold_refine(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_rows *rows, double *xyz,
+                       co_hold *hold, curvopt_error *error);
 
 /* Adds what `boundary` (curvopt_boundary) holds.
  *

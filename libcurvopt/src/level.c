@@ -43,16 +43,6 @@ static int is_fixed(const co_level *l) {
     return l->hold.freedom != NULL;
 }
 
-co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold) {
-    const double *weights = frame->options->weights;
-    if (hold->freedom)
-        return CO_GAUGE_NONE;
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
-            return CO_GAUGE_SIMILARITY;
-    return CO_GAUGE_MOEBIUS;
-}
-
 /* -------------------------------------------------------------------------------------------- the function -- */
 
 static double value_at(co_level *l, const double *z, double *gradient) {
@@ -65,11 +55,11 @@ static double value_at(co_level *l, const double *z, double *gradient) {
     co_reduce_expand_some(&l->reduction, a->active, a->n_active_cage, at, l->x);
     co_assembly_evaluate(&l->assembly, l->x, &request, &l->last);
     if (!gradient)
-        return l->last.objective;
+        return l->last.objective + co_pull_value(&l->pull, z, NULL);
     co_reduce_gradient_of(&l->reduction, a->active, a->n_active_cage, l->gx, gradient);
     if (!is_fixed(l))
         co_reduce_normalized_gradient(&l->reduction, at, radius, gradient);
-    return l->last.objective;
+    return l->last.objective + co_pull_value(&l->pull, z, gradient);
 }
 
 /* The same for the optimizer, which finds no way on when the run is to end. */
@@ -167,6 +157,17 @@ static int32_t create_model(co_level *l, curvopt_error *error) {
     return status;
 }
 
+/* The model becomes that of `now`, with the pull's matrix. */
+static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
+    int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    if (status == CURVOPT_OK)
+        status = co_model_assemble(&l->model, l->x, exact, gauge, error);
+    if (status == CURVOPT_OK)
+        co_pull_add_hessian(&l->pull, &l->model.hessian);
+    return status;
+}
+
 static double least_shift(const co_level *l, double value) {
     return SHIFT * fabs(value) / l->mesh->info.n_vertices;
 }
@@ -193,8 +194,7 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? fmin(overshoot, STIFFEN_MOST) : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
     l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
-    co_reduce_expand(&l->reduction, now->x, l->x);
-    l->failed = co_model_assemble(&l->model, l->x, l->exact, co_gauge_exact(l->gauge), l->error);
+    l->failed = assemble_model(l, now, l->exact, co_gauge_exact(l->gauge), l->error);
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
@@ -255,6 +255,9 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     int32_t status = co_reduce_create(l->mesh, symmetry, &l->hold, l->x, &l->reduction, error);
     if (status == CURVOPT_OK)
         co_reduce_variables(&l->reduction, l->x, z);
+    if (status == CURVOPT_OK)
+        status = co_pull_create(&l->hold.springs, &l->reduction, origin, unit, co_pull_stiffness(f->options->weights),
+                                &l->pull, error);
     if (status == CURVOPT_OK && symmetry->order > 1)
         status = co_reduce_face_weights(l->mesh, symmetry, &face_weight, error);
     if (status == CURVOPT_OK)
@@ -288,7 +291,7 @@ int32_t co_level_create(const co_frame *frame, const curvopt_mesh *mesh, const c
         l->x && l->gx && l->step && l->normalized && l->first && l->safe ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_hold_all(mesh, constraints, o->boundary, &l->hold, error);
-    l->gauge = co_frame_gauge(frame, &l->hold);
+    l->gauge = co_gauge_of(o->weights, &l->hold);
     if (status == CURVOPT_OK)
         status = create_parts(l, symmetry, z, error);
     if (status != CURVOPT_OK)
@@ -300,6 +303,7 @@ void co_level_free(co_level *l) {
     co_model_free(&l->model);
     co_assembly_free(&l->assembly);
     co_reduce_free(&l->reduction);
+    co_pull_free(&l->pull);
     co_hold_free(&l->hold);
     free(l->x);
     free(l->gx);
@@ -429,10 +433,6 @@ void co_level_to_user(const co_level *l, const double *z, double normalized_area
     co_placement_align(n, l->start, xyz);
 }
 
-double co_level_relative_gradient(const co_level *l, const co_iterate *now) {
-    return co_vector_norm((size_t)l->reduction.n_variables, now->gradient) / fabs(now->value);
-}
-
 int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt_energies *energies, int *resolved,
                         curvopt_error *error) {
     int changed;
@@ -450,12 +450,6 @@ int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt
 
 double co_level_evaluate(co_level *l, const double *z, double *gradient) {
     return value_at(l, z, gradient);
-}
-
-static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
-    int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
-    co_reduce_expand(&l->reduction, now->x, l->x);
-    return status == CURVOPT_OK ? co_model_assemble(&l->model, l->x, exact, gauge, error) : status;
 }
 
 int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {

@@ -5,8 +5,10 @@
 
 #include "lmvm.h"
 #include "model.h"
+#include "pull.h"
 #include "resolve.h"
 
+#include <math.h>
 #include <stdatomic.h>
 
 struct curvopt_cancel {
@@ -29,6 +31,7 @@ typedef struct co_level {
     co_hold hold;
     co_reduction reduction;
     co_assembly assembly;
+    co_pull pull;                        /* of springs: the objective is the assembly's and this */
     double tolerance, working_tolerance; /* of quadrature: of the figures at the end, and for the work */
     double *x, *gx;                      /* [3 n_vertices] positions that were looked at last, normalized; a gradient */
     double *step, *normalized;           /* [n_variables] work */
@@ -75,8 +78,6 @@ int32_t co_level_finish(co_level *level, const co_iterate *now, double *xyz, cur
 void co_level_to_user(const co_level *level, const double *z, double normalized_area, double *xyz);
 /* Value and gradient at z [n_variables]. */
 double co_level_evaluate(co_level *level, const double *z, double *gradient);
-/* Motions that the objective does not see where these constraints hold. */
-co_gauge co_frame_gauge(const co_frame *frame, const co_hold *hold);
 /* The level's model becomes that of `now`, factored with the least shift. *positive: as co_model_factorize. */
 int32_t co_level_factorize(co_level *level, const co_iterate *now, int exact, int *positive, curvopt_error *error);
 /* Negative directions of the Hessian at `now`; -1 if there are too many variables to count them. */
@@ -84,6 +85,12 @@ int32_t co_level_count_negative(co_level *level, const co_iterate *now, int32_t 
 /* From a stationary point some way along the direction in which the Hessian is most negative; *left: whether there is
  * one that leads down. For levels that are not solved afterwards. ERROR_MEMORY. */
 int32_t co_level_leave_saddle(co_level *level, co_iterate *now, int *left, curvopt_error *error);
-double co_level_relative_gradient(const co_level *level, const co_iterate *now);
+static inline double co_level_relative_gradient(const co_level *level, const co_iterate *now) {
+    return co_vector_norm((size_t)level->reduction.n_variables, now->gradient) / fabs(now->value);
+}
+/* Of the value at `now`, what is the surface's. */
+static inline double co_level_energy(const co_level *level, const co_iterate *now) {
+    return now->value - co_pull_value(&level->pull, now->x, NULL);
+}
 
 #endif

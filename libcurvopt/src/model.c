@@ -17,6 +17,15 @@ static size_t n_variables(const co_model *m) {
     return (size_t)m->hessian.reduction->n_variables;
 }
 
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_hold *hold) {
+    if (hold->freedom)
+        return CO_GAUGE_NONE;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
+            return CO_GAUGE_SIMILARITY;
+    return CO_GAUGE_MOEBIUS;
+}
+
 int32_t co_model_create(co_assembly *assembly, const co_reduction *reduction, co_model *m, curvopt_error *error) {
     size_t n = (size_t)reduction->n_variables;
     *m = (co_model){.assembly = assembly};

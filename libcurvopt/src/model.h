@@ -35,6 +35,8 @@ typedef enum co_gauge {
     CO_GAUGE_MOEBIUS     /* also inversions' infinitesimal ones: of Willmore's energy, but for discretization */
 } co_gauge;
 
+/* Those of an objective with these weights (curvopt_term) where these constraints hold. */
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_hold *hold);
 /* Those of them along which the discrete gradient vanishes, too. */
 static inline co_gauge co_gauge_exact(co_gauge gauge) {
     return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;

@@ -46,20 +46,6 @@ static void multiply(const double a[9], const double b[9], double out[9]) {
             out[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
 }
 
-/* Directions that a constraint leaves, as a projector. */
-static void allowed(const co_hold *hold, int32_t v, double projector[9]) {
-    int freedom = hold->freedom ? hold->freedom[v] : CO_FREEDOM_ALL;
-    memset(projector, 0, 9 * sizeof *projector);
-    for (int k = 0; k < 3; k++)
-        projector[4 * k] = freedom == CO_FREEDOM_ALL || freedom == CO_FREEDOM_PLANE;
-    if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
-        return;
-    const double *d = hold->direction + 3 * (size_t)v;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            projector[3 * i + j] += (freedom == CO_FREEDOM_LINE ? 1 : -1) * d[i] * d[j];
-}
-
 /* Orthonormal columns that span a projector's range, by Gram and Schmidt; their number. Axes are tried first, so that
  * the identity's basis is the identity. */
 static int range_of(const double projector[9], double basis[9]) {
@@ -98,7 +84,8 @@ static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const c
         }
     for (int k = 0; k < 9; k++)
         mean[k] /= stabilizer;
-    allowed(hold, v, own);
+    co_freedom_projector(hold->freedom ? hold->freedom[v] : CO_FREEDOM_ALL,
+                         hold->freedom ? hold->direction + 3 * (size_t)v : NULL, own);
     multiply(mean, own, projector);
     *size = s->order / stabilizer;
 }

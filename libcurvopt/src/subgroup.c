@@ -122,3 +122,35 @@ int32_t co_subgroups_create(const co_symmetry *s, co_subgroups *out, curvopt_err
         co_subgroups_free(out);
     return status;
 }
+
+int32_t co_subgroup_select(const co_symmetry *s, const uint8_t *member, co_symmetry *out, curvopt_error *error) {
+    size_t n = (size_t)s->n_corners, order = 0, a = 0;
+    for (int32_t g = 0; g < s->order; g++)
+        order += member[g];
+    *out = (co_symmetry){.order = (int32_t)order,
+                         .n_corners = s->n_corners,
+                         .corner = CO_NEW(int32_t, order * n),
+                         .mirrored = CO_NEW(uint8_t, order),
+                         .matrix = CO_NEW(double, 9 * order),
+                         .product = CO_NEW(int32_t, order * order)};
+    int32_t *index = CO_NEW(int32_t, s->order); /* in the subgroup */
+    int32_t status =
+        index && out->corner && out->mirrored && out->matrix && out->product ? CURVOPT_OK : co_status_no_memory(error);
+    for (int32_t g = 0, k = 0; status == CURVOPT_OK && g < s->order; g++)
+        index[g] = member[g] ? k++ : -1;
+    for (size_t g = 0; status == CURVOPT_OK && g < (size_t)s->order; g++) {
+        if (!member[g])
+            continue;
+        memcpy(out->corner + a * n, s->corner + g * n, n * sizeof *s->corner);
+        memcpy(out->matrix + 9 * a, s->matrix + 9 * g, 9 * sizeof *s->matrix);
+        out->mirrored[a] = s->mirrored[g];
+        for (size_t h = 0; h < (size_t)s->order; h++)
+            if (member[h])
+                out->product[a * order + (size_t)index[h]] = index[s->product[g * (size_t)s->order + h]];
+        a++;
+    }
+    free(index);
+    if (status != CURVOPT_OK)
+        co_symmetry_free(out);
+    return status;
+}

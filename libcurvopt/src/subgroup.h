@@ -15,5 +15,7 @@ typedef struct co_subgroups {
 /* At most LARGEST_COUNT classes; what is beyond is left out. ERROR_MEMORY. */
 int32_t co_subgroups_create(const co_symmetry *symmetry, co_subgroups *out, curvopt_error *error);
 void co_subgroups_free(co_subgroups *subgroups);
+/* The subgroup of the elements marked in member [order], which must be one. ERROR_MEMORY. */
+int32_t co_subgroup_select(const co_symmetry *symmetry, const uint8_t *member, co_symmetry *out, curvopt_error *error);
 
 #endif

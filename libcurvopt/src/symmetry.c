@@ -15,8 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the cage's size. Single precision, in which Blender keeps cages, leaves some 1e-7. */
-static const double SYMMETRY_TOLERANCE = 1e-5;
 enum { LARGEST_ORDER = 512, UNSET = -1 };
 
 /* The search. */
@@ -67,12 +65,20 @@ static int32_t grow(search *s, curvopt_error *error) {
 
 /* ------------------------------------------------------------------------------------------- combinatorics -- */
 
-static int same_sharpness(double a, double b) {
-    return a == b || (co_crease_is_infinite(a) && co_crease_is_infinite(b));
-}
-
 static double distance(const double *a, const double *b) {
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+static void apply(const double matrix[9], const double *x, double *out) {
+    for (int i = 0; i < 3; i++)
+        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
+}
+
+/* Whether the motion takes vertex v to vertex w. */
+static int goes_to(const search *s, const double matrix[9], int32_t v, int32_t w) {
+    double at[3];
+    apply(matrix, s->x + 3 * (size_t)v, at);
+    return distance(at, s->x + 3 * (size_t)w) <= s->tolerance;
 }
 
 /* The half-edge that the image of half-edge h is, as the image of its corner is `to`. */
@@ -90,9 +96,10 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
            (m->twin[h] < 0) == (m->twin[edge] < 0) && fabs(s->length[v] - s->length[w]) <= s->tolerance &&
            fabs(distance(s->x + 3 * (size_t)v, s->x + 3 * (size_t)v_next) -
                 distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
-           same_sharpness(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
-           same_sharpness(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
-           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]);
+           co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
+           co_crease_alike(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
+           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]) &&
+           co_springs_alike(&s->hold->springs, v, w);
 }
 
 /* Follows corner h -> to over its component; s->queue [the number returned] has the corners that were mapped, *fits
@@ -129,21 +136,19 @@ static int32_t follow(search *s, int32_t h, int32_t to, int mirrored, int32_t *m
     return n;
 }
 
-/* Fills `map` [n_corners], UNSET where unknown, over the component of h; 0, and nothing changed, if it cannot be. */
-static int propagate(search *s, int32_t h, int32_t to, int mirrored, int32_t *map) {
+/* Fills `map` [n_corners], UNSET where unknown, over the component of h; 0, and nothing changed, if it cannot be. With
+ * a motion, vertices must go where that takes them. */
+static int propagate(search *s, int32_t h, int32_t to, int mirrored, const double *motion, int32_t *map) {
     int fits;
     int32_t n = follow(s, h, to, mirrored, map, &fits);
+    for (int32_t i = 0; motion && fits && i < n; i++)
+        fits = goes_to(s, motion, s->mesh->corner_vertex[s->queue[i]], s->mesh->corner_vertex[map[s->queue[i]]]);
     for (int32_t i = 0; !fits && i < n; i++)
         map[s->queue[i]] = UNSET;
     return fits;
 }
 
 /* ------------------------------------------------------------------------------------------------ geometry -- */
-
-static void apply(const double matrix[9], const double *x, double *out) {
-    for (int i = 0; i < 3; i++)
-        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
-}
 
 /* The motion that takes the vertices of mapped corners closest to their images; 0 if they do not determine one. */
 static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
@@ -163,20 +168,29 @@ static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
     return 1;
 }
 
+/* Whether the motion takes the direction of a constraint at v, of this freedom, to that at w. */
+static int keeps_direction(const search *s, const double *direction, int freedom, int32_t v, int32_t w,
+                           const double matrix[9]) {
+    double at[3];
+    if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
+        return 1;
+    const double *to = direction + 3 * (size_t)w;
+    apply(matrix, direction + 3 * (size_t)v, at);
+    return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - s->tolerance * s->tolerance;
+}
+
 /* Whether `map` is the motion, and keeps the constraints' directions. */
-static int is_motion(const search *s, const int32_t *map, const double matrix[9], double tolerance) {
+static int is_motion(const search *s, const int32_t *map, const double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
+    const co_springs *springs = &s->hold->springs;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
-        double at[3];
         int32_t v = m->corner_vertex[h], w = m->corner_vertex[map[h]];
-        apply(matrix, s->x + 3 * (size_t)v, at);
-        if (!(distance(at, s->x + 3 * (size_t)w) <= tolerance))
+        if (!goes_to(s, matrix, v, w))
             return 0;
-        if (!s->hold->freedom || s->hold->freedom[v] == CO_FREEDOM_NONE || s->hold->freedom[v] == CO_FREEDOM_ALL)
-            continue;
-        const double *to = s->hold->direction + 3 * (size_t)w;
-        apply(matrix, s->hold->direction + 3 * (size_t)v, at);
-        if (!(fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - tolerance * tolerance))
+        if (s->hold->freedom && !keeps_direction(s, s->hold->direction, s->hold->freedom[v], v, w, matrix))
+            return 0;
+        if (springs->stiffness && springs->stiffness[v] > 0 &&
+            !keeps_direction(s, springs->direction, springs->freedom[v], v, w, matrix))
             return 0;
     }
     return 1;
@@ -186,14 +200,10 @@ static int is_motion(const search *s, const int32_t *map, const double matrix[9]
 static int map_components(search *s, const double matrix[9], int mirrored, int32_t *map) {
     const curvopt_mesh *m = s->mesh;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
-        double at[3];
         int32_t to = 0;
-        if (map[h] != UNSET)
-            continue;
-        apply(matrix, s->x + 3 * (size_t)m->corner_vertex[h], at);
-        for (; to < m->info.n_corners; to++) /* a wrong turn at the vertex maps something nobody knows to be there */
-            if (distance(at, s->x + 3 * (size_t)m->corner_vertex[to]) <= s->tolerance &&
-                propagate(s, h, to, mirrored, map))
+        for (; map[h] == UNSET && to < m->info.n_corners; to++)
+            if (goes_to(s, matrix, m->corner_vertex[h], m->corner_vertex[to]) &&
+                propagate(s, h, to, mirrored, matrix, map))
                 break;
         if (to == m->info.n_corners)
             return 0;
@@ -213,8 +223,8 @@ static int32_t try_image(search *s, int32_t to, int mirrored, curvopt_error *err
     double *matrix = s->found.matrix + 9 * (size_t)s->found.order;
     for (int32_t h = 0; h < n; h++)
         map[h] = UNSET;
-    if (!propagate(s, s->seed, to, mirrored, map) || !fit_motion(s, map, matrix) ||
-        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix, s->tolerance))
+    if (!propagate(s, s->seed, to, mirrored, NULL, map) || !fit_motion(s, map, matrix) ||
+        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix))
         return CURVOPT_OK;
     s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
     return CURVOPT_OK;
@@ -318,7 +328,7 @@ static int complete(search *s) {
 }
 
 static int32_t run(search *s, curvopt_error *error) {
-    for (s->tolerance = SYMMETRY_TOLERANCE; s->tolerance > 1e-12; s->tolerance /= 10) {
+    for (s->tolerance = CO_SYMMETRY_TOLERANCE; s->tolerance > 1e-12; s->tolerance /= 10) {
         int32_t status = find_all(s, error);
         if (status != CURVOPT_OK)
             return status;
@@ -333,31 +343,122 @@ static int32_t run(search *s, curvopt_error *error) {
     return co_symmetry_none(s->mesh, &s->found, error);
 }
 
-int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_hold *hold, int with_mirrors,
-                           co_symmetry *out, curvopt_error *error) {
+static void end_search(search *s) {
+    free(s->x);
+    free(s->length);
+    free(s->queue);
+}
+
+static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_hold *hold, int with_mirrors, search *s,
+                            curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     double centroid[3], radius = co_placement_frame(n, xyz, centroid);
-    search s = {.mesh = m,
-                .hold = hold,
-                .with_mirrors = with_mirrors,
-                .x = CO_NEW(double, 3 * n),
-                .length = CO_NEW(double, n),
-                .queue = CO_NEW(int32_t, m->info.n_corners),
-                .found = {.n_corners = m->info.n_corners}};
-    int32_t status = CURVOPT_ERROR_MEMORY;
-    if (!s.x || !s.length || !s.queue) {
-        co_status_no_memory(error);
-    } else {
-        for (size_t i = 0; i < 3 * n; i++)
-            s.x[i] = (xyz[i] - centroid[i % 3]) / radius;
-        for (size_t v = 0; v < n; v++)
-            s.length[v] = distance(s.x + 3 * v, (const double[3]){0, 0, 0});
+    *s = (search){.mesh = m,
+                  .hold = hold,
+                  .with_mirrors = with_mirrors,
+                  .tolerance = CO_SYMMETRY_TOLERANCE,
+                  .x = CO_NEW(double, 3 * n),
+                  .length = CO_NEW(double, n),
+                  .queue = CO_NEW(int32_t, m->info.n_corners),
+                  .found = {.n_corners = m->info.n_corners}};
+    if (!s->x || !s->length || !s->queue)
+        return co_status_no_memory(error);
+    for (size_t i = 0; i < 3 * n; i++)
+        s->x[i] = (xyz[i] - centroid[i % 3]) / radius;
+    for (size_t v = 0; v < n; v++)
+        s->length[v] = distance(s->x + 3 * v, (const double[3]){0, 0, 0});
+    return CURVOPT_OK;
+}
+
+int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_hold *hold, int with_mirrors,
+                           co_symmetry *out, curvopt_error *error) {
+    search s;
+    int32_t status = begin_search(m, xyz, hold, with_mirrors, &s, error);
+    if (status == CURVOPT_OK)
         status = run(&s, error);
-    }
-    free(s.x);
-    free(s.length);
-    free(s.queue);
+    end_search(&s);
     if (status != CURVOPT_OK)
+        co_symmetry_free(&s.found);
+    *out = s.found;
+    return status;
+}
+
+/* --------------------------------------------------------------------------------------------------- planes -- */
+
+static int32_t *map_of(const search *s, int32_t g) {
+    return s->found.corner + (size_t)g * (size_t)s->found.n_corners;
+}
+
+/* The mirror image across the plane of this axis, as element g; whether the cage has it. */
+static int find_mirror(search *s, int axis, int32_t g) {
+    double *matrix = s->found.matrix + 9 * (size_t)g;
+    int32_t *map = map_of(s, g);
+    for (int32_t h = 0; h < s->found.n_corners; h++)
+        map[h] = UNSET;
+    for (int k = 0; k < 3; k++)
+        matrix[4 * k] = k == axis ? -1 : 1;
+    s->found.mirrored[g] = 1;
+    return map_components(s, matrix, 1, map) && is_motion(s, map, matrix);
+}
+
+/* Whether the elements of single planes are their own inverses and commute. */
+static int are_independent(const search *s) {
+    for (int32_t a = 1; a < s->found.order; a *= 2)
+        for (int32_t b = 1; b <= a; b *= 2)
+            for (int32_t h = 0; h < s->found.n_corners; h++) {
+                int32_t one = map_of(s, a)[map_of(s, b)[h]], other = map_of(s, b)[map_of(s, a)[h]];
+                if (one != (a == b ? h : other))
+                    return 0;
+            }
+    return 1;
+}
+
+/* Element g, the binary number of the planes that it is made of, of two that are there. */
+static void compose(search *s, int32_t g, int32_t a, int32_t b) {
+    co_symmetry *f = &s->found;
+    for (int32_t h = 0; h < f->n_corners; h++)
+        map_of(s, g)[h] = map_of(s, a)[map_of(s, b)[h]];
+    for (size_t k = 0; k < 9; k += 4)
+        f->matrix[9 * (size_t)g + k] = f->matrix[9 * (size_t)a + k] * f->matrix[9 * (size_t)b + k];
+    f->mirrored[g] = f->mirrored[a] ^ f->mirrored[b];
+}
+
+static int32_t find_planes(search *s, int32_t planes, int *missing, curvopt_error *error) {
+    co_symmetry *f = &s->found;
+    int32_t g = 1, status = CURVOPT_OK;
+    int32_t order = 1 << ((planes & 1) + (planes >> 1 & 1) + (planes >> 2 & 1));
+    while (status == CURVOPT_OK && s->room < order)
+        status = grow(s, error);
+    f->product = CO_NEW(int32_t, order * order);
+    if (status != CURVOPT_OK || !f->product)
+        return status == CURVOPT_OK ? co_status_no_memory(error) : status;
+    f->order = order;
+    for (int32_t h = 0; h < f->n_corners; h++)
+        map_of(s, 0)[h] = h;
+    for (int k = 0; k < 3; k++)
+        f->matrix[4 * k] = 1;
+    for (*missing = 0; *missing < 3; ++*missing)
+        if (planes >> *missing & 1) {
+            if (!find_mirror(s, *missing, g))
+                return CURVOPT_OK;
+            for (int32_t a = 1; a < g; a++)
+                compose(s, g + a, g, a);
+            g *= 2;
+        }
+    *missing = are_independent(s) ? -1 : planes & 1 ? 0 : planes & 2 ? 1 : 2;
+    for (int32_t k = 0; k < order * order; k++)
+        f->product[k] = (k / order) ^ (k % order);
+    return CURVOPT_OK;
+}
+
+int32_t co_symmetry_of_planes(const curvopt_mesh *m, const double *xyz, const co_hold *hold, int32_t planes,
+                              co_symmetry *out, int *missing, curvopt_error *error) {
+    search s;
+    int32_t status = begin_search(m, xyz, hold, 1, &s, error);
+    if (status == CURVOPT_OK)
+        status = find_planes(&s, planes, missing, error);
+    end_search(&s);
+    if (status != CURVOPT_OK || *missing >= 0)
         co_symmetry_free(&s.found);
     *out = s.found;
     return status;
@@ -380,38 +481,6 @@ int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error 
     for (int k = 0; k < 3; k++)
         out->matrix[4 * k] = 1;
     return CURVOPT_OK;
-}
-
-int32_t co_symmetry_select(const co_symmetry *s, const uint8_t *member, co_symmetry *out, curvopt_error *error) {
-    size_t n = (size_t)s->n_corners, order = 0, a = 0;
-    for (int32_t g = 0; g < s->order; g++)
-        order += member[g];
-    *out = (co_symmetry){.order = (int32_t)order,
-                         .n_corners = s->n_corners,
-                         .corner = CO_NEW(int32_t, order * n),
-                         .mirrored = CO_NEW(uint8_t, order),
-                         .matrix = CO_NEW(double, 9 * order),
-                         .product = CO_NEW(int32_t, order * order)};
-    int32_t *index = CO_NEW(int32_t, s->order); /* in the subgroup */
-    int32_t status =
-        index && out->corner && out->mirrored && out->matrix && out->product ? CURVOPT_OK : co_status_no_memory(error);
-    for (int32_t g = 0, k = 0; status == CURVOPT_OK && g < s->order; g++)
-        index[g] = member[g] ? k++ : UNSET;
-    for (size_t g = 0; status == CURVOPT_OK && g < (size_t)s->order; g++) {
-        if (!member[g])
-            continue;
-        memcpy(out->corner + a * n, s->corner + g * n, n * sizeof *s->corner);
-        memcpy(out->matrix + 9 * a, s->matrix + 9 * g, 9 * sizeof *s->matrix);
-        out->mirrored[a] = s->mirrored[g];
-        for (size_t h = 0; h < (size_t)s->order; h++)
-            if (member[h])
-                out->product[a * order + (size_t)index[h]] = index[s->product[g * (size_t)s->order + h]];
-        a++;
-    }
-    free(index);
-    if (status != CURVOPT_OK)
-        co_symmetry_free(out);
-    return status;
 }
 
 int32_t co_symmetry_refine(co_symmetry *s, curvopt_error *error) {

@@ -140,7 +140,7 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
     if (status == CURVOPT_OK)
         status = probe_create(&own, m, symmetry, &lines, xyz, solved, &p, error);
     if (status == CURVOPT_OK)
-        p.level.gauge = co_frame_gauge(frame, &held); /* motion along normals does not see them either */
+        p.level.gauge = co_gauge_of(frame->options->weights, &held); /* motion along normals does not see them either */
     if (status == CURVOPT_OK)
         status = check_shape(&p, differences, out, error);
     probe_free(&p);

@@ -211,6 +211,14 @@ static int take_pins(program *p, const pin_list *pins) {
     return wrong;
 }
 
+/* The first vertex that is to be held by a spring, which is nothing that this program has; or -1. */
+static int32_t find_spring(const pin_list *pins) {
+    for (int32_t i = 0; i < pins->n; i++)
+        if (pins->weights[i] != 1)
+            return pins->vertices[i];
+    return -1;
+}
+
 static int read_pins(program *p) {
     pin_list pins = {0};
     char message[AGREE_MESSAGE];
@@ -219,9 +227,17 @@ static int read_pins(program *p) {
         return ARGUMENTS_DONE;
     if (p->rank == 0 && pins_read(p->args.pins, &pins, message, sizeof message))
         code = ARGUMENTS_COULD_NOT;
+    int32_t spring = code == ARGUMENTS_DONE ? find_spring(&pins) : -1;
+    if (spring >= 0) {
+        snprintf(message, sizeof message, "vertex %d has a weight: curvopt-tao holds vertices exactly or not at all",
+                 (int)spring);
+        code = ARGUMENTS_COULD_NOT;
+    }
     code = follow(p, code);
-    if (code != ARGUMENTS_DONE)
+    if (code != ARGUMENTS_DONE) {
+        pins_free(&pins);
         return say(p, code, p->args.pins, message);
+    }
     broadcast_pins(p, &pins);
     int wrong = take_pins(p, &pins);
     pins_free(&pins);

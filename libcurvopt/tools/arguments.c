@@ -2,71 +2,18 @@
 #include "arguments.h"
 
 #include "json.h"
+#include "parse.h"
 
-#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
 static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const symmetry_name[4] = {"auto", "none", "rotations", "keep"};
 static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 static int complain(char *message, size_t size, const char *what, const char *which) {
     snprintf(message, size, "%s%s%s", what, which ? " " : "", which ? which : "");
     return ARGUMENTS_USAGE;
-}
-
-static int parse_integer(const char *text, int32_t *out) {
-    char *end;
-    errno = 0;
-    long value = strtol(text, &end, 10);
-    if (end == text || *end || errno || value < INT32_MIN || value > INT32_MAX)
-        return 1;
-    *out = (int32_t)value;
-    return 0;
-}
-
-static int parse_real(const char *text, double *out) {
-    char *end;
-    *out = strtod(text, &end);
-    return end == text || *end;
-}
-
-static int find_name(const char *const *names, int n, const char *text, size_t length) {
-    for (int i = 0; i < n; i++)
-        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
-            return i;
-    return -1;
-}
-
-/* "mvs" or "mvs:1,willmore:0.1". */
-static int parse_energy(const char *text, double *weights) {
-    for (int t = 0; t < 8; t++)
-        weights[t] = 0;
-    for (const char *at = text;;) {
-        size_t name_length = strcspn(at, ":,"), length = strcspn(at, ",");
-        int term = find_name(json_term_name, CURVOPT_N_TERMS, at, name_length);
-        double weight = 1;
-        if (term < 0)
-            return 1;
-        if (name_length < length) {
-            char number[64], *end;
-            size_t digits = length - name_length - 1;
-            if (digits == 0 || digits >= sizeof number)
-                return 1;
-            memcpy(number, at + name_length + 1, digits);
-            number[digits] = 0;
-            weight = strtod(number, &end);
-            if (*end)
-                return 1;
-        }
-        weights[term] += weight;
-        if (!at[length])
-            return 0;
-        at += length + 1;
-    }
 }
 
 /* An option with a value; 0 if understood. */
@@ -78,14 +25,14 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--energy"))
         return parse_energy(a->energy = value, o->weights);
     else if (!strcmp(name, "--surface")) {
-        surface = find_name(json_surface_name, 4, value, strlen(value));
+        surface = parse_name(json_surface_name, 4, value, strlen(value));
         o->surface = surface;
         return surface < CURVOPT_SURFACE_LIMIT;
     } else if (!strcmp(name, "--boundary-rule")) {
-        a->boundary_rule = find_name(boundary_rule_name, 2, value, strlen(value));
+        a->boundary_rule = parse_name(boundary_rule_name, 2, value, strlen(value));
         return a->boundary_rule < 0;
     } else if (!strcmp(name, "--boundary")) {
-        o->boundary = find_name(boundary_name, 4, value, strlen(value));
+        o->boundary = parse_name(boundary_name, 4, value, strlen(value));
         return o->boundary < 0;
     } else if (!strcmp(name, "--tolerance"))
         return parse_real(value, &o->tolerance);
@@ -99,11 +46,10 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->max_iterations);
     else if (!strcmp(name, "--pin"))
         a->pins = value;
-    else if (!strcmp(name, "--symmetry")) {
-        o->symmetry = find_name(symmetry_name, 4, value, strlen(value));
-        return o->symmetry < 0;
-    } else if (!strcmp(name, "--method")) {
-        o->method = find_name(method_name, 3, value, strlen(value));
+    else if (!strcmp(name, "--symmetry"))
+        return parse_symmetry(value, o);
+    else if (!strcmp(name, "--method")) {
+        o->method = parse_name(method_name, 3, value, strlen(value));
         return o->method < CURVOPT_METHOD_LMVM;
     }
     return 0;
@@ -115,8 +61,8 @@ static int is_valued(const char *name, int minimize) {
     static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
                                                 "--method", "--boundary", "--symmetry", "--pin"};
     size_t length = strlen(name);
-    return find_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
-           (minimize && find_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
+    return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
+           (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
 }
 
 int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t size) {

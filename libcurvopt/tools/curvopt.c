@@ -56,10 +56,12 @@ static const char help_text[] =
     "  --max-iterations N   a level (default 1000)\n"
     "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
     "                       there are third-order terms only as far as it pays (default); rotations: those that\n"
-    "                       mirror nothing; none: not looked for\n"
+    "                       mirror nothing; none: not looked for; x, y, z or several with commas: these mirror planes\n"
+    "                       and no others, refused if the cage does not have them\n"
     "  --escape             leave a shape that is a saddle, downwards, on levels of up to 5000 vertices\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
-    "                       along a direction, V plane X Y Z across one\n"
+    "                       along a direction, V plane X Y Z across one; a number behind that, 0 to 1, says how\n"
+    "                       firmly: 1 exactly, less by a spring that draws the vertex there\n"
     "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
     "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
     "                       rule that nothing checks\n"
@@ -271,8 +273,11 @@ static int load_pins(arguments *a, pin_list *pins) {
         return ARGUMENTS_DONE;
     if (pins_read(a->pins, pins, message, sizeof message))
         return could_not(a->pins, message);
-    a->constraints = (curvopt_constraints){
-        .vertices = pins->vertices, .freedom = pins->freedom, .directions = pins->directions, .n = pins->n};
+    a->constraints = (curvopt_constraints){.vertices = pins->vertices,
+                                           .freedom = pins->freedom,
+                                           .directions = pins->directions,
+                                           .n = pins->n,
+                                           .weights = pins->weights};
     a->options.constraints = &a->constraints;
     return ARGUMENTS_DONE;
 }

@@ -12,12 +12,13 @@ void pins_free(pin_list *pins) {
     free(pins->vertices);
     free(pins->freedom);
     free(pins->directions);
+    free(pins->weights);
     *pins = (pin_list){0};
 }
 
 typedef struct pin {
     int32_t vertex, freedom;
-    double direction[3];
+    double direction[3], weight;
 } pin;
 
 /* Room for one more; 1 if memory is out. */
@@ -52,9 +53,9 @@ static int parse_line(char *line, pin *out) {
         return 0;
     errno = 0;
     long value = strtol(at, &end, 10);
-    if (end == at || errno || value < 0 || value > INT32_MAX)
+    if (end == at || errno || value < 0 || value > INT32_MAX || (*end && !strchr(blank, *end)))
         return -1;
-    *out = (pin){.vertex = (int32_t)value};
+    *out = (pin){.vertex = (int32_t)value, .weight = 1};
     at = end + strspn(end, blank);
     if (!strncmp(at, "line", 4) || !strncmp(at, "plane", 5)) {
         out->freedom = *at == 'l' ? 1 : 2;
@@ -64,6 +65,9 @@ static int parse_line(char *line, pin *out) {
                 return -1;
         at += strspn(at, blank);
     }
+    if (*at && !take_real(&at, &out->weight))
+        return -1;
+    at += strspn(at, blank);
     return *at ? -1 : 1;
 }
 
@@ -74,7 +78,9 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         pin one;
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
-            snprintf(message, size, "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z", number);
+            snprintf(message, size,
+                     "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z, and perhaps a weight",
+                     number);
             return 1;
         }
         if (found == 0)
@@ -97,14 +103,16 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
     *out = (pin_list){.vertices = malloc(sizeof(int32_t) * (size_t)n),
                       .freedom = malloc(sizeof(int32_t) * (size_t)n),
                       .directions = malloc(3 * sizeof(double) * (size_t)n),
+                      .weights = malloc(sizeof(double) * (size_t)n),
                       .n = n};
-    if (!out->vertices || !out->freedom || !out->directions) {
+    if (!out->vertices || !out->freedom || !out->directions || !out->weights) {
         pins_free(out);
         return 1;
     }
     for (int32_t i = 0; i < n; i++) {
         out->vertices[i] = list[i].vertex;
         out->freedom[i] = list[i].freedom;
+        out->weights[i] = list[i].weight;
         memcpy(out->directions + 3 * (size_t)i, list[i].direction, sizeof list[i].direction);
     }
     return 0;

@@ -52,14 +52,15 @@ AT(curvopt_options, constraints, 120);
 AT(curvopt_options, symmetry, 128);
 AT(curvopt_options, verify, 132);
 AT(curvopt_options, escape, 136);
-AT(curvopt_options, reserved, 140);
+AT(curvopt_options, symmetry_planes, 140);
 
-SIZE(curvopt_constraints, 32);
+SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);
 AT(curvopt_constraints, freedom, 8);
 AT(curvopt_constraints, directions, 16);
 AT(curvopt_constraints, n, 24);
 AT(curvopt_constraints, reserved, 28);
+AT(curvopt_constraints, weights, 32);
 
 SIZE(curvopt_energies, 200);
 AT(curvopt_energies, objective, 0);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The add-on's whole suite in several Blenders: this system's, and those of other Debians that lie in folders. The built
-# library and both zips are copied there with the tests, nothing is built there.
+# library, the command line and both zips are copied there with the tests, nothing is built there.
 #
 #   bash tests/addon/blenders.sh [ROOT...]
 #
@@ -39,7 +39,7 @@ for root in "$@"; do
     mkdir -p "$root$inside/build/release"
     cp -r addon tests blend_files LICENSE "$root$inside"
     cp -r --parents libcurvopt/include "$root$inside"
-    cp build/release/libcurvopt.so build/release/curvopt_*.zip "$root$inside/build/release"
+    cp build/release/curvopt build/release/libcurvopt.so build/release/curvopt_*.zip "$root$inside/build/release"
     echo "=== $(chroot "$root" blender --version 2>/dev/null | head -n 1) in $root"
     # shellcheck disable=SC2016 # expanded by the shell in the new mount namespace
     ROOT=$root INSIDE=$inside unshare --mount --propagation private bash -c '

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapes
 from addon import energy, header, job, native
+from addon.values import Held
 
 
 def progress(iteration: int) -> native.Progress:
@@ -197,13 +198,11 @@ INNER_FACES = np.arange(4, 12)  # all of whose neighbours have only vertices of 
 
 
 def solve_holding(held, levels, symmetry="keep", iterations=5):
-    return job.solve(
-        torus_cage(),
-        job.Request("mvs", levels, {"max_iterations": iterations, "threads": 1}, symmetry=symmetry, held=held),
-    )
+    limits = {"max_iterations": iterations, "threads": 1}
+    return job.solve(torus_cage(), job.Request("mvs", levels, limits, symmetry=symmetry, held=Held.exactly(held)))
 
 
-@pytest.mark.parametrize("symmetry", header.SYMMETRIES)
+@pytest.mark.parametrize("symmetry", [name for name in header.SYMMETRIES if name != "planes"])
 @pytest.mark.parametrize("held", [np.array([0]), np.array([1, 6, 30]), BLOCK])
 def test_held_vertices_of_the_request_stay(held, symmetry):
     moved = np.abs(solve_holding(held, 1, symmetry).cage.positions - torus_cage().positions)
@@ -220,6 +219,25 @@ def test_the_surface_stays_where_faces_and_their_neighbours_are_held():
         assert distance[INNER_FACES].max() < 1e-14
         moved.append(distance.max())
     assert min(moved) > 1e-2
+
+
+def test_symmetry_is_a_name_or_planes():
+    assert [job.symmetry_of(name) for name in ("auto", "keep")] == [(0, 0), (3, 0)]
+    assert [job.symmetry_of(text)[1] for text in ("x", "z", "y,x", "x,y,z", "z,z")] == [1, 4, 3, 7, 4]
+    assert job.symmetry_of("y")[0] == header.SYMMETRIES.index("planes")
+    for text in ("planes", "", "x,", "xy", "w", "x, y", "all"):
+        with pytest.raises(ValueError, match=f"no symmetry '{text}'; there are auto, none, rotations, keep, and"):
+            job.symmetry_of(text)
+
+
+@pytest.mark.parametrize("planes, order", [("x", 2), ("y,z", 4), ("x,y,z", 8)])
+def test_chosen_planes_are_kept(planes, order):
+    solution = job.solve(torus_cage(), job.Request("willmore", 2, {"threads": 1}, symmetry=planes))
+    assert solution.symmetry_order == order
+    for axis in ("xyz".index(plane) for plane in planes.split(",")):
+        points = solution.cage.positions
+        image = points * np.where(np.arange(3) == axis, -1, 1)
+        assert np.linalg.norm(image[:, None] - points[None], axis=2).min(axis=1).max() < 1e-12
 
 
 def corner_points(cage, faces):

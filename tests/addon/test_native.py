@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import shapes
 from addon import header, native
+from addon.values import Held
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = ROOT / "libcurvopt" / "include" / "curvopt.h"
@@ -358,7 +359,7 @@ def test_held_vertices_stay_exactly_where_they_are(lib):
     """Also when nothing but the options remembers which they are."""
     mesh, points = torus_mesh(lib)
     held = [3, 7, 20]
-    options = lib.options({"willmore": 1.0}, np.array(held, np.int64), levels=1)
+    options = lib.options({"willmore": 1.0}, Held.exactly(np.array(held, np.int64)), levels=1)
     gc.collect()
     with mesh, native.minimize(mesh, points, options) as result:
         moved = np.abs(result.cage().positions - points).max(axis=1)
@@ -378,7 +379,7 @@ def test_held_vertices_stay_or_go_with_their_patch(lib, held, symmetry):
         seen[now.level].append(np.ctypeslib.as_array(now.xyz, (now.n_vertices, 3)).copy())
         return 0
 
-    options = lib.options({"mvs": 1.0}, held, levels=2, max_iterations=5, symmetry=symmetry)
+    options = lib.options({"mvs": 1.0}, Held.exactly(held), levels=2, max_iterations=5, symmetry=symmetry)
     raw = points.ctypes.data_as(header.REALS)
     with mesh:
         callback = header.PROGRESS_FN(look)
@@ -393,13 +394,30 @@ def test_held_vertices_stay_or_go_with_their_patch(lib, held, symmetry):
     assert np.abs(seen[2][0][held] - expected[held]).max() < 1e-14
 
 
+def test_vertices_are_held_as_firmly_as_their_weights_say(lib):
+    mesh, points = torus_mesh(lib)
+    off = []
+    with mesh:
+        for weight in (0.1, 0.99):
+            held = Held(np.array([3, 14, 20]), np.array([weight, weight, 1.0]))
+            options = lib.options({"willmore": 1.0}, held, levels=1, symmetry=1)
+            gc.collect()
+            with native.minimize(mesh, points, options) as result:
+                off.append(np.linalg.norm(result.cage().positions - points, axis=1)[[3, 14, 20]])
+    assert off[0][2] == off[1][2] == 0 and (0 < 3 * off[1][:2]).all() and (3 * off[1][:2] < off[0][:2]).all()
+
+
 def test_held_vertices_are_checked(lib):
     mesh, points = torus_mesh(lib)
     with pytest.raises(ValueError, match="held must be integers"):
-        lib.options({"mvs": 1.0}, [0.5])
+        lib.options({"mvs": 1.0}, Held.exactly([0.5]))
+    with pytest.raises(ValueError, match="weights of held vertices holds 1 numbers, expected 2"):
+        lib.options({"mvs": 1.0}, Held(np.array([0, 1]), np.array([0.5])))
+    with pytest.raises(native.CurvoptError, match="constraint 0 on vertex 3 has the weight 1.5"):
+        native.minimize(mesh, points, lib.options({"mvs": 1.0}, Held(np.array([3]), np.array([1.5])), levels=1))
     for held, match in (([0, 32], "vertex 32; there are 32"), (range(32), "nothing may move: all 32 vertices")):
         with pytest.raises(native.CurvoptError, match=match) as caught:
-            native.minimize(mesh, points, lib.options({"willmore": 1.0}, held, levels=1))
+            native.minimize(mesh, points, lib.options({"willmore": 1.0}, Held.exactly(held), levels=1))
         assert caught.value.code == 1
     mesh.close()
 
@@ -410,7 +428,7 @@ def test_symmetries_that_were_kept_are_counted(lib):
     orders = []
     with mesh:
         for held, symmetry in (([], 0), ([], 1), ([0], 0)):
-            options = lib.options({"willmore": 1.0}, held, levels=1, max_iterations=2, symmetry=symmetry)
+            options = lib.options({"willmore": 1.0}, Held.exactly(held), levels=1, max_iterations=2, symmetry=symmetry)
             with native.minimize(mesh, points, options) as result:
                 orders.append(result.summary().symmetry_order)
     assert orders == [32, 1, 4]

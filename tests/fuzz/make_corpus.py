@@ -57,6 +57,7 @@ def main():
         for surface in range(1, 4):
             write('corpus_mesh', '%s_%d' % (name, surface), packed(cage, surface, 0 if surface == 1 else surface - 1))
     write('corpus_pins', 'all_kinds', b'0 # stays\n3 line 0 0 2\n\n5 plane 1.5 -2e3 0\n')
+    write('corpus_pins', 'weights', b'0 0.5\n3 line 0 0 2 .25 # softly\n5 plane 1 0 0 1\n')
     write('corpus_pins', 'no_vertex', b'# nothing\n')
     write('corpus_pins', 'no_number', b'1\nline 0 0 1\n')
     write('corpus_mesh', 'open', packed((8, CUBE[1][:5]), 1, 0))

@@ -57,7 +57,7 @@ class Options(C.Structure):
                                          "as_report", "boundary")] + [
         ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
-        ("escape", I32), ("reserved", I32)]
+        ("escape", I32), ("symmetry_planes", I32)]
 
 
 class Energies(C.Structure):
@@ -84,7 +84,7 @@ class Constraints(C.Structure):
     """curvopt_constraints; made by constraints()"""
 
     _fields_ = [("vertices", C.c_void_p), ("freedom", C.c_void_p), ("directions", C.c_void_p), ("n", I32),
-                ("reserved", I32)]
+                ("reserved", I32), ("weights", C.c_void_p)]
 
 
 class LevelReport(C.Structure):
@@ -223,12 +223,15 @@ def refine(mesh: Mesh) -> Mesh:
     return read_mesh(fine.pointer, xyz)
 
 
-def constraints(vertices, freedom=None, directions=None) -> Constraints:
-    """Vertices, how many dimensions each has left (None: 0), and directions [n, 3]; keeps the arrays alive."""
+def constraints(vertices, freedom=None, directions=None, weights=None) -> Constraints:
+    """Vertices, how many dimensions each has left (None: 0), directions [n, 3], and how firmly each is held, 0 to 1 or
+    all alike (None: 1); keeps the arrays alive."""
     kept = [np.ascontiguousarray(list(vertices), np.int32)]
     kept += [None if freedom is None else np.ascontiguousarray(freedom, np.int32),
-             None if directions is None else np.ascontiguousarray(directions, np.float64)]
-    out = Constraints(*(None if a is None else a.ctypes.data for a in kept), len(kept[0]), 0)
+             None if directions is None else np.ascontiguousarray(directions, np.float64),
+             None if weights is None else np.ascontiguousarray(np.broadcast_to(weights, len(kept[0])), np.float64)]
+    vertex, free, direction, weight = (None if a is None else a.ctypes.data for a in kept)
+    out = Constraints(vertex, free, direction, len(kept[0]), 0, weight)
     out.kept = kept
     return out
 

@@ -99,6 +99,11 @@ test_bad_pins_are_refused_by_name() {
     pins '1 line 0 0\n' 'pins.txt: line 1 is no pin'
     pins '-1\n' 'pins.txt: line 1 is no pin'
     pins '1.5\n' 'pins.txt: line 1 is no pin'
+    pins '1,0.5\n' 'pins.txt: line 1 is no pin'
+    pins '1 0.5 2\n' 'pins.txt: line 1 is no pin'
+    pins '1 line 0 0 1 soft\n' 'pins.txt: line 1 is no pin'
+    pins '1 1.5\n' 'constraint 0 on vertex 1 has the weight 1.5; it must be 0 to 1'
+    pins '1\n1 0.5\n' 'vertex 1 has two constraints that contradict'
     pins '8\n' 'vertex 8; there are 8 vertices'
     pins '1\n3 line 0 0 0\n' 'vertex 3 has the direction 0 0 0'
     pins '1 line 0 0 nan\n' 'vertex 1 has the direction'
@@ -119,8 +124,28 @@ test_pins_hold_vertices() {
         fail "vertex 5 has left its plane"
 }
 
-test_symmetry_is_auto_or_none() {
-    minimize "--symmetry cannot be perhaps" --symmetry perhaps
+test_weights_of_pins_hold_softly() {
+    cube_obj | sed '1s/-1/-2/' >cage.obj
+    printf '0 0.5 # a little\n3 line 0 0 2 .9\n5 plane 1 0 0 1\n' >pins.txt
+    run minimize cage.obj -o result.obj --levels 1 --pin pins.txt --quiet
+    expect 0 ''
+    [[ $(sed -n 1p result.obj) != "$(sed -n 1p cage.obj)" ]] || fail "vertex 0 has not moved at all"
+    [[ $(sed -n 6p result.obj | cut -d' ' -f2) == "$(sed -n 6p cage.obj | cut -d' ' -f2)" ]] ||
+        fail "vertex 5 has left its plane"
+}
+
+test_symmetry_is_a_name_or_planes() {
+    local wrong
+    for wrong in perhaps x,w xy x, ,x x,,y ''; do
+        minimize "--symmetry cannot be $wrong" --symmetry "$wrong"
+    done
+    cube_obj >cage.obj
+    run minimize cage.obj -o result.obj --levels 1 --symmetry z,x --json - --quiet
+    expect 0 ''
+    [[ $OUT == *'"symmetry_order": 4'* ]] || fail "symmetries kept: $OUT"
+    cube_obj | sed '2s/$/1/' >cage.obj
+    refused 1 "the cage is not symmetric about the plane x = 0: vertex 1 has no partner" \
+        minimize cage.obj -o result.obj --levels 1 --symmetry x
 }
 
 test_energy_that_the_surface_cannot_carry_is_refused() {

@@ -49,6 +49,40 @@ static int32_t run_minimization(void *context, curvopt_error *error) {
     return run(context, 1, error);
 }
 
+/* A closed cage with a mirror plane, a face of it held softly, through a subdivision; or moved so that it has none. */
+static int32_t run_softly(const cage *c, double shift, curvopt_error *error) {
+    static const int32_t vertices[4] = {1, 3, 5, 7};
+    static const double weights[4] = {0.5, 0.5, 0.5, 0.5};
+    const curvopt_constraints pins = {.vertices = vertices, .n = 4, .weights = weights};
+    curvopt_options o;
+    curvopt_mesh *mesh;
+    curvopt_result *result = NULL;
+    double xyz[24];
+    memcpy(xyz, c->xyz, sizeof xyz);
+    xyz[0] += shift;
+    curvopt_options_init(&o);
+    o.threads = o.max_iterations = 1;
+    o.levels = 2;
+    o.tolerance = 0.5;
+    o.constraints = &pins;
+    o.symmetry = CURVOPT_SYMMETRY_PLANES;
+    o.symmetry_planes = CURVOPT_PLANE_X + CURVOPT_PLANE_Y;
+    int32_t status = curvopt_mesh_create(8, 6, c->sizes, c->vertices, &mesh, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_minimize(mesh, xyz, &o, NULL, NULL, NULL, &result, error);
+    curvopt_result_destroy(result);
+    curvopt_mesh_destroy(mesh);
+    return shift != 0 && status == CURVOPT_ERROR_GEOMETRY ? CURVOPT_OK : status;
+}
+
+static int32_t run_pulled(void *context, curvopt_error *error) {
+    return run_softly(context, 0, error);
+}
+
+static int32_t run_asymmetric(void *context, curvopt_error *error) {
+    return run_softly(context, 0.25, error);
+}
+
 static void fail_in_turn(failing_run *run_it) {
     cage c = cage_cube();
     fail_every_allocation(run_it, &c, 50);
@@ -65,10 +99,19 @@ static void test_minimization_survives_every_failure(void **state) {
     fail_in_turn(run_minimization);
 }
 
+static void test_soft_pins_and_planes_survive_every_failure(void **state) {
+    (void)state;
+    fail_in_turn(run_pulled);
+    cage c = cage_cube();
+    fail_every_allocation(run_asymmetric, &c, 5);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
+        cmocka_unit_test(test_soft_pins_and_planes_survive_every_failure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -111,6 +111,30 @@ static void test_reals_out_of_range_are_refused_by_name(void **state) {
     }
 }
 
+static void test_planes_go_with_their_symmetry(void **state) {
+    (void)state;
+    for (int32_t symmetry = CURVOPT_SYMMETRY_AUTO; symmetry <= CURVOPT_SYMMETRY_PLANES + 1; symmetry++)
+        for (int32_t planes = -1; planes <= 8; planes++) {
+            int chosen = symmetry == CURVOPT_SYMMETRY_PLANES, good = chosen ? planes >= 1 && planes <= 7 : planes == 0;
+            curvopt_options o = usual();
+            curvopt_error error;
+            o.symmetry = symmetry;
+            o.symmetry_planes = planes;
+            if (symmetry > CURVOPT_SYMMETRY_PLANES)
+                CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "symmetry is 5; it must be 0 to 4");
+            else if (good)
+                CHECK_OK(curvopt_options_validate(&o, &error), &error);
+            else
+                CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "symmetry_planes is");
+            o.as_report = 1;
+            if (chosen && good)
+                CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "as_report keeps no symmetries");
+        }
+}
+
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY};
@@ -185,6 +209,7 @@ int main(void) {
         cmocka_unit_test(test_defaults_are_those_of_the_header_and_valid),
         cmocka_unit_test(test_integers_out_of_range_are_refused_by_name),
         cmocka_unit_test(test_reals_out_of_range_are_refused_by_name),
+        cmocka_unit_test(test_planes_go_with_their_symmetry),
         cmocka_unit_test(test_weights_are_refused_by_index),
         cmocka_unit_test(test_weights_of_no_term_must_be_zero),
         cmocka_unit_test(test_weights_must_not_vanish_or_overflow_together),

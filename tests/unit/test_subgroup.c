@@ -58,7 +58,7 @@ static void check_classes(cage c, int32_t order, int32_t n_classes) {
         CHECK_INT(count, groups.order[k]);
         CHECK_TRUE(k == 0 || groups.order[k] <= groups.order[k - 1]);
         CHECK_TRUE(is_closed(&s, member));
-        CHECK_OK(co_symmetry_select(&s, member, &part, &error), &error);
+        CHECK_OK(co_subgroup_select(&s, member, &part, &error), &error);
         CHECK_INT(part.order, count);
         check_table(&part);
         co_symmetry_free(&part);

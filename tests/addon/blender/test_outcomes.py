@@ -78,6 +78,20 @@ def test_in_place_leaves_another_user_of_the_mesh_alone(torus):
     assert np.array_equal(positions(other.data.vertices), before) and torus.data is not other.data
 
 
+@pytest.mark.parametrize("outcome", ["NEW", "REPLACE", "SHAPE_KEY"])
+def test_locks_of_an_object_keep_nothing_from_being_done(torus, outcome):
+    """They are for moving it by hand: it stays where it is, locked, and a new object is free."""
+    torus.lock_location = torus.lock_rotation = torus.lock_scale = (True, True, True)
+    torus.hide_select, torus.location = True, (1, 2, 3)
+    group = torus.vertex_groups.new(name="Pins")
+    group.add([0], 1.0, "REPLACE")
+    group.lock_weight = True
+    result = minimize(outcome=outcome, keep="GROUP", vertex_group="Pins")
+    assert tuple(torus.location) == (1, 2, 3) and all(torus.lock_location) and group.lock_weight
+    assert any(result.lock_location) == (outcome != "NEW") and (result is torus) == (outcome != "NEW")
+    assert result["curvopt_after_willmore"] < result["curvopt_before_willmore"]
+
+
 # ------------------------------------------------------------------------------------------------------ shape key --
 
 
@@ -105,6 +119,29 @@ def test_shape_key_of_a_refined_cage_is_refused(torus, contents):
         bpy.ops.curvopt.minimize(outcome="SHAPE_KEY", levels=2)
     assert contents() == before
     minimize(outcome="SHAPE_KEY", levels=5, resolution="KEEP")
+
+
+# ------------------------------------------------------------------------------------------------- adjusting it --
+
+
+def test_script_can_apply_the_last_result_again_elsewhere(torus, optimum, part):
+    """What the adjust panel does between undo and undo: no run, other properties."""
+    minimize()
+    bpy.data.objects.remove(bpy.data.objects["Torus Willmore"])
+    number = part("apply")._finished[0]
+    assert bpy.ops.curvopt.apply_result(number=number, outcome="REPLACE", amount=0.5) == {"FINISHED"}
+    assert torus.curvopt_amount == 0.5
+    assert positions(torus.data.vertices) == pytest.approx((optimum + shapes.torus()[0]) / 2, abs=1e-6)
+    with pytest.raises(RuntimeError, match="Only the result of the last run can be applied again"):
+        bpy.ops.curvopt.apply_result(number=number - 1)
+
+
+def test_result_of_an_object_with_shape_keys_does_not_go_in_place(torus, part, contents):
+    minimize(outcome="SHAPE_KEY")
+    before = contents()
+    with pytest.raises(RuntimeError, match="'Torus' has shape keys: the result can be another one, or a new object"):
+        bpy.ops.curvopt.apply_result(number=part("apply")._finished[0], outcome="REPLACE")
+    assert contents() == before
 
 
 # --------------------------------------------------------------------------------------------------------- amount --

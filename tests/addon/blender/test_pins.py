@@ -41,9 +41,9 @@ def select(obj, vertices):
 
 @pytest.fixture
 def pinned(torus):
-    """The torus with HELD in the group Pins, others in it with too little weight or in another group."""
+    """The torus with HELD in the group Pins, others in it with no weight or in another group."""
     add_group(torus, {9: 1.0}, "Other")
-    add_group(torus, {**dict.fromkeys(HELD, 1.0), HELD[0]: 0.51, 1: 0.5, 2: 0.1, 3: 0.0})
+    add_group(torus, {**dict.fromkeys(HELD, 1.0), 1: 0.0, 3: 0.0})
     return torus
 
 
@@ -51,8 +51,30 @@ def pinned(torus):
 
 
 @pytest.mark.parametrize("symmetry", ["AUTO", "NONE"])
-def test_vertices_above_half_in_the_group_stay_to_the_last_bit(pinned, symmetry):
+def test_vertices_of_weight_1_in_the_group_stay_to_the_last_bit(pinned, symmetry):
     assert unmoved(minimize(keep="GROUP", vertex_group="Pins", symmetry=symmetry), pinned) == HELD
+
+
+def test_lesser_weights_hold_the_less(torus):
+    """Vertex 17 is drawn back by its weight in the group; the others stay as they do."""
+    moved = []
+    for weight in (0.05, 0.5, 0.95):
+        group = add_group(torus, {**dict.fromkeys(HELD, 1.0), 17: weight}, f"Pins {weight}")
+        result = minimize(keep="GROUP", vertex_group=group.name, symmetry="NONE")
+        assert unmoved(result, torus) == [v for v in HELD if v != 17]
+        moved.append(float(np.linalg.norm(positions(result)[17] - positions(torus)[17])))
+        bpy.context.view_layer.objects.active = torus
+    assert 0 < moved[2] < 0.5 * moved[1] < 0.5 * moved[0], moved
+
+
+def test_weights_hold_alike_at_any_scale(torus):
+    """In the object's own units, ten times as large."""
+    add_group(torus, {0: 0.5, 6: 0.25, 17: 0.75, 30: 0.5})
+    small = positions(minimize(keep="GROUP", vertex_group="Pins", symmetry="NONE"))
+    bpy.context.view_layer.objects.active = torus
+    torus.scale = (10, 10, 10)
+    large = positions(minimize(keep="GROUP", vertex_group="Pins", symmetry="NONE"))
+    assert np.abs(large - 10 * small).max() < 1e-2 and np.abs(small - positions(torus)).max() > 1e-1
 
 
 def test_selection_stays(torus):
@@ -181,11 +203,34 @@ def test_pins_leave_the_symmetries_that_they_have(pinned):
     assert minimize(keep="GROUP", vertex_group=group.name)["curvopt_symmetry_order"] == 8
 
 
+@pytest.mark.parametrize("planes", [(True, False, False), (False, True, True)])
+def test_chosen_planes_of_the_object_are_kept_and_no_others(torus, planes):
+    """Planes of its own axes, through its middle, wherever it is and its origin."""
+    shift = np.array([0.5, 0.25, -1.0], np.float32)
+    torus.data.vertices.foreach_set("co", (positions(torus) + shift).reshape(-1))
+    torus.location, torus.rotation_euler = (3, -1, 2), (0.3, -0.2, 0.9)
+    result = minimize(2, symmetry="PLANES", symmetry_planes=planes)
+    assert result["curvopt_symmetry_order"] == 2 ** sum(planes)
+    points = positions(result).astype(float)
+    points -= points.mean(axis=0)
+    for axis in np.flatnonzero(planes):
+        image = points * np.where(np.arange(3) == axis, -1, 1)
+        assert np.linalg.norm(image[:, None] - points[None], axis=2).min(axis=1).max() < 2e-6
+
+
+def test_planes_of_the_scene_are_used_when_the_call_gives_none(torus):
+    settings = bpy.context.scene.curvopt
+    settings.symmetry, settings.symmetry_planes = "PLANES", (False, False, True)
+    assert minimize()["curvopt_symmetry_order"] == 2
+
+
 def test_choices_of_the_panel_are_the_librarys(part):
     assert {item[0].lower() for item in part("properties").SYMMETRIES} == set(part("header").SYMMETRIES)
 
 
-@pytest.mark.parametrize("name", ["energy", "levels", "boundary", "symmetry", "keep", "vertex_group"])
+@pytest.mark.parametrize(
+    "name", ["energy", "levels", "boundary", "symmetry", "symmetry_planes", "keep", "vertex_group"]
+)
 def test_operator_and_scene_have_the_same_properties(torus, name):
     """Same names, tooltips, choices, defaults: what scripts, shortcuts and menus set is what the panel shows."""
     settings = bpy.context.scene.curvopt.bl_rna.properties[name]

@@ -116,13 +116,31 @@ def test_vertex_group_that_is_not_chosen_or_not_there(torus, refused):
 
 def test_vertex_group_that_holds_nothing(torus, refused):
     torus.vertex_groups.new(name="Full").add(range(32), 1.0, "REPLACE")
-    torus.vertex_groups.new(name="Pins").add(range(32), 0.5, "REPLACE")
+    torus.vertex_groups.new(name="Pins").add(range(32), 0.0, "REPLACE")
     refused("Vertex group 'Pins' of object 'Torus' holds nothing", keep="GROUP", vertex_group="Pins")
 
 
 def test_vertex_group_that_holds_everything(torus, refused):
     torus.vertex_groups.new(name="Pins").add(range(32), 1.0, "REPLACE")
     refused("^Error: Nothing may move: all 32 vertices are held", keep="GROUP", vertex_group="Pins")
+
+
+def test_plane_that_the_cage_is_not_symmetric_about(torus, refused):
+    torus.data.vertices[5].co.y += 0.1
+    refused(
+        r"^Error: The cage is not symmetric about the plane x = 0: vertex 5 has no partner, the nearest to its mirror "
+        r"image is vertex 13, 0\.1 away", symmetry="PLANES", symmetry_planes=(True, False, False),
+    )  # fmt: skip
+
+
+def test_weights_that_are_not_symmetric(torus, refused):
+    torus.vertex_groups.new(name="Pins").add([5], 0.5, "REPLACE")
+    refused("vertex 5 and its partner 13 differ in creases or in how they are held", keep="GROUP", vertex_group="Pins",
+            symmetry="PLANES")  # fmt: skip
+
+
+def test_no_plane_is_chosen(torus, refused):
+    refused("^Error: No mirror plane is chosen", symmetry="PLANES", symmetry_planes=(False, False, False))
 
 
 @pytest.mark.parametrize("keep", ["SELECTED", "UNSELECTED"])

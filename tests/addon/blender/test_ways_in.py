@@ -52,10 +52,11 @@ def test_every_control_has_a_tooltip(part):
             assert len(item.description) > 10, (prop.identifier, item.identifier)
 
 
-def test_minimize_has_no_adjust_panel_because_it_would_freeze_blender(part):
-    """A redo is a whole optimization on the main thread; the reason stands where the operator is written."""
-    assert "REGISTER" not in part("operators").CURVOPT_OT_minimize.bl_options
-    assert "no adjust-last-operation panel" in part("operators").__doc__
+def test_what_the_adjust_panel_repeats_is_writing_a_result_not_a_run(part):
+    """A run's own operator neither registers nor is an undo step: adjusting would freeze Blender for as long as it
+    takes. What applies its result is both."""
+    assert part("operators").CURVOPT_OT_minimize.bl_options == set()
+    assert {"REGISTER", "UNDO"} <= part("apply").CURVOPT_OT_apply_result.bl_options
     assert "REGISTER" in part("analysis").CURVOPT_OT_curvature.bl_options
 
 

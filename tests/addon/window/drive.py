@@ -16,6 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import (  # noqa: E402
     RESULTS,
+    click,
     click_up_the_panel,
     contents,
     invoke,
@@ -66,6 +67,97 @@ def undo_takes_one_step_and_redo_brings_it_back():
     assert bpy.context.view_layer.objects.active.name == "Torus" and contents()["Torus"][2]
     press("Z", ctrl=True, shift=True)
     yield lambda: "Torus Willmore" in bpy.data.objects
+
+
+def adjust(**properties):
+    """As the adjust-last-operation panel does: other properties, then undone and done again."""
+    operation = bpy.context.window_manager.operators[-1]
+    assert operation.bl_idname == "CURVOPT_OT_apply_result", operation.bl_idname
+    for name, value in properties.items():
+        setattr(operation.properties, name, value)
+    area, region = viewport()
+    with bpy.context.temp_override(window=window(), area=area, region=region):
+        return bpy.ops.ed.undo_redo("EXEC_DEFAULT", True)  # else nothing within is an undo step
+
+
+def coordinates(name):
+    return np.array([vertex.co for vertex in bpy.data.objects[name].data.vertices])
+
+
+def half_way(end, start):
+    return np.abs(coordinates("Torus Willmore") - (0.5 * end + 0.5 * start)).max() < 1e-6
+
+
+@check
+def adjusting_the_last_operation_changes_amount_and_result_without_a_new_run():
+    setup()
+    calls, solve = [], part("job").solve
+    part("job").solve = lambda *arguments: calls.append(arguments) or solve(*arguments)
+    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    start, end = coordinates("Torus"), coordinates("Torus Willmore")
+    assert adjust(amount=0.5) == {"FINISHED"}
+    yield lambda: half_way(end, start)
+    assert set(contents()) == {"Torus", "Torus Willmore"}
+    assert adjust(outcome="REPLACE", amount=1.0) == {"FINISHED"}
+    yield lambda: set(contents()) == {"Torus"} and np.abs(coordinates("Torus") - end).max() < 1e-6
+    assert adjust(outcome="SHAPE_KEY", amount=0.25) == {"FINISHED"}
+    yield lambda: bpy.data.objects["Torus"].data.shape_keys is not None
+    keys = bpy.data.objects["Torus"].data.shape_keys.key_blocks
+    assert keys[-1].value == 0.25 and np.array_equal(coordinates("Torus"), start)
+    assert adjust(outcome="NEW", amount=1.0) == {"FINISHED"}
+    yield lambda: "Torus Willmore" in bpy.data.objects
+    assert bpy.data.objects["Torus"].data.shape_keys is None
+    assert np.array_equal(coordinates("Torus Willmore"), end) and np.array_equal(coordinates("Torus"), start)
+    press("Z", ctrl=True)
+    yield lambda: "Torus Willmore" not in bpy.data.objects
+    assert set(contents()) == {"Torus"} and np.array_equal(coordinates("Torus"), start)
+    part("job").solve = solve
+    assert len(calls) == 1, len(calls)
+
+
+@check
+def the_adjust_panel_is_drawn_and_its_slider_works():
+    """Opened by a click on its header; 0 is typed into what takes numbers, from the bottom upwards."""
+    setup()
+    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    start, end = coordinates("Torus"), coordinates("Torus Willmore")
+    hud = next(region for region in viewport()[0].regions if region.type == "HUD")
+    yield lambda: hud.width > 20
+    closed = hud.height
+    yield from turns(6)
+    yield from click(hud.x + 40, hud.y + hud.height - 10)
+    yield lambda: hud.height > closed + 40
+    yield from turns(6)
+    screenshot("adjust")
+    for y in range(hud.y + 6, hud.y + hud.height - 30, 8):
+        place = {"x": hud.x + 3 * hud.width // 4, "y": y}
+        window().event_simulate(type="MOUSEMOVE", value="NOTHING", **place)
+        yield from turns(2)
+        for kind, more in (("LEFTMOUSE", {"ctrl": True}), ("ZERO", {"unicode": "0"}), ("RET", {})):
+            window().event_simulate(type=kind, value="PRESS", **place, **more)
+            more.pop("unicode", None)
+            window().event_simulate(type=kind, value="RELEASE", **place, **more)
+            yield from turns(2)
+        if not np.array_equal(coordinates("Torus Willmore"), end):
+            break
+    assert np.abs(coordinates("Torus Willmore") - start).max() < 1e-6
+    press("Z", ctrl=True)
+    yield lambda: "Torus Willmore" not in bpy.data.objects
+
+
+@check
+def adjusting_to_what_is_not_possible_leaves_the_result():
+    setup()
+    assert invoke(energy="WILLMORE", levels=2) == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    before = contents()
+    adjust(outcome="SHAPE_KEY")  # of a refined cage
+    yield from turns(4)
+    assert contents() == before
+    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=300, y=600)  # closes what says why
+    yield from turns(4)
 
 
 @check

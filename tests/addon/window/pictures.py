@@ -9,6 +9,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import (  # noqa: E402
+    click,
     invoke,
     log,
     open_sidebar_tab,
@@ -76,6 +77,31 @@ def minimize():
     screenshot("4_finished")
 
 
+def adjust_panel():
+    """The adjust panel, opened by its header and closed again."""
+    hud = next(region for region in viewport()[0].regions if region.type == "HUD")
+    closed = hud.height
+    yield from click(hud.x + 40, hud.y + hud.height - 10)
+    yield lambda: hud.height > closed + 40
+    yield from settled()
+    screenshot("10_adjust")
+    yield from click(hud.x + 40, hud.y + hud.height - 10)
+    yield from settled()
+
+
+def pins_and_planes():
+    """A cage that is symmetric about two planes, part of it painted, and what the panel says to that."""
+    settings, cage = bpy.context.scene.curvopt, bpy.data.objects["Lawson genus 2"]
+    cage.modifiers.remove(cage.modifiers["Mirror"])
+    group = cage.vertex_groups.new(name="Pins")
+    for vertex in cage.data.vertices:
+        group.add([vertex.index], min(1.0, abs(vertex.co.x)), "REPLACE")
+    settings.symmetry, settings.symmetry_planes = "PLANES", (False, True, True)
+    settings.keep, settings.vertex_group = "GROUP", "Pins"
+    yield from settled()
+    screenshot("11_planes")
+
+
 def compare():
     obj = bpy.context.object
     obj.curvopt_amount = 0.4
@@ -114,7 +140,7 @@ def cancel_and_refusal():
 
 def everything():
     try:
-        for act in (add_lawson, minimize, compare, cancel_and_refusal):
+        for act in (add_lawson, minimize, adjust_panel, compare, cancel_and_refusal, pins_and_planes):
             yield from act()
             log(f"PASS {act.__name__}")
     except Exception as error:
