@@ -100,7 +100,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     if (status == CURVOPT_OK) {
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
-        if (!a->points || !a->point_gradient)
+        a->point_shares = CO_NEW(double, 6 * (size_t)a->patches.n_points);
+        if (!a->points || !a->point_gradient || !a->point_shares)
             status = co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
@@ -125,6 +126,7 @@ void co_assembly_free(co_assembly *a) {
     free(a->active);
     free(a->points);
     free(a->point_gradient);
+    free(a->point_shares);
     free(a->work);
     free(a->coarse);
     free(a->fine);
@@ -195,26 +197,54 @@ static void weigh_block(const co_assembly *a, const co_layout *l, int32_t b, int
     }
 }
 
+static void run_block(co_assembly *a, const co_layout *l, int32_t b, const co_integrand *integrand, int third,
+                      int gradient) {
+    const co_block *block = &l->block[b];
+    int area = gradient && needs_area_gradient(a);
+    co_sweep sweep = {.table = block->table,
+                      .points = l->points + block->points,
+                      .xyz = a->points,
+                      .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                      .integrand = *integrand,
+                      .third = third,
+                      .gradient = gradient,
+                      .area_gradient = area,
+                      .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                      .gradients = gradient ? l->gradients + block->gradient : NULL,
+                      .work = a->work + (size_t)omp_get_thread_num() * a->work_stride};
+    a->kernel->run(&sweep);
+    if (a->weight)
+        weigh_block(a, l, b, gradient, area);
+}
+
+/* Adds a batch's shares of a point to the point's: the integrand's in 0..2 of point_shares, the area's in 3..5. */
+static void collect_shares(co_assembly *a, const co_layout *l, const co_touched *touched) {
+    size_t lanes = (size_t)l->lanes;
+    int area = needs_area_gradient(a);
+    double *sum = a->point_shares + 6 * (size_t)touched->point;
+    if (touched->is_first)
+        memset(sum, 0, 6 * sizeof *sum);
+    for (size_t e = touched->incident; e < (touched + 1)->incident; e++) {
+        const double *share = l->gradients + l->incident[e];
+        for (size_t c = 0; c < (area ? 6 : 3); c++)
+            sum[c] += share[c * lanes];
+    }
+}
+
 /* All blocks of a layout; `integrand` is what gradients are of. */
 static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *integrand, int third, int gradient) {
-    int area = gradient && needs_area_gradient(a);
-#pragma omp parallel for schedule(dynamic, 4) num_threads(a->n_threads)
-    for (int32_t b = 0; b < l->n_blocks; b++) {
-        const co_block *block = &l->block[b];
-        co_sweep sweep = {.table = block->table,
-                          .points = l->points + block->points,
-                          .xyz = a->points,
-                          .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
-                          .integrand = *integrand,
-                          .third = third,
-                          .gradient = gradient,
-                          .area_gradient = area,
-                          .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
-                          .gradients = gradient ? l->gradients + block->gradient : NULL,
-                          .work = a->work + (size_t)omp_get_thread_num() * a->work_stride};
-        a->kernel->run(&sweep);
-        if (a->weight)
-            weigh_block(a, l, b, gradient, area);
+    int32_t n_batches = gradient ? l->n_batches : 1;
+#pragma omp parallel num_threads(a->n_threads)
+    for (int32_t batch = 0; batch < n_batches; batch++) {
+        int32_t begin = gradient ? l->batch_block[batch] : 0, end = gradient ? l->batch_block[batch + 1] : l->n_blocks;
+#pragma omp for schedule(dynamic, 2)
+        for (int32_t b = begin; b < end; b++)
+            run_block(a, l, b, integrand, third, gradient);
+        if (!gradient)
+            continue;
+#pragma omp for schedule(static)
+        for (size_t k = l->batch_touched[batch]; k < l->batch_touched[batch + 1]; k++)
+            collect_shares(a, l, &l->touched[k]);
     }
 }
 
@@ -234,25 +264,16 @@ static void total(const co_assembly *a, const co_layout *l, co_values *out) {
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
-/* Adds up each point's shares, factor * integrand's + area_factor * area's, and takes derived points' to the cage. */
+/* Of each point factor * the integrand's share + area_factor * the area's; takes derived points' to the cage. */
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
-    const co_layout *l = &a->layout;
-    size_t lanes = (size_t)l->lanes;
     int area = needs_area_gradient(a);
     int32_t n = a->active ? a->n_active : a->patches.n_points;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t i = 0; i < n; i++) {
-        int32_t p = a->active ? a->active[i] : i;
-        double sum[3] = {0, 0, 0};
-        for (size_t e = l->incident_start[p]; e < l->incident_start[p + 1]; e++) {
-            const double *share = l->gradients + l->incident[e];
-            for (size_t c = 0; c < 3; c++) {
-                sum[c] += factor * share[c * lanes];
-                if (area)
-                    sum[c] += area_factor * share[(3 + c) * lanes];
-            }
-        }
-        memcpy(a->point_gradient + 3 * (size_t)p, sum, sizeof sum);
+        size_t p = (size_t)(a->active ? a->active[i] : i);
+        const double *share = a->point_shares + 6 * p;
+        for (size_t c = 0; c < 3; c++)
+            a->point_gradient[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
     }
     for (int32_t i = 0; a->active && i < a->n_active_cage; i++)
         memcpy(gradient + 3 * (size_t)a->active[i], a->point_gradient + 3 * (size_t)a->active[i], 3 * sizeof *gradient);

@@ -36,6 +36,7 @@ typedef struct co_assembly {
     co_layout finer;       /* of rules one step finer, values only; made when first needed */
     double *points;        /* [3 n_points] */
     double *point_gradient;
+    double *point_shares;    /* [6 n_points] the integrand's gradient and the area's, summed over patches */
     double radius;           /* of the positions evaluated last */
     int32_t worst_face;      /* of them: the one with the least |S_u x S_v| */
     co_share *coarse, *fine; /* [n_patches] shares by the rules, and by those one step finer */

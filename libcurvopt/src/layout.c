@@ -4,6 +4,11 @@
 #include "memory.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+/* Of a batch's shares, in doubles: 2 MB, which caches of today hold beside what else is read. Shares of all faces
+ * together would go to memory and back, 768 bytes a face. */
+enum { BATCH = 1 << 18 };
 
 void co_layout_free(co_layout *l) {
     free(l->block);
@@ -11,7 +16,9 @@ void co_layout_free(co_layout *l) {
     free(l->points);
     free(l->sums);
     free(l->gradients);
-    free(l->incident_start);
+    free(l->batch_block);
+    free(l->batch_touched);
+    free(l->touched);
     free(l->incident);
     *l = (co_layout){0};
 }
@@ -37,8 +44,8 @@ static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int ste
 
 /* Fetches the tables of the kinds that occur; counts blocks and what they hold. */
 static int32_t measure(co_layout *l, const co_patches *patches, co_table_cache *cache, int32_t n_kinds,
-                       const int32_t *start, int area, size_t *n_points, size_t *n_gradients, curvopt_error *error) {
-    *n_points = *n_gradients = 0;
+                       const int32_t *start, size_t *n_points, curvopt_error *error) {
+    *n_points = 0;
     for (int32_t k = 0; k < n_kinds; k++) {
         int32_t n = start[k + 1] - start[k];
         const co_table *table;
@@ -52,7 +59,6 @@ static int32_t measure(co_layout *l, const co_patches *patches, co_table_cache *
         l->n_samples += (int64_t)n * table->n_samples;
         l->max_points = table->n_points > l->max_points ? table->n_points : l->max_points;
         *n_points += blocks * points;
-        *n_gradients += blocks * points * 3 * (size_t)(1 + area);
     }
     return CURVOPT_OK;
 }
@@ -71,8 +77,8 @@ static void fill_block(const co_patches *patches, const int32_t *order, int32_t 
 }
 
 static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int32_t n_kinds, const int32_t *start,
-                           const int32_t *order, int area, co_layout *l, curvopt_error *error) {
-    size_t points = 0, gradient = 0;
+                           const int32_t *order, co_layout *l, curvopt_error *error) {
+    size_t points = 0;
     int32_t b = 0;
     for (int32_t k = 0; k < n_kinds; k++)
         for (int32_t first = start[k]; first < start[k + 1]; first += l->lanes, b++) {
@@ -83,50 +89,109 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
             if (status != CURVOPT_OK)
                 return status;
             block->points = points;
-            block->gradient = gradient;
             fill_block(patches, order + first, n < l->lanes ? n : l->lanes, l, b);
             points += (size_t)block->table->n_points * (size_t)l->lanes;
-            gradient += (size_t)block->table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
         }
     return CURVOPT_OK;
 }
 
-/* Runs over every share of every point, in the order of blocks; place == NULL only counts. */
-static void visit_incidences(const co_layout *l, int area, size_t *count, size_t *place) {
+/* -------------------------------------------------------------------------------------------------- batches -- */
+
+/* Deals blocks out to batches, and gives each its place in the batch's shares; room for those of the largest. */
+static int32_t split_batches(int area, co_layout *l, curvopt_error *error) {
+    size_t at = 0, largest = 0;
+    l->batch_block = CO_NEW(int32_t, (size_t)l->n_blocks + 1);
+    if (!l->batch_block)
+        return co_status_no_memory(error);
     for (int32_t b = 0; b < l->n_blocks; b++) {
-        const co_block *block = &l->block[b];
-        for (int32_t i = 0; i < block->table->n_points; i++)
-            for (int32_t lane = 0; lane < block->n_used; lane++) {
-                int32_t point = l->points[block->points + (size_t)(i * l->lanes + lane)];
-                if (place)
-                    place[count[point]] = block->gradient + (size_t)(i * (1 + area) * 3 * l->lanes + lane);
-                count[point]++;
-            }
+        size_t size = (size_t)l->block[b].table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
+        if (at == 0 || at + size > BATCH) {
+            l->batch_block[l->n_batches++] = b;
+            at = 0;
+        }
+        l->block[b].gradient = at;
+        at += size;
+        largest = at > largest ? at : largest;
     }
+    l->batch_block[l->n_batches] = l->n_blocks;
+    l->gradients = CO_NEW_ALIGNED(double, largest);
+    l->batch_touched = CO_NEW(size_t, (size_t)l->n_batches + 1);
+    return l->gradients && l->batch_touched ? CURVOPT_OK : co_status_no_memory(error);
 }
 
-static int32_t build_incidence(int32_t n_points, int area, size_t n_gradients, co_layout *l, curvopt_error *error) {
-    l->gradients = CO_NEW_ALIGNED(double, n_gradients);
-    l->incident_start = CO_NEW(size_t, (size_t)n_points + 1);
-    if (!l->gradients || !l->incident_start)
-        return co_status_no_memory(error);
-    visit_incidences(l, area, l->incident_start + 1, NULL);
-    for (int32_t p = 0; p < n_points; p++)
-        l->incident_start[p + 1] += l->incident_start[p];
-    l->incident = CO_NEW(size_t, l->incident_start[n_points]);
-    if (!l->incident)
-        return co_status_no_memory(error);
-    visit_incidences(l, area, l->incident_start, l->incident);
-    for (int32_t p = n_points; p > 0; p--)
-        l->incident_start[p] = l->incident_start[p - 1];
-    l->incident_start[0] = 0;
-    return CURVOPT_OK;
+/* Points that batches touch, each counted once a batch. mark [n_points] is 0, and is spoilt. */
+static size_t count_touched(const co_layout *l, size_t *mark) {
+    size_t n = 0;
+    for (int32_t batch = 0; batch < l->n_batches; batch++)
+        for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
+            for (int32_t e = 0; e < l->block[b].table->n_points * l->lanes; e++) {
+                size_t *m = &mark[l->points[l->block[b].points + (size_t)e]];
+                n += *m <= (size_t)batch;
+                *m = (size_t)batch + 1;
+            }
+    return n;
+}
+
+/* The points that one batch touches, from number `first` of co_layout.touched on, and where their shares are; the next
+ * free number. slot [n_points]: 1 + the number of a point when it was last touched, 0 before. */
+static size_t fill_batch(co_layout *l, int area, int32_t batch, size_t first, size_t *slot) {
+    int32_t begin = l->batch_block[batch], end = l->batch_block[batch + 1], lanes = l->lanes;
+    const size_t start = l->touched[first].incident; /* of the shares; left there by the batch before */
+    size_t n = first, at = start;
+    for (int32_t b = begin; b < end; b++)
+        for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++) {
+            int32_t point = l->points[l->block[b].points + (size_t)e];
+            if (slot[point] <= first) {
+                l->touched[n] = (co_touched){.point = point, .is_first = slot[point] == 0};
+                slot[point] = ++n;
+            }
+            l->touched[slot[point] - 1].incident += e % lanes < l->block[b].n_used;
+        }
+    for (size_t k = first; k < n; k++) { /* from counts to places */
+        size_t count = l->touched[k].incident;
+        l->touched[k].incident = at;
+        at += count;
+    }
+    for (int32_t b = begin; b < end; b++)
+        for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++)
+            if (e % lanes < l->block[b].n_used)
+                l->incident[l->touched[slot[l->points[l->block[b].points + (size_t)e]] - 1].incident++] =
+                    (uint32_t)(l->block[b].gradient + (size_t)(e / lanes * (1 + area) * 3 * lanes + e % lanes));
+    for (size_t k = n; k > first; k--) /* places were moved on to the next one's */
+        l->touched[k].incident = l->touched[k - 1].incident;
+    l->touched[first].incident = start;
+    return n;
+}
+
+static int32_t build_batches(int32_t n_points, int area, co_layout *l, curvopt_error *error) {
+    size_t n_shares = 0, n = 0;
+    size_t *slot = CO_NEW(size_t, n_points);
+    int32_t status = slot ? split_batches(area, l, error) : co_status_no_memory(error);
+    if (status != CURVOPT_OK)
+        goto done;
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        n_shares += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
+    l->touched = CO_NEW(co_touched, count_touched(l, slot) + 1);
+    l->incident = CO_NEW(uint32_t, n_shares);
+    if (!l->touched || !l->incident) {
+        status = co_status_no_memory(error);
+        goto done;
+    }
+    memset(slot, 0, sizeof *slot * (size_t)n_points);
+    for (int32_t batch = 0; batch < l->n_batches; batch++) {
+        l->batch_touched[batch] = n;
+        n = fill_batch(l, area, batch, n, slot);
+    }
+    l->batch_touched[l->n_batches] = n;
+done:
+    free(slot);
+    return status;
 }
 
 int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int step,
                          int gradients, int area, co_layout *l, curvopt_error *error) {
     int32_t n_kinds = patches->n_kinds * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
-    size_t n_points, n_gradients;
+    size_t n_points;
     int32_t *start = CO_NEW(int32_t, n_kinds + 1), *order = CO_NEW(int32_t, patches->n_patches);
     *l = (co_layout){.lanes = lanes};
     if (!start || !order) {
@@ -134,7 +199,7 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
         goto done;
     }
     sort_by_kind(patches, rule, step, n_kinds, start, order);
-    status = measure(l, patches, cache, n_kinds, start, area, &n_points, &n_gradients, error);
+    status = measure(l, patches, cache, n_kinds, start, &n_points, error);
     if (status != CURVOPT_OK)
         goto done;
     l->block = CO_NEW(co_block, l->n_blocks);
@@ -145,9 +210,9 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
         status = co_status_no_memory(error);
         goto done;
     }
-    status = fill_blocks(patches, cache, n_kinds, start, order, area, l, error);
+    status = fill_blocks(patches, cache, n_kinds, start, order, l, error);
     if (status == CURVOPT_OK && gradients)
-        status = build_incidence(patches->n_points, area, n_gradients, l, error);
+        status = build_batches(patches->n_points, area, l, error);
 done:
     free(start);
     free(order);

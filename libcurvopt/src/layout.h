@@ -9,9 +9,16 @@
 typedef struct co_block {
     const co_table *table;
     size_t points;   /* of co_layout.points: [table->n_points][lanes] */
-    size_t gradient; /* of co_layout.gradients: [table->n_points][1 + area][3][lanes] */
+    size_t gradient; /* of co_layout.gradients while its batch is worked on: [table->n_points][1 + area][3][lanes] */
     int32_t n_used;  /* lanes in use */
 } co_block;
+
+/* A point that a batch has shares of. */
+typedef struct co_touched {
+    int32_t point;
+    int32_t is_first; /* no batch before has any */
+    size_t incident;  /* of co_layout.incident, its first; they end at the next one's */
+} co_touched;
 
 typedef struct co_layout {
     int32_t lanes;
@@ -22,11 +29,15 @@ typedef struct co_layout {
     int32_t *patch; /* [n_blocks][lanes] */
     int32_t *points;
     double *sums; /* [n_blocks][CO_N_SUMS][lanes] */
-    /* for gradients only, else NULL: */
-    double *gradients;
-    size_t *incident_start; /* [n_points + 1] */
-    size_t *incident;       /* where in `gradients` each share of a point begins; shares of one point stand in the order
-                               of blocks, which makes sums the same for any number of threads */
+    /* For gradients only, else NULL. Blocks are worked on in batches whose shares stay in the cache until they have
+     * been added to the points': */
+    double *gradients; /* of one batch */
+    int32_t n_batches;
+    int32_t *batch_block;  /* [n_batches + 1] where each one's blocks begin, */
+    size_t *batch_touched; /* [n_batches + 1] and the points that it touches: */
+    co_touched *touched;
+    uint32_t *incident; /* where in `gradients` each share of a touched point begins; shares of one point stand in the
+                         order of blocks, which makes sums the same for any number of threads */
 } co_layout;
 
 /* rule [n_patches]; `step` finer for every patch, or coarser, down to the coarsest. With `gradients`, room and
