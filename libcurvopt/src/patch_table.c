@@ -244,8 +244,8 @@ static int32_t fill_one_piece(co_table *t, const co_disc *disc, const rule *r, c
     if (co_fan_is_wide(t->valence)) {
         status = create_polynomial(disc, t->valence, &polynomial, error);
         if (status == CURVOPT_OK)
-            status = co_cell_create_face(&polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell,
-                                         error);
+            status =
+                co_cell_create_face(&polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
         whole.cell = &cell;
     }
     if (status == CURVOPT_OK)
@@ -388,7 +388,7 @@ static int32_t irregular_point(co_table_cache *cache, int32_t surface, int32_t k
     for (int32_t i = 0; status == CURVOPT_OK && i < n_all; i++)
         all[i] = i;
     if (status == CURVOPT_OK)
-        status = is_one_piece(kind)   ? wide_rows(polynomial, kind, u, v, all, rows, error)
+        status = is_one_piece(kind) ? wide_rows(polynomial, kind, u, v, all, rows, error)
                  : u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
                                     : ring_rows(&disc, polynomial, u, v, n_all, all, rows, error);
     co_disc_free(&disc);

@@ -198,8 +198,8 @@ static void extend_map(co_polynomial *p, co_real lambda) {
                 n[0] = subdivision_mask(x, &first[0], along_x);
                 n[1] = subdivision_mask(y, &first[1], along_y);
                 for (int i = 0; i < n[0] * n[1]; i++) {
-                    int32_t from = co_polynomial_index(p->valence, p->width, s, first[0] + i % n[0],
-                                                       first[1] + i / n[0]);
+                    int32_t from =
+                        co_polynomial_index(p->valence, p->width, s, first[0] + i % n[0], first[1] + i / n[0]);
                     co_real weight = along_x[i % n[0]] * along_y[i / n[0]] / lambda;
                     to[0] += weight * p->map[2 * from];
                     to[1] += weight * p->map[2 * from + 1];

@@ -120,8 +120,8 @@ static int32_t fill_fit(co_wide_fit *f, curvopt_error *error) {
     co_polynomial polynomial = {0};
     co_disc disc = {0};
     f->n_points = co_polynomial_n_points(f->valence, f->width);
-    f->matrix = CO_NEW(double, TERMS * (size_t)f->n_points);
-    f->turn = CO_NEW(double, (size_t)f->valence * TERMS * TERMS);
+    f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
+    f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
     if (!f->matrix || !f->turn)
         return co_status_no_memory(error);
     int32_t status = co_disc_create(f->valence, &disc, error);
@@ -178,8 +178,7 @@ static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_c
         w->column = column;
     if (!disc || !column)
         return co_status_no_memory(error);
-    disc[w->n_discs++] =
-        (co_wide_disc){.fit = fit, .first_point = w->n_points, .column = *n_columns, .is_used = 1};
+    disc[w->n_discs++] = (co_wide_disc){.fit = fit, .first_point = w->n_points, .column = *n_columns, .is_used = 1};
     list_points(m, v, width, column + *n_columns);
     w->n_points += TERMS * m->valence[v];
     *n_columns = more;

@@ -35,7 +35,7 @@ typedef struct co_wide_disc {
 } co_wide_disc;
 
 typedef struct co_wide_face {
-    int32_t disc; /* -1: on none */
+    int32_t disc;  /* -1: on none */
     int32_t first; /* half-edge that leaves the corner nearest to the vertex along the sector's u */
     int32_t sector, i, j;
 } co_wide_face;
