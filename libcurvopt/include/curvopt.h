@@ -146,7 +146,7 @@ typedef enum curvopt_surface {
     CURVOPT_SURFACE_AUTO = 0,      /* limit where every term accepts it, else the smoothest the build has */
     CURVOPT_SURFACE_LIMIT = 1,     /* the Catmull-Clark limit surface itself */
     CURVOPT_SURFACE_PLANE = 2,     /* blended into the tangent plane at extraordinary vertices (the report's) */
-    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there */
+    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there, widely where there is room */
 } curvopt_surface;
 
 /* The terms of the objective, which is sum of weights[i] * term i. With A the area, k1, k2 the principal curvatures,

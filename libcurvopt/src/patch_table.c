@@ -341,12 +341,11 @@ struct co_cached_fit {
     co_polynomial polynomial;
 };
 
-/* What is fitted at this fan, kept for the next point. */
-static int32_t find_fit(co_table_cache *cache, const co_disc *disc, int32_t kind, const co_polynomial **out,
-                        curvopt_error *error) {
-    int32_t width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
+/* What is fitted at this kind's vertex, kept for the next point. */
+static int32_t find_fit(co_table_cache *cache, int32_t kind, const co_polynomial **out, curvopt_error *error) {
+    int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
     for (int32_t i = 0; i < cache->n_fits; i++)
-        if (cache->fit[i].fan == disc->fan && cache->fit[i].width == width) {
+        if (cache->fit[i].fan == fan && cache->fit[i].width == width) {
             *out = &cache->fit[i].polynomial;
             return CURVOPT_OK;
         }
@@ -355,9 +354,13 @@ static int32_t find_fit(co_table_cache *cache, const co_disc *disc, int32_t kind
         return co_status_no_memory(error);
     cache->fit = fit;
     fit += cache->n_fits;
-    fit->fan = disc->fan;
-    fit->width = width;
-    int32_t status = create_polynomial(disc, kind, &fit->polynomial, error);
+    *fit = (struct co_cached_fit){.fan = fan, .width = width};
+    co_disc disc;
+    int32_t status = co_disc_create(fan, &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = create_polynomial(&disc, kind, &fit->polynomial, error);
+    co_disc_free(&disc);
     if (status == CURVOPT_OK) {
         cache->n_fits++;
         *out = &fit->polynomial;
@@ -376,22 +379,30 @@ static int32_t wide_rows(const co_polynomial *polynomial, int32_t kind, double u
     return status;
 }
 
+/* Rows of a face at an extraordinary vertex. */
+static int32_t vertex_face_rows(const co_polynomial *polynomial, int32_t kind, double u, double v, const int32_t *all,
+                                double *rows, curvopt_error *error) {
+    co_disc disc;
+    int32_t status = co_disc_create(fan_of(kind), &disc, error);
+    if (status == CURVOPT_OK)
+        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
+                                  : ring_rows(&disc, polynomial, u, v, co_patches_size(kind), all, rows, error);
+    co_disc_free(&disc);
+    return status;
+}
+
 static int32_t irregular_point(co_table_cache *cache, int32_t surface, int32_t kind, double u, double v, double *rows,
                                curvopt_error *error) {
     static const co_polynomial none = {0};
     const co_polynomial *polynomial = &none;
-    co_disc disc = {0};
     int32_t n_all = co_patches_size(kind), *all = CO_NEW(int32_t, n_all);
-    int32_t status = all ? co_disc_create(fan_of(kind), &disc, error) : co_status_no_memory(error);
+    int32_t status = all ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL)
-        status = find_fit(cache, &disc, kind, &polynomial, error);
+        status = find_fit(cache, kind, &polynomial, error);
     for (int32_t i = 0; status == CURVOPT_OK && i < n_all; i++)
         all[i] = i;
     if (status == CURVOPT_OK)
-        status = is_one_piece(kind) ? wide_rows(polynomial, kind, u, v, all, rows, error)
-                 : u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
-                                    : ring_rows(&disc, polynomial, u, v, n_all, all, rows, error);
-    co_disc_free(&disc);
+        status = (is_one_piece(kind) ? wide_rows : vertex_face_rows)(polynomial, kind, u, v, all, rows, error);
     free(all);
     return status;
 }
