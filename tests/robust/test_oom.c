@@ -46,7 +46,7 @@ static int32_t refine(const cage *c, const curvopt_mesh *mesh, curvopt_error *er
 static int32_t evaluate_with(const cage *c, const curvopt_mesh *mesh, const curvopt_options *o, curvopt_error *error) {
     curvopt_problem *problem;
     curvopt_energies e;
-    double gradient[3 * 32];
+    static double gradient[3 * 400]; /* allocations here would count */
     int32_t status = curvopt_problem_create(mesh, o, &problem, error);
     CHECK_TRUE((problem != NULL) == (status == CURVOPT_OK));
     if (status == CURVOPT_OK) {
@@ -91,6 +91,18 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     curvopt_result *result;
     o.levels = 1;
     o.verify = o.escape = 1;
+    o.tolerance = 0.5;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
+/* A step by the Gauss-Newton matrix, on vertices that are few for all symmetry. */
+static int32_t minimize_wide(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    curvopt_result *result;
+    o.levels = o.max_iterations = 1;
     o.tolerance = 0.5;
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
@@ -146,6 +158,12 @@ static void test_evaluation_of_blended_surfaces_survives_every_failure(void **st
     fail_each(cage_cube(), evaluate_polynomial, 80);
 }
 
+static void test_wide_blends_survive_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_refined(cage_cube(), 3), evaluate_polynomial, 200);
+    fail_each(cage_refined(cage_cube(), 3), minimize_wide, 400);
+}
+
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
@@ -179,6 +197,7 @@ int main(void) {
         cmocka_unit_test(test_refinement_survives_every_failure),
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_evaluation_of_blended_surfaces_survives_every_failure),
+        cmocka_unit_test(test_wide_blends_survive_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_minimization_with_all_options_survives_every_failure),
         cmocka_unit_test(test_sampling_survives_every_failure),

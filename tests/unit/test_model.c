@@ -249,10 +249,8 @@ static void test_solutions_and_inertia(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_regular_cages),
-        cmocka_unit_test(test_irregular_cages),
-        cmocka_unit_test(test_wide_blends),
-        cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_regular_cages),         cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_wide_blends),           cmocka_unit_test(test_reduced_cages),
         cmocka_unit_test(test_solutions_and_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

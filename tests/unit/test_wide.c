@@ -108,7 +108,8 @@ static void test_creases_leave_less_room(void **state) {
 }
 
 /* A tube of n faces round, open at its far end, whose other end goes on as a quarter of the plane glued to itself: one
- * vertex of valence 5 on the seam, all others regular. Ring k > 0 of the plane has n + 2 k vertices, its corner first. */
+ * vertex of valence 5 on the seam, all others regular. Ring k > 0 of the plane has n + 2 k vertices, its corner first.
+ */
 enum { LENGTH = 24 };
 static curvopt_mesh *funnel(int32_t n) {
     int32_t n_faces = 0, n_vertices = 0, first[2 * LENGTH + 1], *faces = calloc(4 * 2 * LENGTH * 80, sizeof *faces);
