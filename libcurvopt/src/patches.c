@@ -357,6 +357,8 @@ static void number_wide(co_patches *p) {
     for (int32_t k = 0; k < p->wide.n_discs; k++)
         p->wide.disc[k].first_point += p->n_points;
     p->n_points += p->wide.n_points;
+    free(p->wide.face); /* only patches were made from that */
+    p->wide.face = NULL;
 }
 
 int32_t co_patches_create(const curvopt_mesh *mesh, int wide, co_patches *out, curvopt_error *error) {

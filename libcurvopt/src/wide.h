@@ -45,7 +45,7 @@ typedef struct co_wide {
     co_wide_fit *fit;
     co_wide_disc *disc;
     int32_t *column;    /* vertices */
-    co_wide_face *face; /* [n_faces]; NULL if there are no discs */
+    co_wide_face *face; /* [n_faces]; NULL if there are no discs, and once there are patches */
 } co_wide;
 
 /* kind [n_corners]: ring.h. Points are numbered from 0 on. ERROR_MEMORY. */
