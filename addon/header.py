@@ -79,6 +79,8 @@ class COptions(C.Structure):
         ("verify", C.c_int32),
         ("escape", C.c_int32),
         ("symmetry_planes", C.c_int32),
+        ("blend_width", C.c_int32),
+        ("reserved", C.c_int32),
     ]
 
 
@@ -167,7 +169,7 @@ STRUCT_SIZES = {
     CMeshInfo: 40,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 144,
+    COptions: 152,
     CEnergies: 200,
     CProgress: 72,
     CLevelReport: 48,

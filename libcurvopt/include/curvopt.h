@@ -146,7 +146,7 @@ typedef enum curvopt_surface {
     CURVOPT_SURFACE_AUTO = 0,      /* limit where every term accepts it, else the smoothest the build has */
     CURVOPT_SURFACE_LIMIT = 1,     /* the Catmull-Clark limit surface itself */
     CURVOPT_SURFACE_PLANE = 2,     /* blended into the tangent plane at extraordinary vertices (the report's) */
-    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there */
+    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there, widely where there is room */
 } curvopt_surface;
 
 /* The terms of the objective, which is sum of weights[i] * term i. With A the area, k1, k2 the principal curvatures,
@@ -244,6 +244,10 @@ typedef struct curvopt_options {
                                                symmetries disregarded) is left along the saddle's negative direction
                                                and solved again, with as much symmetry as that has; default 0 */
     int32_t symmetry_planes;                /* with PLANES, a sum of curvopt_plane; else 0, the default */
+    int32_t blend_width; /* `polynomial`: over how many faces of each sector at an extraordinary vertex
+                            blends may reach; they take a quarter of the way to the next vertex that
+                            is not regular. 1..8, default 8; 1 for parts (curvopt_mesh_part) */
+    int32_t reserved;    /* must be 0 */
 } curvopt_options;
 
 CURVOPT_API void curvopt_options_init(curvopt_options *options);

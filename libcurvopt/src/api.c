@@ -105,6 +105,7 @@ void curvopt_options_init(curvopt_options *options) {
     options->tolerance = 1e-4;
     options->gradient_tolerance = 1e-6;
     options->max_step = 0.5;
+    options->blend_width = CO_WIDE_LARGEST;
 }
 
 static int32_t check_integer(const char *name, int32_t value, int32_t low, int32_t high, curvopt_error *error) {
@@ -174,6 +175,10 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
     if (status == CURVOPT_OK)
         status = check_integer("escape", o->escape, 0, 1, error);
     if (status == CURVOPT_OK)
+        status = check_integer("blend_width", o->blend_width, 1, CO_WIDE_LARGEST, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("reserved", o->reserved, 0, 0, error);
+    if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
 }
@@ -202,6 +207,11 @@ static int32_t create_problem(const curvopt_mesh *mesh, const double *face_weigh
     if (status != CURVOPT_OK)
         return status;
     curvopt_options settled = settle_options(options);
+    if (face_weight && settled.surface == CURVOPT_SURFACE_POLYNOMIAL && settled.blend_width != 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "blend_width is %d; for a part it must be 1: a part does not show how far it is to the "
+                              "next vertex that is not regular",
+                              settled.blend_width);
     curvopt_problem *p = CO_NEW(curvopt_problem, 1);
     if (!p)
         return co_status_no_memory(error);

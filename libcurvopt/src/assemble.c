@@ -68,8 +68,16 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
     for (int32_t p = 0; p < patches->n_patches; p++)
         for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++)
             used[patches->points[i]] = 1;
-    for (int32_t p = n_points - 1; p >= patches->n_cage; p--) {
-        size_t row = (size_t)(p - patches->n_cage);
+    for (int32_t k = 0; k < patches->wide.n_discs; k++) {
+        co_wide_disc *disc = &a->patches.wide.disc[k];
+        const co_wide_fit *fit = co_wide_fit_of(&patches->wide, disc);
+        disc->is_used = 0;
+        for (int32_t p = 0; p < CO_WIDE_TERMS * fit->valence; p++)
+            disc->is_used |= used[disc->first_point + p];
+        for (int32_t i = 0; disc->is_used && i < fit->n_points; i++)
+            used[patches->wide.column[disc->column + (size_t)i]] = 1;
+    }
+    for (size_t row = 0; row < (size_t)patches->derived.n_rows; row++) { /* all of them are computed, used or not */
         for (size_t e = patches->derived.start[row]; e < patches->derived.start[row + 1]; e++)
             used[patches->derived.column[e]] = 1;
     }
@@ -82,6 +90,11 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* Only `polynomial` blends over more than the faces at a vertex. */
+static int widest_blend(const curvopt_options *options) {
+    return options->surface == CURVOPT_SURFACE_POLYNOMIAL ? options->blend_width : 1;
+}
+
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface};
@@ -89,7 +102,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_sweep_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, face_weight, &a->patches, error);
+    int32_t status = co_patches_create(mesh, face_weight, widest_blend(options), &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_carry_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
@@ -160,8 +173,7 @@ static double normalize(co_assembly *a, const double *xyz) {
             for (size_t c = 0; c < 3; c++)
                 a->points[3 * v + c] = (xyz[3 * v + c] - centroid[c]) * unit;
     }
-    if (a->patches.derived.n_rows)
-        co_rows_apply(&a->patches.derived, a->points, a->points + 3 * n);
+    co_patches_derive(&a->patches, a->points);
     return radius;
 }
 
@@ -279,8 +291,7 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
         memcpy(gradient + 3 * (size_t)a->active[i], a->point_gradient + 3 * (size_t)a->active[i], 3 * sizeof *gradient);
     if (!a->active)
         memcpy(gradient, a->point_gradient, sizeof(double) * 3 * (size_t)a->patches.n_cage);
-    if (a->patches.derived.n_rows)
-        co_rows_add_transposed(&a->patches.derived, a->point_gradient + 3 * (size_t)a->patches.n_cage, gradient);
+    co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
 
 void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *request, co_values *out) {

@@ -24,13 +24,28 @@ void co_cell_set(co_cell *cell, const co_disc *disc, int which) {
     for (int c = 0; c < 2; c++)
         cell->origin[c] = cell->side * co_irregular_cell_place[which][c];
     co_disc_cell(disc, which, cell->points);
-    const co_real *map = cell->polynomial ? cell->polynomial->map : cell->chart;
-    for (int i = 0; map && i < 16; i++)
-        for (int c = 0; c < 2; c++) {
-            cell->map[i][c] = 0;
-            for (int32_t p = 0; p < cell->n_points; p++)
-                cell->map[i][c] += cell->points[i * cell->n_points + p] * map[2 * p + c];
-        }
+    memset(cell->map, 0, sizeof cell->map);
+    for (int32_t p = 0; (cell->polynomial || cell->chart) && p < cell->n_points; p++) {
+        const co_real *at = cell->polynomial
+                                ? cell->polynomial->map + 2 * co_polynomial_index_of_two_ring(cell->polynomial, p)
+                                : cell->chart + 2 * p;
+        for (int i = 0; i < 16; i++)
+            for (int c = 0; c < 2; c++)
+                cell->map[i][c] += cell->points[i * cell->n_points + p] * at[c];
+    }
+}
+
+int32_t co_cell_create_face(const co_polynomial *polynomial, int i, int j, co_cell *cell, curvopt_error *error) {
+    *cell = (co_cell){.n_points = 16, .origin = {i, j}, .side = 1, .polynomial = polynomial};
+    cell->points = CO_NEW(co_real, 16 * 16);
+    if (!cell->points)
+        return co_status_no_memory(error);
+    for (int k = 0; k < 16; k++) {
+        int32_t from = co_polynomial_index(polynomial->valence, polynomial->width, 0, i + k % 4 - 1, j + k / 4 - 1);
+        cell->points[17 * k] = 1;
+        memcpy(cell->map[k], polynomial->map + 2 * from, sizeof cell->map[k]);
+    }
+    return CURVOPT_OK;
 }
 
 /* Jets of the characteristic map. */
@@ -51,9 +66,11 @@ void co_cell_chart(const co_cell *cell, co_real s, co_real t, co_chart *chart) {
 }
 
 void co_cell_blend(const co_cell *cell, co_blend blend, co_real s, co_real t, co_real jet[CO_JET]) {
-    co_blend_weight(blend, cell->origin[0] + cell->side * s, cell->origin[1] + cell->side * t, jet);
+    int width = cell->polynomial ? cell->polynomial->width : 1;
+    co_real side = cell->side / width;
+    co_blend_weight(blend, cell->origin[0] / width + side * s, cell->origin[1] / width + side * t, jet);
     for (int k = 0; k < CO_JET; k++)
-        jet[k] *= powl(cell->side, co_jet_order_u[k] + co_jet_order_v[k]);
+        jet[k] *= powl(side, co_jet_order_u[k] + co_jet_order_v[k]);
 }
 
 /* Jets that multiply what the surface is made of there: the cell's 16 points, and the polynomial's coefficients. */
@@ -76,6 +93,27 @@ static void blend_generators(const co_cell *cell, co_real s, co_real t, generato
         co_jet_multiply(w, monomial[i], g->terms[i]);
 }
 
+/* Of one of the cell's points: through the patch's control points, and through the fit where that is folded in. */
+static void point_row(const co_cell *cell, const generators *g, int32_t point, co_real sum[CO_JET]) {
+    memset(sum, 0, CO_JET * sizeof *sum);
+    for (int i = 0; i < 16; i++) {
+        co_real factor = cell->points[i * cell->n_points + point];
+        for (int k = 0; factor != 0 && k < CO_JET; k++)
+            sum[k] += factor * g->points[i][k];
+    }
+    for (int i = 0; cell->polynomial && cell->polynomial->width == 1 && i < CO_POLYNOMIAL_TERMS; i++)
+        for (int k = 0; k < CO_JET; k++)
+            sum[k] += cell->polynomial->fit[i * cell->n_points + point] * g->terms[i][k];
+}
+
+/* Of the polynomial's point number `term`. */
+static void term_row(const generators *g, int term, co_real sum[CO_JET]) {
+    memcpy(sum, g->terms[term], sizeof g->terms[term]);
+    for (int i = 1; term == 0 && i < CO_POLYNOMIAL_TERMS; i++)
+        for (int k = 0; k < CO_JET; k++)
+            sum[k] -= g->terms[i][k];
+}
+
 void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support, double *rows) {
     generators g;
     co_bspline_bicubic(s, t, g.points);
@@ -90,15 +128,11 @@ void co_cell_rows(const co_cell *cell, co_real s, co_real t, int32_t n_support, 
             co_chart_apply(&chart, g.terms[i]);
     }
     for (int32_t p = 0; p < n_support; p++, rows += CO_JET) {
-        co_real sum[CO_JET] = {0};
-        for (int i = 0; i < 16; i++) {
-            co_real factor = cell->points[i * cell->n_points + support[p]];
-            for (int k = 0; factor != 0 && k < CO_JET; k++)
-                sum[k] += factor * g.points[i][k];
-        }
-        for (int i = 0; cell->polynomial && i < CO_POLYNOMIAL_TERMS; i++)
-            for (int k = 0; k < CO_JET; k++)
-                sum[k] += cell->polynomial->fit[i * cell->n_points + support[p]] * g.terms[i][k];
+        co_real sum[CO_JET];
+        if (support[p] < cell->n_points)
+            point_row(cell, &g, support[p], sum);
+        else
+            term_row(&g, support[p] - cell->n_points, sum);
         for (int k = 0; k < CO_JET; k++)
             rows[k] = (double)sum[k];
     }

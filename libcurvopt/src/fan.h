@@ -19,7 +19,9 @@ typedef enum co_fan_type {
     CO_FAN_CREASE, /* open: between the two sharp edges of a crease or boundary */
     CO_FAN_CORNER, /* open: between two sharp edges at a corner, which stays where it is */
     CO_FAN_DART,   /* closed and smooth, with a sharp edge that ends there before sector 0 */
-    CO_FAN_CONE    /* closed round an infinitely sharp vertex without sharp edges */
+    CO_FAN_CONE,   /* closed round an infinitely sharp vertex without sharp edges */
+    CO_FAN_WIDE    /* not a fan of its own: a face of a wide blend round a smooth vertex (wide.h); where it lies in its
+                      sector stands where others have their sector */
 } co_fan_type;
 
 enum {
@@ -41,8 +43,24 @@ static inline int32_t co_fan_sectors(int32_t fan) {
 static inline int32_t co_fan_sector(int32_t fan) {
     return (fan >> CO_FAN_BITS) & CO_FAN_MAX;
 }
+static inline int co_fan_is_wide(int32_t fan) {
+    return co_fan_type_of(fan) == CO_FAN_WIDE;
+}
 static inline int co_fan_is_smooth(int32_t fan) {
-    return co_fan_type_of(fan) == CO_FAN_CLOSED;
+    return co_fan_type_of(fan) == CO_FAN_CLOSED || co_fan_is_wide(fan);
+}
+/* Face (i, j) of the width x width faces of each sector, i along u; width, i, j < 16. */
+static inline int32_t co_fan_make_wide(int32_t valence, int width, int i, int j) {
+    return co_fan_make(CO_FAN_WIDE, valence, width << 8 | i << 4 | j);
+}
+static inline int co_fan_wide_width(int32_t fan) {
+    return co_fan_sector(fan) >> 8;
+}
+static inline int co_fan_wide_i(int32_t fan) {
+    return co_fan_sector(fan) >> 4 & 15;
+}
+static inline int co_fan_wide_j(int32_t fan) {
+    return co_fan_sector(fan) & 15;
 }
 static inline int co_fan_is_open(int32_t fan) {
     return co_fan_type_of(fan) == CO_FAN_CREASE || co_fan_type_of(fan) == CO_FAN_CORNER;

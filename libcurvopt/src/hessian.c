@@ -18,6 +18,8 @@ void co_hessian_free(co_hessian *h) {
     free(h->value);
     free(h->chunk);
     free(h->work);
+    free(h->half);
+    co_wide_matrix_free(&h->wide);
     co_layout_free(&h->layout);
     *h = (co_hessian){0};
 }
@@ -40,15 +42,33 @@ static point_row row_of_point(const co_patches *patches, const int32_t *point) {
                        patches->derived.start[*point - patches->n_cage + 1] - begin};
 }
 
-/* Calls for every (patch, node) once: count only, or fill `list` (patches of each node). mark [n_nodes]. */
-static void visit_nodes_of_patches(const co_assembly *a, const co_reduction *r, int32_t *mark, size_t *count,
+/* Points that all have to do with each other: of a patch, or, numbered after the patches, of a wide blend, whose
+ * patches then have none. */
+typedef struct clique {
+    const int32_t *point;
+    size_t n;
+} clique;
+
+static clique clique_of(const co_patches *patches, int32_t k) {
+    if (k >= patches->n_patches) {
+        const co_wide_disc *disc = &patches->wide.disc[k - patches->n_patches];
+        int32_t n = disc->is_used ? co_wide_fit_of(&patches->wide, disc)->n_points : 0;
+        return (clique){patches->wide.column + disc->column, (size_t)n};
+    }
+    size_t n = co_fan_is_wide(patches->valence[k]) ? 0 : patches->start[k + 1] - patches->start[k];
+    return (clique){patches->points + patches->start[k], n};
+}
+
+/* Calls for every (clique, node) once: count only, or fill `list` (cliques of each node). mark [n_nodes]. */
+static void visit_nodes_of_cliques(const co_assembly *a, const co_reduction *r, int32_t *mark, size_t *count,
                                    int32_t *list) {
     const co_patches *patches = &a->patches;
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
-    for (int32_t p = 0; p < patches->n_patches; p++)
-        for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++) {
-            point_row row = row_of_point(patches, &patches->points[i]);
+    for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
+        clique points = clique_of(patches, p);
+        for (size_t i = 0; i < points.n; i++) {
+            point_row row = row_of_point(patches, &points.point[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t node = r->node[row.vertex[k]];
                 if (node < 0 || mark[node] == p)
@@ -59,6 +79,7 @@ static void visit_nodes_of_patches(const co_assembly *a, const co_reduction *r, 
                 count[node]++;
             }
         }
+    }
 }
 
 static int compare_indices(const void *a, const void *b) {
@@ -66,13 +87,14 @@ static int compare_indices(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Larger nodes that share a patch with `node`, into out (may be NULL: only counted). */
+/* Larger nodes that share a clique with `node`, into out (may be NULL: only counted). */
 static size_t neighbours_of(const co_patches *patches, const co_reduction *r, const size_t *start, const int32_t *list,
                             int32_t node, int32_t *mark, int32_t *out) {
     size_t n = 0;
-    for (size_t e = start[node]; e < start[node + 1]; e++)
-        for (size_t i = patches->start[list[e]]; i < patches->start[list[e] + 1]; i++) {
-            point_row row = row_of_point(patches, &patches->points[i]);
+    for (size_t e = start[node]; e < start[node + 1]; e++) {
+        clique points = clique_of(patches, list[e]);
+        for (size_t i = 0; i < points.n; i++) {
+            point_row row = row_of_point(patches, &points.point[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t other = r->node[row.vertex[k]];
                 if (other <= node || mark[other] == node)
@@ -83,6 +105,7 @@ static size_t neighbours_of(const co_patches *patches, const co_reduction *r, co
                 n++;
             }
         }
+    }
     if (out)
         qsort(out, n, sizeof *out, compare_indices);
     return n;
@@ -96,13 +119,13 @@ static int32_t find_neighbours(const co_assembly *a, co_hessian *h, curvopt_erro
     h->neighbour_start = CO_NEW(size_t, n + 1);
     if (!mark || !start || !h->neighbour_start)
         goto done;
-    visit_nodes_of_patches(a, r, mark, start + 1, NULL);
+    visit_nodes_of_cliques(a, r, mark, start + 1, NULL);
     for (size_t v = 0; v < n; v++)
         start[v + 1] += start[v];
     list = CO_NEW(int32_t, start[n]);
     if (!list)
         goto done;
-    visit_nodes_of_patches(a, r, mark, start, list);
+    visit_nodes_of_cliques(a, r, mark, start, list);
     for (size_t v = n; v > 0; v--)
         start[v] = start[v - 1];
     start[0] = 0;
@@ -206,11 +229,22 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     return CURVOPT_OK;
 }
 
+static int32_t allocate_wide(const co_assembly *a, co_hessian *h, curvopt_error *error) {
+    size_t largest = 0;
+    for (int32_t k = 0; k < a->patches.wide.n_fits; k++)
+        if ((size_t)a->patches.wide.fit[k].n_points > largest)
+            largest = (size_t)a->patches.wide.fit[k].n_points;
+    h->half = CO_NEW(double, 9 * largest * largest);
+    return h->half ? co_wide_matrix_create(&a->patches, &h->wide, error) : co_status_no_memory(error);
+}
+
 int32_t co_hessian_create(const co_assembly *a, const co_reduction *reduction, co_hessian *h, curvopt_error *error) {
     *h = (co_hessian){.reduction = reduction, .rules_version = NO_RULES};
     int32_t status = find_neighbours(a, h, error);
     if (status == CURVOPT_OK)
         status = build_columns(h, error);
+    if (status == CURVOPT_OK)
+        status = allocate_wide(a, h, error);
     if (status != CURVOPT_OK)
         co_hessian_free(h);
     return status;
@@ -298,8 +332,9 @@ static void scatter_face(const co_assembly *a, co_hessian *h, int32_t block, int
                          int32_t first, int32_t end) {
     const co_block *b = &h->layout.block[block];
     int32_t patch = h->layout.patch[block * h->layout.lanes + lane];
+    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->valence) ? CO_WIDE_TERMS : 0);
     double weight = a->weight ? a->weight[patch] : 1;
-    for (int32_t p = 0; p < b->table->n_points; p++)
+    for (int32_t p = 0; p < n_own; p++)
         for (int32_t q = 0; q <= p; q++)
             scatter_pair(&a->patches, h, b, matrix, (size_t)lane, p, q, weight, first, end);
 }
@@ -322,7 +357,46 @@ static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n,
     }
 }
 
-/* Each thread owns some columns, so that sums come in the same order for any number of threads. */
+/* The same of one thread's discs: what faces of wide blends say of the polynomials' points. */
+static void scatter_wide(const co_assembly *a, co_hessian *h, int32_t block, const double *matrix, int32_t thread) {
+    const co_block *b = &h->layout.block[block];
+    if (!co_fan_is_wide(b->table->valence))
+        return;
+    for (int32_t lane = 0; lane < b->n_used; lane++) {
+        co_wide_share share = {.patch = h->layout.patch[block * h->layout.lanes + lane],
+                               .n_own = b->table->n_points - CO_WIDE_TERMS,
+                               .points = h->layout.points + b->points + lane,
+                               .face = matrix + lane,
+                               .stride = (size_t)h->layout.lanes};
+        share.weight = a->weight ? a->weight[share.patch] : 1;
+        if (co_wide_matrix_disc_of(&a->patches, share.patch) % a->n_threads == thread)
+            co_wide_matrix_add(&h->wide, &share);
+    }
+}
+
+/* Adds what the discs of wide blends have gathered. */
+static void pull_wide(const co_assembly *a, co_hessian *h) {
+    const co_wide *w = &a->patches.wide;
+    const int32_t *node = h->reduction->node;
+    for (int32_t k = 0; k < w->n_discs; k++) {
+        const int32_t *column = w->column + w->disc[k].column, n = co_wide_fit_of(w, &w->disc[k])->n_points;
+        if (!w->disc[k].is_used)
+            continue;
+        co_wide_matrix_pull(&h->wide, k, h->half);
+        for (int32_t i = 0; i < n; i++)
+            for (int32_t j = 0; j <= i; j++) {
+                double block[3][3];
+                for (int r = 0; r < 3; r++)
+                    for (int c = 0; c < 3; c++)
+                        block[r][c] = h->half[(size_t)(3 * i + r) * 3 * (size_t)n + (size_t)(3 * j + c)] +
+                                      h->half[(size_t)(3 * j + c) * 3 * (size_t)n + (size_t)(3 * i + r)];
+                if (node[column[i]] >= 0 && node[column[j]] >= 0)
+                    add_block(h, column[i], column[j], 1, block, i != j);
+            }
+    }
+}
+
+/* Each thread owns some columns, and some discs, so that sums come in the same order for any number of threads. */
 static void scatter_chunk(const co_assembly *a, co_hessian *h, int32_t first, int32_t n) {
     int32_t n_nodes = h->reduction->n_nodes;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
@@ -332,6 +406,8 @@ static void scatter_chunk(const co_assembly *a, co_hessian *h, int32_t first, in
         for (int32_t k = 0; k < n; k++)
             for (int32_t lane = 0; lane < h->layout.block[first + k].n_used; lane++)
                 scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, begin, end);
+        for (int32_t k = 0; k < n; k++)
+            scatter_wide(a, h, first + k, h->chunk + (size_t)k * h->matrix_stride, t);
     }
 }
 
@@ -343,6 +419,7 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, const co
     co_values values;
     const co_functional *f = &a->functional;
     memset(h->value, 0, h->n_entries * sizeof(double));
+    co_wide_matrix_clear(&h->wide);
     co_assembly_evaluate(a, x, &(co_request){0}, &values); /* sets the points, gives the integrals */
     double area = whole ? whole->area : values.integral[CO_INT_AREA];
     double third = whole ? whole->third : co_functional_integrate(&f->third, values.integral);
@@ -355,6 +432,7 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, const co
         sweep_chunk(a, h, first, n, &integrand, exact);
         scatter_chunk(a, h, first, n);
     }
+    pull_wide(a, h);
     return CURVOPT_OK;
 }
 

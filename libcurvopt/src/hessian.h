@@ -5,6 +5,7 @@
 
 #include "assemble.h"
 #include "reduce.h"
+#include "wide_matrix.h"
 
 /* Symmetric, its lower triangle by columns (as CHOLMOD takes it), over a reduction's variables: a column has the rows
  * of its own node from itself on, then those of each neighbour of larger number. The pattern is that of one
@@ -13,7 +14,7 @@ typedef struct co_hessian {
     const co_reduction *reduction; /* the caller's */
     size_t n_entries;
     size_t *neighbour_start; /* [n_nodes + 1] */
-    int32_t *neighbour;      /* larger nodes that share a patch, ascending */
+    int32_t *neighbour;      /* larger nodes that share a patch or a wide blend, ascending */
     int32_t *neighbour_row;  /* where their rows begin below the own block */
     int32_t *column_start;   /* [n_variables + 1] */
     int32_t *row;            /* [n_entries] */
@@ -23,6 +24,8 @@ typedef struct co_hessian {
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;
+    co_wide_matrix wide; /* of wide blends' points, on its way too, */
+    double *half;        /* and a disc's */
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */

@@ -3,6 +3,7 @@
 
 #include "cell.h"
 #include "memory.h"
+#include "patches.h"
 #include "quadrature.h"
 
 #include <math.h>
@@ -51,11 +52,22 @@ static const rule rules[N_KINDS][CO_N_RULES] = {
      {48, 24, 1e-8}}};
 enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
 
+/* Whether a face is one piece, not rings round an extraordinary vertex. */
+static int is_one_piece(int32_t fan) {
+    return co_patches_own_size(fan) == CO_RING_REGULAR; /* no fan has as many */
+}
+/* The vertex's fan. */
+static int32_t fan_of(int32_t kind) {
+    return co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind;
+}
+
 static int kind_of(const co_table *t) {
     static const int irregular[] = {[CURVOPT_SURFACE_LIMIT] = KIND_LIMIT,
                                     [CURVOPT_SURFACE_PLANE] = KIND_PLANE,
                                     [CURVOPT_SURFACE_POLYNOMIAL] = KIND_POLYNOMIAL};
-    return t->valence == 4 ? KIND_REGULAR : irregular[t->surface];
+    if (is_one_piece(t->valence))
+        return KIND_REGULAR;
+    return co_fan_is_wide(t->valence) ? KIND_LIMIT : irregular[t->surface]; /* w is flat there, and S counts little */
 }
 
 static int points_of_ring(int kind, const rule *r, int ring) {
@@ -98,7 +110,7 @@ void co_table_destroy(co_table *t) {
 
 static int32_t allocate(co_table *t, curvopt_error *error) {
     size_t samples = (size_t)t->n_samples, points = (size_t)t->n_points;
-    int plane = t->surface == CURVOPT_SURFACE_PLANE && t->valence != 4;
+    int plane = t->surface == CURVOPT_SURFACE_PLANE && t->valence != CO_FAN_REGULAR;
     t->area_weight = CO_NEW(double, samples);
     t->weight = CO_NEW(double, samples);
     t->jacobian_scale = CO_NEW(double, samples);
@@ -112,12 +124,13 @@ static int32_t allocate(co_table *t, curvopt_error *error) {
 
 /* The patch points that rows can be nonzero on. */
 static int32_t choose_support(co_table *t, curvopt_error *error) {
-    int32_t n = t->valence == 4 ? CO_RING_REGULAR : co_ring_two_ring_size(t->valence);
-    t->support = CO_NEW(int32_t, n);
+    int32_t n = co_patches_own_size(t->valence), all = co_patches_size(t->valence);
+    int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->valence); /* the fit, into rows */
+    t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
-    for (int32_t i = 0; i < n; i++)
-        if (t->valence == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL || co_irregular_in_support(t->valence, i))
+    for (int32_t i = 0; i < all; i++)
+        if (i >= n || folded || is_one_piece(t->valence) || co_irregular_in_support(fan_of(t->valence), i))
             t->support[t->n_points++] = i;
     return CURVOPT_OK;
 }
@@ -181,6 +194,12 @@ static int32_t fill_masks(co_table *t, int32_t n_points, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* The polynomial of a kind of patch; the fit only where it is folded into rows. */
+static int32_t create_polynomial(const co_disc *disc, int32_t kind, co_polynomial *out, curvopt_error *error) {
+    return co_fan_is_wide(kind) ? co_polynomial_create_map(disc, co_fan_wide_width(kind), out, error)
+                                : co_polynomial_create(disc, 1, out, error);
+}
+
 static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_tail tail, curvopt_error *error) {
     co_polynomial polynomial = {0};
     co_cell cell = {0};
@@ -192,7 +211,7 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
     if (smooth)
         co_irregular_characteristic_map(disc, chart);
     if (has_polynomial)
-        status = co_polynomial_create(disc, &polynomial, error);
+        status = create_polynomial(disc, t->valence, &polynomial, error);
     if (status == CURVOPT_OK)
         status = co_cell_create(disc, has_polynomial ? &polynomial : NULL, smooth ? chart : NULL, &cell, error);
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
@@ -216,30 +235,45 @@ static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_ta
     return status;
 }
 
+/* A regular face, or one of a wide disc away from the vertex, whose fan `disc` is then of. */
+static int32_t fill_one_piece(co_table *t, const co_disc *disc, const rule *r, curvopt_error *error) {
+    co_polynomial polynomial = {0};
+    co_cell cell = {0};
+    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    int32_t status = CURVOPT_OK;
+    if (co_fan_is_wide(t->valence)) {
+        status = create_polynomial(disc, t->valence, &polynomial, error);
+        if (status == CURVOPT_OK)
+            status =
+                co_cell_create_face(&polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
+        whole.cell = &cell;
+    }
+    if (status == CURVOPT_OK)
+        add_samples(t, &whole, 0);
+    co_cell_free(&cell);
+    co_polynomial_free(&polynomial);
+    return status;
+}
+
 static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
     const rule *r = &rules[kind_of(t)][rule_number];
+    int one_piece = is_one_piece(t->valence);
+    co_disc disc = {0};
+    ring_tail tail = {0};
     int32_t status = choose_support(t, error);
+    if (status == CURVOPT_OK && t->valence != CO_FAN_REGULAR)
+        status = co_disc_create(fan_of(t->valence), &disc, error);
     if (status != CURVOPT_OK)
         return status;
-    if (t->valence == 4) {
+    if (one_piece)
         t->n_samples = r->points * r->points;
-        status = allocate(t, error);
-        if (status == CURVOPT_OK) {
-            cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
-            add_samples(t, &whole, 0);
-        }
-        return status;
-    }
-    co_disc disc;
-    status = co_disc_create(t->valence, &disc, error);
-    if (status != CURVOPT_OK)
-        return status;
-    ring_tail tail = tail_of(&disc, t->surface, r->hole);
+    else
+        tail = tail_of(&disc, t->surface, r->hole);
     for (int ring = 1; ring <= tail.n_rings; ring++)
         t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
     status = allocate(t, error);
     if (status == CURVOPT_OK)
-        status = fill_irregular(t, &disc, r, tail, error);
+        status = one_piece ? fill_one_piece(t, &disc, r, error) : fill_irregular(t, &disc, r, tail, error);
     co_disc_free(&disc);
     return status;
 }
@@ -262,7 +296,7 @@ int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, c
 
 /* At the vertex itself: its position; derivatives there do not exist. */
 static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
-    int32_t n = disc->n_points;
+    int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_WIDE_TERMS : 0);
     co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
     if (!masks)
         return co_status_no_memory(error);
@@ -270,27 +304,28 @@ static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, doubl
         co_irregular_limit_masks(disc->valence, masks);
     else
         co_disc_limit_mask(disc, masks);
-    for (int32_t i = 0; i < n * CO_JET; i++)
-        rows[i] = i % CO_JET             ? (double)NAN
-                  : polynomial->n_points ? (double)polynomial->fit[i / CO_JET]
-                                         : (double)masks[i / CO_JET];
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
+        rows[i] = i % CO_JET               ? (double)NAN
+                  : polynomial->width > 1  ? i == n * CO_JET /* the first of the polynomial's points lies there */
+                  : polynomial->width == 1 ? (double)polynomial->fit[i / CO_JET]
+                                           : (double)masks[i / CO_JET];
     free(masks);
     return CURVOPT_OK;
 }
 
 /* Rows at (u, v) of a cell of the right ring, (u, v) not both 0; derivatives with respect to u, v. */
-static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, const int32_t *all,
-                         double *rows, curvopt_error *error) {
+static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, int32_t n_all,
+                         const int32_t *all, double *rows, curvopt_error *error) {
     co_cell cell;
-    int32_t status = co_cell_create(disc, polynomial->n_points ? polynomial : NULL, NULL, &cell, error);
+    int32_t status = co_cell_create(disc, polynomial->width ? polynomial : NULL, NULL, &cell, error);
     if (status != CURVOPT_OK)
         return status;
     co_real side = 0.5L;
     for (; u < side && v < side; side /= 2)
         co_disc_advance(disc);
     co_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
-    co_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, disc->n_points, all, rows);
-    for (int32_t i = 0; i < disc->n_points * CO_JET; i++)
+    co_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows);
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
         rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
     co_cell_free(&cell);
     return CURVOPT_OK;
@@ -302,14 +337,15 @@ struct co_cached_table {
 };
 
 struct co_cached_fit {
-    int32_t fan;
+    int32_t fan, width;
     co_polynomial polynomial;
 };
 
-/* What is fitted at this fan, kept for the next point. */
-static int32_t find_fit(co_table_cache *cache, co_disc *disc, const co_polynomial **out, curvopt_error *error) {
+/* What is fitted at this kind's vertex, kept for the next point. */
+static int32_t find_fit(co_table_cache *cache, int32_t kind, const co_polynomial **out, curvopt_error *error) {
+    int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
     for (int32_t i = 0; i < cache->n_fits; i++)
-        if (cache->fit[i].fan == disc->fan) {
+        if (cache->fit[i].fan == fan && cache->fit[i].width == width) {
             *out = &cache->fit[i].polynomial;
             return CURVOPT_OK;
         }
@@ -318,8 +354,13 @@ static int32_t find_fit(co_table_cache *cache, co_disc *disc, const co_polynomia
         return co_status_no_memory(error);
     cache->fit = fit;
     fit += cache->n_fits;
-    fit->fan = disc->fan;
-    int32_t status = co_polynomial_create(disc, &fit->polynomial, error);
+    *fit = (struct co_cached_fit){.fan = fan, .width = width};
+    co_disc disc;
+    int32_t status = co_disc_create(fan, &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = create_polynomial(&disc, kind, &fit->polynomial, error);
+    co_disc_free(&disc);
     if (status == CURVOPT_OK) {
         cache->n_fits++;
         *out = &fit->polynomial;
@@ -327,22 +368,41 @@ static int32_t find_fit(co_table_cache *cache, co_disc *disc, const co_polynomia
     return status;
 }
 
-static int32_t irregular_point(co_table_cache *cache, int32_t surface, int32_t valence, double u, double v,
-                               double *rows, curvopt_error *error) {
+/* Rows of a face of a wide disc, not of that at the vertex. */
+static int32_t wide_rows(const co_polynomial *polynomial, int32_t kind, double u, double v, const int32_t *all,
+                         double *rows, curvopt_error *error) {
+    co_cell cell;
+    int32_t status = co_cell_create_face(polynomial, co_fan_wide_i(kind), co_fan_wide_j(kind), &cell, error);
+    if (status == CURVOPT_OK)
+        co_cell_rows(&cell, u, v, co_patches_size(kind), all, rows);
+    co_cell_free(&cell);
+    return status;
+}
+
+/* Rows of a face at an extraordinary vertex. */
+static int32_t vertex_face_rows(const co_polynomial *polynomial, int32_t kind, double u, double v, const int32_t *all,
+                                double *rows, curvopt_error *error) {
+    co_disc disc;
+    int32_t status = co_disc_create(fan_of(kind), &disc, error);
+    if (status == CURVOPT_OK)
+        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
+                                  : ring_rows(&disc, polynomial, u, v, co_patches_size(kind), all, rows, error);
+    co_disc_free(&disc);
+    return status;
+}
+
+static int32_t irregular_point(co_table_cache *cache, int32_t surface, int32_t kind, double u, double v, double *rows,
+                               curvopt_error *error) {
     static const co_polynomial none = {0};
     const co_polynomial *polynomial = &none;
-    co_disc disc = {0};
-    int32_t *all = CO_NEW(int32_t, co_ring_two_ring_size(valence));
-    int32_t status = all ? co_disc_create(valence, &disc, error) : co_status_no_memory(error);
+    int32_t n_all = co_patches_size(kind), *all = CO_NEW(int32_t, n_all);
+    int32_t status = all ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL)
-        status = find_fit(cache, &disc, &polynomial, error);
-    if (status == CURVOPT_OK) {
-        for (int32_t i = 0; i < disc.n_points; i++)
-            all[i] = i;
-        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
-                                  : ring_rows(&disc, polynomial, u, v, all, rows, error);
-    }
-    co_disc_free(&disc);
+        status = find_fit(cache, kind, &polynomial, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < n_all; i++)
+        all[i] = i;
+    if (status == CURVOPT_OK)
+        status = (is_one_piece(kind) ? wide_rows : vertex_face_rows)(polynomial, kind, u, v, all, rows, error);
     free(all);
     return status;
 }

@@ -23,6 +23,7 @@ typedef struct level {
     co_place *place;     /* [n_faces] */
     uint8_t *kind;       /* [n_corners] of ring.h */
     int32_t *point_of;   /* [co_ring_n_numbers] of vertices and phantoms: number in co_patches, or -1 */
+    const co_wide *wide; /* level 0's, if it has any; else NULL */
 } level;
 
 static void level_free(level *l) {
@@ -63,11 +64,18 @@ static co_place at_corner(co_place p, int corner) {
     return p;
 }
 
+/* Where a face lies on a wide blend, or NULL. */
+static const co_wide_face *wide_place(const level *l, int32_t f) {
+    return l->wide && l->wide->face[f].disc >= 0 ? &l->wide->face[f] : NULL;
+}
+
 /* The corner of a face from which it can be evaluated: its extraordinary one, or 0; -1 if it cannot. */
 static int evaluable_corner(const level *l, int32_t f) {
     int corner = 0;
     if (co_mesh_face_size(l->mesh, f) != 4)
         return -1;
+    if (wide_place(l, f))
+        return wide_place(l, f)->first - l->mesh->face_start[f];
     for (int k = 0; k < 4; k++) {
         uint8_t at = l->kind[l->mesh->face_start[f] + k];
         if (at == CO_CORNER_UNREADY)
@@ -76,6 +84,17 @@ static int evaluable_corner(const level *l, int32_t f) {
             corner = k;
     }
     return corner;
+}
+
+/* What kind of patch a face is, seen from that corner, where half-edge h leaves; *first begins its fan. */
+static int32_t patch_kind(const level *l, int32_t f, int32_t h, int32_t *first) {
+    const co_wide_face *on = wide_place(l, f);
+    *first = h;
+    if (on) {
+        const co_wide_fit *fit = co_wide_fit_of(l->wide, &l->wide->disc[on->disc]);
+        return co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
+    }
+    return l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;
 }
 
 /* Adds vertex v of the level over the cage, `weight` times, to the row of n entries; how many it has then. */
@@ -198,26 +217,32 @@ static uint8_t cuts_of(const level *l, int32_t h) {
     return (uint8_t)cuts;
 }
 
+/* Points of a wide blend get their final numbers when those of all others are known (number_wide). */
+static int32_t provisional(int32_t point) {
+    return -1 - point;
+}
+
 static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curvopt_error *error) {
     const curvopt_mesh *m = l->mesh;
-    int32_t h = m->face_start[f] + corner, first = h, p = out->n_patches++, fan = CO_FAN_REGULAR;
-    int32_t *points = out->points + out->start[p];
-    if (l->kind[h] == CO_CORNER_EXTRAORDINARY) {
-        fan = co_ring_fan(m, h, &first);
-        co_ring_two_ring(m, fan, first, points);
-    } else {
+    int32_t h = m->face_start[f] + corner, first, p = out->n_patches++, fan = patch_kind(l, f, h, &first);
+    int32_t *points = out->points + out->start[p], n_own = co_patches_own_size(fan);
+    if (l->kind[h] == CO_CORNER_EXTRAORDINARY)
+        co_ring_two_ring(m, co_fan_is_wide(fan) ? co_fan_sectors(fan) : fan, first, points);
+    else
         co_ring_regular(m, h, l->kind, points);
-    }
     out->valence[p] = fan;
     out->cuts[p] = cuts_of(l, h);
     out->place[p] = at_corner(l->place[f], corner);
     out->start[p + 1] = out->start[p] + (size_t)co_patches_size(fan);
-    for (int32_t i = 0; i < co_patches_size(fan); i++) {
+    for (int32_t i = 0; i < n_own; i++) {
         int32_t *number = &l->point_of[points[i]];
         if (*number < 0)
             *number = out->n_points++;
         points[i] = *number;
     }
+    const co_wide_face *on = wide_place(l, f);
+    for (int32_t i = n_own; on && i < co_patches_size(fan); i++)
+        points[i] = provisional(l->wide->disc[on->disc].first_point + CO_WIDE_TERMS * on->sector + i - n_own);
     return add_kind(out, fan, error);
 }
 
@@ -230,10 +255,9 @@ static int32_t emit_patches(level *l, co_patches *out, int32_t *n_split, curvopt
     for (int32_t f = 0; f < m->info.n_faces; f++) {
         int corner = l->active[f] ? evaluable_corner(l, f) : -1;
         if (corner >= 0) {
-            int32_t h = m->face_start[f] + corner, first;
+            int32_t first;
             n_patches++;
-            n_points += l->kind[h] == CO_CORNER_EXTRAORDINARY ? (size_t)co_fan_n_points(co_ring_fan(m, h, &first))
-                                                              : CO_RING_REGULAR;
+            n_points += (size_t)co_patches_size(patch_kind(l, f, m->face_start[f] + corner, &first));
         }
     }
     int32_t status = grow(out, n_patches, n_points, error);
@@ -315,12 +339,28 @@ done:
     return status;
 }
 
-int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, co_patches *out, curvopt_error *error) {
+/* Gives the points of wide blends their numbers, after all others. */
+static void number_wide(co_patches *p) {
+    for (size_t i = 0; p->wide.n_discs && i < p->start[p->n_patches]; i++)
+        if (p->points[i] < 0)
+            p->points[i] = p->n_points + provisional(p->points[i]);
+    for (int32_t k = 0; k < p->wide.n_discs; k++)
+        p->wide.disc[k].first_point += p->n_points;
+    p->n_points += p->wide.n_points;
+    free(p->wide.face); /* only patches were made from that */
+    p->wide.face = NULL;
+}
+
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int widest, co_patches *out,
+                          curvopt_error *error) {
     level l = {.mesh = mesh}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
+    if (status == CURVOPT_OK && widest > 1)
+        status = co_wide_find(mesh, l.kind, widest, &out->wide, error);
     if (status == CURVOPT_OK) {
+        l.wide = out->wide.n_discs ? &out->wide : NULL;
         for (int32_t f = 0; f < mesh->info.n_faces; f++) {
             l.active[f] = !face_weight || face_weight[f] != 0;
             l.place[f].face = f;
@@ -345,13 +385,28 @@ int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, c
             status = emit_patches(&l, out, &n_split, error);
     }
     level_free(&l);
-    if (status != CURVOPT_OK)
+    if (status == CURVOPT_OK)
+        number_wide(out);
+    else
         co_patches_free(out);
     return status;
 }
 
+void co_patches_derive(const co_patches *p, double *points) {
+    if (p->derived.n_rows)
+        co_rows_apply(&p->derived, points, points + 3 * (size_t)p->n_cage);
+    co_wide_apply(&p->wide, points);
+}
+
+void co_patches_add_derived(const co_patches *p, const double *point_gradient, double *gradient) {
+    if (p->derived.n_rows)
+        co_rows_add_transposed(&p->derived, point_gradient + 3 * (size_t)p->n_cage, gradient);
+    co_wide_add_transposed(&p->wide, point_gradient, gradient);
+}
+
 void co_patches_free(co_patches *p) {
     co_rows_free(&p->derived);
+    co_wide_free(&p->wide);
     free(p->valence);
     free(p->start);
     free(p->points);

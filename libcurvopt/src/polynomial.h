@@ -1,12 +1,13 @@
 /* The `polynomial` surface: near an extraordinary vertex S is blended into one polynomial over the characteristic map,
- *     S' = (1 - w(u) w(v)) S + w(u) w(v) P(chi(u, v)),
- * P the least-squares fit of S on the faces round the vertex. Linear in the two-ring, so that the surface is as exact a
- * function of the cage as the limit surface is; third derivatives are square integrable.
+ *     S' = (1 - w(u / m) w(v / m)) S + w(u / m) w(v / m) P(chi(u, v)),
+ * P the least-squares fit of S on the m x m faces of each sector round the vertex. Linear in the cage, so that the
+ * surface is as exact a function of it as the limit surface is; third derivatives are square integrable.
  *
  * Follows: Levin, "Modified subdivision surfaces with continuous curvature", SIGGRAPH 2006 (blending a subdivision
  * surface into a polynomial over the characteristic map); Ying, Zorin 2004. Differs: blended over whole faces and by a
- * product of one-dimensional weights, so that three rings of parameters stay as they are; degree and weights by
- * experiment (tests/bench/README.md).
+ * product of one-dimensional weights, so that three rings of parameters stay as they are; over a disc that stays as
+ * large while the cage is refined, where the cage has room for one (wide.h); degree and weights by experiment
+ * (tests/bench/README.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_POLYNOMIAL_H
@@ -17,18 +18,33 @@
 
 enum { CO_POLYNOMIAL_DEGREE = 5, CO_POLYNOMIAL_TERMS = (CO_POLYNOMIAL_DEGREE + 1) * (CO_POLYNOMIAL_DEGREE + 2) / 2 };
 
+/* Points of a disc of width m, whose faces need those at places 0 <= x, y <= m + 1 of each sector: numbered as a fan's
+ * two-ring (fan.h), which is that of m = 1; each sector owns those with x > 0, row by row. */
 typedef struct co_polynomial {
-    int32_t n_points; /* of the two-ring */
-    co_real *map;     /* [2 n_points] control points of the characteristic map chi */
-    co_real *fit;     /* [CO_POLYNOMIAL_TERMS][n_points] coefficients of P, by co_polynomial_monomials' order */
+    int32_t valence, width;
+    int32_t n_points;
+    co_real *map; /* [2 n_points] control points of the characteristic map chi; largest at 1 if the width is above 1 */
+    co_real *fit; /* [CO_POLYNOMIAL_TERMS][n_points] coefficients of P, by co_polynomial_monomials' order; or NULL */
 } co_polynomial;
 
-/* Does not change which ring `disc` is at; it must be at ring 1. */
-int32_t co_polynomial_create(co_disc *disc, co_polynomial *out, curvopt_error *error);
+/* The map alone, without fit, round the vertex of `disc`, which does not change. */
+int32_t co_polynomial_create_map(const co_disc *disc, int width, co_polynomial *out, curvopt_error *error);
+/* Both. */
+int32_t co_polynomial_create(const co_disc *disc, int width, co_polynomial *out, curvopt_error *error);
 void co_polynomial_free(co_polynomial *polynomial);
+
+static inline int32_t co_polynomial_n_points(int32_t valence, int width) {
+    return 1 + valence * (width + 1) * (width + 2);
+}
+/* Index of place (x, y) of a sector, -1 <= x, y <= width + 1, not both negative; sectors modulo the valence. */
+int32_t co_polynomial_index(int32_t valence, int width, int32_t sector, int x, int y);
+/* Index of point i of the two-ring. */
+int32_t co_polynomial_index_of_two_ring(const co_polynomial *polynomial, int32_t i);
 
 /* Jets of all monomials of chi, from the jets x, y of its coordinates. */
 void co_polynomial_monomials(const co_real x[CO_JET], const co_real y[CO_JET],
                              co_real out[CO_POLYNOMIAL_TERMS][CO_JET]);
+/* turn [TERMS][TERMS]: the coefficients of P(R_s (x, y)) from those of P, R_s a turn by `sector` sectors. */
+void co_polynomial_turn(int32_t valence, int32_t sector, co_real turn[CO_POLYNOMIAL_TERMS][CO_POLYNOMIAL_TERMS]);
 
 #endif

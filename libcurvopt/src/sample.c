@@ -30,7 +30,8 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
                               curvopt_error *error) {
     *s = (sampler){.mesh = mesh, .surface = surface};
     co_table_cache_create(surface, &s->tables);
-    int32_t status = co_patches_create(mesh, NULL, &s->patches, error), largest = 0;
+    int widest = surface == CURVOPT_SURFACE_POLYNOMIAL ? CO_WIDE_LARGEST : 1;
+    int32_t status = co_patches_create(mesh, NULL, widest, &s->patches, error), largest = 0;
     if (status != CURVOPT_OK)
         return status;
     const co_patches *p = &s->patches;
@@ -48,8 +49,7 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
     }
     for (size_t i = 0; i < 3 * (size_t)p->n_cage; i++)
         s->points[i] = xyz[i];
-    if (p->derived.n_rows)
-        co_rows_apply(&p->derived, xyz, s->points + 3 * (size_t)p->n_cage);
+    co_patches_derive(p, s->points);
     for (int32_t f = 0; f < mesh->info.n_faces; f++)
         s->first[f] = -1;
     for (int32_t i = p->n_patches - 1; i >= 0; i--) {

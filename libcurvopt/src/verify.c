@@ -11,6 +11,17 @@
 enum { LARGEST_ITERATIONS = 60 };
 static const double RESIDUAL = 1e-3;        /* in the preconditioner's norm, of the first one */
 static const double DIFFERENCE_STEP = 1e-3; /* longest displacement, in mean edges */
+static const double HESSIAN_NOISE = 1e-9;   /* of its mean diagonal: what its nine digits (sweep.c) leave unknown */
+
+/* The Hessian, or with `exact` 0 the Gauss-Newton matrix, at `now`. Where the energy is all but zero, the level's least
+ * shift is less than is known of them: then with as much more. */
+static int32_t factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
+    int32_t status = co_level_factorize(l, now, exact, positive, error);
+    if (status == CURVOPT_OK && !*positive)
+        status =
+            co_model_factorize(&l->model, HESSIAN_NOISE * co_hessian_mean_diagonal(&l->model.hessian), positive, error);
+    return status;
+}
 
 /* out = Hessian v, by a central difference; rigid motions and scaling made stiff as in the model. work [2 n] */
 static void difference_product(co_level *l, const double *z, const double *v, double *work, double *out) {
@@ -114,7 +125,7 @@ static int32_t check_shape(probe *p, int differences, co_shape_check *out, curvo
     *out = (co_shape_check){.negative_directions = 0};
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
-    int32_t status = co_level_factorize(l, &p->now, 1, &positive, error);
+    int32_t status = factorize(l, &p->now, 1, &positive, error);
     if (status != CURVOPT_OK)
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
@@ -155,9 +166,9 @@ int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, cur
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
     now->value = co_level_evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
-    int32_t status = co_level_factorize(l, now, 1, &positive, error);
+    int32_t status = factorize(l, now, 1, &positive, error);
     if (status == CURVOPT_OK && !positive)
-        status = co_level_factorize(l, now, 0, &positive, error);
+        status = factorize(l, now, 0, &positive, error);
     if (status == CURVOPT_OK && positive)
         return model_decrement(l, now, decrement, error);
     *decrement = (double)NAN;

@@ -32,7 +32,8 @@ static const char help_text[] =
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
     "  --symmetry           none, which is the default here; --escape: not for this program\n"
-    "  --pin FILE           with --levels 1\n"
+    "  --blend-width        1, which is the default here\n"
+    "  --pin FILE           with --levels 1, no weights\n"
     "  --threads N          for each rank, default 1\n"
     "  --verify             at the end Newton's method with a Hessian by finite differences, over everything that may\n"
     "                       move and over motion along normals (its options: -verify_tao_..., -verify_shape_tao_...)\n"
@@ -426,6 +427,8 @@ static const char *not_for_tao(const arguments *a) {
         return "--symmetry can be none: TAO keeps no symmetries";
     if (o->escape)
         return "--escape is not for this program";
+    if (a->has_blend_width && o->blend_width != 1)
+        return "--blend-width can be 1: a rank does not see how far it is to the next vertex that is not regular";
     if (a->pins && o->levels != 1)
         return "--pin is for --levels 1 in this program";
     return NULL;
@@ -440,6 +443,7 @@ static void settle_options(curvopt_options *o) {
         o->surface = !third ? CURVOPT_SURFACE_LIMIT : o->as_report ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_POLYNOMIAL;
     o->threads = o->threads ? o->threads : 1;
     o->symmetry = CURVOPT_SYMMETRY_NONE;
+    o->blend_width = 1;
 }
 
 static int minimize(program *p) {

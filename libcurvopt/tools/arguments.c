@@ -38,7 +38,10 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_real(value, &o->tolerance);
     else if (!strcmp(name, "--threads"))
         return parse_integer(value, &o->threads);
-    else if (!strcmp(name, "-o") || !strcmp(name, "--output"))
+    else if (!strcmp(name, "--blend-width")) {
+        a->has_blend_width = 1;
+        return parse_integer(value, &o->blend_width);
+    } else if (!strcmp(name, "-o") || !strcmp(name, "--output"))
         a->output = value;
     else if (!strcmp(name, "--levels"))
         return parse_integer(value, &o->levels);
@@ -56,8 +59,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 }
 
 static int is_valued(const char *name, int minimize) {
-    static const char *const both[] = {"--json",      "--energy",  "--surface",
-                                       "--tolerance", "--threads", "--boundary-rule"};
+    static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
+                                       "--threads", "--boundary-rule", "--blend-width"};
     static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
                                                 "--method", "--boundary", "--symmetry", "--pin"};
     size_t length = strlen(name);

@@ -17,6 +17,7 @@ typedef struct arguments {
     curvopt_constraints constraints;
     int boundary_rule;
     int quiet;
+    int has_blend_width; /* it was named */
 } arguments;
 
 /* argv[1] is a command, the rest its options. ARGUMENTS_DONE, or an exit code with one sentence in message [size]. */

@@ -37,6 +37,8 @@ static const char help_text[] =
     "                       report's\n"
     "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
     "  --boundary-rule R    boundary vertices of one face are smooth (default) or corners, as in Blender's modifier\n"
+    "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to 8 (default); they take a\n"
+    "                       quarter of the way to the next vertex that is not regular\n"
     "  --threads N          default all cores\n"
     "  --json FILE|-        write all figures as JSON\n"
     "  --quiet              print nothing but errors\n"

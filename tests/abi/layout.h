@@ -35,7 +35,7 @@ AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
 
-SIZE(curvopt_options, 144);
+SIZE(curvopt_options, 152);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -53,6 +53,8 @@ AT(curvopt_options, symmetry, 128);
 AT(curvopt_options, verify, 132);
 AT(curvopt_options, escape, 136);
 AT(curvopt_options, symmetry_planes, 140);
+AT(curvopt_options, blend_width, 144);
+AT(curvopt_options, reserved, 148);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);

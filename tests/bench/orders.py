@@ -55,23 +55,20 @@ def order(coarse: float, fine: float) -> float:
 # --------------------------------------------------------------------------------------------------- tables --
 
 def print_table(sizes: list[int]) -> None:
-    """Relative errors at the last two sizes, their order; of `polynomial` also what is left without its floor."""
-    first, second, third = sizes[-3:]
-    heads = [f"6·{second}²", f"6·{third}²", "order"]
-    print("| surface | energy | exact |", " | ".join(["`polynomial` " + heads[0], *heads[1:], "floor", "order above it",
+    """Relative errors at the last two sizes, and their order."""
+    coarse, fine = sizes[-2:]
+    heads = [f"6·{coarse}²", f"6·{fine}²", "order"]
+    print("| surface | energy | exact |", " | ".join(["`polynomial` " + heads[0], *heads[1:],
                                                        "`plane` " + heads[0], *heads[1:]]), "|")
-    print("| --- " * 11 + "|")
+    print("| --- " * 9 + "|")
     for name in SURFACES:
-        found = {kind: [errors(name, n, kind) for n in (first, second, third)] for kind in ("polynomial", "plane")}
+        found = {kind: [errors(name, n, kind) for n in (coarse, fine)] for kind in ("polynomial", "plane")}
         for term, key in NAMES.items():
             value = exact(name)[key]
             cells = []
-            for kind, series in found.items():
-                a, b, c = (e[term] for e in series)
-                cells += [f"{b / value:.2g}", f"{c / value:.2g}", f"{order(b, c):.2f}"]
-                if kind == "polynomial":
-                    with_floor = term != "willmore"
-                    cells += [f"{(c - (b - c) / 3) / value:.2g}", f"{order(a - b, b - c):.2f}"] if with_floor else ["", ""]
+            for series in found.values():
+                a, b = (e[term] for e in series)
+                cells += [f"{a / value:.2g}", f"{b / value:.2g}", f"{order(a, b):.2f}"]
             print(f"| {name} | {term} | {value:.6g} |", " | ".join(cells), "|", flush=True)
     print()
     print("W on `limit`, relative:")
@@ -79,6 +76,14 @@ def print_table(sizes: list[int]) -> None:
         series = [errors(name, n, "limit")["willmore"] / exact(name)["W"] for n in sizes]
         print(f"  {name}:", ", ".join(f"{e:.2g}" for e in series), "orders",
               ", ".join(f"{order(a, b):.2f}" for a, b in zip(series, series[1:])), flush=True)
+    print()
+    print("Third order on `polynomial` at all sizes, MVS and variation:")
+    for name in ("sphere", *SURFACES):
+        found = [errors(name, n, "polynomial") for n in sizes]
+        for term in ("mvs", "variation"):
+            series = [e[term] for e in found]
+            print(f"  {name} {term}:", ", ".join(f"{e:.3g}" for e in series), "orders",
+                  ", ".join(f"{order(a, b):.2f}" for a, b in zip(series, series[1:])), flush=True)
 
 
 def print_grids(sizes: list[int]) -> None:

@@ -155,9 +155,9 @@ def round_errors(name: str, n: int, surface: str, energy: str, tolerance: float)
 @pytest.mark.parametrize("name", ROUND)
 def test_order_of_willmore_at_extraordinary_vertices(name):
     """The faces at the vertex are off by a share of their own; each halving scales them by 0.4101 (valence 3), so that
-    the order is 2 log2(1 / 0.4101) = 2.57 whatever the surface kind."""
+    the order is 2 log2(1 / 0.4101) = 2.57. On `polynomial` they are blended away over a disc that stays: more than that."""
     finest = 64 if name == "ellipsoid_1_2_3" else 32
-    for surface, n, low, high in (("limit", finest, 2.4, 3.0), ("polynomial", finest, 2.4, 3.0), ("plane", 32, 2.5, 2.7)):
+    for surface, n, low, high in (("limit", finest, 2.4, 3.0), ("polynomial", 32, 2.7, 4.6), ("plane", 32, 2.5, 2.7)):
         errors = [round_errors(name, m, surface, "willmore", 1e-8)["willmore"] for m in (n // 2, n)]
         observed = order(errors)[0]
         assert min(errors) > 0 and low <= observed <= (2.7 if n == 64 else high), (surface, observed)
@@ -165,15 +165,14 @@ def test_order_of_willmore_at_extraordinary_vertices(name):
 
 @pytest.mark.parametrize("name", ROUND)
 def test_orders_of_polynomial_at_extraordinary_vertices(name):
-    """All of the error but the vertices' own share, the same at every level, goes as h^2: seen in the differences."""
+    """Third-order energies converge to the exact ones, as h^2 on regular nets and a little faster while the wider blend
+    catches up with what one of a single face would keep for ever: 15 to 30 on these surfaces."""
     nets = [round_errors(name, n, "polynomial", "mvs", 1e-6) for n in (8, 16, 32)]
     for term in ("mvs", "mvs_cross", "variation"):
         errors = [net[term] for net in nets]
-        observed = order([errors[0] - errors[1], errors[1] - errors[2]])
-        # where all eight are umbilics, as on star_xyz, X and with it MVS are not smooth: 1.86
-        low = 1.75 if name == "star_xyz" and term != "variation" else 1.9
-        assert low <= observed[0] <= 2.3, (term, observed)
-        assert 15 <= errors[2] <= 55 and errors[2] < errors[1] < errors[0], (term, errors)
+        observed = order(errors)
+        assert 1.3 <= observed[0] <= 2.1 and 2.1 <= observed[1] <= 2.6, (term, observed)
+        assert 1 <= errors[2] <= 10, (term, errors)
 
 
 @pytest.mark.parametrize("name", ROUND)
@@ -185,15 +184,10 @@ def test_plane_stays_as_wrong_as_it_is(name):
         assert fine[term] >= 500 * smooth[term], (term, fine, smooth)
 
 
-def test_share_of_an_extraordinary_vertex_is_a_constant_times_area_and_squared_curvature():
-    """What the vertices keep, extrapolated: on star_xyz they are umbilics, with H = 5/3 at four and -5/8 at four."""
-    left = {}
-    for name in ("sphere", "star_xyz"):
-        coarse, fine = (round_errors(name, n, "polynomial", "mvs", 1e-6)["variation"] for n in (16, 32))
-        left[name] = fine - (coarse - fine) / 3
-    assert left["sphere"] == pytest.approx(25.6, rel=0.02)
-    curvature = 4 * ((5 / 3) ** 2 + (5 / 8) ** 2) * float(REFVALS["surfaces"]["star_xyz"]["A"]) / (8 * 4 * pi)
-    assert left["star_xyz"] == pytest.approx(curvature * left["sphere"], rel=0.03)
+def test_what_fine_nets_of_the_sphere_keep_is_a_small_part_of_curvature():
+    """The width ends at eight faces: below a tenth of A H^2 = 4 pi at each of eight vertices, where one face keeps 3.2."""
+    errors = [round_errors("sphere", n, "polynomial", "mvs", 1e-6)["variation"] for n in (32, 64)]
+    assert 0.5 <= errors[1] <= 1.2 and errors[1] < 0.7 * errors[0], errors
 
 
 def test_command_line_prints_what_the_library_computes():

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import lib
-from ccref import topology
-from nets import mixed_cage, perturbed, quad_cage, sphere_like, torus_cage, trapezohedron, valences
+from ccref import refine, topology
+from nets import mixed_cage, perturbed, quad_cage, sphere_like, subdivided_cube, torus_cage, trapezohedron, valences
 
 CAGES = {
     "torus": perturbed(torus_cage(8, 6, 0.45), 0.15, 1),
@@ -22,10 +22,16 @@ CAGES = {
     "valence_7": quad_cage(trapezohedron(7), 7, 0.1),
     "n_gons": mixed_cage(0),
 }
+WIDE = {  # with blends over 2 x 2 faces of each sector
+    "wide_3": perturbed(sphere_like(8, "star_xyz", subdivided_cube), 0.1, 3),
+    "wide_5": perturbed(refine(refine(quad_cage(trapezohedron(5)))), 0.1, 5),
+}
 LADDER = [0.016 * 2.0 ** -k for k in range(7)]  # in mean edges
 CASES = [(name, "limit", "willmore") for name in CAGES]
 CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou", "mean_curvature")]
 CASES += [(name, "plane", term) for name in CAGES for term in ("willmore", "mvs", "mvs_cross")]
+CASES += [(name, "polynomial", term) for name in ("valence_3", "valence_6", *WIDE) for term in ("willmore", "mvs")]
+CAGES |= WIDE
 TRIED = 24 if lib.LONG else 6
 
 

@@ -7,19 +7,20 @@ import pytest
 
 import lib
 from ccref import Mesh, mesh_from_faces
-from nets import mixed_cage, perturbed, quad_cage, sphere_like, torus_cage, trapezohedron
+from nets import mixed_cage, perturbed, quad_cage, sphere_like, subdivided_cube, torus_cage, trapezohedron
 
 CASES = {
     "torus": (perturbed(torus_cage(8, 6, 0.45), 0.15, 1), "limit"),
     "mixed": (mixed_cage(0), "limit"),
     "star": (sphere_like(3, "star_xyz"), "plane"),
     "kites_7": (quad_cage(trapezohedron(7), 7, 0.1), "plane"),
+    "wide": (perturbed(sphere_like(8, "star_xyz", subdivided_cube), 0.05, 2), "polynomial"),
 }
 
 
 def terms(mesh: Mesh, surface: str, **fields) -> np.ndarray:
     """The scale invariant numbers of a cage; third-order ones where the surface gives them."""
-    weights = "mvs" if surface == "plane" else "willmore"
+    weights = "willmore" if surface == "limit" else "mvs"
     got = lib.evaluate(mesh, weights, surface, **fields)
     values = [got.value(name) for name in lib.TERMS if not np.isnan(got.value(name))]
     assert len(values) == (1 if surface == "limit" and (mesh.sizes != 4).any() else 5)
@@ -81,7 +82,7 @@ def test_mirror_image(case):
 @pytest.mark.parametrize("case", CASES)
 def test_number_of_threads(case):
     mesh, surface = CASES[case]
-    weights = "mvs" if surface == "plane" else "willmore"
+    weights = "willmore" if surface == "limit" else "mvs"
     found = []
     for threads in (1, 2, 3):
         problem = lib.Problem(mesh, lib.options(weights, surface, threads=threads))
@@ -96,7 +97,7 @@ def test_number_of_threads(case):
 def test_gradient_is_orthogonal_to_the_invariances(case):
     """No change under translations, rotations and scaling, to first order."""
     mesh, surface = CASES[case]
-    weights = "mvs_cross" if surface == "plane" else "willmore"
+    weights = "willmore" if surface == "limit" else "mvs_cross"
     energies, g = lib.Problem(mesh, lib.options(weights, surface)).evaluate(mesh.xyz, gradient=True)
     centred = mesh.xyz - mesh.xyz.mean(axis=0)
     size = np.linalg.norm(g) * np.linalg.norm(centred)

@@ -6,6 +6,8 @@
 #include "check.h"
 
 #include "failing_allocator.h"
+#include "patch_table.h"
+#include "wide_matrix.h"
 
 #include <stdlib.h>
 
@@ -98,6 +100,33 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     return status;
 }
 
+/* What wide blends add to all that: points, tables of both kinds of faces, room for second derivatives. */
+static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    co_patches patches;
+    co_wide_matrix matrix = {0};
+    co_table *table[2] = {NULL, NULL};
+    (void)c;
+    int32_t status = co_patches_create(mesh, NULL, CO_WIDE_LARGEST, &patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    CHECK_INT(patches.wide.n_discs, 8);
+    status = co_wide_matrix_create(&patches, &matrix, error);
+    for (int i = 0; status == CURVOPT_OK && i < 2; i++) /* the one that takes longest comes last */
+        status = co_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_wide(3, 2, 1 - i, 1 - i), 0, &table[i], error);
+    co_wide_matrix_free(&matrix);
+    for (int i = 0; i < 2; i++)
+        co_table_destroy(table[i]);
+    co_patches_free(&patches);
+    return status;
+}
+
+static int32_t wide_jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    int32_t face[2] = {0, 1}, corner[2] = {0, 0}; /* of the four quarters of a face at a vertex, two */
+    const double uv[4] = {0.3, 0.2, 0.4, 0.7};
+    double out[60];
+    return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_POLYNOMIAL, 2, face, corner, uv, out, error);
+}
+
 static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     static const int32_t face = 0, corner = 0;
     static const double uv[2] = {0.3, 0.2};
@@ -146,6 +175,12 @@ static void test_evaluation_of_blended_surfaces_survives_every_failure(void **st
     fail_each(cage_cube(), evaluate_polynomial, 80);
 }
 
+static void test_wide_blends_survive_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_refined(cage_cube(), 3), wide_parts, 100);
+    fail_each(cage_refined(cage_cube(), 3), wide_jets, 60);
+}
+
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
@@ -179,6 +214,7 @@ int main(void) {
         cmocka_unit_test(test_refinement_survives_every_failure),
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_evaluation_of_blended_surfaces_survives_every_failure),
+        cmocka_unit_test(test_wide_blends_survive_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_minimization_with_all_options_survives_every_failure),
         cmocka_unit_test(test_sampling_survives_every_failure),

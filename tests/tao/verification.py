@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def run(program: Path, cage: Path, out: Path, energy: str, *options: str) -> dict:
     """What the program's JSON says; CalledProcessError where it fails."""
     report = out.with_suffix(".json")
-    command = [str(program), "minimize", str(cage), "-o", str(out), "--energy", energy, "--symmetry", "none", "--quiet"]
+    command = [str(program), "minimize", str(cage), "-o", str(out), "--energy", energy, "--symmetry", "none", "--blend-width", "1",
+               "--quiet"]
     subprocess.run([*command, "--json", str(report), *options], check=True)
     return json.loads(report.read_text())
 

@@ -120,6 +120,28 @@ cage cage_both(cage a, cage b, double shift) {
     return c;
 }
 
+cage cage_refined(cage c, int times) {
+    for (int i = 0; i < times; i++) {
+        curvopt_mesh *mesh = cage_mesh(&c), *fine;
+        curvopt_mesh_info info;
+        curvopt_error error;
+        curvopt_mesh_get_info(mesh, &info);
+        int32_t n_vertices = info.n_vertices + info.n_edges + info.n_faces;
+        double *xyz = calloc(3 * (size_t)n_vertices, sizeof *xyz);
+        CHECK_TRUE(xyz != NULL);
+        CHECK_OK(curvopt_mesh_refine(mesh, c.xyz, &fine, xyz, &error), &error);
+        curvopt_mesh_get_info(fine, &info);
+        cage_free(&c);
+        c = allocate(info.n_vertices, info.n_faces, info.n_corners);
+        curvopt_mesh_get_faces(fine, c.sizes, c.vertices);
+        memcpy(c.xyz, xyz, sizeof *xyz * 3 * (size_t)n_vertices);
+        free(xyz);
+        curvopt_mesh_destroy(fine);
+        curvopt_mesh_destroy(mesh);
+    }
+    return c;
+}
+
 void cage_perturb(cage *c, double amount, uint64_t seed) {
     for (int32_t i = 0; i < 3 * c->n_vertices; i++)
         c->xyz[i] += amount * check_random(&seed);

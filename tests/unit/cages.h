@@ -23,6 +23,8 @@ cage cage_trapezohedron(int32_t n);
 cage cage_prism(int32_t n);
 /* Two cages in one, the second one moved along x; frees both. */
 cage cage_both(cage a, cage b, double shift);
+/* Subdivided a few times; frees it. */
+cage cage_refined(cage c, int times);
 /* Every coordinate moved by up to `amount`, the same for the same seed. */
 void cage_perturb(cage *c, double amount, uint64_t seed);
 void cage_free(cage *c);

@@ -96,7 +96,7 @@ static double wave(int i, int k) {
 static void check_against_differences(problem p, double tolerance) {
     size_t n = (size_t)p.n;
     double *v = calloc(7 * n, sizeof *v), *z = v + n, *got = v + 2 * n, *g = v + 3 * n;
-    const double h = 2e-5;
+    const double h = 5e-6;
     co_model model;
     curvopt_error error;
     CHECK_TRUE(v != NULL && n > 0);
@@ -162,6 +162,14 @@ static void test_irregular_cages(void **state) {
     check_against_differences(problem_of(shaken(cage_cube(), 0.1), &mvs, NULL, 0), 5e-6);
     check_against_differences(problem_of(shaken(cage_prism(5), 0.1), &w, NULL, 0), 1e-6);
     check_against_differences(problem_of(shaken(cage_trapezohedron(6), 0.05), &mvs, NULL, 0), 5e-6);
+}
+
+/* Wide blends, over all vertices and over half of a symmetric cage's. */
+static void test_wide_blends(void **state) {
+    (void)state;
+    curvopt_options mvs = options_of(CURVOPT_SURFACE_POLYNOMIAL, 0, 1, 0);
+    check_against_differences(problem_of(shaken(cage_refined(cage_cube(), 3), 0.01), &mvs, NULL, 0), 5e-6);
+    check_against_differences(problem_of(cage_refined(cage_trapezohedron(5), 3), &mvs, NULL, 1), 5e-5);
 }
 
 static void test_reduced_cages(void **state) {
@@ -241,9 +249,8 @@ static void test_solutions_and_inertia(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_regular_cages),
-        cmocka_unit_test(test_irregular_cages),
-        cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_regular_cages),         cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_wide_blends),           cmocka_unit_test(test_reduced_cages),
         cmocka_unit_test(test_solutions_and_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

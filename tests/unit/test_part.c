@@ -16,6 +16,7 @@ static curvopt_options mixed_options(int32_t surface, int third) {
     curvopt_options_init(&o);
     o.surface = surface;
     o.threads = 1;
+    o.blend_width = 1;
     o.as_report = 1; /* no rule is changed by evaluating */
     if (third)
         o.weights[CURVOPT_TERM_MVS] = 0.1;
@@ -415,6 +416,11 @@ static void test_bad_parts_are_refused(void **state) {
     CHECK_OK(curvopt_problem_create_part(mesh, weight, &o, &problem, &error), &error);
     CHECK_REFUSED(curvopt_problem_evaluate(problem, c.xyz, &e, NULL, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
                   "curvopt_problem_sum");
+    curvopt_options wide = mixed_options(CURVOPT_SURFACE_POLYNOMIAL, 1);
+    curvopt_problem *none;
+    wide.blend_width = 2;
+    CHECK_REFUSED(curvopt_problem_create_part(mesh, weight, &wide, &none, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                  "blend_width is 2; for a part it must be 1");
     rules[3] = CURVOPT_FINEST_RULE + 1;
     CHECK_REFUSED(curvopt_problem_set_rules(problem, rules, &error), &error, CURVOPT_ERROR_ARGUMENT, 3,
                   "must be 0 to 6");
