@@ -32,7 +32,7 @@ static const double SHIFT = 0.1, STIFFEN_MOST = 10;
  * is above this. */
 static const double MOST_NEGATIVE = 1e-6, MOST_NEGATIVE_THIRD = 1e-3;
 /* Of the energy; between levels only what the next one would not do better at once. */
-static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 6e-7;
+static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
@@ -332,26 +332,40 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* The second stage, from where the first one has settled: Newton's method proper. */
-static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
-                      curvopt_error *error) {
-    int stop = result->stop;
-    l->assembly.met = 0; /* the figures at the end are wanted as accurate as that */
-    check(l, now);
+/* The optimizer from `now` on; `result` counts what was done before, too. */
+static int32_t go_on(co_level *l, const co_minimand *f, const co_lmvm_options *options, co_iterate *now,
+                     co_lmvm_result *result, curvopt_error *error) {
+    co_lmvm_options rest = *options;
     l->iterations = result->iterations;
     l->evaluations = result->evaluations;
+    rest.max_iterations -= l->iterations;
+    int32_t status = co_lmvm(f, &rest, now, result, error);
+    result->iterations += l->iterations;
+    result->evaluations += l->evaluations;
+    return status == CURVOPT_OK ? l->failed : status;
+}
+
+/* The second stage, from where the first one has settled: Newton's method proper. The figures at the end are wanted as
+ * accurate as the tolerance says, not only within the multiple that rules are left alone for: where that takes finer
+ * ones, the first stage goes on by these before. */
+static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+                      curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    l->assembly.met = 0;
+    if (check(l, now) == CO_SETTLE_CHANGED)
+        status = go_on(l, f, options, now, result, error);
+    if (status != CURVOPT_OK || l->failed != CURVOPT_OK)
+        return status != CURVOPT_OK ? status : l->failed;
+    int stop = result->stop;
     l->exact = 1;
     l->shift = 0;
     f->negative_curvature = negative_curvature;
     options->memory = NEWTON_MEMORY;
     options->renew_every = 1;
-    options->max_iterations -= l->iterations;
-    int32_t status = co_lmvm(f, options, now, result, error);
+    status = go_on(l, f, options, now, result, error);
     if (result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
         result->stop = stop;
-    result->iterations += l->iterations;
-    result->evaluations += l->evaluations;
-    return status == CURVOPT_OK ? l->failed : status;
+    return status;
 }
 
 /* The last steps may not have been looked at, and a fold may hide from two rules that follow each other: by the rules
@@ -405,9 +419,7 @@ int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cur
         result->stop = CURVOPT_STOP_CANCELLED;
         return CURVOPT_OK;
     }
-    int32_t status = co_lmvm(&f, &lmvm, now, result, error);
-    if (status == CURVOPT_OK)
-        status = l->failed;
+    int32_t status = go_on(l, &f, &lmvm, now, result, error);
     int done = result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
     if (status == CURVOPT_OK && l->has_model && last && done)
         status = polish(l, &f, &lmvm, now, result, error);
