@@ -121,14 +121,18 @@ def test_a_subdivided_cage_is_numbered_as_by_the_library(name, ranks, tmp_path):
     assert a.shape == b.shape and np.abs(a - b).max() <= 1e-11 * np.abs(b).max()
 
 
-def minimizer(name: str, energy: str, folder: Path) -> tuple[Path, tuple[str, ...], float]:
-    """The library's, polished under a fixed quadrature rule, so that both programs see the same function; the options
-    for that, and its energy."""
+def minimizer(name: str, energy: str, folder: Path) -> tuple[Path, tuple[str, ...], float, float]:
+    """The library's, of a function that both programs see alike; the options for that, its energy, and how far the
+    programs may differ. By a fixed quadrature rule; of MVS, which on the torus falls through a fixed one (869, where
+    finer rules have 1014), by rules so fine that it does not matter which."""
+    if energy == "mvs":
+        fine = ("--tolerance", "1e-7", "--energy", energy, "--levels", "1")
+        return folder / "start.obj", fine, ours(OBJ / f"{name}.obj", folder / "start.obj", *fine)["objective"], 1e-7
     fixed = ("--as-report", "--surface", "limit" if energy == "willmore" else "polynomial", "--energy", energy,
              "--levels", "1")
     ours(OBJ / f"{name}.obj", folder / "start.obj", "--energy", energy, "--levels", "1")
     end = ours(folder / "start.obj", folder / "minimizer.obj", *fixed, "--method", "gauss_newton")
-    return folder / "minimizer.obj", fixed, end["objective"]
+    return folder / "minimizer.obj", fixed, end["objective"], 1e-11
 
 
 @pytest.mark.parametrize("ranks", [1, 2] if lib.LONG else [2])
@@ -137,11 +141,11 @@ def minimizer(name: str, energy: str, folder: Path) -> tuple[Path, tuple[str, ..
 def test_the_library_s_minimizers_are_tao_s(name, energy, ranks, tmp_path):
     """Newton's method by differences has no more to gain than the certificate says; for Willmore's energy, whose
     vertices slide for ever, along normals."""
-    cage, fixed, energy_there = minimizer(name, energy, tmp_path)
+    cage, fixed, energy_there, alike = minimizer(name, energy, tmp_path)
     found = minimize(ranks, cage, tmp_path / "end.obj", *fixed, "--max-iterations", "0", "--verify",
                      petsc=("-verify_tao_max_it", "2", "-verify_shape_tao_max_it", "2"))
     left = found["verification"]
-    assert abs(found["objective"] - energy_there) <= 1e-11 * energy_there
+    assert abs(found["objective"] - energy_there) <= alike * energy_there
     assert left["difference_decrement"] <= STATIONARY * energy_there
     assert energy == "willmore" or left["newton_decrement"] <= STATIONARY * energy_there
 
@@ -149,7 +153,7 @@ def test_the_library_s_minimizers_are_tao_s(name, energy, ranks, tmp_path):
 @pytest.mark.parametrize("method", ["lmvm", "blmvm", "nls", "ntr"])
 def test_solvers_of_tao_get_as_far_down(method, tmp_path):
     """From the library's minimizer, shaken: that may have a lower one beside it."""
-    cage, fixed, expected = minimizer("torus_030", "mvs_cross", tmp_path)
+    cage, fixed, expected, _ = minimizer("torus_030", "mvs_cross", tmp_path)
     shaken = read_obj(cage)
     shaken.xyz[:] += np.random.default_rng(1).uniform(-0.003, 0.003, shaken.xyz.shape)
     start = write_obj(tmp_path / "shaken.obj", shaken)
