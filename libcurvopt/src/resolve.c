@@ -236,7 +236,6 @@ int32_t co_assembly_coarsen(co_assembly *a, double tolerance, int *changed, curv
     *changed = 0;
     if (isinf(tolerance)) /* rules that nothing checks stay as they are */
         return CURVOPT_OK;
-    *changed = 0;
     uint8_t *spare = CO_NEW(uint8_t, n);
     if (!spare)
         return co_status_no_memory(error);

@@ -75,13 +75,7 @@ static int read_cage(const program *p, obj_cage *cage, curvopt_mesh **mesh, char
     *mesh = NULL;
     if (obj_read(p->args.input, cage, message, AGREE_MESSAGE))
         return ARGUMENTS_COULD_NOT;
-    curvopt_creases creases = {.crease_vertices = cage->crease_vertices,
-                               .crease_sharpness = cage->crease_sharpness,
-                               .corner_vertices = cage->corner_vertices,
-                               .corner_sharpness = cage->corner_sharpness,
-                               .n_creases = cage->n_creases,
-                               .n_corners = cage->n_corners,
-                               .boundary_rule = p->args.boundary_rule};
+    curvopt_creases creases = obj_creases(cage, p->args.boundary_rule);
     int32_t status = curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices,
                                                  &creases, mesh, &error);
     if (status == CURVOPT_OK && cage->n_faces < p->n_ranks) {

@@ -138,13 +138,7 @@ static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
     *mesh = NULL;
     if (obj_read(a->input, cage, message, sizeof message))
         return could_not(a->input, message);
-    curvopt_creases creases = {.crease_vertices = cage->crease_vertices,
-                               .crease_sharpness = cage->crease_sharpness,
-                               .corner_vertices = cage->corner_vertices,
-                               .corner_sharpness = cage->corner_sharpness,
-                               .n_creases = cage->n_creases,
-                               .n_corners = cage->n_corners,
-                               .boundary_rule = a->boundary_rule};
+    curvopt_creases creases = obj_creases(cage, a->boundary_rule);
     if (curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, &creases,
                                     mesh, &error) == CURVOPT_OK)
         return ARGUMENTS_DONE;

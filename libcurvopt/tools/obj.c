@@ -316,3 +316,13 @@ void obj_free(obj_cage *cage) {
     free(cage->corner_sharpness);
     *cage = (obj_cage){0};
 }
+
+curvopt_creases obj_creases(const obj_cage *cage, int32_t boundary_rule) {
+    return (curvopt_creases){.crease_vertices = cage->crease_vertices,
+                             .crease_sharpness = cage->crease_sharpness,
+                             .corner_vertices = cage->corner_vertices,
+                             .corner_sharpness = cage->corner_sharpness,
+                             .n_creases = cage->n_creases,
+                             .n_corners = cage->n_corners,
+                             .boundary_rule = boundary_rule};
+}

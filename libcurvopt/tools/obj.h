@@ -2,6 +2,8 @@
 #ifndef CURVOPT_TOOL_OBJ_H
 #define CURVOPT_TOOL_OBJ_H
 
+#include "curvopt.h"
+
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -30,5 +32,7 @@ int obj_read(const char *path, obj_cage *cage, char *message, size_t size);
 /* Coordinates to 17 digits, so that they read back bit for bit. Nonzero if writing failed. */
 int obj_write(FILE *file, const obj_cage *cage);
 void obj_free(obj_cage *cage);
+/* What curvopt_mesh_create_creased() takes; points into the cage. */
+curvopt_creases obj_creases(const obj_cage *cage, int32_t boundary_rule);
 
 #endif
