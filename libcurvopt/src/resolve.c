@@ -14,6 +14,8 @@ static const double HYSTERESIS = 3;
 /* Coarser rules may bring the error up to this share of the tolerance, and are taken where they bring the cost below
  * this share of what it was: values change, which an optimizer has to be told. */
 static const double COARSENING = 0.5, WORTH = 0.8;
+/* Faces that two rules alone are compared on are off by no more than this share of all errors together. */
+static const double UNSEEN = 0.2;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
 
@@ -59,31 +61,6 @@ int32_t co_assembly_evaluate_finer(co_assembly *a, int third, co_values *values,
         return status;
     }
     return status;
-}
-
-static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
-    const co_share *coarse = a->coarse, *fine = a->fine;
-    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
-    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
-    co_functional_terms(v->integral, third, out->term);
-    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
-    out->gauss_bonnet_defect = co_assembly_defect(a, v);
-    out->min_jacobian = v->min_jacobian;
-    out->surface = a->surface;
-    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
-    for (int t = 0; t < 8; t++)
-        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
-    co_error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
-    for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        co_error_add(&objective, co_share_difference(a->weights, &coarse[p], &fine[p]));
-        co_error_add(&area, unit * (coarse[p].area - fine[p].area));
-        for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            co_error_add(&term[t], coarse[p].term[t] - fine[p].term[t]);
-    }
-    out->objective_error = co_error_claimed(&objective);
-    out->area_error = co_error_claimed(&area);
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] += co_error_claimed(&term[t]);
 }
 
 /* Time of an evaluation of one of a block's faces, in samples times points. */
@@ -148,6 +125,69 @@ static int32_t refine_rules(co_assembly *a, double tolerance) {
     return raised;
 }
 
+/* What is known of patch p's error: the share by its rule, by the finest one that it was held against, and by the one
+ * before that. */
+typedef struct shares {
+    const co_share *used, *finest, *before;
+} shares;
+
+static shares shares_of(const co_assembly *a, int32_t p) {
+    int looked = a->looked[p];
+    return (shares){.used = &a->coarse[p],
+                    .finest = looked ? &a->finest[p] : &a->fine[p],
+                    .before = looked ? &a->fine[p] : &a->coarse[p]};
+}
+
+static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
+    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
+    co_functional_terms(v->integral, third, out->term);
+    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->gauss_bonnet_defect = co_assembly_defect(a, v);
+    out->min_jacobian = v->min_jacobian;
+    out->surface = a->surface;
+    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
+    for (int t = 0; t < 8; t++)
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
+    co_error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        shares s = shares_of(a, p);
+        co_error_add(&objective, co_share_difference(a->weights, s.used, s.finest),
+                     co_share_difference(a->weights, s.before, s.finest));
+        co_error_add(&area, unit * (s.used->area - s.finest->area), unit * (s.before->area - s.finest->area));
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_add(&term[t], s.used->term[t] - s.finest->term[t], s.before->term[t] - s.finest->term[t]);
+    }
+    out->objective_error = co_error_claimed(&objective);
+    out->area_error = co_error_claimed(&area);
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        out->term_error[t] += co_error_claimed(&term[t]);
+}
+
+/* Holds the rules one step finer against those two steps finer, where that tells most for its cost: an estimate is as
+ * good as the finer of two rules, and two may miss the same fold. area: the whole one, by the former */
+static int32_t look_closer(co_assembly *a, double area, int third, curvopt_error *error) {
+    co_layout closer;
+    co_values values;
+    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
+    if (!rule)
+        return co_status_no_memory(error);
+    price_errors(a, &a->layout, &a->finer);
+    double cut = bearable_price(a, is_refinable, UNSEEN * a->error);
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        a->looked[p] = is_refinable(a, p) && !(a->price[p] < cut);
+        rule[p] = (uint8_t)(a->rule[p] + 2 * a->looked[p]);
+    }
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, rule, 0, 0, 0, &closer, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_evaluate_layout(a, &closer, third, &values, error);
+    if (status == CURVOPT_OK)
+        store_shares(a, &closer, area, third, a->finest);
+    co_layout_free(&closer);
+    free(rule);
+    return status;
+}
+
 /* Room for what is known by patch, once. */
 static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
@@ -155,13 +195,18 @@ static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
         a->coarse = CO_NEW(co_share, n);
     if (!a->fine)
         a->fine = CO_NEW(co_share, n);
+    if (!a->finest)
+        a->finest = CO_NEW(co_share, n);
+    if (!a->looked)
+        a->looked = CO_NEW(uint8_t, n);
     if (!a->patch_error)
         a->patch_error = CO_NEW(double, n);
     if (!a->price)
         a->price = CO_NEW(double, n);
     if (!a->sorted)
         a->sorted = CO_NEW(double, 2 * n);
-    return a->coarse && a->fine && a->patch_error && a->price && a->sorted ? CURVOPT_OK : co_status_no_memory(error);
+    int all = a->coarse && a->fine && a->finest && a->looked && a->patch_error && a->price && a->sorted;
+    return all ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
@@ -190,6 +235,9 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         *resolved = difference <= fmax(bearable, ACCEPTABLE);
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
+            memset(a->looked, 0, n);
+            if (terms != CO_TERMS_OBJECTIVE && isfinite(difference))
+                status = look_closer(a, finer.integral[CO_INT_AREA], third, error);
             report_energies(a, &values, third, energies);
             break;
         }
