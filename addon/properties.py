@@ -123,7 +123,7 @@ class RunSettings:
         default="AUTO",
     )  # fmt: skip
     max_iterations: bpy.props.IntProperty(
-        name="Iterations", description="The most steps of a level", default=1000, min=1, max=100_000, soft_max=1000
+        name="Iterations", description="The most steps of a level", default=3000, min=1, max=100_000, soft_max=5000
     )
     escape: bpy.props.BoolProperty(
         name="Leave Saddles",
