@@ -161,9 +161,11 @@ def symmetry_text_of(values: dict[str, object]) -> str:
 
 @dataclass
 class State:
-    """What the sidebar reports. `running` is true from the start of a modal run to its end."""
+    """What the sidebar reports. `running` is true from the start of a modal run to its end; `about` is the name of the
+    object that the message tells the making of, if it does."""
 
     message: str = ""
+    about: str = ""
     running: bool = False
     failed: bool = False
 
