@@ -100,7 +100,7 @@ void curvopt_options_init(curvopt_options *options) {
     memset(options, 0, sizeof *options);
     options->struct_size = (int32_t)sizeof *options;
     options->levels = 4;
-    options->max_iterations = 1000;
+    options->max_iterations = 3000;
     options->weights[CURVOPT_TERM_WILLMORE] = 1;
     options->tolerance = 1e-4;
     options->gradient_tolerance = 1e-6;

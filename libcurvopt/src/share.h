@@ -31,6 +31,7 @@ typedef struct co_error_sum {
 /* A patch is off by `difference` by the finest rule that it was held against, which was the last of several: it changed
  * the value by `doubt`. */
 void co_error_add(co_error_sum *sum, double difference, double doubt);
+void co_error_join(co_error_sum *sum, const co_error_sum *other);
 /* |net| and a fifth of the doubts. */
 double co_error_claimed(const co_error_sum *sum);
 

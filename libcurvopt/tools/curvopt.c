@@ -55,7 +55,7 @@ static const char help_text[] =
     "                       matrix, then Newton's method where the Hessian allows it (default); lmvm: without these, "
     "the\n"
     "                       report's\n"
-    "  --max-iterations N   a level (default 1000)\n"
+    "  --max-iterations N   a level (default 3000)\n"
     "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
     "                       there are third-order terms only as far as it pays (default); rotations: those that\n"
     "                       mirror nothing; none: not looked for; x, y, z or several with commas: these mirror planes\n"
