@@ -191,6 +191,8 @@ static curvopt_options settle_options(const curvopt_options *options) {
         o.surface = !third ? CURVOPT_SURFACE_LIMIT : o.as_report ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_POLYNOMIAL;
     if (o.method == CURVOPT_METHOD_AUTO)
         o.method = o.as_report ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
+    if (o.method == CURVOPT_METHOD_LMVM && o.symmetry == CURVOPT_SYMMETRY_AUTO)
+        o.symmetry = CURVOPT_SYMMETRY_NONE;
     return o;
 }
 

@@ -143,11 +143,11 @@ def test_a_run_that_was_stopped_gives_up_nothing():
 def test_cancelling_on_the_way_down_keeps_the_best():
     """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's."""
     whole = [0]
-    lib.minimize(cage("torus_030"), "mvs", levels=2, progress=lambda _: whole.__setitem__(0, whole[0] + 1))
-    assert whole[0] > sum(level.iterations for level in solved("torus_030", "mvs", 2, symmetry=KEEP).levels) + 20
+    lib.minimize(cage("torus_030"), "mvs", levels=3, progress=lambda _: whole.__setitem__(0, whole[0] + 1))
+    assert whole[0] > sum(level.iterations for level in solved("torus_030", "mvs", 3, symmetry=KEEP).levels) + 20
     for stop in (whole[0] // 2, whole[0] - 5):
         seen = []
-        result = lib.minimize(cage("torus_030"), "mvs", levels=2,
+        result = lib.minimize(cage("torus_030"), "mvs", levels=3,
                               progress=lambda p: seen.append(p.energy) or len(seen) == stop)
         assert result.stop == "cancelled"
         assert result.summary.end.objective <= 1.001 * min(seen)
