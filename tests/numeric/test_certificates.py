@@ -4,8 +4,9 @@
 (errors below 1e-9 of the energy count as rounding). The true error is that against the library's finest rules on all
 faces (curvopt_settle, settle.c); what these still change is how well it is known. Where that leaves open whether a claim
 is right the oracle says, by squares that are cut until they stand still (settled_ref.py), and for one cage in ten it is
-asked in any case. A cage so torn by its perturbation that the finest rules change its energy by a thousandth has no value
-to compare with: such are counted, and their claims must say so.
+asked in any case: the two must agree to 1e-5 of the energy and what the last of the finest rules still changes. A cage so
+torn by its perturbation that the finest rules change its energy by a thousandth has no value to compare with: such are
+counted, and their claims must say so.
 
 One process a core that this one may use: `taskset -c 0` leaves it one. CURVOPT_KEEP=FOLDER keeps what has been found there,
 for as long as the programs that found it are the same; a campaign that was stopped goes on from it.
@@ -28,7 +29,8 @@ import pytest
 import energy_ref
 import lib
 from ccref import Mesh
-from nets import euler, genus_cage, mixed_cage, perturbed, quad_cage, random_voxels, sphere_like, torus_cage, trapezohedron
+from nets import (euler, genus_cage, mixed_cage, perturbed, quad_cage, random_voxels, sphere_like, torus_cage,
+                  trapezohedron)
 from settled_ref import settled
 
 COUNT = 500 if lib.LONG else 4
