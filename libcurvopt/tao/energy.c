@@ -71,8 +71,7 @@ PetscErrorCode energy_free(energy *e) {
     PetscFunctionReturn(0);
 }
 
-/* What is allowed of motion. */
-static void project(const energy *e, double *own) {
+void energy_project(const energy *e, double *own) {
     for (PetscInt v = 0; e->project && v < e->on->n_own; v++) {
         const double *p = e->project + 9 * (size_t)v;
         double *x = own + 3 * (size_t)v, y[3] = {x[0], x[1], x[2]};
@@ -84,7 +83,7 @@ static void project(const energy *e, double *own) {
 void energy_positions(const energy *e, const double *x, double *own) {
     for (PetscInt i = 0; i < 3 * e->on->n_own; i++)
         own[i] = e->project ? x[i] - e->anchor[i] : x[i];
-    project(e, own);
+    energy_project(e, own);
     for (PetscInt i = 0; e->project && i < 3 * e->on->n_own; i++)
         own[i] += e->anchor[i];
 }
@@ -173,7 +172,7 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
     PetscCall(portion_sum(e->on, e->shares, out));
     if (!e->framed)
         PetscCall(unnormalize(e, out));
-    project(e, out);
+    energy_project(e, out);
     PetscCall(VecRestoreArrayWrite(gradient, &out));
     PetscFunctionReturn(0);
 }
@@ -352,6 +351,7 @@ typedef struct dense_part {
     Mat sparse;
     Vec area, third, product; /* gradients of the two factors; work */
     energy *e;
+    double scale; /* of all of it: from normalized positions to the vector's */
 } dense_part;
 
 static PetscErrorCode apply(Mat full, Vec in, Vec out) {
@@ -361,7 +361,7 @@ static PetscErrorCode apply(Mat full, Vec in, Vec out) {
     PetscCall(MatShellGetContext(full, &d));
     PetscCall(VecCopy(in, d->product));
     PetscCall(VecGetArray(d->product, &own));
-    project(d->e, own);
+    energy_project(d->e, own);
     PetscCall(VecRestoreArray(d->product, &own));
     PetscCall(MatMult(d->sparse, d->product, out));
     if (d->e->third) {
@@ -369,8 +369,9 @@ static PetscErrorCode apply(Mat full, Vec in, Vec out) {
         PetscCall(VecDot(d->product, d->third, &along_third));
         PetscCall(VecAXPBYPCZ(out, along_third, along_area, 1, d->area, d->third));
     }
+    PetscCall(VecScale(out, d->scale));
     PetscCall(VecGetArray(out, &own));
-    project(d->e, own);
+    energy_project(d->e, own);
     PetscCall(VecRestoreArray(out, &own));
     PetscFunctionReturn(0);
 }
@@ -461,6 +462,10 @@ static PetscErrorCode set_values(energy *e, Mat sparse) {
     PetscFunctionReturn(0);
 }
 
+double energy_shift(const energy *e, double value) {
+    return SHIFT * fabs(value) / (double)e->on->whole_vertices / (e->radius * e->radius);
+}
+
 PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     curvopt_sums mine;
     curvopt_error error;
@@ -482,10 +487,12 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     }
     PetscCall(set_factors(e, *full));
     PetscCall(MatShellGetContext(*full, &d));
+    d->scale = 1 / (e->radius * e->radius);
     agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 1, e->sums.area, e->sums.third, &error), &error);
     PetscCall(set_values(e, d->sparse));
     agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 0, e->sums.area, e->sums.third, &error), &error);
     PetscCall(set_values(e, *guide));
-    PetscCall(MatShift(*guide, SHIFT * fabs(value_of(e)) / e->on->whole_vertices));
+    PetscCall(MatScale(*guide, 1 / (e->radius * e->radius)));
+    PetscCall(MatShift(*guide, energy_shift(e, value_of(e))));
     PetscFunctionReturn(0);
 }

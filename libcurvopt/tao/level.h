@@ -3,9 +3,7 @@
 #ifndef CURVOPT_TAO_LEVEL_H
 #define CURVOPT_TAO_LEVEL_H
 
-#include "energy.h"
-
-#include <petsctao.h>
+#include "verify.h"
 
 /* A run, as far as its levels need it. */
 typedef struct run {
@@ -18,6 +16,8 @@ typedef struct run {
     int n_levels;
     curvopt_level_report level[12];
     curvopt_summary summary;
+    int verified;
+    verification all, shape; /* of what moves, and of motion along normals; if verified */
     char tao_type[32];
     double cpu_seconds; /* of this rank in the library, over all levels */
     int32_t evaluations;

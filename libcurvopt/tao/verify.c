@@ -1,0 +1,243 @@
+/* Whether a cage is a minimum. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "verify.h"
+
+#include "agree.h"
+#include "newton.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { NEWTON_ITERATIONS = 20, LINEAR_ITERATIONS = 3000, N_SIMILARITIES = 7 };
+static const double NEWTON_TOLERANCE = 1e-9; /* gradient, of the energy */
+static const double LINEAR_TOLERANCE = 1e-6;
+/* Longest displacement, of the longest step that is allowed. Central differences: PETSc's, to one side, are wrong by
+ * the third derivative along the step, which on a curved valley floor is more than the floor's own curvature. */
+static const double DIFFERENCE_STEP = 1e-3;
+static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
+
+typedef struct differences {
+    energy *e;
+    Mat full, guide; /* the assembled ones: the second preconditions */
+    Mat matrix;      /* by differences at `base` */
+    Vec base, at, ahead, behind;
+    double shift;
+} differences;
+
+/* --------------------------------------------------------------------------------------------- the Hessian -- */
+
+static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
+    differences *d;
+    PetscReal longest;
+    PetscScalar *own;
+    double value;
+    PetscFunctionBeginUser;
+    PetscCall(MatShellGetContext(matrix, &d));
+    PetscCall(VecNorm(in, NORM_INFINITY, &longest));
+    double step = longest > 0 ? DIFFERENCE_STEP * d->e->longest / longest : 1;
+    PetscCall(VecWAXPY(d->at, step, in, d->base));
+    PetscCall(energy_evaluate(d->e, d->at, &value, d->ahead));
+    PetscCall(VecWAXPY(d->at, -step, in, d->base));
+    PetscCall(energy_evaluate(d->e, d->at, &value, d->behind));
+    PetscCall(VecCopy(in, out));
+    PetscCall(VecGetArray(out, &own));
+    energy_project(d->e, own);
+    PetscCall(VecRestoreArray(out, &own));
+    PetscCall(VecAXPBYPCZ(out, 1 / (2 * step), -1 / (2 * step), d->shift, d->ahead, d->behind));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode set_base(Tao tao, Vec x, Mat matrix, Mat guide, void *context) {
+    differences *d = context;
+    PetscFunctionBeginUser;
+    (void)tao;
+    (void)matrix;
+    (void)guide;
+    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
+    PetscCall(VecCopy(x, d->base));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode differences_create(energy *e, Vec x, differences *d) {
+    PetscInt n;
+    PetscFunctionBeginUser;
+    *d = (differences){.e = e};
+    PetscCall(VecGetLocalSize(x, &n));
+    PetscCall(VecDuplicate(x, &d->base));
+    PetscCall(VecDuplicate(x, &d->at));
+    PetscCall(VecDuplicate(x, &d->ahead));
+    PetscCall(VecDuplicate(x, &d->behind));
+    PetscCall(MatCreateShell(e->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, d, &d->matrix));
+    PetscCall(MatShellSetOperation(d->matrix, MATOP_MULT, (void (*)(void))apply));
+    PetscCall(MatSetOption(d->matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    PetscCall(set_base(NULL, x, NULL, NULL, d));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode differences_free(differences *d) {
+    PetscFunctionBeginUser;
+    PetscCall(MatDestroy(&d->matrix));
+    PetscCall(MatDestroy(&d->full));
+    PetscCall(MatDestroy(&d->guide));
+    PetscCall(VecDestroy(&d->base));
+    PetscCall(VecDestroy(&d->at));
+    PetscCall(VecDestroy(&d->ahead));
+    PetscCall(VecDestroy(&d->behind));
+    PetscFunctionReturn(0);
+}
+
+/* --------------------------------------------------------------------------------------------- similarities -- */
+
+/* Motion k at x: scaling, translations, rotations. */
+static void similarity(int k, const double *x, double *out) {
+    int axis = (k + 2) % 3, next = (axis + 1) % 3, last = (axis + 2) % 3;
+    for (int i = 0; i < 3; i++)
+        out[i] = k == 0 ? x[i] : 0;
+    if (k > 3) {
+        out[next] = -x[last];
+        out[last] = x[next];
+    } else if (k > 0) {
+        out[axis] = 1;
+    }
+}
+
+/* What of the motions is allowed, orthonormal. */
+static PetscErrorCode span_similarities(const energy *e, Vec x, Vec *motion, int *n_motions) {
+    double centroid[3], radius, *own = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
+    const PetscScalar *at;
+    PetscScalar *out, dot;
+    PetscReal whole, norm;
+    PetscFunctionBeginUser;
+    PetscCall(VecGetArrayRead(x, &at));
+    energy_positions(e, at, own);
+    PetscCall(VecRestoreArrayRead(x, &at));
+    PetscCall(energy_frame(e->on, own, centroid, &radius));
+    for (PetscInt i = 0; i < 3 * e->on->n_own; i++)
+        own[i] -= centroid[i % 3];
+    for (int k = 0; k < N_SIMILARITIES; k++) {
+        Vec v = motion[*n_motions];
+        PetscCall(VecGetArrayWrite(v, &out));
+        for (PetscInt i = 0; i < e->on->n_own; i++)
+            similarity(k, own + 3 * (size_t)i, out + 3 * (size_t)i);
+        energy_project(e, out);
+        PetscCall(VecRestoreArrayWrite(v, &out));
+        PetscCall(VecNorm(v, NORM_2, &whole));
+        for (int j = 0; j < 2 * *n_motions; j++) { /* twice, against rounding */
+            PetscCall(VecDot(v, motion[j % *n_motions], &dot));
+            PetscCall(VecAXPY(v, -dot, motion[j % *n_motions]));
+        }
+        PetscCall(VecNormalize(v, &norm));
+        *n_motions += norm > DEPENDENT * whole;
+    }
+    free(own);
+    PetscFunctionReturn(0);
+}
+
+/* Similarities are left out by both matrices: the energy does not see them, nor what of them normals see. */
+static PetscErrorCode leave_out_similarities(differences *d) {
+    Vec *motion;
+    int n_motions = 0;
+    MatNullSpace unseen;
+    PetscFunctionBeginUser;
+    if (d->e->framed)
+        PetscFunctionReturn(0);
+    PetscCall(VecDuplicateVecs(d->base, N_SIMILARITIES, &motion));
+    PetscCall(span_similarities(d->e, d->base, motion, &n_motions));
+    PetscCall(MatNullSpaceCreate(d->e->on->comm, PETSC_FALSE, n_motions, motion, &unseen));
+    PetscCall(VecDestroyVecs(N_SIMILARITIES, &motion));
+    PetscCall(MatSetNullSpace(d->matrix, unseen));
+    PetscCall(MatSetNullSpace(d->guide, unseen));
+    PetscCall(MatNullSpaceDestroy(&unseen));
+    PetscFunctionReturn(0);
+}
+
+/* ------------------------------------------------------------------------------------------------ decrement -- */
+
+/* matrix . out = in by conjugate gradients; *positive: none of their directions was a negative one. */
+static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix, Vec in, Vec out, int *positive) {
+    KSP ksp;
+    KSPConvergedReason reason;
+    char own[64];
+    PetscFunctionBeginUser;
+    PetscCall(PetscSNPrintf(own, sizeof own, "%sdecrement_", prefix));
+    PetscCall(newton_set_preconditioner(own, 3 * d->e->on->whole_vertices));
+    PetscCall(KSPCreate(d->e->on->comm, &ksp));
+    PetscCall(KSPSetOptionsPrefix(ksp, own));
+    PetscCall(KSPSetType(ksp, KSPSTCG)); /* says so when a direction is negative; without a radius it is plain CG */
+    PetscCall(KSPSetOperators(ksp, matrix, d->guide));
+    PetscCall(KSPSetTolerances(ksp, LINEAR_TOLERANCE, 0, PETSC_DEFAULT, LINEAR_ITERATIONS));
+    PetscCall(KSPSetFromOptions(ksp));
+    PetscCall(KSPSolve(ksp, in, out));
+    PetscCall(KSPGetConvergedReason(ksp, &reason));
+    *positive = reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_DIVERGED_INDEFINITE_MAT;
+    PetscCall(KSPDestroy(&ksp));
+    PetscFunctionReturn(0);
+}
+
+/* Whether the Hessian has negative directions is asked of a right-hand side that has something of every direction: the
+ * gradient of a symmetric cage has nothing of those that break the symmetry. */
+static PetscErrorCode find_decrement(differences *d, const char *prefix, verification *out) {
+    Vec gradient, anything, solution;
+    PetscRandom random;
+    PetscScalar *own, product;
+    double value;
+    int ignored;
+    PetscFunctionBeginUser;
+    PetscCall(VecDuplicate(d->base, &gradient));
+    PetscCall(VecDuplicate(d->base, &anything));
+    PetscCall(VecDuplicate(d->base, &solution));
+    PetscCall(PetscRandomCreate(d->e->on->comm, &random));
+    PetscCall(PetscRandomSetInterval(random, -1, 1));
+    PetscCall(VecSetRandom(anything, random));
+    PetscCall(PetscRandomDestroy(&random));
+    PetscCall(VecGetArray(anything, &own));
+    energy_project(d->e, own);
+    PetscCall(VecRestoreArray(anything, &own));
+    PetscCall(energy_evaluate(d->e, d->base, &value, gradient));
+    d->shift = energy_shift(d->e, value);
+    PetscCall(solve(d, prefix, d->matrix, anything, solution, &out->positive));
+    PetscCall(solve(d, prefix, out->positive ? d->matrix : d->guide, gradient, solution, &ignored));
+    d->shift = 0;
+    PetscCall(VecDot(gradient, solution, &product));
+    out->decrement = product / 2;
+    PetscCall(VecDestroy(&gradient));
+    PetscCall(VecDestroy(&anything));
+    PetscCall(VecDestroy(&solution));
+    PetscFunctionReturn(0);
+}
+
+/* -------------------------------------------------------------------------------------------------- Newton -- */
+
+static PetscErrorCode find_gain(differences *d, const char *prefix, Vec x, double *gain) {
+    Tao tao;
+    Vec at;
+    double before, after;
+    PetscFunctionBeginUser;
+    PetscCall(VecDuplicate(x, &at));
+    PetscCall(VecCopy(x, at));
+    PetscCall(energy_evaluate(d->e, x, &before, NULL));
+    PetscCall(newton_create_solver(d->e, prefix, TAONLS, x, &tao));
+    PetscCall(TaoSetHessian(tao, d->matrix, d->guide, set_base, d));
+    PetscCall(TaoSetSolution(tao, at));
+    PetscCall(TaoSetTolerances(tao, 0, NEWTON_TOLERANCE, 0));
+    PetscCall(TaoSetMaximumIterations(tao, NEWTON_ITERATIONS));
+    PetscCall(TaoSetFromOptions(tao));
+    PetscCall(TaoSolve(tao));
+    PetscCall(energy_evaluate(d->e, at, &after, NULL));
+    *gain = before - after;
+    PetscCall(TaoDestroy(&tao));
+    PetscCall(VecDestroy(&at));
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode verify_at(energy *e, const char *prefix, Vec x, verification *out) {
+    differences d;
+    PetscFunctionBeginUser;
+    PetscCall(differences_create(e, x, &d));
+    PetscCall(leave_out_similarities(&d));
+    PetscCall(find_decrement(&d, prefix, out));
+    PetscCall(MatSetNullSpace(d.matrix, NULL));
+    PetscCall(MatSetNullSpace(d.guide, NULL));
+    PetscCall(find_gain(&d, prefix, x, &out->gain));
+    PetscCall(differences_free(&d));
+    PetscFunctionReturn(0);
+}
