@@ -88,8 +88,21 @@ void energy_positions(const energy *e, const double *x, double *own) {
         own[i] += e->anchor[i];
 }
 
-/* e->own and e->xyz from x, the second normalized. */
-static PetscErrorCode place(energy *e, Vec x) {
+PetscErrorCode energy_hold(energy *e, Vec x, double *projectors) {
+    const PetscScalar *at;
+    double *anchor = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
+    PetscFunctionBeginUser;
+    PetscCall(VecGetArrayRead(x, &at));
+    energy_positions(e, at, anchor);
+    PetscCall(VecRestoreArrayRead(x, &at));
+    free(e->anchor);
+    free(e->project);
+    e->anchor = anchor;
+    e->project = projectors;
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode energy_place(energy *e, Vec x) {
     const PetscScalar *at;
     PetscFunctionBeginUser;
     PetscCall(VecGetArrayRead(x, &at));
@@ -156,7 +169,7 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
     PetscScalar *out;
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     double started = cpu_seconds();
     agree_succeeded(e->on->comm, curvopt_problem_sum(e->problem, e->xyz, 0, gradient ? e->shares : NULL, &mine, &error),
                     &error);
@@ -194,7 +207,7 @@ PetscErrorCode energy_limit_steps(energy *e, Vec x, double max_step) {
     curvopt_mesh_get_info(e->on->mesh, &info);
     int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])
         for (int32_t k = 0; e->on->counts[f] != 0 && k < sizes[f]; k++) {
             const double *a = e->xyz + 3 * (size_t)vertices[c + k],
@@ -220,7 +233,7 @@ PetscErrorCode energy_compare(energy *e, Vec x, double *value, double *relative_
     double sum[2] = {0, 0}, whole[2];
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     agree_succeeded(e->on->comm, curvopt_problem_sum(e->problem, e->xyz, 1, NULL, &mine, &error), &error);
     PetscCall(add_up(e, &mine, &too_far));
     agree_succeeded(e->on->comm,
@@ -284,63 +297,6 @@ PetscErrorCode energy_resolve(energy *e, Vec x, double tolerance, double *value,
         if (raised)
             PetscCall(energy_compare(e, x, value, relative_error));
     }
-    PetscFunctionReturn(0);
-}
-
-/* --------------------------------------------------------------------------------------------------- normals -- */
-
-PetscErrorCode energy_hold(energy *e, Vec x, double *projectors) {
-    const PetscScalar *at;
-    double *anchor = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
-    PetscFunctionBeginUser;
-    PetscCall(VecGetArrayRead(x, &at));
-    energy_positions(e, at, anchor);
-    PetscCall(VecRestoreArrayRead(x, &at));
-    free(e->anchor);
-    free(e->project);
-    e->anchor = anchor;
-    e->project = projectors;
-    PetscFunctionReturn(0);
-}
-
-/* Normals of the cage at the mesh's vertices, as hold.c has them; right at own vertices. */
-static void cage_normals(const energy *e, double *normal) {
-    curvopt_mesh_info info;
-    MPI_Comm comm = e->on->comm;
-    curvopt_mesh_get_info(e->on->mesh, &info);
-    int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
-    curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
-    for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])
-        for (int32_t k = 0; k < sizes[f]; k++) {
-            const double *p = e->xyz + 3 * (size_t)vertices[c + k],
-                         *a = e->xyz + 3 * (size_t)vertices[c + (k + 1) % sizes[f]],
-                         *b = e->xyz + 3 * (size_t)vertices[c + (k + sizes[f] - 1) % sizes[f]];
-            double *to = normal + 3 * (size_t)vertices[c + k];
-            for (int i = 0; i < 3; i++) {
-                int j = (i + 1) % 3, l = (i + 2) % 3;
-                to[i] += (a[j] - p[j]) * (b[l] - p[l]) - (a[l] - p[l]) * (b[j] - p[j]);
-            }
-        }
-    free(sizes);
-    free(vertices);
-}
-
-PetscErrorCode energy_hold_to_normals(energy *e, Vec x) {
-    const portion *on = e->on;
-    PetscFunctionBeginUser;
-    PetscCall(place(e, x));
-    double *normal = AGREE_NEW(on->comm, double, 3 * (size_t)on->n_vertices);
-    double *projectors = AGREE_NEW(on->comm, double, 9 * (size_t)on->n_own);
-    cage_normals(e, normal);
-    for (PetscInt v = 0; v < on->n_own; v++) {
-        const double *n = normal + 3 * (size_t)on->own[v], *old = e->project ? e->project + 9 * (size_t)v : NULL;
-        double square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        int is_free = square > 0 && (!old || old[0] + old[4] + old[8] > 2.5); /* a projector's trace is its rank */
-        for (int k = 0; is_free && k < 9; k++)
-            projectors[9 * (size_t)v + (size_t)k] = n[k / 3] * n[k % 3] / square;
-    }
-    free(normal);
-    PetscCall(energy_hold(e, x, projectors));
     PetscFunctionReturn(0);
 }
 
@@ -474,7 +430,7 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     Mat sparse;
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     agree_succeeded(comm, curvopt_problem_sum(e->problem, e->xyz, 0, e->shares, &mine, &error), &error);
     PetscCall(add_up(e, &mine, &too_far));
     if (!e->hessian)
@@ -494,5 +450,15 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     PetscCall(set_values(e, *guide));
     PetscCall(MatScale(*guide, 1 / (e->radius * e->radius)));
     PetscCall(MatShift(*guide, energy_shift(e, value_of(e))));
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode energy_sparse(Mat full, double shift, Mat *sparse) {
+    dense_part *d;
+    PetscFunctionBeginUser;
+    PetscCall(MatShellGetContext(full, &d));
+    PetscCall(MatDuplicate(d->sparse, MAT_COPY_VALUES, sparse));
+    PetscCall(MatScale(*sparse, d->scale));
+    PetscCall(MatShift(*sparse, shift));
     PetscFunctionReturn(0);
 }

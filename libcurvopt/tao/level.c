@@ -250,7 +250,7 @@ static PetscErrorCode verify(level *l) {
     double bearable = STATIONARY * fabs(s->end.objective);
     PetscFunctionBeginUser;
     PetscCall(verify_at(&l->e, "verify_", l->x, all));
-    PetscCall(energy_hold_to_normals(&l->e, l->x));
+    PetscCall(hold_to_normals(&l->e, l->x));
     PetscCall(verify_at(&l->e, "verify_shape_", l->x, shape));
     l->r->verified = 1;
     s->newton_decrement = all->decrement;

@@ -21,6 +21,9 @@ typedef struct differences {
     Mat matrix;      /* by differences at `base` */
     Vec base, at, ahead, behind;
     double shift;
+    Vec *motion; /* [n_motions] similarities, as far as they are allowed, orthonormal; */
+    int n_motions;
+    double stiffness; /* and how stiff they are made */
 } differences;
 
 /* --------------------------------------------------------------------------------------------- the Hessian -- */
@@ -28,7 +31,7 @@ typedef struct differences {
 static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     differences *d;
     PetscReal longest;
-    PetscScalar *own;
+    PetscScalar *own, along;
     double value;
     PetscFunctionBeginUser;
     PetscCall(MatShellGetContext(matrix, &d));
@@ -43,6 +46,10 @@ static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     energy_project(d->e, own);
     PetscCall(VecRestoreArray(out, &own));
     PetscCall(VecAXPBYPCZ(out, 1 / (2 * step), -1 / (2 * step), d->shift, d->ahead, d->behind));
+    for (int k = 0; k < d->n_motions; k++) {
+        PetscCall(VecDot(in, d->motion[k], &along));
+        PetscCall(VecAXPY(out, d->stiffness * along, d->motion[k]));
+    }
     PetscFunctionReturn(0);
 }
 
@@ -100,60 +107,72 @@ static void similarity(int k, const double *x, double *out) {
     }
 }
 
-/* What of the motions is allowed, orthonormal. */
-static PetscErrorCode span_similarities(const energy *e, Vec x, Vec *motion, int *n_motions) {
+/* d->motion; at d->base. */
+static PetscErrorCode span_similarities(differences *d) {
+    const energy *e = d->e;
     double centroid[3], radius, *own = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
     const PetscScalar *at;
     PetscScalar *out, dot;
     PetscReal whole, norm;
     PetscFunctionBeginUser;
-    PetscCall(VecGetArrayRead(x, &at));
+    PetscCall(VecDuplicateVecs(d->base, N_SIMILARITIES, &d->motion));
+    PetscCall(VecGetArrayRead(d->base, &at));
     energy_positions(e, at, own);
-    PetscCall(VecRestoreArrayRead(x, &at));
+    PetscCall(VecRestoreArrayRead(d->base, &at));
     PetscCall(energy_frame(e->on, own, centroid, &radius));
     for (PetscInt i = 0; i < 3 * e->on->n_own; i++)
         own[i] -= centroid[i % 3];
     for (int k = 0; k < N_SIMILARITIES; k++) {
-        Vec v = motion[*n_motions];
+        Vec v = d->motion[d->n_motions];
         PetscCall(VecGetArrayWrite(v, &out));
         for (PetscInt i = 0; i < e->on->n_own; i++)
             similarity(k, own + 3 * (size_t)i, out + 3 * (size_t)i);
         energy_project(e, out);
         PetscCall(VecRestoreArrayWrite(v, &out));
         PetscCall(VecNorm(v, NORM_2, &whole));
-        for (int j = 0; j < 2 * *n_motions; j++) { /* twice, against rounding */
-            PetscCall(VecDot(v, motion[j % *n_motions], &dot));
-            PetscCall(VecAXPY(v, -dot, motion[j % *n_motions]));
+        for (int j = 0; j < 2 * d->n_motions; j++) { /* twice, against rounding */
+            PetscCall(VecDot(v, d->motion[j % d->n_motions], &dot));
+            PetscCall(VecAXPY(v, -dot, d->motion[j % d->n_motions]));
         }
         PetscCall(VecNormalize(v, &norm));
-        *n_motions += norm > DEPENDENT * whole;
+        d->n_motions += norm > DEPENDENT * whole;
     }
     free(own);
     PetscFunctionReturn(0);
 }
 
-/* Similarities are left out by both matrices: the energy does not see them, nor what of them normals see. */
-static PetscErrorCode leave_out_similarities(differences *d) {
-    Vec *motion;
-    int n_motions = 0;
-    MatNullSpace unseen;
+/* Shift and stiff similarities, as the library has them; without them it is the Hessian as it is, for Newton. Nothing
+ * is left out where vertices are held: there the energy sees every motion. */
+static PetscErrorCode regularize(differences *d, double value) {
+    Vec diagonal;
     PetscFunctionBeginUser;
+    d->shift = energy_shift(d->e, value);
     if (d->e->framed)
         PetscFunctionReturn(0);
-    PetscCall(VecDuplicateVecs(d->base, N_SIMILARITIES, &motion));
-    PetscCall(span_similarities(d->e, d->base, motion, &n_motions));
-    PetscCall(MatNullSpaceCreate(d->e->on->comm, PETSC_FALSE, n_motions, motion, &unseen));
-    PetscCall(VecDestroyVecs(N_SIMILARITIES, &motion));
-    PetscCall(MatSetNullSpace(d->matrix, unseen));
-    PetscCall(MatSetNullSpace(d->guide, unseen));
-    PetscCall(MatNullSpaceDestroy(&unseen));
+    PetscCall(VecDuplicate(d->base, &diagonal));
+    PetscCall(MatGetDiagonal(d->guide, diagonal));
+    PetscCall(VecSum(diagonal, &d->stiffness));
+    d->stiffness /= 3 * (double)d->e->on->whole_vertices;
+    PetscCall(VecDestroy(&diagonal));
+    PetscCall(span_similarities(d));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode undo_regularize(differences *d) {
+    PetscFunctionBeginUser;
+    d->shift = 0;
+    d->n_motions = 0;
+    if (d->motion)
+        PetscCall(VecDestroyVecs(N_SIMILARITIES, &d->motion));
     PetscFunctionReturn(0);
 }
 
 /* ------------------------------------------------------------------------------------------------ decrement -- */
 
-/* matrix . out = in by conjugate gradients; *positive: none of their directions was a negative one. */
-static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix, Vec in, Vec out, int *positive) {
+/* matrix . out = in by conjugate gradients, preconditioned by what is `like` it; *positive: none of their directions
+ * was a negative one. */
+static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix, Mat like, Vec in, Vec out,
+                            int *positive) {
     KSP ksp;
     KSPConvergedReason reason;
     char own[64];
@@ -163,7 +182,7 @@ static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix
     PetscCall(KSPCreate(d->e->on->comm, &ksp));
     PetscCall(KSPSetOptionsPrefix(ksp, own));
     PetscCall(KSPSetType(ksp, KSPSTCG)); /* says so when a direction is negative; without a radius it is plain CG */
-    PetscCall(KSPSetOperators(ksp, matrix, d->guide));
+    PetscCall(KSPSetOperators(ksp, matrix, like));
     PetscCall(KSPSetTolerances(ksp, LINEAR_TOLERANCE, 0, PETSC_DEFAULT, LINEAR_ITERATIONS));
     PetscCall(KSPSetFromOptions(ksp));
     PetscCall(KSPSolve(ksp, in, out));
@@ -177,6 +196,7 @@ static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix
  * gradient of a symmetric cage has nothing of those that break the symmetry. */
 static PetscErrorCode find_decrement(differences *d, const char *prefix, verification *out) {
     Vec gradient, anything, solution;
+    Mat like;
     PetscRandom random;
     PetscScalar *own, product;
     double value;
@@ -193,10 +213,15 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, verific
     energy_project(d->e, own);
     PetscCall(VecRestoreArray(anything, &own));
     PetscCall(energy_evaluate(d->e, d->base, &value, gradient));
-    d->shift = energy_shift(d->e, value);
-    PetscCall(solve(d, prefix, d->matrix, anything, solution, &out->positive));
-    PetscCall(solve(d, prefix, out->positive ? d->matrix : d->guide, gradient, solution, &ignored));
-    d->shift = 0;
+    PetscCall(regularize(d, value));
+    PetscCall(energy_sparse(d->full, d->shift, &like));
+    PetscCall(solve(d, prefix, d->matrix, like, anything, solution, &out->positive));
+    if (out->positive)
+        PetscCall(solve(d, prefix, d->matrix, like, gradient, solution, &ignored));
+    else
+        PetscCall(solve(d, prefix, d->guide, d->guide, gradient, solution, &ignored));
+    PetscCall(undo_regularize(d));
+    PetscCall(MatDestroy(&like));
     PetscCall(VecDot(gradient, solution, &product));
     out->decrement = product / 2;
     PetscCall(VecDestroy(&gradient));
@@ -233,10 +258,7 @@ PetscErrorCode verify_at(energy *e, const char *prefix, Vec x, verification *out
     differences d;
     PetscFunctionBeginUser;
     PetscCall(differences_create(e, x, &d));
-    PetscCall(leave_out_similarities(&d));
     PetscCall(find_decrement(&d, prefix, out));
-    PetscCall(MatSetNullSpace(d.matrix, NULL));
-    PetscCall(MatSetNullSpace(d.guide, NULL));
     PetscCall(find_gain(&d, prefix, x, &out->gain));
     PetscCall(differences_free(&d));
     PetscFunctionReturn(0);
