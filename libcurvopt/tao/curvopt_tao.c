@@ -157,8 +157,10 @@ int main(int argc, char **argv) {
         own = strcmp(argv[i], "--") ? own : i;
     n_petsc = argc - own;
     char **petsc = calloc((size_t)n_petsc + 2, sizeof *petsc);
-    if (!petsc)
+    if (!petsc) {
+        fputs("curvopt-tao: out of memory\n", stderr);
         return ARGUMENTS_COULD_NOT;
+    }
     petsc[0] = argv[0];
     for (int i = 1; i < n_petsc; i++)
         petsc[i] = argv[own + i];

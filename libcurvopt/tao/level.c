@@ -254,7 +254,7 @@ static PetscErrorCode verify(level *l) {
     PetscCall(verify_at(&l->e, "verify_shape_", l->x, shape));
     l->r->verified = 1;
     s->newton_decrement = all->decrement;
-    s->difference_decrement = shape->positive ? shape->decrement : (double)NAN;
+    s->shape_decrement = s->difference_decrement = shape->positive ? shape->decrement : (double)NAN;
     s->negative_directions = shape->positive ? 0 : -1; /* some; how many is not known */
     s->all_negative_directions = all->positive ? 0 : -1;
     s->free_negative_directions = s->negative_directions;

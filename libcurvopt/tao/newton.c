@@ -41,12 +41,17 @@ static PetscErrorCode set_default(const char *prefix, const char *name, const ch
 }
 
 PetscErrorCode newton_set_preconditioner(const char *prefix, PetscInt whole) {
-    const char *const option[][2] = {{"pc_type", "bjacobi"},
-                                     {"sub_pc_type", whole <= LARGEST_FACTORED ? "cholesky" : "icc"},
-                                     {"sub_pc_factor_mat_ordering_type", "nd"},
-                                     {"sub_pc_factor_shift_type", "positive_definite"}};
+    static const char *const small[][2] = {{"pc_type", "redundant"},
+                                           {"redundant_pc_type", "cholesky"},
+                                           {"redundant_pc_factor_mat_ordering_type", "nd"},
+                                           {"redundant_pc_factor_shift_type", "positive_definite"}};
+    static const char *const large[][2] = {{"pc_type", "bjacobi"},
+                                           {"sub_pc_type", "icc"},
+                                           {"sub_pc_factor_mat_ordering_type", "nd"},
+                                           {"sub_pc_factor_shift_type", "positive_definite"}};
+    const char *const(*option)[2] = whole <= LARGEST_FACTORED ? small : large;
     PetscFunctionBeginUser;
-    for (size_t k = 0; k < sizeof option / sizeof *option; k++)
+    for (size_t k = 0; k < sizeof small / sizeof *small; k++)
         PetscCall(set_default(prefix, option[k][0], option[k][1]));
     PetscFunctionReturn(0);
 }

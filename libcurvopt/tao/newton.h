@@ -10,9 +10,9 @@
  * Newton's methods, the assembled Hessian at x are the energy's. */
 PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *type, Vec x, Tao *out);
 
-/* Defaults in the options database, for a linear solver with this prefix of so many unknowns in all: preconditioned by
- * each rank's block of the Gauss-Newton matrix, by its Cholesky factor, incomplete where a complete one would be large.
- */
+/* Defaults in the options database, for a linear solver with this prefix of so many unknowns in all. Preconditioned by
+ * the Cholesky factor of the whole matrix, on every rank the same, while that is small: then iterations do not depend
+ * on the number of ranks. Else by incomplete factors of each rank's block. */
 PetscErrorCode newton_set_preconditioner(const char *prefix, PetscInt whole);
 
 #endif

@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { NEWTON_ITERATIONS = 20, LINEAR_ITERATIONS = 3000, N_SIMILARITIES = 7 };
+enum { NEWTON_ITERATIONS = 20, LINEAR_ITERATIONS = 1000, N_SIMILARITIES = 7 };
 static const double NEWTON_TOLERANCE = 1e-9; /* gradient, of the energy */
-static const double LINEAR_TOLERANCE = 1e-6;
+static const double LINEAR_TOLERANCE = 1e-4; /* in the preconditioner's norm: the decrement's error is its square */
 /* Longest displacement, of the longest step that is allowed. Central differences: PETSc's, to one side, are wrong by
  * the third derivative along the step, which on a curved valley floor is more than the floor's own curvature. */
 static const double DIFFERENCE_STEP = 1e-3;

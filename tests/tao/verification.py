@@ -35,7 +35,7 @@ def figures(report: dict) -> tuple[str, float, float, str]:
     """Verdict; what is left over everything and along normals, of the energy, NAN for what was not found; the sign of
     the Hessian over everything."""
     found, energy = report["verification"], abs(report["objective"])
-    values = [found[key] for key in ("newton_decrement", "difference_decrement")]
+    values = [found[key] for key in ("newton_decrement", "shape_decrement")]
     left, normals = (float("nan") if v is None else v / energy for v in values)
     return found["verdict"], left, normals, "+" if found["all_negative_directions"] == 0 else "-"
 
