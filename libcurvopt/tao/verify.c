@@ -23,7 +23,7 @@ typedef struct differences {
     double shift;
     Vec *motion; /* [n_motions] similarities, as far as they are allowed, orthonormal; */
     int n_motions;
-    double stiffness; /* and how stiff they are made */
+    double stiffness; /* and how stiff they are made: as the matrix is in the mean */
 } differences;
 
 /* --------------------------------------------------------------------------------------------- the Hessian -- */
@@ -147,14 +147,13 @@ static PetscErrorCode regularize(differences *d, double value) {
     Vec diagonal;
     PetscFunctionBeginUser;
     d->shift = energy_shift(d->e, value);
-    if (d->e->framed)
-        PetscFunctionReturn(0);
     PetscCall(VecDuplicate(d->base, &diagonal));
     PetscCall(MatGetDiagonal(d->guide, diagonal));
     PetscCall(VecSum(diagonal, &d->stiffness));
     d->stiffness /= 3 * (double)d->e->on->whole_vertices;
     PetscCall(VecDestroy(&diagonal));
-    PetscCall(span_similarities(d));
+    if (!d->e->framed)
+        PetscCall(span_similarities(d));
     PetscFunctionReturn(0);
 }
 
@@ -164,6 +163,31 @@ static PetscErrorCode undo_regularize(differences *d) {
     d->n_motions = 0;
     if (d->motion)
         PetscCall(VecDestroyVecs(N_SIMILARITIES, &d->motion));
+    PetscFunctionReturn(0);
+}
+
+/* Of a matrix, what acts on allowed motion; the identity, as stiff as the matrix, on the rest. */
+static PetscErrorCode restrict_to_allowed(const differences *d, Mat *matrix) {
+    const energy *e = d->e;
+    PetscInt n = 3 * e->on->n_own;
+    Mat allowed, restricted;
+    PetscFunctionBeginUser;
+    if (!e->project)
+        PetscFunctionReturn(0);
+    PetscCall(MatCreateAIJ(e->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 0, NULL, &allowed));
+    for (PetscInt v = 0; v < e->on->n_own; v++) {
+        PetscInt first = 3 * (e->on->first_own + v), at[3] = {first, first + 1, first + 2};
+        PetscCall(MatSetValues(allowed, 3, at, 3, at, e->project + 9 * (size_t)v, INSERT_VALUES));
+    }
+    PetscCall(MatAssemblyBegin(allowed, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(allowed, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatPtAP(*matrix, allowed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &restricted));
+    PetscCall(MatScale(allowed, -d->stiffness));
+    PetscCall(MatShift(allowed, d->stiffness));
+    PetscCall(MatAXPY(restricted, 1, allowed, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&allowed));
+    PetscCall(MatDestroy(matrix));
+    *matrix = restricted;
     PetscFunctionReturn(0);
 }
 
@@ -215,6 +239,7 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, verific
     PetscCall(energy_evaluate(d->e, d->base, &value, gradient));
     PetscCall(regularize(d, value));
     PetscCall(energy_sparse(d->full, d->shift, &like));
+    PetscCall(restrict_to_allowed(d, &like));
     PetscCall(solve(d, prefix, d->matrix, like, anything, solution, &out->positive));
     if (out->positive)
         PetscCall(solve(d, prefix, d->matrix, like, gradient, solution, &ignored));
