@@ -21,20 +21,28 @@ typedef struct differences {
     Mat matrix;      /* by differences at `base` */
     Vec base, at, ahead, behind;
     double shift;
-    Vec *motion; /* [n_motions] similarities, as far as they are allowed, orthonormal; */
+    int gauss_newton; /* it is the Gauss-Newton matrix instead, which has its shift */
+    Vec *motion;      /* [n_motions] similarities, as far as they are allowed, orthonormal; */
     int n_motions;
     double stiffness; /* and how stiff they are made: as the matrix is in the mean */
 } differences;
 
 /* --------------------------------------------------------------------------------------------- the Hessian -- */
 
-static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
-    differences *d;
+static PetscErrorCode allow(const energy *e, Vec motion) {
+    PetscScalar *own;
+    PetscFunctionBeginUser;
+    PetscCall(VecGetArray(motion, &own));
+    energy_project(e, own);
+    PetscCall(VecRestoreArray(motion, &own));
+    PetscFunctionReturn(0);
+}
+
+/* out = Hessian in, by differences, with the shift. */
+static PetscErrorCode apply_differences(differences *d, Vec in, Vec out) {
     PetscReal longest;
-    PetscScalar *own, along;
     double value;
     PetscFunctionBeginUser;
-    PetscCall(MatShellGetContext(matrix, &d));
     PetscCall(VecNorm(in, NORM_INFINITY, &longest));
     double step = longest > 0 ? DIFFERENCE_STEP * d->e->longest / longest : 1;
     PetscCall(VecWAXPY(d->at, step, in, d->base));
@@ -42,10 +50,25 @@ static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     PetscCall(VecWAXPY(d->at, -step, in, d->base));
     PetscCall(energy_evaluate(d->e, d->at, &value, d->behind));
     PetscCall(VecCopy(in, out));
-    PetscCall(VecGetArray(out, &own));
-    energy_project(d->e, own);
-    PetscCall(VecRestoreArray(out, &own));
+    PetscCall(allow(d->e, out));
     PetscCall(VecAXPBYPCZ(out, 1 / (2 * step), -1 / (2 * step), d->shift, d->ahead, d->behind));
+    PetscFunctionReturn(0);
+}
+
+/* Of the matrix that was chosen. */
+static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
+    differences *d;
+    PetscScalar along;
+    PetscFunctionBeginUser;
+    PetscCall(MatShellGetContext(matrix, &d));
+    if (d->gauss_newton) {
+        PetscCall(VecCopy(in, d->at));
+        PetscCall(allow(d->e, d->at));
+        PetscCall(MatMult(d->guide, d->at, out));
+        PetscCall(allow(d->e, out));
+    } else {
+        PetscCall(apply_differences(d, in, out));
+    }
     for (int k = 0; k < d->n_motions; k++) {
         PetscCall(VecDot(in, d->motion[k], &along));
         PetscCall(VecAXPY(out, d->stiffness * along, d->motion[k]));
@@ -160,7 +183,7 @@ static PetscErrorCode regularize(differences *d, double value) {
 static PetscErrorCode undo_regularize(differences *d) {
     PetscFunctionBeginUser;
     d->shift = 0;
-    d->n_motions = 0;
+    d->gauss_newton = d->n_motions = 0;
     if (d->motion)
         PetscCall(VecDestroyVecs(N_SIMILARITIES, &d->motion));
     PetscFunctionReturn(0);
@@ -195,8 +218,7 @@ static PetscErrorCode restrict_to_allowed(const differences *d, Mat *matrix) {
 
 /* matrix . out = in by conjugate gradients, preconditioned by what is `like` it; *positive: none of their directions
  * was a negative one. */
-static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix, Mat like, Vec in, Vec out,
-                            int *positive) {
+static PetscErrorCode solve(const differences *d, const char *prefix, Mat like, Vec in, Vec out, int *positive) {
     KSP ksp;
     KSPConvergedReason reason;
     char own[64];
@@ -206,7 +228,7 @@ static PetscErrorCode solve(const differences *d, const char *prefix, Mat matrix
     PetscCall(KSPCreate(d->e->on->comm, &ksp));
     PetscCall(KSPSetOptionsPrefix(ksp, own));
     PetscCall(KSPSetType(ksp, KSPSTCG)); /* says so when a direction is negative; without a radius it is plain CG */
-    PetscCall(KSPSetOperators(ksp, matrix, like));
+    PetscCall(KSPSetOperators(ksp, d->matrix, like));
     PetscCall(KSPSetTolerances(ksp, LINEAR_TOLERANCE, 0, PETSC_DEFAULT, LINEAR_ITERATIONS));
     PetscCall(KSPSetFromOptions(ksp));
     PetscCall(KSPSolve(ksp, in, out));
@@ -222,7 +244,7 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, verific
     Vec gradient, anything, solution;
     Mat like;
     PetscRandom random;
-    PetscScalar *own, product;
+    PetscScalar product;
     double value;
     int ignored;
     PetscFunctionBeginUser;
@@ -233,18 +255,19 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, verific
     PetscCall(PetscRandomSetInterval(random, -1, 1));
     PetscCall(VecSetRandom(anything, random));
     PetscCall(PetscRandomDestroy(&random));
-    PetscCall(VecGetArray(anything, &own));
-    energy_project(d->e, own);
-    PetscCall(VecRestoreArray(anything, &own));
+    PetscCall(allow(d->e, anything));
     PetscCall(energy_evaluate(d->e, d->base, &value, gradient));
     PetscCall(regularize(d, value));
     PetscCall(energy_sparse(d->full, d->shift, &like));
     PetscCall(restrict_to_allowed(d, &like));
-    PetscCall(solve(d, prefix, d->matrix, like, anything, solution, &out->positive));
-    if (out->positive)
-        PetscCall(solve(d, prefix, d->matrix, like, gradient, solution, &ignored));
-    else
-        PetscCall(solve(d, prefix, d->guide, d->guide, gradient, solution, &ignored));
+    PetscCall(solve(d, prefix, like, anything, solution, &out->positive));
+    if (!out->positive) {
+        d->gauss_newton = 1;
+        PetscCall(MatDestroy(&like));
+        PetscCall(MatDuplicate(d->guide, MAT_COPY_VALUES, &like));
+        PetscCall(restrict_to_allowed(d, &like));
+    }
+    PetscCall(solve(d, prefix, like, gradient, solution, &ignored));
     PetscCall(undo_regularize(d));
     PetscCall(MatDestroy(&like));
     PetscCall(VecDot(gradient, solution, &product));
