@@ -24,8 +24,10 @@ static const char help_text[] =
     "  --blend-width        1, which is the default here\n"
     "  --pin FILE           with --levels 1, no weights\n"
     "  --threads N          for each rank, default 1\n"
-    "  --verify             at the end Newton's method with a Hessian by finite differences, over everything that may\n"
-    "                       move and over motion along normals (its options: -verify_tao_..., -verify_shape_tao_...)\n"
+    "  --verify             at the end what is left to gain, with a Hessian by finite differences, over everything that\n"
+    "                       may move and over motion along normals (linear solver: -verify_decrement_ksp_...,\n"
+    "                       -verify_shape_decrement_ksp_...), and what Newton's method gains from there\n"
+    "                       (-verify_tao_..., -verify_shape_tao_...; newton_gain and shape_gain of `tao` in the JSON)\n"
     "PETSc's options also have -curvopt_gradient FILE: the objective's gradient at the input cage, a vertex a line.\n"
     "In the JSON `tao` has what each rank did.\n"
     "An interrupt ends the run without a result.\n";

@@ -36,7 +36,7 @@ PetscErrorCode energy_create(const portion *on, const curvopt_options *options, 
                              char *message) {
     curvopt_error error;
     PetscFunctionBeginUser;
-    *e = (energy){.on = on, .options = options, .radius = 1};
+    *e = (energy){.on = on, .options = options, .radius = 1, .least_seconds = (double)INFINITY};
     int32_t status = curvopt_problem_create_part(on->mesh, on->counts, options, &e->problem, &error);
     *refused = agree_on_status(on->comm, status, &error, message);
     if (*refused) {
@@ -169,6 +169,7 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
     PetscScalar *out;
     int too_far;
     PetscFunctionBeginUser;
+    double began = MPI_Wtime();
     PetscCall(energy_place(e, x));
     double started = cpu_seconds();
     agree_succeeded(e->on->comm, curvopt_problem_sum(e->problem, e->xyz, 0, gradient ? e->shares : NULL, &mine, &error),
@@ -187,6 +188,7 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
         PetscCall(unnormalize(e, out));
     energy_project(e, out);
     PetscCall(VecRestoreArrayWrite(gradient, &out));
+    e->least_seconds = fmin(e->least_seconds, MPI_Wtime() - began);
     PetscFunctionReturn(0);
 }
 

@@ -33,6 +33,7 @@ typedef struct energy {
     double centroid[3], radius;    /* of that cage, in the vector's units */
     double error_net, error_gross; /* of the last comparison, of the objective */
     double cpu_seconds;            /* this rank's, in the library's functions */
+    double least_seconds;          /* of the clock, for a value and gradient from call to return */
     int32_t evaluations;           /* of value and gradient */
 } energy;
 

@@ -382,6 +382,7 @@ PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, in
     if (!*refused)
         PetscCall(work(&l, xyz, refused));
     r->cpu_seconds += l.e.cpu_seconds;
+    r->least_seconds = l.e.least_seconds;
     r->evaluations += l.e.evaluations;
     PetscCall(VecDestroy(&l.x));
     PetscCall(VecDestroy(&l.safe));

@@ -19,7 +19,8 @@ typedef struct run {
     int verified;
     verification all, shape; /* of what moves, and of motion along normals; if verified */
     char tao_type[32];
-    double cpu_seconds; /* of this rank in the library, over all levels */
+    double cpu_seconds;   /* of this rank in the library, over all levels */
+    double least_seconds; /* of the clock, for a value and gradient at the last level */
     int32_t evaluations;
     char message[512]; /* why the run was refused */
 } run;
