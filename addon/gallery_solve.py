@@ -19,6 +19,7 @@ from .header import SURFACES, SYMMETRIES
 from .values import Cage, Energies, Verification
 
 SETTINGS = ("default", "report", "plane")
+REPORT_STEPS = 1000  # a level: the fixed rule has no minimum that more would reach, on many cages
 SYMMETRY = "keep"  # as the report's shapes keep theirs; what lies beyond is a question of its own (`verify`, `shaken`)
 ENERGIES = ("willmore", "mvs", "mvs_cross")
 FINE = 1e-5  # relative accuracy of the figures that fixed rules are held against
@@ -31,6 +32,7 @@ def limits(setting: str, energy: str, threads: int) -> dict[str, int]:
     fields = {"threads": threads}
     if setting == "report":
         fields["as_report"] = 1
+        fields["max_iterations"] = REPORT_STEPS
     if setting == "plane" and energy != "willmore":
         fields["surface"] = SURFACES.index("plane")
     return fields

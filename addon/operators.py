@@ -133,7 +133,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         if remark:
             text = f"{text}. {remark}"
         self.report({"WARNING" if remark else "INFO"}, text)
-        _show(context, text)
+        _show(context, text, about=context.view_layer.objects.active.name)
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
@@ -224,11 +224,13 @@ def _refresh(context: bpy.types.Context, run: job.ModalRun) -> None:
     run.job.watcher.ask()
 
 
-def _show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False) -> None:
-    """Put `text` into the sidebar and, while running, the status bar."""
+def _show(
+    context: bpy.types.Context, text: str, running: bool = False, failed: bool = False, about: str = ""
+) -> None:
+    """Put `text` into the sidebar and, while running, the status bar; `about`: the object it tells the making of."""
     state = properties.state
     changed = state.message != text or state.running != running
-    state.message, state.running, state.failed = text, running, failed
+    state.message, state.running, state.failed, state.about = text, running, failed, about
     if bpy.app.background:
         return
     if changed:

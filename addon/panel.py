@@ -69,7 +69,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
 
     def _draw_message(self, context: bpy.types.Context) -> None:
-        failed, text = state.failed, state.message
+        failed, text = state.failed, current_message()
         if not state.running and not failed:
             try:
                 check_object(context.view_layer.objects.active, with_keys=context.scene.curvopt.outcome == "SHAPE_KEY")
@@ -81,6 +81,12 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         for line in _lines(context, text):
             column.label(text=line, icon=icon)
             icon = "BLANK1" if failed else "NONE"
+
+
+def current_message() -> str:
+    """The last run's message; empty if it tells of a result that has been undone or deleted since."""
+    undone = state.about and not stored_verdict(bpy.data.objects.get(state.about))
+    return "" if undone else state.message
 
 
 class CURVOPT_PT_report(_Tab, bpy.types.Panel):

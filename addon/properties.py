@@ -123,7 +123,7 @@ class RunSettings:
         default="AUTO",
     )  # fmt: skip
     max_iterations: bpy.props.IntProperty(
-        name="Iterations", description="The most steps of a level", default=1000, min=1, max=100_000, soft_max=1000
+        name="Iterations", description="The most steps of a level", default=3000, min=1, max=100_000, soft_max=5000
     )
     escape: bpy.props.BoolProperty(
         name="Leave Saddles",
@@ -161,9 +161,11 @@ def symmetry_text_of(values: dict[str, object]) -> str:
 
 @dataclass
 class State:
-    """What the sidebar reports. `running` is true from the start of a modal run to its end."""
+    """What the sidebar reports. `running` is true from the start of a modal run to its end; `about` is the name of the
+    object that the message tells the making of, if it does."""
 
     message: str = ""
+    about: str = ""
     running: bool = False
     failed: bool = False
 

@@ -165,7 +165,8 @@ typedef enum curvopt_term {
 
 typedef enum curvopt_method {
     CURVOPT_METHOD_AUTO = 0,        /* gauss_newton; the report's with as_report */
-    CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's */
+    CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's: symmetries
+                                       are kept only where that is asked for */
     CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian; at the
                                        last level Newton's method follows where the Hessian allows it */
 } curvopt_method;
@@ -183,8 +184,8 @@ typedef enum curvopt_boundary {
 /* Whether a cage's symmetries are kept. */
 typedef enum curvopt_symmetry {
     /* KEEP, but where the objective has third-order terms, whose discretization on coarse cages is often a saddle that
-     * symmetry hides (the cage's lines want to twist): there, on levels of at most 2000 vertices, symmetries are given
-     * up as long as each halving of their number brings a twentieth of the energy */
+     * symmetry hides (the cage's lines want to twist): there, on levels of 100 to 2000 vertices, symmetries are given
+     * up as long as each halving of their number brings a twentieth of the energy. NONE with CURVOPT_METHOD_LMVM */
     CURVOPT_SYMMETRY_AUTO = 0,
     CURVOPT_SYMMETRY_NONE = 1,
     CURVOPT_SYMMETRY_ROTATIONS =
@@ -226,7 +227,7 @@ typedef struct curvopt_options {
     int32_t surface;           /* curvopt_surface; default AUTO */
     int32_t method;            /* curvopt_method; default AUTO */
     int32_t levels;            /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
-    int32_t max_iterations;    /* per level; >= 0, default 1000 */
+    int32_t max_iterations;    /* per level; >= 0, default 3000 */
     int32_t threads;           /* 0: all cores; default 0 */
     int32_t as_report;         /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
                                   method, and a fixed quadrature rule that nothing checks; default 0 */

@@ -100,7 +100,7 @@ void curvopt_options_init(curvopt_options *options) {
     memset(options, 0, sizeof *options);
     options->struct_size = (int32_t)sizeof *options;
     options->levels = 4;
-    options->max_iterations = 1000;
+    options->max_iterations = 3000;
     options->weights[CURVOPT_TERM_WILLMORE] = 1;
     options->tolerance = 1e-4;
     options->gradient_tolerance = 1e-6;
@@ -191,6 +191,8 @@ static curvopt_options settle_options(const curvopt_options *options) {
         o.surface = !third ? CURVOPT_SURFACE_LIMIT : o.as_report ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_POLYNOMIAL;
     if (o.method == CURVOPT_METHOD_AUTO)
         o.method = o.as_report ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
+    if (o.method == CURVOPT_METHOD_LMVM && o.symmetry == CURVOPT_SYMMETRY_AUTO)
+        o.symmetry = CURVOPT_SYMMETRY_NONE;
     return o;
 }
 

@@ -2,6 +2,7 @@
 #include "assemble.h"
 
 #include "carry.h"
+#include "chunks.h"
 #include "memory.h"
 #include "placement.h"
 
@@ -182,11 +183,20 @@ static double normalize(co_assembly *a, const double *xyz) {
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
     const double part = 1 / (double)n, unit = 1 / radius;
-    double mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
-    for (size_t v = 0; v < n; v++)
+    double sum[CO_CHUNKS][6], mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
+    for (int k = 0; k < CO_CHUNKS; k++) {
+        memset(sum[k], 0, sizeof sum[k]);
+        for (size_t v = co_chunk_begin(n, k); v < co_chunk_begin(n, k + 1); v++)
+            for (size_t c = 0; c < 3; c++) {
+                sum[k][c] += part * gradient[3 * v + c];
+                sum[k][3 + c] += part * gradient[3 * v + c] * a->points[3 * v + c];
+            }
+    }
+    for (int k = 0; k < CO_CHUNKS; k++)
         for (size_t c = 0; c < 3; c++) {
-            mean[c] += part * gradient[3 * v + c];
-            along[c] += part * gradient[3 * v + c] * a->points[3 * v + c];
+            mean[c] += sum[k][c];
+            along[c] += sum[k][3 + c];
         }
     const double radial = along[0] + along[1] + along[2];
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
@@ -260,19 +270,38 @@ static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *i
     }
 }
 
-static void total(const co_assembly *a, const co_layout *l, co_values *out) {
-    *out = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
-    for (int32_t b = 0; b < l->n_blocks; b++)
+/* Adds blocks begin .. end - 1 to a sum of blocks. */
+static void add_blocks(const co_assembly *a, const co_layout *l, int32_t begin, int32_t end, co_values *sum) {
+    for (int32_t b = begin; b < end; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
             for (int i = 0; i < CO_N_INTEGRALS; i++)
-                out->integral[i] += co_layout_sum(l, b, lane, i);
+                sum->integral[i] += co_layout_sum(l, b, lane, i);
             double jacobian =
                 co_layout_sum(l, b, lane, CO_SUM_MIN_JACOBIAN) / co_layout_sum(l, b, lane, CO_SUM_MEAN_JACOBIAN);
-            if (!isnan(out->min_jacobian) && !(jacobian >= out->min_jacobian)) {
-                out->min_jacobian = jacobian;
-                out->worst_face = a->patches.place[l->patch[b * l->lanes + lane]].face;
+            if (!isnan(sum->min_jacobian) && !(jacobian >= sum->min_jacobian)) {
+                sum->min_jacobian = jacobian;
+                sum->worst_face = a->patches.place[l->patch[b * l->lanes + lane]].face;
             }
         }
+}
+
+static void total(const co_assembly *a, const co_layout *l, co_values *out) {
+    co_values part[CO_CHUNKS];
+    size_t n = (size_t)l->n_blocks;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
+    for (int k = 0; k < CO_CHUNKS; k++) {
+        part[k] = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
+        add_blocks(a, l, (int32_t)co_chunk_begin(n, k), (int32_t)co_chunk_begin(n, k + 1), &part[k]);
+    }
+    *out = part[0];
+    for (int k = 1; k < CO_CHUNKS; k++) {
+        for (int i = 0; i < CO_N_INTEGRALS; i++)
+            out->integral[i] += part[k].integral[i];
+        if (!isnan(out->min_jacobian) && !(part[k].min_jacobian >= out->min_jacobian)) {
+            out->min_jacobian = part[k].min_jacobian;
+            out->worst_face = part[k].worst_face;
+        }
+    }
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
@@ -280,17 +309,15 @@ static void total(const co_assembly *a, const co_layout *l, co_values *out) {
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
     int area = needs_area_gradient(a);
     int32_t n = a->active ? a->n_active : a->patches.n_points;
+    size_t n_cage = (size_t)a->patches.n_cage;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t i = 0; i < n; i++) {
         size_t p = (size_t)(a->active ? a->active[i] : i);
         const double *share = a->point_shares + 6 * p;
+        double *to = p < n_cage ? gradient : a->point_gradient;
         for (size_t c = 0; c < 3; c++)
-            a->point_gradient[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
+            to[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
     }
-    for (int32_t i = 0; a->active && i < a->n_active_cage; i++)
-        memcpy(gradient + 3 * (size_t)a->active[i], a->point_gradient + 3 * (size_t)a->active[i], 3 * sizeof *gradient);
-    if (!a->active)
-        memcpy(gradient, a->point_gradient, sizeof(double) * 3 * (size_t)a->patches.n_cage);
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
 

@@ -9,20 +9,18 @@ void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JE
         jet[k] = f[co_jet_order_u[k]] * g[co_jet_order_v[k]];
 }
 
-static int jet_index(int order_u, int order_v) {
-    int order = order_u + order_v;
-    return order * (order + 1) / 2 + order_v;
-}
-
+/* Leibniz' rule, written out: tables spend most of their time here. */
 void co_jet_multiply(const co_real a[CO_JET], const co_real b[CO_JET], co_real out[CO_JET]) {
-    static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
-    for (int k = 0; k < CO_JET; k++) {
-        int p = co_jet_order_u[k], q = co_jet_order_v[k];
-        out[k] = 0;
-        for (int i = 0; i <= p; i++)
-            for (int j = 0; j <= q; j++)
-                out[k] += binomial[p][i] * binomial[q][j] * a[jet_index(i, j)] * b[jet_index(p - i, q - j)];
-    }
+    out[0] = a[0] * b[0];
+    out[1] = a[0] * b[1] + a[1] * b[0];
+    out[2] = a[0] * b[2] + a[2] * b[0];
+    out[3] = a[0] * b[3] + 2 * a[1] * b[1] + a[3] * b[0];
+    out[4] = a[0] * b[4] + a[1] * b[2] + a[2] * b[1] + a[4] * b[0];
+    out[5] = a[0] * b[5] + 2 * a[2] * b[2] + a[5] * b[0];
+    out[6] = a[0] * b[6] + 3 * (a[1] * b[3] + a[3] * b[1]) + a[6] * b[0];
+    out[7] = a[0] * b[7] + a[2] * b[3] + 2 * (a[1] * b[4] + a[4] * b[1]) + a[3] * b[2] + a[7] * b[0];
+    out[8] = a[0] * b[8] + a[1] * b[5] + 2 * (a[2] * b[4] + a[4] * b[2]) + a[5] * b[1] + a[8] * b[0];
+    out[9] = a[0] * b[9] + 3 * (a[2] * b[5] + a[5] * b[2]) + a[9] * b[0];
 }
 
 void co_bspline_cubic(co_real t, co_real basis[4][4]) {

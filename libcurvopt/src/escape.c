@@ -15,6 +15,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of a maximal subgroup of a point group: 2 mostly, 3 where an axis of three goes, 4 those that keep one of a cube's.
+ */
+enum { LARGEST_INDEX = 4 };
+
 /* Where to look from. */
 typedef struct place {
     const co_frame *frame;
@@ -53,20 +57,39 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     return status;
 }
 
-/* Planes that the user chose are not given up: then the whole group, the first, is the only one. */
-static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, co_way_down *out, curvopt_error *error) {
-    int chosen = p->frame->options->symmetry == CURVOPT_SYMMETRY_PLANES;
+static int32_t look_without_symmetry(const place *p, double *xyz, int *found, curvopt_error *error) {
+    co_symmetry none = {0};
+    int32_t status = co_symmetry_none(p->mesh, &none, error);
+    if (status == CURVOPT_OK)
+        status = look(p, &none, xyz, found, error);
+    co_symmetry_free(&none);
+    return status;
+}
+
+/* In subgroups of an index of at most this, the largest first. */
+static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, int32_t largest_index, co_way_down *out,
+                                 curvopt_error *error) {
     co_subgroups groups = {0};
     int32_t status = co_subgroups_create(symmetry, &groups, error);
-    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < (chosen ? 1 : groups.n); k++) {
+    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < groups.n; k++) {
         co_symmetry_free(&out->symmetry);
         status =
             co_subgroup_select(symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &out->symmetry, error);
-        if (status == CURVOPT_OK)
-            status = look(p, &out->symmetry, out->xyz, &out->found, error);
+        if (status != CURVOPT_OK || out->symmetry.order < symmetry->order / largest_index)
+            break;
+        status = look(p, &out->symmetry, out->xyz, &out->found, error);
     }
     co_subgroups_free(&groups);
     return status;
+}
+
+/* Planes that the user chose are not given up. Elsewhere a way that keeps less than the largest subgroups do costs more
+ * than it is worth, looked for and gone (worth_of in hierarchy.c); but who asks for an escape from a saddle of the
+ * shape wants to know whether there is one at all. */
+static int32_t largest_index(const curvopt_options *o, const co_symmetry *symmetry, co_escape_among among) {
+    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
+        return 1;
+    return among == CO_ESCAPE_ALL ? LARGEST_INDEX : symmetry->order;
 }
 
 int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
@@ -74,7 +97,6 @@ int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_sy
                        co_way_down *out, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     co_hold held = {0}, lines = {0};
-    co_symmetry none = {0};
     co_frame own = *frame;
     place p = {.frame = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
     *out = (co_way_down){.xyz = CO_NEW(double, 3 * n)};
@@ -88,15 +110,11 @@ int32_t co_escape_find(const co_frame *frame, const curvopt_mesh *m, const co_sy
         p.constraints = &lines;
         status = co_hold_to_normals(m, &held, xyz, &lines, error);
     }
-    if (status == CURVOPT_OK)
-        status = co_symmetry_none(m, &none, error);
-    if (status == CURVOPT_OK) /* is there one at all? */
-        status = look(&p, &none, out->xyz, &out->found, error);
-    if (status == CURVOPT_OK && out->found) {
-        out->found = 0;
-        status = look_in_subgroups(&p, symmetry, out, error);
-    }
-    co_symmetry_free(&none);
+    int possible = 1;
+    if (status == CURVOPT_OK && among == CO_ESCAPE_NORMALS)
+        status = look_without_symmetry(&p, out->xyz, &possible, error);
+    if (status == CURVOPT_OK && possible)
+        status = look_in_subgroups(&p, symmetry, largest_index(frame->options, symmetry, among), out, error);
     co_hold_free(&held);
     co_hold_free(&lines);
     if (status != CURVOPT_OK)

@@ -15,10 +15,14 @@
 #include <string.h>
 #include <time.h>
 
-enum { LARGEST_CERTIFIED = 50000, LARGEST_LOOSENED = 2000, LARGEST_ESCAPE = 5000 };
+enum { LARGEST_CERTIFIED = 50000, LARGEST_ESCAPE = 5000 };
+/* Vertices of levels on which symmetries may be given up. Ways down on coarser ones are of their few lines, not of the
+ * shape: what begins without symmetries there falls in a long valley on the fine levels, and no lower. */
+enum { SMALLEST_LOOSENED = 100, LARGEST_LOOSENED = 2000 };
 static const double STATIONARY = 1e-6; /* decrement, of the energy */
-/* Half of the symmetries is twice the work: it must bring this much of the energy. */
-static const double WORTH_HALF = 0.05;
+/* Half of the symmetries is twice the work: it must bring this much of the energy. Going on with the same ones, this.
+ */
+static const double WORTH_HALF = 0.05, WORTH_SAME = 0.01;
 
 /* The whole run. */
 typedef struct run {
@@ -202,12 +206,13 @@ static int32_t solve(run *r, int32_t number, const double *start, attempt *a, cu
 /* Among what ways down from a level's result are looked for; 0: they are not. */
 static int wants_escape(const run *r, const attempt *a, int32_t number, co_escape_among *among) {
     const curvopt_options *o = r->frame.options;
+    int32_t n = r->result->mesh->info.n_vertices;
     int loosen = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->symmetry.order > 1 &&
-                 a->level.assembly.functional.has_third && r->result->mesh->info.n_vertices <= LARGEST_LOOSENED;
+                 a->level.assembly.functional.has_third && n >= SMALLEST_LOOSENED && n <= LARGEST_LOOSENED;
     *among = loosen ? CO_ESCAPE_ALL : CO_ESCAPE_NORMALS;
     int32_t stop = r->result->level[number - 1].stop;
     return a->level.has_model && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
-           (loosen || (o->escape && r->result->mesh->info.n_vertices <= LARGEST_ESCAPE));
+           (loosen || (o->escape && n <= LARGEST_ESCAPE));
 }
 
 /* What a level has come to, to go back to. */
@@ -221,7 +226,7 @@ typedef struct record {
 
 /* What giving up symmetries must bring, of the energy. */
 static double worth_of(int32_t order, int32_t left) {
-    double worth = 0;
+    double worth = order == left ? WORTH_SAME : 0;
     for (; order > left; order = (order + 1) / 2)
         worth += WORTH_HALF;
     return worth;

@@ -1,6 +1,7 @@
 /* Quadrature fine enough for a wanted error. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "resolve.h"
 
+#include "chunks.h"
 #include "memory.h"
 
 #include <math.h>
@@ -34,9 +35,18 @@ static void store_shares(const co_assembly *a, const co_layout *l, double area, 
 
 static co_share_measure measure_of(const co_assembly *a, int every_term, const co_share *shares) {
     co_share_measure m = {.weights = a->weights, .every_term = every_term};
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
+    double sum[CO_CHUNKS][CURVOPT_N_TERMS];
+    size_t n = (size_t)a->patches.n_patches;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
+    for (int k = 0; k < CO_CHUNKS; k++) {
+        memset(sum[k], 0, sizeof sum[k]);
+        for (size_t p = co_chunk_begin(n, k); p < co_chunk_begin(n, k + 1); p++)
+            for (int t = 0; t < CURVOPT_N_TERMS; t++)
+                sum[k][t] += shares[p].term[t];
+    }
+    for (int k = 0; k < CO_CHUNKS; k++)
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            m.whole.term[t] += shares[p].term[t];
+            m.whole.term[t] += sum[k][t];
     return m;
 }
 
@@ -61,8 +71,40 @@ int32_t co_assembly_evaluate_finer(co_assembly *a, int third, co_values *values,
     return status;
 }
 
+/* What an evaluation is off, by two rules. */
+typedef struct errors {
+    co_error_sum objective, area, term[CURVOPT_N_TERMS];
+} errors;
+
+/* Patches begin .. end - 1. */
+static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) {
+    errors e = {0};
+    for (size_t p = begin; p < end; p++) {
+        const co_share *coarse = &a->coarse[p], *fine = &a->fine[p];
+        co_error_add(&e.objective, co_share_difference(a->weights, coarse, fine));
+        co_error_add(&e.area, coarse->area - fine->area);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_add(&e.term[t], coarse->term[t] - fine->term[t]);
+    }
+    return e;
+}
+
+static errors errors_of(const co_assembly *a) {
+    errors part[CO_CHUNKS], e = {0};
+    size_t n = (size_t)a->patches.n_patches;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
+    for (int k = 0; k < CO_CHUNKS; k++)
+        part[k] = errors_of_patches(a, co_chunk_begin(n, k), co_chunk_begin(n, k + 1));
+    for (int k = 0; k < CO_CHUNKS; k++) {
+        co_error_join(&e.objective, &part[k].objective);
+        co_error_join(&e.area, &part[k].area);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_join(&e.term[t], &part[k].term[t]);
+    }
+    return e;
+}
+
 static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
-    const co_share *coarse = a->coarse, *fine = a->fine;
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
@@ -71,19 +113,11 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
-    for (int t = 0; t < 8; t++)
-        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : 0;
-    co_error_sum objective = {0, 0}, area = {0, 0}, term[CURVOPT_N_TERMS] = {{0, 0}};
-    for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        co_error_add(&objective, co_share_difference(a->weights, &coarse[p], &fine[p]));
-        co_error_add(&area, unit * (coarse[p].area - fine[p].area));
-        for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            co_error_add(&term[t], coarse[p].term[t] - fine[p].term[t]);
-    }
-    out->objective_error = co_error_claimed(&objective);
-    out->area_error = co_error_claimed(&area);
+    errors e = errors_of(a);
+    out->objective_error = co_error_claimed(&e.objective);
+    out->area_error = unit * co_error_claimed(&e.area);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] += co_error_claimed(&term[t]);
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_error_claimed(&e.term[t]);
 }
 
 /* Time of an evaluation of one of a block's faces, in samples times points. */

@@ -29,6 +29,11 @@ void co_error_add(co_error_sum *sum, double difference) {
     sum->gross += fabs(difference);
 }
 
+void co_error_join(co_error_sum *sum, const co_error_sum *other) {
+    sum->net += other->net;
+    sum->gross += other->gross;
+}
+
 double co_error_claimed(const co_error_sum *sum) {
     return fabs(sum->net) + LUCK * sum->gross;
 }

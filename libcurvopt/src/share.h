@@ -28,6 +28,7 @@ typedef struct co_error_sum {
 } co_error_sum;
 
 void co_error_add(co_error_sum *sum, double difference);
+void co_error_join(co_error_sum *sum, const co_error_sum *other);
 /* |net| and a fifth of what cancels. */
 double co_error_claimed(const co_error_sum *sum);
 

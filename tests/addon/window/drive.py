@@ -64,9 +64,11 @@ def undo_takes_one_step_and_redo_brings_it_back():
     press("Z", ctrl=True)
     yield lambda: "Torus Willmore" not in bpy.data.objects
     assert set(contents()) == {"Torus"} and contents()["Torus"][:2] == before
+    assert part("panel").current_message() == ""
     assert bpy.context.view_layer.objects.active.name == "Torus" and contents()["Torus"][2]
     press("Z", ctrl=True, shift=True)
     yield lambda: "Torus Willmore" in bpy.data.objects
+    assert part("panel").current_message().startswith("Willmore ")
 
 
 def adjust(**properties):

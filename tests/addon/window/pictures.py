@@ -47,6 +47,20 @@ def frame():
     yield from settled()
 
 
+def preferences():
+    """The add-on in the list of add-ons, which takes the 3D view's place for this."""
+    setup()
+    bpy.ops.preferences.addon_enable(module="curvopt")
+    area = viewport()[0]
+    area.type = "PREFERENCES"
+    bpy.context.preferences.active_section = "ADDONS"
+    bpy.context.window_manager.addon_search = "Curvopt"
+    yield from settled()
+    screenshot("0_install")
+    area.type = "VIEW_3D"
+    yield from settled()
+
+
 def add_lawson():
     setup()
     bpy.data.objects.remove(bpy.data.objects["Torus"])
@@ -57,6 +71,7 @@ def add_lawson():
     press("ESC")
     yield from turns(4)
     in_viewport(bpy.ops.curvopt.add_shape, shape="lawson_g2")
+    bpy.ops.ed.undo_push(message="Lawson")
     yield from frame()
     screenshot("2_panel")
 
@@ -75,6 +90,18 @@ def minimize():
     yield lambda: not state().running
     yield from frame()
     screenshot("4_finished")
+
+
+def undo_and_redo():
+    """The whole run in one step, there and back."""
+    count = len(bpy.data.objects)
+    press("Z", ctrl=True)
+    yield lambda: len(bpy.data.objects) == count - 1
+    yield from settled()
+    screenshot("4_undone")
+    press("Z", ctrl=True, shift=True)
+    yield lambda: len(bpy.data.objects) == count
+    yield from settled()
 
 
 def adjust_panel():
@@ -140,7 +167,7 @@ def cancel_and_refusal():
 
 def everything():
     try:
-        for act in (add_lawson, minimize, adjust_panel, compare, cancel_and_refusal, pins_and_planes):
+        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes):
             yield from act()
             log(f"PASS {act.__name__}")
     except Exception as error:

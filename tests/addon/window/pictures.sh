@@ -13,5 +13,7 @@ if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
     exit 1
 fi
 for picture in "$work"/out/*.png; do
-    convert "$picture" -crop 828x650+0+30 +repage +dither -colors 96 "png8:$out/$(basename "$picture")"
+    height=650
+    [ "$(basename "$picture")" = 0_install.png ] && height=320 # the rest is empty
+    convert "$picture" -crop "828x$height+0+30" +repage +dither -colors 96 "png8:$out/$(basename "$picture")"
 done
