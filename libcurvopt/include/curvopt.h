@@ -267,7 +267,7 @@ typedef struct curvopt_energies {
     double gauss;               /* int K dA */
     double gauss_bonnet_defect; /* 0 for a resolved surface: |int K dA - 2 pi chi|; boundaries and infinitely sharp
                                    creases cut it, and their geodesic curvature and corner angles count */
-    double objective_error;     /* estimated |objective - exact integral|, as the next two: from a finer rule */
+    double objective_error;     /* estimated |objective - exact integral|, as the next two: from finer rules */
     double area_error;          /* in squared units of the cage */
     double term_error[8];       /* by curvopt_term */
     double min_jacobian;        /* least |S_u x S_v| over its face's mean; near 0 the surface folds or pinches */

@@ -144,6 +144,8 @@ void co_assembly_free(co_assembly *a) {
     free(a->work);
     free(a->coarse);
     free(a->fine);
+    free(a->finest);
+    free(a->looked);
     free(a->patch_error);
     free(a->price);
     free(a->sorted);

@@ -40,6 +40,8 @@ typedef struct co_assembly {
     double radius;           /* of the positions evaluated last */
     int32_t worst_face;      /* of them: the one with the least |S_u x S_v| */
     co_share *coarse, *fine; /* [n_patches] shares by the rules, and by those one step finer */
+    co_share *finest;        /* [n_patches] and two steps finer, */
+    uint8_t *looked;         /* [n_patches] where these were looked at */
     double *patch_error;     /* [n_patches] relative differences of these, */
     double *price;           /* [n_patches] and by what a rule that mends them costs; */
     double *sorted;          /* [2 n_patches] work */

@@ -15,6 +15,8 @@ static const double HYSTERESIS = 3;
 /* Coarser rules may bring the error up to this share of the tolerance, and are taken where they bring the cost below
  * this share of what it was: values change, which an optimizer has to be told. */
 static const double COARSENING = 0.5, WORTH = 0.8;
+/* Faces that two rules alone are compared on are off by no more than this share of all errors together. */
+static const double UNSEEN = 0.2;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
 
@@ -69,55 +71,6 @@ int32_t co_assembly_evaluate_finer(co_assembly *a, int third, co_values *values,
         return status;
     }
     return status;
-}
-
-/* What an evaluation is off, by two rules. */
-typedef struct errors {
-    co_error_sum objective, area, term[CURVOPT_N_TERMS];
-} errors;
-
-/* Patches begin .. end - 1. */
-static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) {
-    errors e = {0};
-    for (size_t p = begin; p < end; p++) {
-        const co_share *coarse = &a->coarse[p], *fine = &a->fine[p];
-        co_error_add(&e.objective, co_share_difference(a->weights, coarse, fine));
-        co_error_add(&e.area, coarse->area - fine->area);
-        for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            co_error_add(&e.term[t], coarse->term[t] - fine->term[t]);
-    }
-    return e;
-}
-
-static errors errors_of(const co_assembly *a) {
-    errors part[CO_CHUNKS], e = {0};
-    size_t n = (size_t)a->patches.n_patches;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
-    for (int k = 0; k < CO_CHUNKS; k++)
-        part[k] = errors_of_patches(a, co_chunk_begin(n, k), co_chunk_begin(n, k + 1));
-    for (int k = 0; k < CO_CHUNKS; k++) {
-        co_error_join(&e.objective, &part[k].objective);
-        co_error_join(&e.area, &part[k].area);
-        for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            co_error_join(&e.term[t], &part[k].term[t]);
-    }
-    return e;
-}
-
-static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
-    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
-    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
-    co_functional_terms(v->integral, third, out->term);
-    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
-    out->gauss_bonnet_defect = co_assembly_defect(a, v);
-    out->min_jacobian = v->min_jacobian;
-    out->surface = a->surface;
-    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
-    errors e = errors_of(a);
-    out->objective_error = co_error_claimed(&e.objective);
-    out->area_error = unit * co_error_claimed(&e.area);
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_error_claimed(&e.term[t]);
 }
 
 /* Time of an evaluation of one of a block's faces, in samples times points. */
@@ -182,6 +135,93 @@ static int32_t refine_rules(co_assembly *a, double tolerance) {
     return raised;
 }
 
+/* What is known of patch p's error: the share by its rule, by the finest one that it was held against, and by the one
+ * before that. */
+typedef struct shares {
+    const co_share *used, *finest, *before;
+} shares;
+
+static shares shares_of(const co_assembly *a, size_t p) {
+    int looked = a->looked[p];
+    return (shares){.used = &a->coarse[p],
+                    .finest = looked ? &a->finest[p] : &a->fine[p],
+                    .before = looked ? &a->fine[p] : &a->coarse[p]};
+}
+
+/* What an evaluation is off. */
+typedef struct errors {
+    co_error_sum objective, area, term[CURVOPT_N_TERMS];
+} errors;
+
+/* Patches begin .. end - 1. */
+static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) {
+    errors e = {0};
+    for (size_t p = begin; p < end; p++) {
+        shares s = shares_of(a, p);
+        co_error_add(&e.objective, co_share_difference(a->weights, s.used, s.finest),
+                     co_share_difference(a->weights, s.before, s.finest));
+        co_error_add(&e.area, s.used->area - s.finest->area, s.before->area - s.finest->area);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_add(&e.term[t], s.used->term[t] - s.finest->term[t], s.before->term[t] - s.finest->term[t]);
+    }
+    return e;
+}
+
+static errors errors_of(const co_assembly *a) {
+    errors part[CO_CHUNKS], e = {0};
+    size_t n = (size_t)a->patches.n_patches;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_CHUNKS_WORTH)
+    for (int k = 0; k < CO_CHUNKS; k++)
+        part[k] = errors_of_patches(a, co_chunk_begin(n, k), co_chunk_begin(n, k + 1));
+    for (int k = 0; k < CO_CHUNKS; k++) {
+        co_error_join(&e.objective, &part[k].objective);
+        co_error_join(&e.area, &part[k].area);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            co_error_join(&e.term[t], &part[k].term[t]);
+    }
+    return e;
+}
+
+static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
+    *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
+    co_functional_terms(v->integral, third, out->term);
+    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->gauss_bonnet_defect = co_assembly_defect(a, v);
+    out->min_jacobian = v->min_jacobian;
+    out->surface = a->surface;
+    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
+    errors e = errors_of(a);
+    out->objective_error = co_error_claimed(&e.objective);
+    out->area_error = unit * co_error_claimed(&e.area);
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_error_claimed(&e.term[t]);
+}
+
+/* Holds the rules one step finer against those two steps finer, where that tells most for its cost: an estimate is as
+ * good as the finer of two rules, and two may miss the same fold. area: the whole one, by the former */
+static int32_t look_closer(co_assembly *a, double area, int third, curvopt_error *error) {
+    co_layout closer;
+    co_values values;
+    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
+    if (!rule)
+        return co_status_no_memory(error);
+    price_errors(a, &a->layout, &a->finer);
+    double cut = bearable_price(a, is_refinable, UNSEEN * a->error);
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        a->looked[p] = is_refinable(a, p) && !(a->price[p] < cut);
+        rule[p] = (uint8_t)(a->rule[p] + 2 * a->looked[p]);
+    }
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, rule, 0, 0, 0, &closer, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_evaluate_layout(a, &closer, third, &values, error);
+    if (status == CURVOPT_OK)
+        store_shares(a, &closer, area, third, a->finest);
+    co_layout_free(&closer);
+    free(rule);
+    return status;
+}
+
 /* Room for what is known by patch, once. */
 static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
@@ -189,13 +229,18 @@ static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
         a->coarse = CO_NEW(co_share, n);
     if (!a->fine)
         a->fine = CO_NEW(co_share, n);
+    if (!a->finest)
+        a->finest = CO_NEW(co_share, n);
+    if (!a->looked)
+        a->looked = CO_NEW(uint8_t, n);
     if (!a->patch_error)
         a->patch_error = CO_NEW(double, n);
     if (!a->price)
         a->price = CO_NEW(double, n);
     if (!a->sorted)
         a->sorted = CO_NEW(double, 2 * n);
-    return a->coarse && a->fine && a->patch_error && a->price && a->sorted ? CURVOPT_OK : co_status_no_memory(error);
+    int all = a->coarse && a->fine && a->finest && a->looked && a->patch_error && a->price && a->sorted;
+    return all ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
@@ -224,6 +269,9 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         *resolved = difference <= fmax(bearable, ACCEPTABLE);
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
+            memset(a->looked, 0, n);
+            if (terms != CO_TERMS_OBJECTIVE && isfinite(difference))
+                status = look_closer(a, finer.integral[CO_INT_AREA], third, error);
             report_energies(a, &values, third, energies);
             break;
         }

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-static const double LUCK = 0.2; /* of errors that seem to cancel, what is claimed all the same */
+static const double LUCK = 0.2; /* of what the finest rules may be off themselves, and of errors that seem to cancel */
 
 double co_share_difference(const double *weights, const co_share *x, const co_share *y) {
     double sum = 0;
@@ -24,16 +24,16 @@ double co_share_relative(const co_share_measure *m, const co_share *x, const co_
     return worst;
 }
 
-void co_error_add(co_error_sum *sum, double difference) {
+void co_error_add(co_error_sum *sum, double difference, double doubt) {
     sum->net += difference;
-    sum->gross += fabs(difference);
+    sum->doubt += fabs(doubt);
 }
 
 void co_error_join(co_error_sum *sum, const co_error_sum *other) {
     sum->net += other->net;
-    sum->gross += other->gross;
+    sum->doubt += other->doubt;
 }
 
 double co_error_claimed(const co_error_sum *sum) {
-    return fabs(sum->net) + LUCK * sum->gross;
+    return fabs(sum->net) + LUCK * sum->doubt;
 }

@@ -22,14 +22,17 @@ double co_share_difference(const double *weights, const co_share *x, const co_sh
 /* |x - y| relative to the whole: the objective's, or the worst term's. */
 double co_share_relative(const co_share_measure *measure, const co_share *x, const co_share *y);
 
-/* What patches are off, together: errors of different sign cancel, but how far they do is luck. */
+/* What patches are off, together. Errors of different sign cancel; those of the rules that others are held against need
+ * not, and are no larger than what the last step changed. */
 typedef struct co_error_sum {
-    double net, gross;
+    double net, doubt;
 } co_error_sum;
 
-void co_error_add(co_error_sum *sum, double difference);
+/* A patch is off by `difference` by the finest rule that it was held against, which was the last of several: it changed
+ * the value by `doubt`. */
+void co_error_add(co_error_sum *sum, double difference, double doubt);
 void co_error_join(co_error_sum *sum, const co_error_sum *other);
-/* |net| and a fifth of what cancels. */
+/* |net| and a fifth of the doubts. */
 double co_error_claimed(const co_error_sum *sum);
 
 #endif

@@ -1,16 +1,26 @@
 """Long campaigns on what a result says about its own error; they run with CURVOPT_LONG=1, a sample of them always.
 
 `quadrature_error` must be at least a tenth of the true error in 99 % of the cages and never more than 1e3 times it
-(errors below 1e-9 of the energy count as rounding). The true error is that against the library's own rules, refined until
-they stop moving; that these are right, the oracle says for every tenth cage, split until it stands still itself. A cage so
-torn by its perturbation that the finest rules claim errors above a thousandth of its energy has no value to compare with:
-such are counted.
+(errors below 1e-9 of the energy count as rounding). The true error is that against the library's finest rules on all
+faces (curvopt_settle, settle.c); what these still change is how well it is known. Where that leaves open whether a claim
+is right the oracle says, by squares that are cut until they stand still (settled_ref.py), and for one cage in ten it is
+asked in any case. A cage so torn by its perturbation that the finest rules change its energy by a thousandth has no value
+to compare with: such are counted, and their claims must say so.
+
+One process a core that this one may use: `taskset -c 0` leaves it one. CURVOPT_KEEP=FOLDER keeps what has been found there,
+for as long as the programs that found it are the same; a campaign that was stopped goes on from it.
 """
 from __future__ import annotations
 
-from math import pi
+import hashlib
+import json
+import os
+import subprocess
+from functools import lru_cache
+from math import nan, pi
 from multiprocessing import Pool
-from typing import NamedTuple
+from pathlib import Path
+from typing import Callable, NamedTuple
 
 import numpy as np
 import pytest
@@ -18,12 +28,18 @@ import pytest
 import energy_ref
 import lib
 from ccref import Mesh
-from nets import euler, genus_cage, mixed_cage, perturbed, random_voxels, torus_cage
+from nets import euler, genus_cage, mixed_cage, perturbed, quad_cage, random_voxels, sphere_like, torus_cage, trapezohedron
+from settled_ref import settled
 
 COUNT = 500 if lib.LONG else 4
 SEEDS = 20 if lib.LONG else 2
 FLOOR = 1e-9
 UNRESOLVED = 1e-3
+LEAST, MOST = 0.1, 1e3
+AGREEMENT, FINE = 1e-6, 1e-7  # digits that the oracle is asked for
+SURFACES = {"willmore": "limit", "mvs": "polynomial"}
+SETTLE = lib.BUILD / "curvopt_settle"
+ORACLE = [lib.ROOT / "tests" / "oracle" / f"{name}.py" for name in ("settled_ref", "ccref", "energy_ref", "wide_ref", "nets")]
 
 
 class Claim(NamedTuple):
@@ -33,16 +49,35 @@ class Claim(NamedTuple):
     energy: str
     objective: float
     claimed: float
-    true: float
+    true: float       # error; NAN: the cage is torn
+    known: float      # to how much
     gauss_error: float
     gauss_claimed: float
-    oracle_agrees: bool
+    by_oracle: bool   # where the true error is from
+    moved: float      # by the last of the library's rules, of the energy
+    apart: float      # oracle and finest rule, of the energy; NAN: not compared
+
+    @property
+    def floor(self) -> float:
+        """Errors below this are rounding."""
+        return FLOOR * abs(self.objective)
 
     @property
     def ratio(self) -> float:
         """Claimed over true error, rounding apart."""
-        floor = FLOOR * abs(self.objective)
-        return max(self.claimed, floor) / max(self.true, floor)
+        return max(self.claimed, self.floor) / max(self.true, self.floor)
+
+    def is_low(self) -> bool:
+        """Whether the claim may be too small."""
+        return max(self.claimed, self.floor) < LEAST * (self.true + self.known)
+
+    def may_be_high(self) -> bool:
+        """Whether it may be too large."""
+        return max(self.claimed, self.floor) > MOST * max(self.true - self.known, self.floor)
+
+    def is_high(self) -> bool:
+        """Whether it is."""
+        return max(self.claimed, self.floor) > MOST * max(self.true + self.known, self.floor)
 
 
 def random_cage(seed: int) -> Mesh:
@@ -60,50 +95,74 @@ def random_cage(seed: int) -> Mesh:
     return perturbed(mesh, float(rng.uniform(0, 0.3)), seed)
 
 
-def settled_oracle(mesh: Mesh) -> float | None:
-    """Willmore energy by the oracle, faces split until two steps move it by less than 1e-6; None if six do not do. One
-    step is not enough: rules that miss a fold agree on it."""
-    values: list[float] = []
-    for levels in range(1, 7):
-        values.append(energy_ref.energies(mesh, n_gauss=8, levels=levels, depth=50)["willmore"])
-        if len(values) >= 3 and np.ptp(values[-3:]) <= 1e-6 * values[-1]:
-            return values[-1]
-    return None
+@lru_cache(maxsize=None)
+def fingerprint(files: tuple[Path, ...]) -> str:
+    """Of their contents."""
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
-def settled_library(mesh: Mesh, energy: str, surface: str, objective: float) -> float | None:
-    """The library's own value at ever tighter tolerances, until it stands still beside the error to be judged; None
-    where its finest rules do not resolve the surface."""
-    last = objective
-    for tolerance in (1e-6, 1e-7, 1e-8, 1e-9):
-        got = lib.evaluate(mesh, energy, surface, tolerance=tolerance, threads=1)
-        if got.objective_error > UNRESOLVED * abs(got.objective):
-            return None
-        if abs(got.objective - last) <= 0.1 * abs(got.objective - objective):
-            break
-        last = got.objective
-    return got.objective
+def kept(name: str, files: list[Path], find: Callable[[], list[float]]) -> list[float]:
+    """What `find` finds, or found before with the same files."""
+    folder = os.environ.get("CURVOPT_KEEP")
+    if not folder:
+        return find()
+    path = Path(folder) / f"{name}-{fingerprint(tuple(files))}.json"
+    if path.exists():
+        return json.loads(path.read_text(encoding="ascii"))
+    found = find()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_suffix(f".{os.getpid()}")
+    fresh.write_text(json.dumps(found), encoding="ascii")
+    fresh.replace(path)
+    return found
+
+
+@lru_cache(maxsize=None)
+def settler(energy: str) -> subprocess.Popen:
+    """This process's curvopt_settle, which keeps its tables from cage to cage."""
+    return subprocess.Popen([str(SETTLE), energy], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def settle(mesh: Mesh, energy: str) -> list[float]:
+    """Energy by the three finest rules, and what the last one changes face by face."""
+    words = [str(mesh.n_vertices), str(mesh.n_faces), *(f"{x:.17g}" for x in mesh.xyz.ravel())]
+    for face in mesh.face_list():
+        words += [str(len(face)), *map(str, face)]
+    run = settler(energy)
+    run.stdin.write(" ".join(words) + "\n")
+    run.stdin.flush()
+    return [float(word) for word in run.stdout.readline().split()]
+
+
+def claim_of(mesh: Mesh, energy: str) -> list[float]:
+    """Objective and its error, int K and its defect, as the library says with its defaults."""
+    got = lib.evaluate(mesh, energy, SURFACES[energy], threads=1)
+    return [got.objective, got.objective_error, got.gauss, got.gauss_bonnet_defect]
 
 
 def judge(job: tuple[int, str]) -> Claim:
     """One cage, one energy, one thread."""
     seed, energy = job
-    mesh = random_cage(seed)
-    surface = "limit" if energy == "willmore" else "polynomial"
-    got = lib.evaluate(mesh, energy, surface, threads=1)
-    true = settled_library(mesh, energy, surface, got.objective)
-    agrees = True
-    if energy == "willmore" and seed % 10 == 0 and true is not None:
-        oracle = settled_oracle(mesh)
-        agrees = oracle is None or abs(oracle - true) <= 1e-5 * oracle
-    return Claim(seed, energy, got.objective, got.objective_error,
-                 float("nan") if true is None else abs(got.objective - true),
-                 abs(got.gauss - 2 * pi * euler(mesh)), got.gauss_bonnet_defect, agrees)
+    mesh, name = random_cage(seed), f"{energy}-{seed}"
+    objective, claimed, gauss, defect = kept(f"claim-{name}", [lib.BUILD / "libcurvopt.so"], lambda: claim_of(mesh, energy))
+    *_, last, finest, change = kept(f"settle-{name}", [SETTLE], lambda: settle(mesh, energy))
+    claim = Claim(seed, energy, objective, claimed, abs(finest - objective), abs(finest - last),
+                  abs(gauss - 2 * pi * euler(mesh)), defect, False,
+                  abs(finest - last) / abs(finest), nan)
+    if change > UNRESOLVED * abs(finest):
+        return claim._replace(true=nan)
+    if seed % 10 == seed // 10 % 4:  # one in ten, of every kind
+        value, _ = kept(f"oracle-{name}-{AGREEMENT}", ORACLE, lambda: settled(mesh, energy, AGREEMENT))
+        claim = claim._replace(apart=abs(value - finest) / abs(value))
+    if claim.is_low() or claim.may_be_high():
+        value, off = kept(f"oracle-{name}-{FINE}", ORACLE, lambda: settled(mesh, energy, FINE))
+        claim = claim._replace(true=abs(value - objective), known=off, by_oracle=True)
+    return claim
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
 def test_random_cages_know_their_error(energy, capsys):
-    with Pool(2) as pool:
+    with Pool(len(os.sched_getaffinity(0))) as pool:
         claims = []
         for claim in pool.imap_unordered(judge, [(seed, energy) for seed in range(COUNT)]):
             claims.append(claim)
@@ -112,19 +171,39 @@ def test_random_cages_know_their_error(energy, capsys):
                     print(claim, f"ratio {claim.ratio:.3g}", flush=True)
     torn = [c for c in claims if c.true != c.true]
     claims = [c for c in claims if c.true == c.true]
-    wrong = [c for c in claims if not c.oracle_agrees]
-    low = [c for c in claims if c.ratio < 0.1]
-    high = [c for c in claims if c.ratio > 1e3]
-    gauss = [c for c in claims if c.gauss_error > c.gauss_claimed * (1 + 1e-9) + 1e-12]
-    ratios = np.percentile([c.ratio for c in claims], [0, 1, 10, 50, 90, 100])
+    apart = [c for c in claims if c.apart > 1e-5 + c.moved]
+    low, high = [c for c in claims if c.is_low()], [c for c in claims if c.is_high()]
+    unknown = [c for c in claims if c.may_be_high() and not c.is_high()]
+    gauss = [c for c in claims + torn if c.gauss_error > c.gauss_claimed * (1 + 1e-9) + 1e-12]
+    ratios = np.percentile([c.ratio for c in claims], [0, 1, 10, 50, 90, 99, 100])
+    compared = [c.apart for c in claims if c.apart == c.apart]
     with capsys.disabled():
-        print(f"\n  {COUNT} cages, {energy}: claimed over true error, percentiles 0 1 10 50 90 100: "
+        print(f"\n  {COUNT} cages, {energy}: claimed over true error, percentiles 0 1 10 50 90 99 100: "
               + " ".join(f"{r:.3g}" for r in ratios))
-        for name, bad in (("torn", torn), ("not the oracle's", wrong), ("too small", low), ("too large", high), ("Gauss-Bonnet", gauss)):
+        print(f"  {len(compared)} compared with the oracle, at most {max(compared, default=0):.1e} apart; the oracle alone "
+              f"decided {sum(c.by_oracle for c in claims)}; largest Gauss-Bonnet defect "
+              f"{max(c.gauss_claimed for c in claims):.1e}, {max(c.gauss_claimed for c in claims + torn):.1e} with torn ones")
+        for name, bad in (("torn", torn), ("not the oracle's", apart), ("too small", low), ("too large", high),
+                          ("not known", unknown), ("Gauss-Bonnet", gauss)):
             for claim in bad:
                 print(f"  {name}: {claim}")
-    assert len(low) <= 0.01 * len(claims) and len(claims) >= 0.8 * COUNT and not high and not gauss and not wrong
+    assert len(low) <= 0.01 * len(claims) and len(claims) >= 0.8 * COUNT and not high and not gauss and not apart
+    assert len(unknown) <= 0.01 * len(claims) and compared
     assert all(c.claimed > UNRESOLVED * c.objective for c in torn)
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+@pytest.mark.parametrize("name", ["star", "mixed", "frame", "kites"])
+def test_claims_and_the_oracle_alone(name, energy, capsys):
+    """Cages that the oracle finds easy: every kind of vertex, two blends that wait for a subdivision."""
+    mesh = {"star": lambda: sphere_like(4, "star_xyz"), "mixed": lambda: mixed_cage(0), "frame": lambda: genus_cage(2),
+            "kites": lambda: quad_cage(trapezohedron(7), 7, 0.08)}[name]()
+    value, off = settled(mesh, energy)
+    objective, claimed, *_ = claim_of(mesh, energy)
+    true = abs(value - objective)
+    with capsys.disabled():
+        print(f"\n  {name}, {energy}: claimed {claimed / value:.2e}, off {true / value:.2e} +- {off / value:.0e}")
+    assert off <= 0.3 * claimed and LEAST * (true + off) <= claimed <= 10 * (true + off)
 
 
 @pytest.mark.parametrize("seed", range(SEEDS))

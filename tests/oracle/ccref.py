@@ -257,11 +257,10 @@ def patch_jets(points: np.ndarray, u: np.ndarray, v: np.ndarray, scale=1.0) -> n
     """Jets [n, 10, 3] of n patches [n, 4, 4, 3], each at its own (u, v); derivatives times scale ** order."""
     bu, bv = bspline_rows(u), bspline_rows(v)
     scale = np.broadcast_to(np.asarray(scale, points.dtype), u.shape)
-    out = np.empty((len(u), 10, 3), points.dtype)
-    for at, (p, q) in enumerate(JET_ORDERS):
-        along = (bu[:, p, :, None, None] * points).sum(axis=1)
-        out[:, at] = (bv[:, q, :, None] * along).sum(axis=1) * (scale ** (p + q))[:, None]
-    return out
+    along = (bu @ points.reshape(len(u), 4, 12)).reshape(len(u), 4, 4, 3)
+    tensor = bv[:, None] @ along  # [n, 4 (orders in u), 4 (in v), 3]
+    p, q = np.array(JET_ORDERS).T
+    return tensor[:, p, q] * (scale[:, None] ** (p + q))[..., None]
 
 
 def quad_location(mesh: Mesh, face: np.ndarray, corner: np.ndarray) -> np.ndarray:

@@ -131,10 +131,14 @@ def monge_route(jets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x2 = np.stack([(second * e[..., None, None, :]).sum(-1) for e in (e1, e2)], -3)  # d2 x_a / du_i du_j
     z2 = (second * normal[..., None, None, :]).sum(-1)
     z3 = (third * normal[..., None, None, None, :]).sum(-1)
-    u2 = -np.einsum("...ka,...aij,...ib,...jc->...kbc", inverse, x2, inverse, inverse)  # d2 u_k / dx_b dx_c
-    zxx = np.einsum("...ij,...ia,...jb->...ab", z2, inverse, inverse)
-    mixed = np.einsum("...ij,...iab,...jc->...abc", z2, u2, inverse)
-    zxxx = (np.einsum("...ijk,...ia,...jb,...kc->...abc", z3, inverse, inverse, inverse) + mixed
+    turned = np.swapaxes(inverse, -1, -2)
+    both = turned[..., None, :, :] @ x2 @ inverse[..., None, :, :]  # d2 x_a along the new coordinates
+    u2 = -(inverse @ both.reshape(both.shape[:-2] + (4,))).reshape(both.shape)  # d2 u_k / dx_b dx_c
+    zxx = turned @ z2 @ inverse
+    mixed = ((turned @ z2) @ u2.reshape(u2.shape[:-2] + (4,))).reshape(u2.shape)  # [c, a, b] = z_ij u^j_c u^i_ab
+    mixed = np.moveaxis(mixed, -3, -1)
+    along = turned[..., None, :, :] @ z3 @ inverse[..., None, :, :]  # [i, b, c]
+    zxxx = ((turned @ along.reshape(along.shape[:-2] + (4,))).reshape(along.shape) + mixed
             + np.moveaxis(mixed, -1, -2) + np.moveaxis(mixed, -1, -3))
     return (np.stack([zxx[..., 0, 0], zxx[..., 0, 1], zxx[..., 1, 1]], -1),
             np.stack([zxxx[..., 0, 0, 0], zxxx[..., 0, 0, 1], zxxx[..., 0, 1, 1], zxxx[..., 1, 1, 1]], -1), area)
