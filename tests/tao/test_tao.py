@@ -175,13 +175,12 @@ def test_decrements_are_the_library_s(name, energy, ranks, tmp_path):
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_where_sliding_goes_down_newton_s_method_does_but_nothing_is_left(ranks, tmp_path):
-    """The report's verification takes 5e-4 off a torus whose gradient is all but zero: it leaves along a negative
-    direction of the Hessian over everything. The decrement says how far from stationary it is, and both programs see
-    the direction."""
-    ours(OBJ / "torus_030.obj", tmp_path / "end.obj", "--energy", "mvs_cross", "--levels", "1")
-    tao_s, library_s = both(tmp_path / "end.obj", tmp_path, ranks, "--energy", "mvs_cross")
+    """The report's verification takes 5e-4 off a torus that is stationary: it leaves along a negative direction of the
+    Hessian over everything. The decrement says how far from stationary it is, and both programs see the direction."""
+    cage = Path(__file__).with_name("sliding_torus.obj")
+    tao_s, library_s = both(cage, tmp_path, ranks, "--energy", "mvs_cross")
     got, expected = tao_s["verification"], library_s["verification"]
-    assert expected["all_negative_directions"] == 1 and not tao_s["tao"]["hessian_positive"]
+    assert expected["all_negative_directions"] > 0 and not tao_s["tao"]["hessian_positive"]
     assert expected["negative_directions"] == 0 and tao_s["tao"]["shape_hessian_positive"]
     assert got["verdict"] == expected["verdict"] == "minimum"
     energy = library_s["objective"]
