@@ -378,7 +378,9 @@ typedef struct curvopt_summary {
     curvopt_energies end;   /* of the result */
     double seconds;
     double newton_decrement; /* half of gradient . Hessian^-1 gradient: what is left to gain; by the Gauss-Newton matrix
-                                where the Hessian has negative directions; NAN if unknown */
+                                where the Hessian has negative directions; NAN if unknown. Either is shifted by a tenth
+                                of the objective by the number of vertices, at radius 1: softer than that is not told
+                                from flat */
     double shape_decrement;  /* the same for motion along the cage's normals alone; NAN if the Hessian has negative
                                 directions there, or if unknown */
     int32_t n_levels;        /* levels that were worked on, the last one perhaps not to its end */

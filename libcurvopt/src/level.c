@@ -345,6 +345,10 @@ static int32_t go_on(co_level *l, const co_minimand *f, const co_lmvm_options *o
     return status == CURVOPT_OK ? l->failed : status;
 }
 
+static int has_settled(const co_lmvm_result *result) {
+    return result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
+}
+
 /* The second stage, from where the first one has settled: Newton's method proper. The figures at the end are wanted as
  * accurate as the tolerance says, not only within the multiple that rules are left alone for: where that takes finer
  * ones, the first stage goes on by these before. */
@@ -354,8 +358,10 @@ static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_
     l->assembly.met = 0;
     if (check(l, now) == CO_SETTLE_CHANGED)
         status = go_on(l, f, options, now, result, error);
-    if (status != CURVOPT_OK || l->failed != CURVOPT_OK)
-        return status != CURVOPT_OK ? status : l->failed;
+    if (status == CURVOPT_OK)
+        status = l->failed;
+    if (status != CURVOPT_OK || !has_settled(result))
+        return status;
     int stop = result->stop;
     l->exact = 1;
     l->shift = 0;
@@ -420,8 +426,7 @@ int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cur
         return CURVOPT_OK;
     }
     int32_t status = go_on(l, &f, &lmvm, now, result, error);
-    int done = result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
-    if (status == CURVOPT_OK && l->has_model && last && done)
+    if (status == CURVOPT_OK && l->has_model && last && has_settled(result))
         status = polish(l, &f, &lmvm, now, result, error);
     if (co_frame_is_cancelled(l->frame))
         result->stop = CURVOPT_STOP_CANCELLED;

@@ -17,6 +17,8 @@ static const double HYSTERESIS = 3;
 static const double COARSENING = 0.5, WORTH = 0.8;
 /* Faces that two rules alone are compared on are off by no more than this share of all errors together. */
 static const double UNSEEN = 0.2;
+/* Errors below this share of the tolerance, by two rules, are not worth a third: it costs more than both. */
+static const double NEGLIGIBLE = 1e-2;
 static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
 static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
 
@@ -270,7 +272,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
         a->met |= difference <= bearable;
         if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
             memset(a->looked, 0, n);
-            if (terms != CO_TERMS_OBJECTIVE && isfinite(difference))
+            if (terms != CO_TERMS_OBJECTIVE && isfinite(difference) && difference > NEGLIGIBLE * tolerance)
                 status = look_closer(a, finer.integral[CO_INT_AREA], third, error);
             report_energies(a, &values, third, energies);
             break;

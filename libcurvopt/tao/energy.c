@@ -36,7 +36,7 @@ PetscErrorCode energy_create(const portion *on, const curvopt_options *options, 
                              char *message) {
     curvopt_error error;
     PetscFunctionBeginUser;
-    *e = (energy){.on = on, .options = options, .radius = 1};
+    *e = (energy){.on = on, .options = options, .radius = 1, .least_seconds = (double)INFINITY};
     int32_t status = curvopt_problem_create_part(on->mesh, on->counts, options, &e->problem, &error);
     *refused = agree_on_status(on->comm, status, &error, message);
     if (*refused) {
@@ -71,8 +71,7 @@ PetscErrorCode energy_free(energy *e) {
     PetscFunctionReturn(0);
 }
 
-/* What is allowed of motion. */
-static void project(const energy *e, double *own) {
+void energy_project(const energy *e, double *own) {
     for (PetscInt v = 0; e->project && v < e->on->n_own; v++) {
         const double *p = e->project + 9 * (size_t)v;
         double *x = own + 3 * (size_t)v, y[3] = {x[0], x[1], x[2]};
@@ -84,13 +83,26 @@ static void project(const energy *e, double *own) {
 void energy_positions(const energy *e, const double *x, double *own) {
     for (PetscInt i = 0; i < 3 * e->on->n_own; i++)
         own[i] = e->project ? x[i] - e->anchor[i] : x[i];
-    project(e, own);
+    energy_project(e, own);
     for (PetscInt i = 0; e->project && i < 3 * e->on->n_own; i++)
         own[i] += e->anchor[i];
 }
 
-/* e->own and e->xyz from x, the second normalized. */
-static PetscErrorCode place(energy *e, Vec x) {
+PetscErrorCode energy_hold(energy *e, Vec x, double *projectors) {
+    const PetscScalar *at;
+    double *anchor = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
+    PetscFunctionBeginUser;
+    PetscCall(VecGetArrayRead(x, &at));
+    energy_positions(e, at, anchor);
+    PetscCall(VecRestoreArrayRead(x, &at));
+    free(e->anchor);
+    free(e->project);
+    e->anchor = anchor;
+    e->project = projectors;
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode energy_place(energy *e, Vec x) {
     const PetscScalar *at;
     PetscFunctionBeginUser;
     PetscCall(VecGetArrayRead(x, &at));
@@ -157,7 +169,8 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
     PetscScalar *out;
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    double began = MPI_Wtime();
+    PetscCall(energy_place(e, x));
     double started = cpu_seconds();
     agree_succeeded(e->on->comm, curvopt_problem_sum(e->problem, e->xyz, 0, gradient ? e->shares : NULL, &mine, &error),
                     &error);
@@ -173,8 +186,9 @@ PetscErrorCode energy_evaluate(energy *e, Vec x, double *value, Vec gradient) {
     PetscCall(portion_sum(e->on, e->shares, out));
     if (!e->framed)
         PetscCall(unnormalize(e, out));
-    project(e, out);
+    energy_project(e, out);
     PetscCall(VecRestoreArrayWrite(gradient, &out));
+    e->least_seconds = fmin(e->least_seconds, MPI_Wtime() - began);
     PetscFunctionReturn(0);
 }
 
@@ -195,7 +209,7 @@ PetscErrorCode energy_limit_steps(energy *e, Vec x, double max_step) {
     curvopt_mesh_get_info(e->on->mesh, &info);
     int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])
         for (int32_t k = 0; e->on->counts[f] != 0 && k < sizes[f]; k++) {
             const double *a = e->xyz + 3 * (size_t)vertices[c + k],
@@ -221,7 +235,7 @@ PetscErrorCode energy_compare(energy *e, Vec x, double *value, double *relative_
     double sum[2] = {0, 0}, whole[2];
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     agree_succeeded(e->on->comm, curvopt_problem_sum(e->problem, e->xyz, 1, NULL, &mine, &error), &error);
     PetscCall(add_up(e, &mine, &too_far));
     agree_succeeded(e->on->comm,
@@ -288,63 +302,6 @@ PetscErrorCode energy_resolve(energy *e, Vec x, double tolerance, double *value,
     PetscFunctionReturn(0);
 }
 
-/* --------------------------------------------------------------------------------------------------- normals -- */
-
-PetscErrorCode energy_hold(energy *e, Vec x, double *projectors) {
-    const PetscScalar *at;
-    double *anchor = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
-    PetscFunctionBeginUser;
-    PetscCall(VecGetArrayRead(x, &at));
-    energy_positions(e, at, anchor);
-    PetscCall(VecRestoreArrayRead(x, &at));
-    free(e->anchor);
-    free(e->project);
-    e->anchor = anchor;
-    e->project = projectors;
-    PetscFunctionReturn(0);
-}
-
-/* Normals of the cage at the mesh's vertices, as hold.c has them; right at own vertices. */
-static void cage_normals(const energy *e, double *normal) {
-    curvopt_mesh_info info;
-    MPI_Comm comm = e->on->comm;
-    curvopt_mesh_get_info(e->on->mesh, &info);
-    int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
-    curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
-    for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])
-        for (int32_t k = 0; k < sizes[f]; k++) {
-            const double *p = e->xyz + 3 * (size_t)vertices[c + k],
-                         *a = e->xyz + 3 * (size_t)vertices[c + (k + 1) % sizes[f]],
-                         *b = e->xyz + 3 * (size_t)vertices[c + (k + sizes[f] - 1) % sizes[f]];
-            double *to = normal + 3 * (size_t)vertices[c + k];
-            for (int i = 0; i < 3; i++) {
-                int j = (i + 1) % 3, l = (i + 2) % 3;
-                to[i] += (a[j] - p[j]) * (b[l] - p[l]) - (a[l] - p[l]) * (b[j] - p[j]);
-            }
-        }
-    free(sizes);
-    free(vertices);
-}
-
-PetscErrorCode energy_hold_to_normals(energy *e, Vec x) {
-    const portion *on = e->on;
-    PetscFunctionBeginUser;
-    PetscCall(place(e, x));
-    double *normal = AGREE_NEW(on->comm, double, 3 * (size_t)on->n_vertices);
-    double *projectors = AGREE_NEW(on->comm, double, 9 * (size_t)on->n_own);
-    cage_normals(e, normal);
-    for (PetscInt v = 0; v < on->n_own; v++) {
-        const double *n = normal + 3 * (size_t)on->own[v], *old = e->project ? e->project + 9 * (size_t)v : NULL;
-        double square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        int is_free = square > 0 && (!old || old[0] + old[4] + old[8] > 2.5); /* a projector's trace is its rank */
-        for (int k = 0; is_free && k < 9; k++)
-            projectors[9 * (size_t)v + (size_t)k] = n[k / 3] * n[k % 3] / square;
-    }
-    free(normal);
-    PetscCall(energy_hold(e, x, projectors));
-    PetscFunctionReturn(0);
-}
-
 /* --------------------------------------------------------------------------------------------------- Hessian -- */
 
 /* What the product needs beside the sparse matrix. */
@@ -352,6 +309,7 @@ typedef struct dense_part {
     Mat sparse;
     Vec area, third, product; /* gradients of the two factors; work */
     energy *e;
+    double scale; /* of all of it: from normalized positions to the vector's */
 } dense_part;
 
 static PetscErrorCode apply(Mat full, Vec in, Vec out) {
@@ -361,7 +319,7 @@ static PetscErrorCode apply(Mat full, Vec in, Vec out) {
     PetscCall(MatShellGetContext(full, &d));
     PetscCall(VecCopy(in, d->product));
     PetscCall(VecGetArray(d->product, &own));
-    project(d->e, own);
+    energy_project(d->e, own);
     PetscCall(VecRestoreArray(d->product, &own));
     PetscCall(MatMult(d->sparse, d->product, out));
     if (d->e->third) {
@@ -369,8 +327,9 @@ static PetscErrorCode apply(Mat full, Vec in, Vec out) {
         PetscCall(VecDot(d->product, d->third, &along_third));
         PetscCall(VecAXPBYPCZ(out, along_third, along_area, 1, d->area, d->third));
     }
+    PetscCall(VecScale(out, d->scale));
     PetscCall(VecGetArray(out, &own));
-    project(d->e, own);
+    energy_project(d->e, own);
     PetscCall(VecRestoreArray(out, &own));
     PetscFunctionReturn(0);
 }
@@ -461,6 +420,10 @@ static PetscErrorCode set_values(energy *e, Mat sparse) {
     PetscFunctionReturn(0);
 }
 
+double energy_shift(const energy *e, double value) {
+    return SHIFT * fabs(value) / (double)e->on->whole_vertices / (e->radius * e->radius);
+}
+
 PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     curvopt_sums mine;
     curvopt_error error;
@@ -469,7 +432,7 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     Mat sparse;
     int too_far;
     PetscFunctionBeginUser;
-    PetscCall(place(e, x));
+    PetscCall(energy_place(e, x));
     agree_succeeded(comm, curvopt_problem_sum(e->problem, e->xyz, 0, e->shares, &mine, &error), &error);
     PetscCall(add_up(e, &mine, &too_far));
     if (!e->hessian)
@@ -482,10 +445,22 @@ PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide) {
     }
     PetscCall(set_factors(e, *full));
     PetscCall(MatShellGetContext(*full, &d));
+    d->scale = 1 / (e->radius * e->radius);
     agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 1, e->sums.area, e->sums.third, &error), &error);
     PetscCall(set_values(e, d->sparse));
     agree_succeeded(comm, curvopt_hessian_assemble(e->hessian, e->xyz, 0, e->sums.area, e->sums.third, &error), &error);
     PetscCall(set_values(e, *guide));
-    PetscCall(MatShift(*guide, SHIFT * fabs(value_of(e)) / e->on->whole_vertices));
+    PetscCall(MatScale(*guide, 1 / (e->radius * e->radius)));
+    PetscCall(MatShift(*guide, energy_shift(e, value_of(e))));
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode energy_sparse(Mat full, double shift, Mat *sparse) {
+    dense_part *d;
+    PetscFunctionBeginUser;
+    PetscCall(MatShellGetContext(full, &d));
+    PetscCall(MatDuplicate(d->sparse, MAT_COPY_VALUES, sparse));
+    PetscCall(MatScale(*sparse, d->scale));
+    PetscCall(MatShift(*sparse, shift));
     PetscFunctionReturn(0);
 }

@@ -33,6 +33,7 @@ typedef struct energy {
     double centroid[3], radius;    /* of that cage, in the vector's units */
     double error_net, error_gross; /* of the last comparison, of the objective */
     double cpu_seconds;            /* this rank's, in the library's functions */
+    double least_seconds;          /* of the clock, for a value and gradient from call to return */
     int32_t evaluations;           /* of value and gradient */
 } energy;
 
@@ -61,16 +62,22 @@ PetscErrorCode energy_refine_rules(energy *e, double tolerance, PetscInt *raised
 /* Both until the error is below the tolerance, or rules are at their finest. */
 PetscErrorCode energy_resolve(energy *e, Vec x, double tolerance, double *value, double *relative_error);
 
+/* e->own and e->xyz from x, the second normalized. */
+PetscErrorCode energy_place(energy *e, Vec x);
 /* Positions that x stands for, into own [3 n_own]: with only such motion from the anchor as is allowed. */
 void energy_positions(const energy *e, const double *x, double *own);
+/* What of a motion [3 n_own] is allowed, in place. */
+void energy_project(const energy *e, double *own);
 /* projectors [9 n_own], taken over: motion that is allowed from x on. */
 PetscErrorCode energy_hold(energy *e, Vec x, double *projectors);
-/* Only motion along the cage's normals at x, where any is allowed. */
-PetscErrorCode energy_hold_to_normals(energy *e, Vec x);
 
 /* Second derivatives at x: *full applies the Hessian, dense part and projection included; *guide (MATAIJ) is the
  * Gauss-Newton matrix, shifted as the library shifts it, so that it is positive: to precondition with. Made when they
  * are NULL, and the caller's to destroy. */
 PetscErrorCode energy_hessian(energy *e, Vec x, Mat *full, Mat *guide);
+/* Of *full, what is sparse, with this shift; the caller's to destroy. */
+PetscErrorCode energy_sparse(Mat full, double shift, Mat *sparse);
+/* The shift of *guide, where the energy has this value and e->radius is the cage's. */
+double energy_shift(const energy *e, double value);
 
 #endif

@@ -91,3 +91,44 @@ PetscErrorCode hold_find(const portion *on, int32_t boundary, const level_pins *
     *any_free = all[1];
     PetscFunctionReturn(0);
 }
+
+/* Normals of the cage at the mesh's vertices, as hold.c has them; right at own vertices. */
+static void cage_normals(const energy *e, double *normal) {
+    curvopt_mesh_info info;
+    MPI_Comm comm = e->on->comm;
+    curvopt_mesh_get_info(e->on->mesh, &info);
+    int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
+    curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
+    for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])
+        for (int32_t k = 0; k < sizes[f]; k++) {
+            const double *p = e->xyz + 3 * (size_t)vertices[c + k],
+                         *a = e->xyz + 3 * (size_t)vertices[c + (k + 1) % sizes[f]],
+                         *b = e->xyz + 3 * (size_t)vertices[c + (k + sizes[f] - 1) % sizes[f]];
+            double *to = normal + 3 * (size_t)vertices[c + k];
+            for (int i = 0; i < 3; i++) {
+                int j = (i + 1) % 3, l = (i + 2) % 3;
+                to[i] += (a[j] - p[j]) * (b[l] - p[l]) - (a[l] - p[l]) * (b[j] - p[j]);
+            }
+        }
+    free(sizes);
+    free(vertices);
+}
+
+PetscErrorCode hold_to_normals(energy *e, Vec x) {
+    const portion *on = e->on;
+    PetscFunctionBeginUser;
+    PetscCall(energy_place(e, x));
+    double *normal = AGREE_NEW(on->comm, double, 3 * (size_t)on->n_vertices);
+    double *projectors = AGREE_NEW(on->comm, double, 9 * (size_t)on->n_own);
+    cage_normals(e, normal);
+    for (PetscInt v = 0; v < on->n_own; v++) {
+        const double *n = normal + 3 * (size_t)on->own[v], *old = e->project ? e->project + 9 * (size_t)v : NULL;
+        double square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+        int is_free = square > 0 && (!old || old[0] + old[4] + old[8] > 2.5); /* a projector's trace is its rank */
+        for (int k = 0; is_free && k < 9; k++)
+            projectors[9 * (size_t)v + (size_t)k] = n[k / 3] * n[k % 3] / square;
+    }
+    free(normal);
+    PetscCall(energy_hold(e, x, projectors));
+    PetscFunctionReturn(0);
+}

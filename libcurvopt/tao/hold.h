@@ -9,4 +9,7 @@
 PetscErrorCode hold_find(const portion *on, int32_t boundary, const level_pins *pins, double **projectors,
                          int *any_free);
 
+/* Only motion along the cage's normals at x, where any is allowed. */
+PetscErrorCode hold_to_normals(energy *e, Vec x);
+
 #endif

@@ -243,20 +243,27 @@ static PetscErrorCode minimize(level *l) {
 
 /* ----------------------------------------------------------------------------------------------- the level -- */
 
-/* The report's verification over everything, and over motion along normals. */
+/* As the library's verdict: of what moves, and of motion along normals. */
 static PetscErrorCode verify(level *l) {
     curvopt_summary *s = &l->r->summary;
-    int anywhere, along_normals;
-    double energy_now = fabs(s->end.objective);
+    verification *all = &l->r->all, *shape = &l->r->shape;
+    double bearable = STATIONARY * fabs(s->end.objective);
     PetscFunctionBeginUser;
-    PetscCall(newton_verify(&l->e, "verify_", l->x, &s->newton_decrement, &anywhere));
-    PetscCall(energy_hold_to_normals(&l->e, l->x));
-    PetscCall(newton_verify(&l->e, "verify_shape_", l->x, &s->difference_decrement, &along_normals));
-    int stationary =
-        s->newton_decrement <= STATIONARY * energy_now && s->difference_decrement <= STATIONARY * energy_now;
-    s->verdict = !stationary     ? CURVOPT_VERDICT_NOT_STATIONARY
-                 : along_normals ? CURVOPT_VERDICT_SADDLE
-                                 : CURVOPT_VERDICT_MINIMUM;
+    PetscCall(verify_at(&l->e, "verify_", l->x, all));
+    PetscCall(hold_to_normals(&l->e, l->x));
+    PetscCall(verify_at(&l->e, "verify_shape_", l->x, shape));
+    l->r->verified = 1;
+    s->newton_decrement = all->decrement;
+    s->shape_decrement = s->difference_decrement = shape->positive ? shape->decrement : (double)NAN;
+    s->negative_directions = shape->positive ? 0 : -1; /* some; how many is not known */
+    s->all_negative_directions = all->positive ? 0 : -1;
+    s->free_negative_directions = s->negative_directions;
+    if (!(all->decrement <= bearable))
+        s->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
+    else if (!shape->positive)
+        s->verdict = CURVOPT_VERDICT_SADDLE;
+    else
+        s->verdict = shape->decrement <= bearable ? CURVOPT_VERDICT_MINIMUM : CURVOPT_VERDICT_NOT_STATIONARY;
     PetscFunctionReturn(0);
 }
 
@@ -375,6 +382,7 @@ PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, in
     if (!*refused)
         PetscCall(work(&l, xyz, refused));
     r->cpu_seconds += l.e.cpu_seconds;
+    r->least_seconds = l.e.least_seconds;
     r->evaluations += l.e.evaluations;
     PetscCall(VecDestroy(&l.x));
     PetscCall(VecDestroy(&l.safe));

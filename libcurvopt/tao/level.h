@@ -3,9 +3,7 @@
 #ifndef CURVOPT_TAO_LEVEL_H
 #define CURVOPT_TAO_LEVEL_H
 
-#include "energy.h"
-
-#include <petsctao.h>
+#include "verify.h"
 
 /* A run, as far as its levels need it. */
 typedef struct run {
@@ -18,8 +16,11 @@ typedef struct run {
     int n_levels;
     curvopt_level_report level[12];
     curvopt_summary summary;
+    int verified;
+    verification all, shape; /* of what moves, and of motion along normals; if verified */
     char tao_type[32];
-    double cpu_seconds; /* of this rank in the library, over all levels */
+    double cpu_seconds;   /* of this rank in the library, over all levels */
+    double least_seconds; /* of the clock, for a value and gradient at the last level */
     int32_t evaluations;
     char message[512]; /* why the run was refused */
 } run;

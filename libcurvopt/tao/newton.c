@@ -1,14 +1,9 @@
-/* What TAO's solvers are told of the objective, and the report's verification. SPDX-License-Identifier:
- * GPL-3.0-or-later */
+/* What TAO's solvers are told of the objective. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "newton.h"
 
 #include <string.h>
 
-enum { VERIFY_ITERATIONS = 20, LARGEST_FACTORED = 30000 };
-/* Of the differences' step, against PETSc's 1.5e-8: gradients are exact to some 1e-14 of the stiffest motion, and it is
- * the softest that matters. */
-static const double DIFFERENCE_ERROR = 1e-6;
-static const double VERIFY_TOLERANCE = 1e-9; /* gradient, of the energy */
+enum { LARGEST_FACTORED = 30000 };
 
 static PetscErrorCode value_and_gradient(Tao tao, Vec x, PetscReal *value, Vec gradient, void *context) {
     PetscFunctionBeginUser;
@@ -45,21 +40,30 @@ static PetscErrorCode set_default(const char *prefix, const char *name, const ch
     PetscFunctionReturn(0);
 }
 
-/* Truncated conjugate gradients, preconditioned by each rank's block of the Gauss-Newton matrix: its Cholesky factor,
- * incomplete where a complete one would be large. */
-static PetscErrorCode set_linear_defaults(const char *prefix, const char *type, PetscInt whole) {
-    char name[64];
-    const char *const option[][2] = {{"ksp_max_it", "300"},
-                                     {"ksp_rtol", "1e-3"},
-                                     {"pc_type", "bjacobi"},
-                                     {"sub_pc_type", whole <= LARGEST_FACTORED ? "cholesky" : "icc"},
-                                     {"sub_pc_factor_mat_ordering_type", "nd"},
-                                     {"sub_pc_factor_shift_type", "positive_definite"}};
+PetscErrorCode newton_set_preconditioner(const char *prefix, PetscInt whole) {
+    static const char *const small[][2] = {{"pc_type", "redundant"},
+                                           {"redundant_pc_type", "cholesky"},
+                                           {"redundant_pc_factor_mat_ordering_type", "nd"},
+                                           {"redundant_pc_factor_shift_type", "positive_definite"}};
+    static const char *const large[][2] = {{"pc_type", "bjacobi"},
+                                           {"sub_pc_type", "icc"},
+                                           {"sub_pc_factor_mat_ordering_type", "nd"},
+                                           {"sub_pc_factor_shift_type", "positive_definite"}};
+    const char *const(*option)[2] = whole <= LARGEST_FACTORED ? small : large;
     PetscFunctionBeginUser;
-    for (size_t k = 0; k < sizeof option / sizeof *option; k++) {
-        PetscCall(PetscSNPrintf(name, sizeof name, "tao_%s_%s", type, option[k][0]));
-        PetscCall(set_default(prefix, name, option[k][1]));
-    }
+    for (size_t k = 0; k < sizeof small / sizeof *small; k++)
+        PetscCall(set_default(prefix, option[k][0], option[k][1]));
+    PetscFunctionReturn(0);
+}
+
+/* Truncated conjugate gradients. */
+static PetscErrorCode set_linear_defaults(const char *prefix, const char *type, PetscInt whole) {
+    char own[64];
+    PetscFunctionBeginUser;
+    PetscCall(PetscSNPrintf(own, sizeof own, "%stao_%s_", prefix, type));
+    PetscCall(set_default(own, "ksp_max_it", "300"));
+    PetscCall(set_default(own, "ksp_rtol", "1e-3"));
+    PetscCall(newton_set_preconditioner(own, whole));
     PetscFunctionReturn(0);
 }
 
@@ -91,85 +95,5 @@ PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *t
         PetscCall(MatDestroy(&guide));
         PetscCall(MatDestroy(&full));
     }
-    PetscFunctionReturn(0);
-}
-
-/* ---------------------------------------------------------------------------------------------- verification -- */
-
-/* A Hessian by differences, with the Gauss-Newton matrix to precondition it. */
-typedef struct differences {
-    energy *e;
-    Mat full, guide;
-    Vec gradient;
-} differences;
-
-static PetscErrorCode gradient_at(void *context, Vec x, Vec gradient) {
-    double value;
-    PetscFunctionBeginUser;
-    PetscCall(energy_evaluate(((differences *)context)->e, x, &value, gradient));
-    PetscFunctionReturn(0);
-}
-
-static PetscErrorCode set_base(Tao tao, Vec x, Mat by_differences, Mat guide, void *context) {
-    differences *d = context;
-    PetscFunctionBeginUser;
-    (void)tao;
-    (void)guide;
-    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
-    PetscCall(gradient_at(d, x, d->gradient));
-    PetscCall(MatMFFDSetBase(by_differences, x, d->gradient));
-    PetscCall(MatAssemblyBegin(by_differences, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(by_differences, MAT_FINAL_ASSEMBLY));
-    PetscFunctionReturn(0);
-}
-
-static PetscErrorCode create_differences(differences *d, const char *prefix, Vec x, Mat *by_differences) {
-    PetscInt n, whole;
-    PetscFunctionBeginUser;
-    PetscCall(VecGetLocalSize(x, &n));
-    PetscCall(VecGetSize(x, &whole));
-    PetscCall(VecDuplicate(x, &d->gradient));
-    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
-    PetscCall(MatCreateMFFD(d->e->on->comm, n, n, whole, whole, by_differences));
-    PetscCall(MatSetOptionsPrefix(*by_differences, prefix));
-    PetscCall(MatMFFDSetFunction(*by_differences, gradient_at, d));
-    PetscCall(MatMFFDSetFunctionError(*by_differences, DIFFERENCE_ERROR));
-    PetscCall(MatSetFromOptions(*by_differences));
-    PetscCall(MatSetOption(*by_differences, MAT_SYMMETRIC, PETSC_TRUE));
-    PetscFunctionReturn(0);
-}
-
-PetscErrorCode newton_verify(energy *e, const char *prefix, Vec x, double *decrease, int *negative) {
-    differences d = {.e = e};
-    Mat by_differences;
-    Tao tao;
-    Vec at;
-    KSP ksp;
-    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    double before, after;
-    PetscFunctionBeginUser;
-    PetscCall(VecDuplicate(x, &at));
-    PetscCall(VecCopy(x, at));
-    PetscCall(energy_evaluate(e, x, &before, NULL));
-    PetscCall(create_differences(&d, prefix, x, &by_differences));
-    PetscCall(newton_create_solver(e, prefix, TAONLS, x, &tao));
-    PetscCall(TaoSetHessian(tao, by_differences, d.guide, set_base, &d));
-    PetscCall(TaoSetSolution(tao, at));
-    PetscCall(TaoSetTolerances(tao, 0, VERIFY_TOLERANCE, 0));
-    PetscCall(TaoSetMaximumIterations(tao, VERIFY_ITERATIONS));
-    PetscCall(TaoSetFromOptions(tao));
-    PetscCall(TaoSolve(tao));
-    PetscCall(energy_evaluate(e, at, &after, NULL));
-    PetscCall(TaoGetKSP(tao, &ksp));
-    if (ksp)
-        PetscCall(KSPGetConvergedReason(ksp, &reason));
-    *decrease = before - after;
-    *negative = reason == KSP_CONVERGED_CG_NEG_CURVE || reason == KSP_DIVERGED_INDEFINITE_MAT;
-    PetscCall(TaoDestroy(&tao));
-    PetscCall(MatDestroy(&by_differences));
-    PetscCall(MatDestroy(&d.guide));
-    PetscCall(MatDestroy(&d.full));
-    PetscCall(VecDestroy(&d.gradient));
-    PetscCall(VecDestroy(&at));
     PetscFunctionReturn(0);
 }

@@ -1,0 +1,44 @@
+/* The whole program, and what its parts share: what comes in, what goes out.
+ *
+ * Every rank parses the arguments; rank 0 alone reads, prints and writes. Whatever is refused is refused by all: what
+ * one rank finds wrong the others are told, and all end with the same code.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CURVOPT_TAO_PROGRAM_H
+#define CURVOPT_TAO_PROGRAM_H
+
+#include "arguments.h"
+#include "level.h"
+
+/* On this rank. */
+typedef struct program {
+    MPI_Comm comm;
+    PetscMPIInt rank, n_ranks;
+    arguments args;
+    run run;
+    portion on;
+    double *xyz; /* [3 n_own] */
+    level_pins pins;
+    double memory; /* of this rank, in bytes, at the end of the last level */
+} program;
+
+/* Said once; `code` is every rank's. */
+int program_say(const program *p, int code, const char *what, const char *message);
+/* Rank 0's failure, or success, is everybody's. */
+int program_follow(const program *p, int code);
+
+/* All collective, and the same code of arguments.h on every rank; what is wrong has been said. */
+
+/* The cage, shared out: p->on and p->xyz. */
+int read_and_share(program *p);
+/* p->pins, of the shared cage. */
+int read_pins(program *p);
+/* The library's sentence on why it does not take the cage; `message` [AGREE_MESSAGE] if it has none. */
+int read_refuse(const program *p, char *message);
+
+/* -curvopt_gradient; a cage that is refused will be so again. */
+int deliver_gradient(program *p);
+/* Cage and report: both are complete before either is put in its place. */
+int deliver(const program *p);
+
+#endif
