@@ -18,8 +18,12 @@ static int needs_area_gradient(const co_assembly *a) {
     return a->functional.has_third;
 }
 
+static size_t work_of_sweep(const co_layout *l) {
+    return 9 * (size_t)l->max_points * (size_t)l->lanes;
+}
+
 static int32_t ensure_work(co_assembly *a, const co_layout *l, curvopt_error *error) {
-    size_t stride = 9 * (size_t)l->max_points * (size_t)l->lanes;
+    size_t stride = work_of_sweep(l) + l->batch_size;
     if (stride <= a->work_stride)
         return CURVOPT_OK;
     free(a->work);
@@ -207,24 +211,25 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
             gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
 }
 
-/* What a block found, times the weights of its patches. */
-static void weigh_block(const co_assembly *a, const co_layout *l, int32_t b, int gradient, int area) {
+/* What a block found, times the weights of its patches. gradients: the block's, or NULL */
+static void weigh_block(const co_assembly *a, const co_layout *l, int32_t b, double *gradients, int area) {
     const co_block *block = &l->block[b];
-    size_t lanes = (size_t)l->lanes, n = gradient ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
+    size_t lanes = (size_t)l->lanes, n = gradients ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
     for (size_t lane = 0; lane < (size_t)block->n_used; lane++) {
         double weight = a->weight[l->patch[(size_t)b * lanes + lane]];
         double *sum = l->sums + (size_t)b * CO_N_SUMS * lanes + lane;
         for (size_t i = 0; i < CO_N_INTEGRALS; i++)
             sum[i * lanes] *= weight;
         for (size_t i = 0; i < n; i++)
-            l->gradients[block->gradient + i * lanes + lane] *= weight;
+            gradients[i * lanes + lane] *= weight;
     }
 }
 
+/* gradients: where the block's go, or NULL; work: this thread's. */
 static void run_block(co_assembly *a, const co_layout *l, int32_t b, const co_integrand *integrand, int third,
-                      int gradient) {
+                      double *gradients, double *work) {
     const co_block *block = &l->block[b];
-    int area = gradient && needs_area_gradient(a);
+    int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
     co_sweep sweep = {.table = block->table,
                       .points = l->points + block->points,
                       .xyz = a->points,
@@ -234,41 +239,57 @@ static void run_block(co_assembly *a, const co_layout *l, int32_t b, const co_in
                       .gradient = gradient,
                       .area_gradient = area,
                       .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
-                      .gradients = gradient ? l->gradients + block->gradient : NULL,
-                      .work = a->work + (size_t)omp_get_thread_num() * a->work_stride};
+                      .gradients = gradients,
+                      .work = work};
     a->kernel->run(&sweep);
     if (a->weight)
-        weigh_block(a, l, b, gradient, area);
+        weigh_block(a, l, b, gradients, area);
 }
 
-/* Adds a batch's shares of a point to the point's: the integrand's in 0..2 of point_shares, the area's in 3..5. */
-static void collect_shares(co_assembly *a, const co_layout *l, const co_touched *touched) {
-    size_t lanes = (size_t)l->lanes;
-    int area = needs_area_gradient(a);
-    double *sum = a->point_shares + 6 * (size_t)touched->point;
-    if (touched->is_first)
-        memset(sum, 0, 6 * sizeof *sum);
-    for (size_t e = touched->incident; e < (touched + 1)->incident; e++) {
-        const double *share = l->gradients + l->incident[e];
-        for (size_t c = 0; c < (area ? 6 : 3); c++)
-            sum[c] += share[c * lanes];
+/* Blocks of a batch, and their gradients added up by points: the integrand's, and the area's behind it. */
+static void run_batch(co_assembly *a, const co_layout *l, int32_t batch, const co_integrand *integrand, int third,
+                      double *work) {
+    double *gradients = work + work_of_sweep(l);
+    size_t lanes = (size_t)l->lanes, n = needs_area_gradient(a) ? 6 : 3;
+    for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
+        run_block(a, l, b, integrand, third, gradients + l->block[b].gradient, work);
+    for (size_t k = l->batch_touched[batch]; k < l->batch_touched[batch + 1]; k++) {
+        double sum[6] = {0};
+        for (size_t e = l->touched[k].incident; e < l->touched[k + 1].incident; e++)
+            for (size_t c = 0; c < n; c++)
+                sum[c] += gradients[l->incident[e] + c * lanes];
+        memcpy(l->shares + n * k, sum, n * sizeof *sum);
     }
+}
+
+/* A point's shares of all batches, in their order; `first` of co_layout.touched. */
+static void collect_shares(co_assembly *a, const co_layout *l, size_t first) {
+    size_t n = needs_area_gradient(a) ? 6 : 3;
+    double *sum = a->point_shares + 6 * (size_t)l->touched[first].point;
+    memcpy(sum, l->shares + n * first, n * sizeof *sum);
+    for (size_t k = l->touched[first].next; k; k = l->touched[k].next)
+        for (size_t c = 0; c < n; c++)
+            sum[c] += l->shares[n * k + c];
 }
 
 /* All blocks of a layout; `integrand` is what gradients are of. */
 static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *integrand, int third, int gradient) {
-    int32_t n_batches = gradient ? l->n_batches : 1;
 #pragma omp parallel num_threads(a->n_threads)
-    for (int32_t batch = 0; batch < n_batches; batch++) {
-        int32_t begin = gradient ? l->batch_block[batch] : 0, end = gradient ? l->batch_block[batch + 1] : l->n_blocks;
-#pragma omp for schedule(dynamic, 2)
-        for (int32_t b = begin; b < end; b++)
-            run_block(a, l, b, integrand, third, gradient);
-        if (!gradient)
-            continue;
+    {
+        double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
+        if (gradient) {
+#pragma omp for schedule(dynamic, 1)
+            for (int32_t batch = 0; batch < l->n_batches; batch++)
+                run_batch(a, l, batch, integrand, third, work);
 #pragma omp for schedule(static)
-        for (size_t k = l->batch_touched[batch]; k < l->batch_touched[batch + 1]; k++)
-            collect_shares(a, l, &l->touched[k]);
+            for (size_t k = 0; k < l->batch_touched[l->n_batches]; k++)
+                if (l->touched[k].is_first)
+                    collect_shares(a, l, k);
+        } else {
+#pragma omp for schedule(dynamic, 2)
+            for (int32_t b = 0; b < l->n_blocks; b++)
+                run_block(a, l, b, integrand, third, NULL, work);
+        }
     }
 }
 

@@ -6,19 +6,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a batch's shares, in doubles: 2 MB, which caches of today hold beside what else is read. Shares of all faces
- * together would go to memory and back, 768 bytes a face. */
-enum { BATCH = 1 << 18 };
+/* Of a batch's gradients, in doubles: 512 kB, which a core's own cache of today holds beside what else is read. All
+ * faces' together would go to memory and back, 768 bytes a face. And into how many batches of like cost there are at
+ * least, where there are as many blocks: for two cores or a few to get done at the same time. */
+enum { BATCH = 1 << 16, FEWEST_BATCHES = 32 };
 
 void co_layout_free(co_layout *l) {
     free(l->block);
     free(l->patch);
     free(l->points);
     free(l->sums);
-    free(l->gradients);
     free(l->batch_block);
     free(l->batch_touched);
     free(l->touched);
+    free(l->shares);
     free(l->incident);
     *l = (co_layout){0};
 }
@@ -97,26 +98,34 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
 
 /* -------------------------------------------------------------------------------------------------- batches -- */
 
-/* Deals blocks out to batches, and gives each its place in the batch's shares; room for those of the largest. */
+static double cost_of(const co_block *block) {
+    return (double)block->table->n_samples * block->table->n_points;
+}
+
+/* Deals blocks out to batches, and gives each its place among the batch's gradients. */
 static int32_t split_batches(int area, co_layout *l, curvopt_error *error) {
-    size_t at = 0, largest = 0;
+    size_t at = 0;
+    double cost = 0, whole = 0;
     l->batch_block = CO_NEW(int32_t, (size_t)l->n_blocks + 1);
     if (!l->batch_block)
         return co_status_no_memory(error);
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        whole += cost_of(&l->block[b]);
     for (int32_t b = 0; b < l->n_blocks; b++) {
         size_t size = (size_t)l->block[b].table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
-        if (at == 0 || at + size > BATCH) {
+        cost += cost_of(&l->block[b]);
+        if (at == 0 || at + size > BATCH || cost > whole / FEWEST_BATCHES) {
             l->batch_block[l->n_batches++] = b;
             at = 0;
+            cost = cost_of(&l->block[b]);
         }
         l->block[b].gradient = at;
         at += size;
-        largest = at > largest ? at : largest;
+        l->batch_size = at > l->batch_size ? at : l->batch_size;
     }
     l->batch_block[l->n_batches] = l->n_blocks;
-    l->gradients = CO_NEW_ALIGNED(double, largest);
     l->batch_touched = CO_NEW(size_t, (size_t)l->n_batches + 1);
-    return l->gradients && l->batch_touched ? CURVOPT_OK : co_status_no_memory(error);
+    return l->batch_touched ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 /* Points that batches touch, each counted once a batch. mark [n_points] is 0, and is spoilt. */
@@ -143,6 +152,8 @@ static size_t fill_batch(co_layout *l, int area, int32_t batch, size_t first, si
             int32_t point = l->points[l->block[b].points + (size_t)e];
             if (slot[point] <= first) {
                 l->touched[n] = (co_touched){.point = point, .is_first = slot[point] == 0};
+                if (slot[point])
+                    l->touched[slot[point] - 1].next = n;
                 slot[point] = ++n;
             }
             l->touched[slot[point] - 1].incident += e % lanes < l->block[b].n_used;
@@ -164,16 +175,18 @@ static size_t fill_batch(co_layout *l, int area, int32_t batch, size_t first, si
 }
 
 static int32_t build_batches(int32_t n_points, int area, co_layout *l, curvopt_error *error) {
-    size_t n_shares = 0, n = 0;
+    size_t n_shares = 0, n = 0, n_touched;
     size_t *slot = CO_NEW(size_t, n_points);
     int32_t status = slot ? split_batches(area, l, error) : co_status_no_memory(error);
     if (status != CURVOPT_OK)
         goto done;
     for (int32_t b = 0; b < l->n_blocks; b++)
         n_shares += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
-    l->touched = CO_NEW(co_touched, count_touched(l, slot) + 1);
+    n_touched = count_touched(l, slot);
+    l->touched = CO_NEW(co_touched, n_touched + 1);
+    l->shares = CO_NEW(double, n_touched * 3 * (size_t)(1 + area));
     l->incident = CO_NEW(uint32_t, n_shares);
-    if (!l->touched || !l->incident) {
+    if (!l->touched || !l->shares || !l->incident) {
         status = co_status_no_memory(error);
         goto done;
     }

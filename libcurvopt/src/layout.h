@@ -9,7 +9,7 @@
 typedef struct co_block {
     const co_table *table;
     size_t points;   /* of co_layout.points: [table->n_points][lanes] */
-    size_t gradient; /* of co_layout.gradients while its batch is worked on: [table->n_points][1 + area][3][lanes] */
+    size_t gradient; /* among its batch's: [table->n_points][1 + area][3][lanes] */
     int32_t n_used;  /* lanes in use */
 } co_block;
 
@@ -17,6 +17,7 @@ typedef struct co_block {
 typedef struct co_touched {
     int32_t point;
     int32_t is_first; /* no batch before has any */
+    size_t next;      /* of co_layout.touched, the same point in a later batch; 0: there is none */
     size_t incident;  /* of co_layout.incident, its first; they end at the next one's */
 } co_touched;
 
@@ -29,14 +30,15 @@ typedef struct co_layout {
     int32_t *patch; /* [n_blocks][lanes] */
     int32_t *points;
     double *sums; /* [n_blocks][CO_N_SUMS][lanes] */
-    /* For gradients only, else NULL. Blocks are worked on in batches whose shares stay in the cache until they have
-     * been added to the points': */
-    double *gradients; /* of one batch */
+    /* For gradients only, else NULL. Blocks are worked on in batches, each by one thread, in whose cache gradients stay
+     * until they have been added up for every point that the batch touches: */
+    size_t batch_size; /* doubles that the largest one's gradients take */
     int32_t n_batches;
     int32_t *batch_block;  /* [n_batches + 1] where each one's blocks begin, */
     size_t *batch_touched; /* [n_batches + 1] and the points that it touches: */
     co_touched *touched;
-    uint32_t *incident; /* where in `gradients` each share of a touched point begins; shares of one point stand in the
+    double *shares;     /* [number touched][1 + area][3] what a batch adds to each */
+    uint32_t *incident; /* where among its batch's gradients each summand of a touched point begins; they stand in the
                          order of blocks, which makes sums the same for any number of threads */
 } co_layout;
 

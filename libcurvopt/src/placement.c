@@ -67,16 +67,17 @@ int32_t co_placement_check(int32_t n_vertices, const double *xyz, curvopt_error 
     for (int32_t v = 0; v < n_vertices; v++)
         for (int c = 0; c < 3; c++) {
             double x = xyz[3 * (size_t)v + (size_t)c];
-            if (!isfinite(x) || fabs(x) > LARGEST)
+            if (!(fabs(x) <= LARGEST)) /* NAN, too */
                 return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
                                       "vertex %d has coordinate %c = %g; it must be finite and at most %g", v, "xyz"[c],
                                       x, LARGEST);
-            low[c] = fmin(low[c], x);
-            high[c] = fmax(high[c], x);
-            far = fmax(far, fabs(x));
+            low[c] = x < low[c] ? x : low[c]; /* fmin would be a call */
+            high[c] = x > high[c] ? x : high[c];
         }
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
         extent = fmax(extent, high[c] - low[c]);
+        far = fmax(far, fmax(fabs(low[c]), fabs(high[c])));
+    }
     if (extent < 1 / LARGEST || extent < 1e-10 * far)
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
                               "the cage has zero area: its vertices all lie within %g of %g %g %g", extent, low[0],
