@@ -98,10 +98,6 @@ static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int
 
 /* -------------------------------------------------------------------------------------------------- batches -- */
 
-static double cost_of(const co_block *block) {
-    return (double)block->table->n_samples * block->table->n_points;
-}
-
 /* Deals blocks out to batches, and gives each its place among the batch's gradients. */
 static int32_t split_batches(int area, co_layout *l, curvopt_error *error) {
     size_t at = 0;
@@ -110,14 +106,14 @@ static int32_t split_batches(int area, co_layout *l, curvopt_error *error) {
     if (!l->batch_block)
         return co_status_no_memory(error);
     for (int32_t b = 0; b < l->n_blocks; b++)
-        whole += cost_of(&l->block[b]);
+        whole += co_block_cost(&l->block[b]);
     for (int32_t b = 0; b < l->n_blocks; b++) {
         size_t size = (size_t)l->block[b].table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
-        cost += cost_of(&l->block[b]);
+        cost += co_block_cost(&l->block[b]);
         if (at == 0 || at + size > BATCH || cost > whole / FEWEST_BATCHES) {
             l->batch_block[l->n_batches++] = b;
             at = 0;
-            cost = cost_of(&l->block[b]);
+            cost = co_block_cost(&l->block[b]);
         }
         l->block[b].gradient = at;
         at += size;

@@ -48,6 +48,11 @@ int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32
                          int gradients, int area, co_layout *out, curvopt_error *error);
 void co_layout_free(co_layout *layout);
 
+/* Time of an evaluation of one of a block's faces, in samples times points. */
+static inline double co_block_cost(const co_block *block) {
+    return (double)block->table->n_samples * block->table->n_points;
+}
+
 /* What was summed over one patch: one of CO_N_INTEGRALS, or of sweep.h's. */
 static inline double co_layout_sum(const co_layout *l, int32_t block, int32_t lane, int which) {
     return l->sums[((size_t)block * CO_N_SUMS + (size_t)which) * (size_t)l->lanes + (size_t)lane];

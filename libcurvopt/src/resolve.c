@@ -75,11 +75,6 @@ int32_t co_assembly_evaluate_finer(co_assembly *a, int third, co_values *values,
     return status;
 }
 
-/* Time of an evaluation of one of a block's faces, in samples times points. */
-static double cost_of_face(const co_block *block) {
-    return (double)block->table->n_samples * block->table->n_points;
-}
-
 /* Into a->price what each patch's error is worth: its size by what it costs to have a finer rule, or by what a coarser
  * one saves. */
 static void price_errors(co_assembly *a, const co_layout *coarse, const co_layout *fine) {
@@ -88,7 +83,7 @@ static void price_errors(co_assembly *a, const co_layout *coarse, const co_layou
         const co_layout *l = side ? coarse : fine;
         for (int32_t b = 0; b < l->n_blocks; b++)
             for (int32_t lane = 0; lane < l->block[b].n_used; lane++)
-                a->price[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * cost_of_face(&l->block[b]);
+                a->price[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * co_block_cost(&l->block[b]);
     }
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         a->price[p] = isnan(a->patch_error[p]) ? (double)INFINITY : a->patch_error[p] / a->price[p];
@@ -288,7 +283,7 @@ int32_t co_assembly_resolve(co_assembly *a, const double *xyz, double tolerance,
 static double cost_of(const co_layout *l) {
     double cost = 0;
     for (int32_t b = 0; b < l->n_blocks; b++)
-        cost += cost_of_face(&l->block[b]);
+        cost += co_block_cost(&l->block[b]);
     return cost;
 }
 
