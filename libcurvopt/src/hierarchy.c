@@ -17,7 +17,7 @@
 
 enum { LARGEST_CERTIFIED = 50000, LARGEST_ESCAPE = 5000 };
 /* Vertices of levels on which symmetries may be given up. Ways down on coarser ones are of their few lines, not of the
- * shape: what begins without symmetries there falls in a long valley on the fine levels, and no lower. */
+ * shape: what begins without symmetries there falls in a long valley on the fine levels, and is not done in it. */
 enum { SMALLEST_LOOSENED = 100, LARGEST_LOOSENED = 2000 };
 static const double STATIONARY = 1e-6; /* decrement, of the energy */
 /* Half of the symmetries is twice the work: it must bring this much of the energy. Going on with the same ones, this.
