@@ -119,7 +119,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_shares = CO_NEW(double, 6 * (size_t)a->patches.n_points);
-        if (!a->points || !a->point_gradient || !a->point_shares)
+        a->deal = CO_NEW_ALIGNED(co_deal, a->n_threads);
+        if (!a->points || !a->point_gradient || !a->point_shares || !a->deal)
             status = co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
@@ -146,6 +147,7 @@ void co_assembly_free(co_assembly *a) {
     free(a->point_gradient);
     free(a->point_shares);
     free(a->work);
+    free(a->deal);
     free(a->coarse);
     free(a->fine);
     free(a->finest);
@@ -274,21 +276,22 @@ static void collect_shares(co_assembly *a, const co_layout *l, size_t first) {
 
 /* All blocks of a layout; `integrand` is what gradients are of. */
 static void run_blocks(co_assembly *a, const co_layout *l, const co_integrand *integrand, int third, int gradient) {
+    co_deal_start(a->deal, a->n_threads);
 #pragma omp parallel num_threads(a->n_threads)
     {
         double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
+        int32_t k, helped = 0;
+        while ((k = co_deal_next(a->deal, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
+            if (gradient)
+                run_batch(a, l, k, integrand, third, work);
+            else
+                run_block(a, l, k, integrand, third, NULL, work);
         if (gradient) {
-#pragma omp for schedule(dynamic, 1)
-            for (int32_t batch = 0; batch < l->n_batches; batch++)
-                run_batch(a, l, batch, integrand, third, work);
+#pragma omp barrier
 #pragma omp for schedule(static)
-            for (size_t k = 0; k < l->batch_touched[l->n_batches]; k++)
-                if (l->touched[k].is_first)
-                    collect_shares(a, l, k);
-        } else {
-#pragma omp for schedule(dynamic, 2)
-            for (int32_t b = 0; b < l->n_blocks; b++)
-                run_block(a, l, b, integrand, third, NULL, work);
+            for (size_t first = 0; first < l->batch_touched[l->n_batches]; first++)
+                if (l->touched[first].is_first)
+                    collect_shares(a, l, first);
         }
     }
 }

@@ -7,6 +7,7 @@
 #ifndef CO_ASSEMBLE_H
 #define CO_ASSEMBLE_H
 
+#include "deal.h"
 #include "layout.h"
 #include "rim.h"
 #include "share.h"
@@ -48,6 +49,7 @@ typedef struct co_assembly {
     double error;            /* sum of patch_error when last resolved */
     double *work;            /* [n_threads][work_stride] */
     size_t work_stride;
+    co_deal *deal; /* [n_threads] */
 } co_assembly;
 
 /* What an evaluation is asked for. */
