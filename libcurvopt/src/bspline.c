@@ -10,7 +10,7 @@ void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JE
 }
 
 /* Leibniz' rule, written out: tables spend most of their time here. */
-void co_jet_multiply(const co_real a[CO_JET], const co_real b[CO_JET], co_real out[CO_JET]) {
+void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[CO_JET]) {
     out[0] = a[0] * b[0];
     out[1] = a[0] * b[1] + a[1] * b[0];
     out[2] = a[0] * b[2] + a[2] * b[0];
@@ -21,6 +21,11 @@ void co_jet_multiply(const co_real a[CO_JET], const co_real b[CO_JET], co_real o
     out[7] = a[0] * b[7] + a[2] * b[3] + 2 * (a[1] * b[4] + a[4] * b[1]) + a[3] * b[2] + a[7] * b[0];
     out[8] = a[0] * b[8] + a[1] * b[5] + 2 * (a[2] * b[4] + a[4] * b[2]) + a[5] * b[1] + a[8] * b[0];
     out[9] = a[0] * b[9] + 3 * (a[2] * b[5] + a[5] * b[2]) + a[9] * b[0];
+}
+
+void co_jet_store(const co_real jet[CO_JET], double out[CO_JET]) {
+    for (int k = 0; k < CO_JET; k++)
+        out[k] = (double)jet[k];
 }
 
 void co_bspline_cubic(co_real t, co_real basis[4][4]) {

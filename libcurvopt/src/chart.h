@@ -10,14 +10,14 @@
 #include "bspline.h"
 
 typedef struct co_chart {
-    co_real monomial[CO_JET][CO_JET]; /* jets of dx^a dy^b / (a! b!), numbered as derivatives are */
-    co_real inverse[4][4][4];         /* of their blocks of order 1, 2, 3: derivatives of that order from each other */
-    co_real jacobian;                 /* of (x, y) with respect to the old coordinates */
+    double monomial[CO_JET][CO_JET]; /* jets of dx^a dy^b / (a! b!), numbered as derivatives are */
+    double inverse[4][4][4];         /* of their blocks of order 1, 2, 3: derivatives of that order from each other */
+    double jacobian;                 /* of (x, y) with respect to the old coordinates */
 } co_chart;
 
 /* x, y: jets of the new coordinates with respect to the old ones. */
-void co_chart_create(const co_real x[CO_JET], const co_real y[CO_JET], co_chart *chart);
+void co_chart_create(const double x[CO_JET], const double y[CO_JET], co_chart *chart);
 /* Replaces a function's derivatives with respect to the old coordinates by those with respect to the new ones. */
-void co_chart_apply(const co_chart *chart, co_real jet[CO_JET]);
+void co_chart_apply(const co_chart *chart, double jet[CO_JET]);
 
 #endif

@@ -145,28 +145,28 @@ typedef struct cell_samples {
 static void regular_rows(co_real u, co_real v, double *rows) {
     co_real basis[16][CO_JET];
     co_bspline_bicubic(u, v, basis);
-    for (int i = 0; i < 16 * CO_JET; i++)
-        rows[i] = (double)basis[i / CO_JET][i % CO_JET];
+    for (int i = 0; i < 16; i++)
+        co_jet_store(basis[i], rows + CO_JET * i);
 }
 
 static void store_sample(co_table *t, const cell_samples *c, co_real u, co_real v, co_real weight, int32_t sample) {
     double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
-    co_chart chart = {.jacobian = 1};
+    co_chart chart;
+    chart.jacobian = 1;
     if (c->cell) {
-        co_cell_rows(c->cell, u, v, t->n_points, t->support, rows);
-        co_cell_chart(c->cell, u, v, &chart);
+        co_cell_rows(c->cell, u, v, t->n_points, t->support, rows, &chart);
     } else {
         regular_rows(u, v, rows);
     }
-    t->area_weight[sample] = (double)(weight * chart.jacobian) * c->area_factor;
-    t->weight[sample] = (double)(weight * chart.jacobian) * c->curvature_factor;
-    t->jacobian_scale[sample] = (double)chart.jacobian * c->jacobian_scale;
+    t->area_weight[sample] = (double)weight * chart.jacobian * c->area_factor;
+    t->weight[sample] = (double)weight * chart.jacobian * c->curvature_factor;
+    t->jacobian_scale[sample] = chart.jacobian * c->jacobian_scale;
     if (t->blend) {
         co_real jet[CO_JET];
+        double *blend = t->blend + (size_t)sample * CO_JET;
         co_cell_blend(c->cell, CO_BLEND_SMOOTH, u, v, jet);
-        co_chart_apply(&chart, jet);
-        for (int k = 0; k < CO_JET; k++)
-            t->blend[(size_t)sample * CO_JET + (size_t)k] = (double)jet[k];
+        co_jet_store(jet, blend);
+        co_chart_apply(&chart, blend);
     }
 }
 
@@ -194,143 +194,6 @@ static int32_t fill_masks(co_table *t, int32_t n_points, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* The polynomial of a kind of patch; the fit only where it is folded into rows. */
-static int32_t create_polynomial(const co_disc *disc, int32_t kind, co_polynomial *out, curvopt_error *error) {
-    return co_fan_is_wide(kind) ? co_polynomial_create_map(disc, co_fan_wide_width(kind), out, error)
-                                : co_polynomial_create(disc, 1, out, error);
-}
-
-static int32_t fill_irregular(co_table *t, co_disc *disc, const rule *r, ring_tail tail, curvopt_error *error) {
-    co_polynomial polynomial = {0};
-    co_cell cell = {0};
-    int32_t sample = 0, status = CURVOPT_OK;
-    int has_polynomial = t->surface == CURVOPT_SURFACE_POLYNOMIAL, smooth = co_fan_is_smooth(disc->fan);
-    co_real *chart = CO_NEW(co_real, 2 * (size_t)disc->n_points);
-    if (!chart)
-        return co_status_no_memory(error);
-    if (smooth)
-        co_irregular_characteristic_map(disc, chart);
-    if (has_polynomial)
-        status = create_polynomial(disc, t->valence, &polynomial, error);
-    if (status == CURVOPT_OK)
-        status = co_cell_create(disc, has_polynomial ? &polynomial : NULL, smooth ? chart : NULL, &cell, error);
-    for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
-        int last = ring == tail.n_rings;
-        cell_samples samples = {.cell = &cell,
-                                .n_side = points_of_ring(kind_of(t), r, ring),
-                                .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
-                                .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
-                                .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
-        for (int c = 0; c < CO_RING_CELLS; c++) {
-            co_cell_set(&cell, disc, c);
-            sample = add_samples(t, &samples, sample);
-        }
-        co_disc_advance(disc);
-    }
-    if (status == CURVOPT_OK && t->masks)
-        status = fill_masks(t, disc->n_points, error);
-    co_cell_free(&cell);
-    co_polynomial_free(&polynomial);
-    free(chart);
-    return status;
-}
-
-/* A regular face, or one of a wide disc away from the vertex, whose fan `disc` is then of. */
-static int32_t fill_one_piece(co_table *t, const co_disc *disc, const rule *r, curvopt_error *error) {
-    co_polynomial polynomial = {0};
-    co_cell cell = {0};
-    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
-    int32_t status = CURVOPT_OK;
-    if (co_fan_is_wide(t->valence)) {
-        status = create_polynomial(disc, t->valence, &polynomial, error);
-        if (status == CURVOPT_OK)
-            status =
-                co_cell_create_face(&polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
-        whole.cell = &cell;
-    }
-    if (status == CURVOPT_OK)
-        add_samples(t, &whole, 0);
-    co_cell_free(&cell);
-    co_polynomial_free(&polynomial);
-    return status;
-}
-
-static int32_t fill(co_table *t, int32_t rule_number, curvopt_error *error) {
-    const rule *r = &rules[kind_of(t)][rule_number];
-    int one_piece = is_one_piece(t->valence);
-    co_disc disc = {0};
-    ring_tail tail = {0};
-    int32_t status = choose_support(t, error);
-    if (status == CURVOPT_OK && t->valence != CO_FAN_REGULAR)
-        status = co_disc_create(fan_of(t->valence), &disc, error);
-    if (status != CURVOPT_OK)
-        return status;
-    if (one_piece)
-        t->n_samples = r->points * r->points;
-    else
-        tail = tail_of(&disc, t->surface, r->hole);
-    for (int ring = 1; ring <= tail.n_rings; ring++)
-        t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
-    status = allocate(t, error);
-    if (status == CURVOPT_OK)
-        status = one_piece ? fill_one_piece(t, &disc, r, error) : fill_irregular(t, &disc, r, tail, error);
-    co_disc_free(&disc);
-    return status;
-}
-
-int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, co_table **out, curvopt_error *error) {
-    *out = NULL;
-    co_table *t = CO_NEW(co_table, 1);
-    if (!t)
-        return co_status_no_memory(error);
-    t->surface = co_fan_is_smooth(valence) ? surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
-    t->valence = valence;
-    int32_t status = fill(t, rule_number, error);
-    if (status != CURVOPT_OK) {
-        co_table_destroy(t);
-        return status;
-    }
-    *out = t;
-    return CURVOPT_OK;
-}
-
-/* At the vertex itself: its position; derivatives there do not exist. */
-static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
-    int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_WIDE_TERMS : 0);
-    co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
-    if (!masks)
-        return co_status_no_memory(error);
-    if (co_fan_is_smooth(disc->fan))
-        co_irregular_limit_masks(disc->valence, masks);
-    else
-        co_disc_limit_mask(disc, masks);
-    for (int32_t i = 0; i < n_all * CO_JET; i++)
-        rows[i] = i % CO_JET               ? (double)NAN
-                  : polynomial->width > 1  ? i == n * CO_JET /* the first of the polynomial's points lies there */
-                  : polynomial->width == 1 ? (double)polynomial->fit[i / CO_JET]
-                                           : (double)masks[i / CO_JET];
-    free(masks);
-    return CURVOPT_OK;
-}
-
-/* Rows at (u, v) of a cell of the right ring, (u, v) not both 0; derivatives with respect to u, v. */
-static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, int32_t n_all,
-                         const int32_t *all, double *rows, curvopt_error *error) {
-    co_cell cell;
-    int32_t status = co_cell_create(disc, polynomial->width ? polynomial : NULL, NULL, &cell, error);
-    if (status != CURVOPT_OK)
-        return status;
-    co_real side = 0.5L;
-    for (; u < side && v < side; side /= 2)
-        co_disc_advance(disc);
-    co_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
-    co_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows);
-    for (int32_t i = 0; i < n_all * CO_JET; i++)
-        rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
-    co_cell_free(&cell);
-    return CURVOPT_OK;
-}
-
 struct co_cached_table {
     int32_t fan, rule;
     co_table *table;
@@ -341,7 +204,13 @@ struct co_cached_fit {
     co_polynomial polynomial;
 };
 
-/* What is fitted at this kind's vertex, kept for the next point. */
+/* The polynomial of a kind of patch; the fit only where it is folded into rows. */
+static int32_t create_polynomial(const co_disc *disc, int32_t kind, co_polynomial *out, curvopt_error *error) {
+    return co_fan_is_wide(kind) ? co_polynomial_create_map(disc, co_fan_wide_width(kind), out, error)
+                                : co_polynomial_create(disc, 1, out, error);
+}
+
+/* What is fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_table_cache *cache, int32_t kind, const co_polynomial **out, curvopt_error *error) {
     int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
     for (int32_t i = 0; i < cache->n_fits; i++)
@@ -368,13 +237,154 @@ static int32_t find_fit(co_table_cache *cache, int32_t kind, const co_polynomial
     return status;
 }
 
+/* polynomial: NULL on other surfaces */
+static int32_t fill_irregular(co_table *t, co_disc *disc, const co_polynomial *polynomial, const rule *r,
+                              ring_tail tail, curvopt_error *error) {
+    co_cell cell = {0};
+    int32_t sample = 0, status;
+    co_real *map = CO_NEW(co_real, 2 * (size_t)disc->n_points);
+    const co_real *chart = polynomial ? polynomial->map : co_fan_is_smooth(disc->fan) ? map : NULL;
+    if (!map)
+        return co_status_no_memory(error);
+    if (chart == map)
+        co_irregular_characteristic_map(disc, map);
+    status = co_cell_create(disc, polynomial, chart, &cell, error);
+    for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
+        int last = ring == tail.n_rings;
+        cell_samples samples = {.cell = &cell,
+                                .n_side = points_of_ring(kind_of(t), r, ring),
+                                .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
+                                .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
+                                .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
+        for (int c = 0; c < CO_RING_CELLS; c++) {
+            co_cell_set(&cell, disc, c);
+            sample = add_samples(t, &samples, sample);
+        }
+        co_disc_advance(disc);
+    }
+    if (status == CURVOPT_OK && t->masks)
+        status = fill_masks(t, disc->n_points, error);
+    co_cell_free(&cell);
+    free(map);
+    return status;
+}
+
+/* A regular face, or one of a wide disc away from the vertex, with its polynomial. */
+static int32_t fill_one_piece(co_table *t, const co_polynomial *polynomial, const rule *r, curvopt_error *error) {
+    co_cell cell = {0};
+    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    int32_t status = CURVOPT_OK;
+    if (co_fan_is_wide(t->valence)) {
+        status = co_cell_create_face(polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
+        whole.cell = &cell;
+    }
+    if (status == CURVOPT_OK)
+        add_samples(t, &whole, 0);
+    co_cell_free(&cell);
+    return status;
+}
+
+static int32_t fill(co_table *t, const co_polynomial *polynomial, int32_t rule_number, curvopt_error *error) {
+    const rule *r = &rules[kind_of(t)][rule_number];
+    int one_piece = is_one_piece(t->valence);
+    co_disc disc = {0};
+    ring_tail tail = {0};
+    int32_t status = choose_support(t, error);
+    if (status == CURVOPT_OK && !one_piece)
+        status = co_disc_create(fan_of(t->valence), &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (one_piece)
+        t->n_samples = r->points * r->points;
+    else
+        tail = tail_of(&disc, t->surface, r->hole);
+    for (int ring = 1; ring <= tail.n_rings; ring++)
+        t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
+    status = allocate(t, error);
+    if (status == CURVOPT_OK)
+        status =
+            one_piece ? fill_one_piece(t, polynomial, r, error) : fill_irregular(t, &disc, polynomial, r, tail, error);
+    co_disc_free(&disc);
+    return status;
+}
+
+/* Of the cache's surface, whose fit it takes from there. */
+static int32_t create_table(co_table_cache *cache, int32_t valence, int32_t rule_number, co_table **out,
+                            curvopt_error *error) {
+    const co_polynomial *polynomial = NULL;
+    *out = NULL;
+    co_table *t = CO_NEW(co_table, 1);
+    if (!t)
+        return co_status_no_memory(error);
+    t->surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
+    t->valence = valence;
+    int32_t status = CURVOPT_OK;
+    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && valence != CO_FAN_REGULAR)
+        status = find_fit(cache, valence, &polynomial, error);
+    if (status == CURVOPT_OK)
+        status = fill(t, polynomial, rule_number, error);
+    if (status != CURVOPT_OK) {
+        co_table_destroy(t);
+        return status;
+    }
+    *out = t;
+    return CURVOPT_OK;
+}
+
+int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule_number, co_table **out, curvopt_error *error) {
+    co_table_cache cache;
+    co_table_cache_create(surface, &cache);
+    int32_t status = create_table(&cache, valence, rule_number, out, error);
+    co_table_cache_free(&cache);
+    return status;
+}
+
+/* At the vertex itself: its position; derivatives there do not exist. */
+static int32_t vertex_rows(co_disc *disc, const co_polynomial *polynomial, double *rows, curvopt_error *error) {
+    int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_WIDE_TERMS : 0);
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
+    if (!masks)
+        return co_status_no_memory(error);
+    if (co_fan_is_smooth(disc->fan))
+        co_irregular_limit_masks(disc->valence, masks);
+    else
+        co_disc_limit_mask(disc, masks);
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
+        rows[i] = i % CO_JET               ? (double)NAN
+                  : polynomial->width > 1  ? i == n * CO_JET /* the first of the polynomial's points lies there */
+                  : polynomial->width == 1 ? (double)polynomial->fit[i / CO_JET]
+                                           : (double)masks[i / CO_JET];
+    free(masks);
+    return CURVOPT_OK;
+}
+
+/* Rows at (u, v) of a cell of the right ring, (u, v) not both 0; derivatives with respect to u, v. */
+static int32_t ring_rows(co_disc *disc, const co_polynomial *polynomial, double u, double v, int32_t n_all,
+                         const int32_t *all, double *rows, curvopt_error *error) {
+    co_cell cell;
+    co_chart chart;
+    int32_t status = co_cell_create(disc, polynomial->width ? polynomial : NULL, NULL, &cell, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_real side = 0.5L;
+    for (; u < side && v < side; side /= 2)
+        co_disc_advance(disc);
+    co_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
+    co_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows, &chart);
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
+        rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
+    co_cell_free(&cell);
+    return CURVOPT_OK;
+}
+
 /* Rows of a face of a wide disc, not of that at the vertex. */
 static int32_t wide_rows(const co_polynomial *polynomial, int32_t kind, double u, double v, const int32_t *all,
                          double *rows, curvopt_error *error) {
     co_cell cell;
+    co_chart chart;
     int32_t status = co_cell_create_face(polynomial, co_fan_wide_i(kind), co_fan_wide_j(kind), &cell, error);
     if (status == CURVOPT_OK)
-        co_cell_rows(&cell, u, v, co_patches_size(kind), all, rows);
+        co_cell_rows(&cell, u, v, co_patches_size(kind), all, rows, &chart);
     co_cell_free(&cell);
     return status;
 }
@@ -451,7 +461,7 @@ int32_t co_table_cache_get(co_table_cache *cache, int32_t valence, int32_t rule_
     if (!table)
         return co_status_no_memory(error);
     cache->table = table;
-    int32_t status = co_table_create(cache->surface, valence, rule_number, &entry.table, error);
+    int32_t status = create_table(cache, valence, rule_number, &entry.table, error);
     if (status == CURVOPT_OK) {
         cache->table[cache->n_tables++] = entry;
         *out = entry.table;

@@ -22,7 +22,7 @@ void co_polynomial_free(co_polynomial *p) {
     *p = (co_polynomial){0};
 }
 
-void co_polynomial_monomials(const co_real x[CO_JET], const co_real y[CO_JET], co_real out[TERMS][CO_JET]) {
+void co_polynomial_monomials(const double x[CO_JET], const double y[CO_JET], double out[TERMS][CO_JET]) {
     memset(out[0], 0, sizeof out[0]);
     out[0][0] = 1;
     /* degree after degree: x times those of the degree before, then y times the last of them */
@@ -90,7 +90,7 @@ typedef struct sample {
     const co_real *row;
 } sample;
 
-/* One sample in sector 0, weighted, in every sector by symmetry. */
+/* One sample in sector 0, weighted, in every sector by symmetry; of `normal` the lower triangle. */
 static void add_sample(const co_polynomial *p, const sample *at, co_real weight, co_real *normal) {
     co_real x = 0, y = 0;
     int32_t per_sector = (p->n_points - 1) / p->valence;
@@ -101,14 +101,14 @@ static void add_sample(const co_polynomial *p, const sample *at, co_real weight,
     for (int32_t s = 0; s < p->valence; s++) {
         co_real c = cosl(2 * pi * s / p->valence), d = sinl(2 * pi * s / p->valence), value[TERMS];
         monomial_values(c * x - d * y, c * y + d * x, value);
-        for (int a = 0; a < TERMS; a++) {
-            for (int b = 0; b < TERMS; b++)
+        for (int a = 0; a < TERMS; a++)
+            for (int b = 0; b <= a; b++)
                 normal[a * TERMS + b] += weight * value[a] * value[b];
-            co_real *to = p->fit + a * p->n_points, w = weight * value[a];
-            for (int32_t i = 0; i < at->n; i++) { /* the point, s sectors on */
-                int32_t point = at->index[i];
-                to[point ? 1 + (point - 1 + per_sector * s) % (p->n_points - 1) : 0] += w * at->row[i];
-            }
+        for (int32_t i = 0; i < at->n; i++) { /* the point, s sectors on */
+            int32_t point = at->index[i] ? 1 + (at->index[i] - 1 + per_sector * s) % (p->n_points - 1) : 0;
+            co_real w = weight * at->row[i];
+            for (int a = 0; w != 0 && a < TERMS; a++)
+                p->fit[a * p->n_points + point] += w * value[a];
         }
     }
 }

@@ -42,8 +42,7 @@ int32_t co_polynomial_index(int32_t valence, int width, int32_t sector, int x, i
 int32_t co_polynomial_index_of_two_ring(const co_polynomial *polynomial, int32_t i);
 
 /* Jets of all monomials of chi, from the jets x, y of its coordinates. */
-void co_polynomial_monomials(const co_real x[CO_JET], const co_real y[CO_JET],
-                             co_real out[CO_POLYNOMIAL_TERMS][CO_JET]);
+void co_polynomial_monomials(const double x[CO_JET], const double y[CO_JET], double out[CO_POLYNOMIAL_TERMS][CO_JET]);
 /* turn [TERMS][TERMS]: the coefficients of P(R_s (x, y)) from those of P, R_s a turn by `sector` sectors. */
 void co_polynomial_turn(int32_t valence, int32_t sector, co_real turn[CO_POLYNOMIAL_TERMS][CO_POLYNOMIAL_TERMS]);
 

@@ -56,6 +56,7 @@ static void fill_regular(co_rim_table *t) {
 static int32_t fill_extraordinary(co_rim_table *t, curvopt_error *error) {
     co_disc disc = {0};
     co_cell cell = {0};
+    co_chart chart;
     co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
@@ -69,7 +70,7 @@ static int32_t fill_extraordinary(co_rim_table *t, curvopt_error *error) {
         co_cell_set(&cell, &disc, t->side == 0 ? 0 : 2);
         for (int i = 0; i < CELL_GAUSS; i++, sample++) {
             side_place(t->side, node[i], &u, &v);
-            co_cell_rows(&cell, u, v, t->n_points, all, rows);
+            co_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
             t->weight[sample] = (double)weight[i];
             for (int32_t p = 0; p < t->n_points; p++)
                 store(t, sample, p, rows + (size_t)p * CO_JET);

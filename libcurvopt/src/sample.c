@@ -110,19 +110,20 @@ static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_rea
                        curvopt_error *error) {
     int32_t valence = s->patches.valence[p];
     co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
-    co_real position[3], normal[3], w[CO_JET], height[CO_JET], product[CO_JET];
+    co_real position[3], normal[3];
+    double height[CO_JET], product[CO_JET];
     if (!masks)
         return co_status_no_memory(error);
     co_irregular_limit_masks(valence, masks);
     limit_frame(s->points, s->patches.points + s->patches.start[p], valence, masks, position, normal);
     free(masks);
     for (int k = 0; k < CO_JET; k++) {
-        w[k] = weight[k];
-        height[k] = 0;
+        co_real sum = 0;
         for (int c = 0; c < 3; c++)
-            height[k] += (jet[c][k] - (k == 0 ? position[c] : 0)) * normal[c];
+            sum += (jet[c][k] - (k == 0 ? position[c] : 0)) * normal[c];
+        height[k] = (double)sum;
     }
-    co_jet_multiply(w, height, product);
+    co_jet_multiply(weight, height, product);
     for (int k = 0; k < CO_JET; k++)
         for (int c = 0; c < 3; c++)
             jet[c][k] -= product[k] * normal[c];
