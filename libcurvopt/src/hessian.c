@@ -18,7 +18,7 @@ void co_hessian_free(co_hessian *h) {
     free(h->value);
     free(h->chunk);
     free(h->work);
-    free(h->half);
+    free(h->whole);
     co_wide_matrix_free(&h->wide);
     co_layout_free(&h->layout);
     *h = (co_hessian){0};
@@ -231,11 +231,13 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
 
 static int32_t allocate_wide(const co_assembly *a, co_hessian *h, curvopt_error *error) {
     size_t largest = 0;
-    for (int32_t k = 0; k < a->patches.wide.n_fits; k++)
-        if ((size_t)a->patches.wide.fit[k].n_points > largest)
-            largest = (size_t)a->patches.wide.fit[k].n_points;
-    h->half = CO_NEW(double, 9 * largest * largest);
-    return h->half ? co_wide_matrix_create(&a->patches, &h->wide, error) : co_status_no_memory(error);
+    int32_t status = co_wide_matrix_create(&a->patches, h->reduction, &h->wide, error);
+    for (int32_t k = 0; status == CURVOPT_OK && k < a->patches.wide.n_discs; k++) {
+        size_t n = co_wide_matrix_n_variables(&h->wide, k);
+        largest = n > largest ? n : largest;
+    }
+    h->whole = CO_NEW(double, largest *largest);
+    return status == CURVOPT_OK && !h->whole ? co_status_no_memory(error) : status;
 }
 
 int32_t co_hessian_create(const co_assembly *a, const co_reduction *reduction, co_hessian *h, curvopt_error *error) {
@@ -374,26 +376,35 @@ static void scatter_wide(const co_assembly *a, co_hessian *h, int32_t block, con
     }
 }
 
-/* Adds what the discs of wide blends have gathered. */
-static void pull_wide(const co_assembly *a, co_hessian *h) {
-    const co_wide *w = &a->patches.wide;
-    const int32_t *node = h->reduction->node;
-    for (int32_t k = 0; k < w->n_discs; k++) {
-        const int32_t *column = w->column + w->disc[k].column, n = co_wide_fit_of(w, &w->disc[k])->n_points;
-        if (!w->disc[k].is_used)
-            continue;
-        co_wide_matrix_pull(&h->wide, k, h->half);
-        for (int32_t i = 0; i < n; i++)
-            for (int32_t j = 0; j <= i; j++) {
-                double block[3][3];
-                for (int r = 0; r < 3; r++)
-                    for (int c = 0; c < 3; c++)
-                        block[r][c] = h->half[(size_t)(3 * i + r) * 3 * (size_t)n + (size_t)(3 * j + c)] +
-                                      h->half[(size_t)(3 * j + c) * 3 * (size_t)n + (size_t)(3 * i + r)];
-                if (node[column[i]] >= 0 && node[column[j]] >= 0)
-                    add_block(h, column[i], column[j], 1, block, i != j);
+/* Adds what a disc of a wide blend has gathered, `whole`, of n variables. All of its nodes are each other's neighbours.
+ */
+static void add_disc(co_hessian *h, int32_t disc, size_t n) {
+    const co_reduction *r = h->reduction;
+    const int32_t *node = h->wide.node + h->wide.node_start[disc], *end = h->wide.node + h->wide.node_start[disc + 1];
+    for (const double *column = h->whole; node < end; node++) {
+        int32_t n_own = dimension(r, *node);
+        for (int32_t k = 0; k < n_own; k++, column += n + 1) { /* from the diagonal on */
+            const double *from = column;
+            double *to = h->value + h->column_start[r->first[*node] + k], *below = to + n_own - k;
+            for (int32_t i = k; i < n_own; i++)
+                *to++ += *from++;
+            size_t e = h->neighbour_start[*node];
+            for (const int32_t *high = node + 1; high < end; high++) {
+                while (h->neighbour[e] < *high)
+                    e++;
+                for (int32_t i = 0; i < dimension(r, *high); i++)
+                    below[h->neighbour_row[e] + i] += *from++;
             }
+        }
     }
+}
+
+static void pull_wide(const co_assembly *a, co_hessian *h) {
+    for (int32_t k = 0; k < a->patches.wide.n_discs; k++)
+        if (a->patches.wide.disc[k].is_used) {
+            co_wide_matrix_pull(&h->wide, k, h->whole);
+            add_disc(h, k, co_wide_matrix_n_variables(&h->wide, k));
+        }
 }
 
 /* Each thread owns some columns, and some discs, so that sums come in the same order for any number of threads. */

@@ -25,7 +25,7 @@ typedef struct co_hessian {
     size_t matrix_stride, work_stride;
     double *work;
     co_wide_matrix wide; /* of wide blends' points, on its way too, */
-    double *half;        /* and a disc's */
+    double *whole;       /* and a disc's, over its variables */
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */

@@ -1,6 +1,7 @@
 /* Second derivatives with respect to the points of wide blends. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "wide_matrix.h"
 
+#include "blas.h"
 #include "memory.h"
 
 #include <stdlib.h>
@@ -12,6 +13,11 @@ void co_wide_matrix_free(co_wide_matrix *m) {
     free(m->local);
     free(m->start);
     free(m->value);
+    free(m->node_start);
+    free(m->node);
+    free(m->first);
+    free(m->fit);
+    free(m->sums);
     *m = (co_wide_matrix){0};
 }
 
@@ -19,25 +25,98 @@ static size_t row_length(const co_wide_fit *f) {
     return 3 * (size_t)f->n_points + ROWS;
 }
 
-int32_t co_wide_matrix_create(const co_patches *patches, co_wide_matrix *m, curvopt_error *error) {
-    const co_wide *w = &patches->wide;
-    *m = (co_wide_matrix){.patches = patches};
+static int compare_nodes(const void *a, const void *b) {
+    const int32_t *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+static int32_t dimension(const co_reduction *r, int32_t node) {
+    return r->first[node + 1] - r->first[node];
+}
+
+/* The nodes of one disc, and its points' places among their variables. at [n_nodes] is work space. */
+static void find_nodes(co_wide_matrix *m, int32_t k, int32_t *at) {
+    const co_wide *w = &m->patches->wide;
+    const co_reduction *r = m->reduction;
+    const size_t column = w->disc[k].column, n = (size_t)co_wide_fit_of(w, &w->disc[k])->n_points;
+    int32_t *node = m->node + m->node_start[k], variables = 0;
+    size_t found = 0, kept = 0;
+    for (size_t i = 0; w->disc[k].is_used && i < n; i++)
+        if (r->node[w->column[column + i]] >= 0)
+            node[found++] = r->node[w->column[column + i]];
+    qsort(node, found, sizeof *node, compare_nodes);
+    for (size_t i = 0; i < found; i++) {
+        if (kept && node[kept - 1] == node[i])
+            continue;
+        at[node[i]] = variables;
+        variables += dimension(r, node[i]);
+        node[kept++] = node[i];
+    }
+    for (size_t i = 0; i < n; i++) {
+        int32_t moves_with = w->disc[k].is_used ? r->node[w->column[column + i]] : -1;
+        m->first[column + i] = moves_with >= 0 ? at[moves_with] : -1;
+    }
+    m->node_start[k + 1] = m->node_start[k] + kept;
+}
+
+size_t co_wide_matrix_n_variables(const co_wide_matrix *m, int32_t disc) {
+    size_t n = 0;
+    for (size_t e = m->node_start[disc]; e < m->node_start[disc + 1]; e++)
+        n += (size_t)dimension(m->reduction, m->node[e]);
+    return n;
+}
+
+/* Where discs' points go, and work space for that. */
+static int32_t create_nodes(co_wide_matrix *m, curvopt_error *error) {
+    const co_wide *w = &m->patches->wide;
+    size_t all = 0, most = 0;
+    for (int32_t k = 0; k < w->n_discs; k++)
+        all += (size_t)co_wide_fit_of(w, &w->disc[k])->n_points;
+    int32_t *at = CO_NEW(int32_t, m->reduction->n_nodes);
+    m->node_start = CO_NEW(size_t, w->n_discs + 1);
+    m->node = CO_NEW(int32_t, all);
+    m->first = CO_NEW(int32_t, all);
+    if (at && m->node_start && m->node && m->first)
+        for (int32_t k = 0; k < w->n_discs; k++) {
+            find_nodes(m, k, at);
+            size_t n = co_wide_matrix_n_variables(m, k);
+            most = n > most ? n : most;
+        }
+    m->fit = CO_NEW(double, ROWS *most);
+    m->sums = CO_NEW(double, ROWS *most);
+    int done = at && m->node_start && m->node && m->first && m->fit && m->sums;
+    free(at);
+    return done ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+static int32_t create_sums(co_wide_matrix *m, curvopt_error *error) {
+    const co_wide *w = &m->patches->wide;
     m->start = CO_NEW(size_t, w->n_discs + 1);
-    m->local = CO_NEW(int32_t, w->n_discs ? patches->n_cage : 0);
-    for (int32_t i = 0; m->local && w->n_discs && i < patches->n_cage; i++)
+    m->local = CO_NEW(int32_t, w->n_discs ? m->patches->n_cage : 0);
+    if (!m->start || !m->local)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; w->n_discs && i < m->patches->n_cage; i++)
         m->local[i] = -1;
-    for (int32_t k = 0; m->start && m->local && k < w->n_discs; k++) {
+    for (int32_t k = 0; k < w->n_discs; k++) {
         const co_wide_fit *f = co_wide_fit_of(w, &w->disc[k]);
         size_t size = w->disc[k].is_used ? (size_t)f->valence * ROWS * row_length(f) : 0;
         m->start[k + 1] = m->start[k] + size;
         for (int32_t i = 0; i < f->n_points; i++)
             m->local[w->column[w->disc[k].column + (size_t)i]] = i;
     }
-    m->value = m->start ? CO_NEW(double, m->start[w->n_discs]) : NULL;
-    if (m->local && m->value)
-        return CURVOPT_OK;
-    co_wide_matrix_free(m);
-    return co_status_no_memory(error);
+    m->value = CO_NEW(double, m->start[w->n_discs]);
+    return m->value ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+int32_t co_wide_matrix_create(const co_patches *patches, const co_reduction *reduction, co_wide_matrix *m,
+                              curvopt_error *error) {
+    *m = (co_wide_matrix){.patches = patches, .reduction = reduction};
+    int32_t status = create_sums(m, error);
+    if (status == CURVOPT_OK)
+        status = create_nodes(m, error);
+    if (status != CURVOPT_OK)
+        co_wide_matrix_free(m);
+    return status;
 }
 
 void co_wide_matrix_clear(co_wide_matrix *m) {
@@ -107,22 +186,42 @@ static void turn_sums(const double *turn, size_t n_columns, double *from, double
                 add_row(length, turn[a * TERMS + b], from + (3 * a + c) * length, to + (3 * b + c) * length);
 }
 
-void co_wide_matrix_pull(co_wide_matrix *m, int32_t disc, double *half) {
-    const co_wide_fit *f = co_wide_fit_of(&m->patches->wide, &m->patches->wide.disc[disc]);
+/* m->fit and m->sums: the polynomial's points, and the rows `sum` over the disc's points, in terms of its variables. */
+static void reduce(co_wide_matrix *m, int32_t disc, size_t n_variables, const double *sum) {
+    const co_wide *w = &m->patches->wide;
+    const co_wide_fit *f = co_wide_fit_of(w, &w->disc[disc]);
     size_t n = (size_t)f->n_points, length = row_length(f);
-    double *sum = m->value + m->start[disc];
-    for (size_t s = 1; s < (size_t)f->valence; s++)
-        turn_sums(f->turn + s * TERMS * TERMS, 3 * n, sum + s * ROWS * length, sum);
-    for (size_t r = 0; r < ROWS; r++) { /* half of what the polynomial's points have among themselves */
-        double *row = sum + r * length;
-        for (size_t b = 0; b < TERMS; b++)
-            for (size_t i = 0; i < n; i++)
+    memset(m->fit, 0, ROWS * n_variables * sizeof *m->fit);
+    memset(m->sums, 0, ROWS * n_variables * sizeof *m->sums);
+    for (size_t i = 0; i < n; i++) {
+        size_t at = w->disc[disc].column + i;
+        if (m->first[at] < 0)
+            continue;
+        const double *basis = m->reduction->basis + 9 * (size_t)w->column[at];
+        size_t dimensions = (size_t)dimension(m->reduction, m->reduction->node[w->column[at]]);
+        for (size_t k = 0; k < dimensions; k++)
+            for (size_t r = 0; r < ROWS; r++) {
+                size_t to = r * n_variables + (size_t)m->first[at] + k;
+                m->fit[to] += f->matrix[r / 3 * n + i] * basis[3 * (r % 3) + k];
                 for (size_t c = 0; c < 3; c++)
-                    row[3 * i + c] += 0.5 * row[3 * n + 3 * b + c] * f->matrix[b * n + i];
+                    m->sums[to] += sum[r * length + 3 * i + c] * basis[3 * c + k];
+            }
     }
-    memset(half, 0, 9 * n * n * sizeof *half);
-    for (size_t i = 0; i < n; i++)
-        for (size_t a = 0; a < TERMS; a++)
-            for (size_t c = 0; c < 3; c++)
-                add_row(3 * n, f->matrix[a * n + i], sum + (3 * a + c) * length, half + (3 * i + c) * 3 * n);
+}
+
+/* With F the polynomial's points over the variables, D what is summed of these points among themselves and E of them
+ * with the faces' own: F^T (E + D F / 2) and its transpose. */
+void co_wide_matrix_pull(co_wide_matrix *m, int32_t disc, double *out) {
+    const co_wide_fit *f = co_wide_fit_of(&m->patches->wide, &m->patches->wide.disc[disc]);
+    const double zero = 0, half = 0.5, one = 1;
+    size_t length = row_length(f), n_variables = co_wide_matrix_n_variables(m, disc);
+    double *sum = m->value + m->start[disc], *among = sum + 3 * (size_t)f->n_points;
+    const int n = (int)n_variables, rows = ROWS, stride = (int)length;
+    if (n == 0)
+        return;
+    for (size_t s = 1; s < (size_t)f->valence; s++)
+        turn_sums(f->turn + s * TERMS * TERMS, 3 * (size_t)f->n_points, sum + s * ROWS * length, sum);
+    reduce(m, disc, n_variables, sum);
+    dgemm_("N", "N", &n, &rows, &rows, &half, m->fit, &n, among, &stride, &one, m->sums, &n, 1, 1);
+    dsyr2k_("L", "N", &n, &rows, &one, m->fit, &n, m->sums, &n, &zero, out, &n, 1, 1);
 }

@@ -2,24 +2,34 @@
  *
  * Each of a disc's faces depends on all of the disc's points, some hundred, through 21 that are rows over them: such
  * rows are not multiplied out face by face. What the faces of a sector have to say of those points, among each other
- * and with the faces' own, is summed first, and then taken back once a disc.
+ * and with the faces' own, is summed first, and then taken back once a disc, to the variables that are left of the
+ * disc's points.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_WIDE_MATRIX_H
 #define CO_WIDE_MATRIX_H
 
 #include "patches.h"
+#include "reduce.h"
 
 typedef struct co_wide_matrix {
     const co_patches *patches;
+    const co_reduction *reduction;
     int32_t *local; /* [n_cage] number of a vertex among its disc's points, of which no two discs share any; else -1 */
     size_t *start;  /* [n_discs + 1] of value: each sector's [3 TERMS][3 n + 3 TERMS], n the disc's points; columns are
                        the disc's points and then the sector's own. Nothing for discs that are not used */
     double *value;
+    size_t *node_start; /* [n_discs + 1] of node: */
+    int32_t *node;      /* the nodes that a disc's points move with, ascending; none of discs that are not used */
+    int32_t *first;     /* by the places of co_wide.column: number of the point's first variable among its disc's, -1 if
+                           it does not move */
+    double *fit,
+        *sums; /* [3 TERMS][variables of any disc] work: the polynomial's points over them, and what is summed */
 } co_wide_matrix;
 
-/* Which discs are used must not change any more. ERROR_MEMORY. */
-int32_t co_wide_matrix_create(const co_patches *patches, co_wide_matrix *out, curvopt_error *error);
+/* Which discs are used must not change any more; the reduction's nodes are of the patches' cage. ERROR_MEMORY. */
+int32_t co_wide_matrix_create(const co_patches *patches, const co_reduction *reduction, co_wide_matrix *out,
+                              curvopt_error *error);
 void co_wide_matrix_free(co_wide_matrix *matrix);
 void co_wide_matrix_clear(co_wide_matrix *matrix);
 
@@ -37,7 +47,10 @@ typedef struct co_wide_share {
 } co_wide_share;
 void co_wide_matrix_add(co_wide_matrix *matrix, const co_wide_share *share);
 
-/* half [3 n][3 n] of a disc, over its points: the matrix is half + its transpose. Spends the disc's sums. */
-void co_wide_matrix_pull(co_wide_matrix *matrix, int32_t disc, double *half);
+/* How many variables a disc's nodes have together. */
+size_t co_wide_matrix_n_variables(const co_wide_matrix *matrix, int32_t disc);
+/* Over them, those of the disc's first node first: out [n][n], its lower triangle by columns. Spends the disc's sums.
+ */
+void co_wide_matrix_pull(co_wide_matrix *matrix, int32_t disc, double *out);
 
 #endif
