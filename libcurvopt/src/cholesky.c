@@ -8,6 +8,7 @@
 
 #include "memory.h"
 
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 #include <suitesparse/cholmod.h>
@@ -62,10 +63,19 @@ void co_cholesky_destroy(co_cholesky *f) {
     free(f);
 }
 
-int32_t co_cholesky_factorize(co_cholesky *f, double shift, int *positive, curvopt_error *error) {
+/* CHOLMOD 3 takes four threads for loops over a few hundred numbers, however many there are: waking them costs a tenth
+ * of a factor of such a size and brings nothing to larger ones. */
+static void factorize_alone(co_cholesky *f, cholmod_factor *factor, double shift) {
     double beta[2] = {shift, 0};
+    int levels = omp_get_max_active_levels();
+    omp_set_max_active_levels(0);
+    cholmod_factorize_p(&f->matrix, beta, NULL, 0, factor, &f->common);
+    omp_set_max_active_levels(levels);
+}
+
+int32_t co_cholesky_factorize(co_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
-    cholmod_factorize_p(&f->matrix, beta, NULL, 0, f->factor, &f->common);
+    factorize_alone(f, f->factor, shift);
     if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
         return co_status_no_memory(error);
     *positive = f->common.status == CHOLMOD_OK && f->factor->minor == f->factor->n;
@@ -90,7 +100,6 @@ static int32_t solve_with(co_cholesky *f, cholmod_factor *factor, const double *
 
 int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int n_right, const double *right, double *solved,
                                    int32_t *n_negative, curvopt_error *error) {
-    double beta[2] = {shift, 0};
     size_t n = f->matrix.nrow;
     int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK;
     *n_negative = -1;
@@ -98,7 +107,7 @@ int32_t co_cholesky_count_negative(co_cholesky *f, double shift, int n_right, co
     f->common.final_ll = 0;
     cholmod_factor *ldl = cholmod_analyze(&f->matrix, &f->common);
     if (ldl)
-        cholmod_factorize_p(&f->matrix, beta, NULL, 0, ldl, &f->common);
+        factorize_alone(f, ldl, shift);
     f->common.supernodal = supernodal;
     f->common.final_ll = final_ll;
     if (!ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY) {

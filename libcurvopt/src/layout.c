@@ -16,6 +16,9 @@ void co_layout_free(co_layout *l) {
     free(l->patch);
     free(l->points);
     free(l->sums);
+    for (int32_t i = 0; i < l->n_mixed; i++)
+        co_table_destroy(l->mixed[i]);
+    free(l->mixed);
     free(l->batch_block);
     free(l->batch_touched);
     free(l->touched);
@@ -43,24 +46,81 @@ static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int ste
     start[0] = 0;
 }
 
-/* Fetches the tables of the kinds that occur; counts blocks and what they hold. */
-static int32_t measure(co_layout *l, const co_patches *patches, co_table_cache *cache, int32_t n_kinds,
-                       const int32_t *start, size_t *n_points, curvopt_error *error) {
+/* Patches that blocks are cut from, one after the other: of one kind, or of one rule and kinds that can be mixed. */
+typedef struct deal {
+    int32_t n_kinds;
+    int32_t *start; /* [n_kinds + 1] where a kind's patches begin, */
+    int32_t *order; /* [n_patches] in this */
+    int32_t *whole; /* [n_kinds] how many of them fill blocks of their own; the others are mixed */
+} deal;
+
+static int32_t table_of(const co_patches *patches, co_table_cache *cache, int32_t kind, const co_table **table,
+                        curvopt_error *error) {
+    return co_table_cache_get(cache, patches->kinds[kind / CO_N_RULES], kind % CO_N_RULES, table, error);
+}
+
+static int32_t blocks_of(int32_t n, int32_t lanes) {
+    return (n + lanes - 1) / lanes;
+}
+
+/* What is left of kinds that can be mixed, beside whole blocks, where that makes fewer blocks; fetches all tables. */
+static int32_t choose_mixed(deal *d, const co_patches *patches, co_table_cache *cache, int32_t lanes,
+                            curvopt_error *error) {
+    int32_t rest[CO_N_RULES] = {0}, blocks[CO_N_RULES] = {0};
+    for (int pass = 0; pass < 2; pass++)
+        for (int32_t k = 0; k < d->n_kinds; k++) {
+            int32_t n = d->start[k + 1] - d->start[k], left = n % lanes, rule = k % CO_N_RULES;
+            const co_table *table;
+            d->whole[k] = n;
+            if (n == 0)
+                continue;
+            int32_t status = table_of(patches, cache, k, &table, error);
+            if (status != CURVOPT_OK)
+                return status;
+            if (left == 0 || !co_table_is_mixable(table))
+                continue;
+            if (pass == 0) {
+                rest[rule] += left;
+                blocks[rule]++;
+            } else if (blocks_of(rest[rule], lanes) < blocks[rule]) {
+                d->whole[k] = n - left;
+            }
+        }
+    return CURVOPT_OK;
+}
+
+static void count_blocks(co_layout *l, int32_t n, const co_table *table, size_t *n_points) {
+    int32_t blocks = blocks_of(n, l->lanes);
+    l->n_blocks += blocks;
+    l->n_samples += (int64_t)n * table->n_samples;
+    l->max_points = table->n_points > l->max_points ? table->n_points : l->max_points;
+    *n_points += (size_t)blocks * (size_t)table->n_points * (size_t)l->lanes;
+}
+
+/* Counts blocks and what they hold. */
+static int32_t measure(co_layout *l, const deal *d, const co_patches *patches, co_table_cache *cache, size_t *n_points,
+                       curvopt_error *error) {
+    const co_table *table, *any[CO_N_RULES];
+    int32_t rest[CO_N_RULES] = {0};
     *n_points = 0;
-    for (int32_t k = 0; k < n_kinds; k++) {
-        int32_t n = start[k + 1] - start[k];
-        const co_table *table;
+    for (int32_t k = 0; k < d->n_kinds; k++) {
+        int32_t n = d->start[k + 1] - d->start[k];
         if (n == 0)
             continue;
-        int32_t status = co_table_cache_get(cache, patches->kinds[k / CO_N_RULES], k % CO_N_RULES, &table, error);
+        int32_t status = table_of(patches, cache, k, &table, error);
         if (status != CURVOPT_OK)
             return status;
-        size_t blocks = (size_t)((n + l->lanes - 1) / l->lanes), points = (size_t)table->n_points * (size_t)l->lanes;
-        l->n_blocks += (int32_t)blocks;
-        l->n_samples += (int64_t)n * table->n_samples;
-        l->max_points = table->n_points > l->max_points ? table->n_points : l->max_points;
-        *n_points += blocks * points;
+        count_blocks(l, d->whole[k], table, n_points);
+        if (n > d->whole[k]) {
+            rest[k % CO_N_RULES] += n - d->whole[k];
+            any[k % CO_N_RULES] = table;
+        }
     }
+    for (int rule = 0; rule < CO_N_RULES; rule++)
+        if (rest[rule]) {
+            count_blocks(l, rest[rule], any[rule], n_points);
+            l->n_mixed += blocks_of(rest[rule], l->lanes);
+        }
     return CURVOPT_OK;
 }
 
@@ -77,23 +137,62 @@ static void fill_block(const co_patches *patches, const int32_t *order, int32_t 
     }
 }
 
-static int32_t fill_blocks(const co_patches *patches, co_table_cache *cache, int32_t n_kinds, const int32_t *start,
-                           const int32_t *order, co_layout *l, curvopt_error *error) {
-    size_t points = 0;
-    int32_t b = 0;
-    for (int32_t k = 0; k < n_kinds; k++)
-        for (int32_t first = start[k]; first < start[k + 1]; first += l->lanes, b++) {
-            int32_t n = start[k + 1] - first;
-            co_block *block = &l->block[b];
-            int32_t status =
-                co_table_cache_get(cache, patches->kinds[k / CO_N_RULES], k % CO_N_RULES, &block->table, error);
-            if (status != CURVOPT_OK)
-                return status;
-            block->points = points;
-            fill_block(patches, order + first, n < l->lanes ? n : l->lanes, l, b);
-            points += (size_t)block->table->n_points * (size_t)l->lanes;
+/* Where the next block goes. */
+typedef struct place {
+    int32_t block, mixed;
+    size_t points;
+} place;
+
+static void add_block(const co_patches *patches, const co_table *table, const int32_t *order, int32_t n_used,
+                      co_layout *l, place *at) {
+    l->block[at->block].table = table;
+    l->block[at->block].points = at->points;
+    fill_block(patches, order, n_used < l->lanes ? n_used : l->lanes, l, at->block);
+    at->points += (size_t)table->n_points * (size_t)l->lanes;
+    at->block++;
+}
+
+static int32_t add_mixed(const co_patches *patches, const co_table **tables, const int32_t *order, int32_t n_used,
+                         co_layout *l, place *at, curvopt_error *error) {
+    for (int32_t lane = n_used; lane < l->lanes; lane++)
+        tables[lane] = tables[0];
+    int32_t status = co_table_mix(tables, l->lanes, &l->mixed[at->mixed], error);
+    if (status == CURVOPT_OK)
+        add_block(patches, l->mixed[at->mixed++], order, n_used, l, at);
+    return status;
+}
+
+/* The blocks of one rule's mixed patches. */
+static int32_t fill_mixed(const deal *d, int32_t rule, const co_patches *patches, co_table_cache *cache, co_layout *l,
+                          place *at, curvopt_error *error) {
+    const co_table *tables[CO_MAX_LANES];
+    int32_t order[CO_MAX_LANES], n = 0, status = CURVOPT_OK;
+    for (int32_t k = rule; k < d->n_kinds; k += CO_N_RULES)
+        for (int32_t i = d->start[k] + d->whole[k]; status == CURVOPT_OK && i < d->start[k + 1]; i++) {
+            order[n] = d->order[i];
+            status = table_of(patches, cache, k, &tables[n++], error);
+            if (status == CURVOPT_OK && n == l->lanes) {
+                status = add_mixed(patches, tables, order, n, l, at, error);
+                n = 0;
+            }
         }
-    return CURVOPT_OK;
+    return status == CURVOPT_OK && n ? add_mixed(patches, tables, order, n, l, at, error) : status;
+}
+
+static int32_t fill_blocks(const deal *d, const co_patches *patches, co_table_cache *cache, co_layout *l,
+                           curvopt_error *error) {
+    place at = {0};
+    int32_t status = CURVOPT_OK;
+    for (int32_t k = 0; k < d->n_kinds && status == CURVOPT_OK; k++) {
+        const co_table *table = NULL;
+        if (d->whole[k])
+            status = table_of(patches, cache, k, &table, error);
+        for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += l->lanes)
+            add_block(patches, table, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
+    }
+    for (int32_t rule = 0; rule < CO_N_RULES && status == CURVOPT_OK; rule++)
+        status = fill_mixed(d, rule, patches, cache, l, &at, error);
+    return status;
 }
 
 /* -------------------------------------------------------------------------------------------------- batches -- */
@@ -197,33 +296,42 @@ done:
     return status;
 }
 
+static int32_t allocate(co_layout *l, size_t n_points, curvopt_error *error) {
+    l->block = CO_NEW(co_block, l->n_blocks);
+    l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * (size_t)l->lanes);
+    l->points = CO_NEW(int32_t, n_points);
+    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *(size_t)l->lanes);
+    l->mixed = CO_NEW(co_table *, l->n_mixed);
+    if (l->block && l->patch && l->points && l->sums && l->mixed)
+        return CURVOPT_OK;
+    l->n_mixed = l->mixed ? l->n_mixed : 0;
+    return co_status_no_memory(error);
+}
+
 int32_t co_layout_create(const co_patches *patches, co_table_cache *cache, int32_t lanes, const uint8_t *rule, int step,
                          int gradients, int area, co_layout *l, curvopt_error *error) {
-    int32_t n_kinds = patches->n_kinds * CO_N_RULES, status = CURVOPT_ERROR_MEMORY;
+    int32_t n_kinds = patches->n_kinds * CO_N_RULES;
     size_t n_points;
-    int32_t *start = CO_NEW(int32_t, n_kinds + 1), *order = CO_NEW(int32_t, patches->n_patches);
+    deal d = {.n_kinds = n_kinds,
+              .start = CO_NEW(int32_t, n_kinds + 1),
+              .order = CO_NEW(int32_t, patches->n_patches),
+              .whole = CO_NEW(int32_t, n_kinds)};
     *l = (co_layout){.lanes = lanes};
-    if (!start || !order) {
-        co_status_no_memory(error);
-        goto done;
+    int32_t status = d.start && d.order && d.whole ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        sort_by_kind(patches, rule, step, n_kinds, d.start, d.order);
+        status = choose_mixed(&d, patches, cache, lanes, error);
     }
-    sort_by_kind(patches, rule, step, n_kinds, start, order);
-    status = measure(l, patches, cache, n_kinds, start, &n_points, error);
-    if (status != CURVOPT_OK)
-        goto done;
-    l->block = CO_NEW(co_block, l->n_blocks);
-    l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * (size_t)lanes);
-    l->points = CO_NEW(int32_t, n_points);
-    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *(size_t)lanes);
-    if (!l->block || !l->patch || !l->points || !l->sums) {
-        status = co_status_no_memory(error);
-        goto done;
-    }
-    status = fill_blocks(patches, cache, n_kinds, start, order, l, error);
+    if (status == CURVOPT_OK)
+        status = measure(l, &d, patches, cache, &n_points, error);
+    if (status == CURVOPT_OK)
+        status = allocate(l, n_points, error);
+    if (status == CURVOPT_OK)
+        status = fill_blocks(&d, patches, cache, l, error);
     if (status == CURVOPT_OK && gradients)
         status = build_batches(patches->n_points, area, l, error);
-done:
-    free(start);
-    free(order);
+    free(d.start);
+    free(d.order);
+    free(d.whole);
     return status;
 }

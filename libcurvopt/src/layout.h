@@ -1,4 +1,5 @@
-/* Patches dealt out to blocks: as many of one kind (valence and quadrature rule) at once as there are vector lanes.
+/* Patches dealt out to blocks: as many of one kind (valence and quadrature rule) at once as there are vector lanes, or
+ * of kinds that can be mixed (patch_table.h).
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LAYOUT_H
 #define CO_LAYOUT_H
@@ -29,6 +30,8 @@ typedef struct co_layout {
     co_block *block;
     int32_t *patch; /* [n_blocks][lanes] */
     int32_t *points;
+    co_table **mixed; /* [n_mixed] tables of blocks of several kinds */
+    int32_t n_mixed;
     double *sums; /* [n_blocks][CO_N_SUMS][lanes] */
     /* For gradients only, else NULL. Blocks are worked on in batches, each by one thread, in whose cache gradients stay
      * until they have been added up for every point that the batch touches: */

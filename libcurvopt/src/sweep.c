@@ -22,6 +22,15 @@ typedef struct plane_state {
     lane phi[CO_JET], psi[CO_JET]; /* jets of (S - V).n and of w times it */
 } plane_state;
 
+/* Where a sample's rows begin. `mixed` is a constant where this is called: of co_table. */
+CO_LANE_INLINE const double *rows_of(const co_table *t, int mixed, int32_t sample) {
+    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
+}
+/* Entry i of some rows, times x. */
+CO_LANE_INLINE lane times(const double *rows, int mixed, int32_t i, lane x) {
+    return mixed ? ((const lane *)(const void *)rows)[i] * x : rows[i] * x;
+}
+
 CO_LANE_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, lane (*P)[3]) {
     for (int l = 0; l < CO_LANES; l++) {
         const double *origin = xyz + 3 * (size_t)points[l];
@@ -34,27 +43,28 @@ CO_LANE_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, 
 }
 
 /* S [first..last] of one sample from its rows; a coordinate at a time, so that the sums stay in registers. */
-CO_LANE_INLINE void jets(const double *rows, int32_t n_points, lane (*P)[3], int first, int last, lane S[CO_JET][3]) {
+CO_LANE_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
+                         lane S[CO_JET][3]) {
     for (int c = 0; c < 3; c++) {
         lane sum[CO_JET];
         for (int k = first; k <= last; k++)
             sum[k] = lane_all(0);
         for (int32_t p = 0; p < n_points; p++)
             for (int k = first; k <= last; k++)
-                sum[k] += rows[p * CO_JET + k] * P[p][c];
+                sum[k] += times(rows, mixed, p * CO_JET + k, P[p][c]);
         for (int k = first; k <= last; k++)
             S[k][c] = sum[k];
     }
 }
 
 /* The transpose: G += rows^T S_bar. */
-CO_LANE_INLINE void scatter_jets(const double *rows, int32_t n_points, lane S_bar[CO_JET][3], int first, int last,
-                                 lane (*G)[3]) {
+CO_LANE_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+                                 int last, lane (*G)[3]) {
     for (int32_t p = 0; p < n_points; p++)
         for (int c = 0; c < 3; c++) {
             lane sum = G[p][c];
             for (int k = first; k <= last; k++)
-                sum += rows[p * CO_JET + k] * S_bar[k][c];
+                sum += times(rows, mixed, p * CO_JET + k, S_bar[k][c]);
             G[p][c] = sum;
         }
 }
@@ -170,21 +180,22 @@ CO_LANE_INLINE void accumulate(const co_table *t, int32_t sample, int third, con
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
 }
 
-/* The sweep over all samples; `third` and `plane` are constants where this is called, so that each combination is
- * compiled without the others' work. */
-CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, int plane, lane sums[CO_N_SUMS]) {
+/* The sweep over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each combination
+ * is compiled without the others' work. */
+CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, int plane, int mixed,
+                                  lane sums[CO_N_SUMS]) {
     const co_table *t = s->table;
     const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
     plane_state plane_of_block;
     if (plane)
         plane_begin(t, b, &plane_of_block);
     for (int32_t i = 0; i < t->n_samples; i++) {
-        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET;
+        const double *rows = rows_of(t, mixed, i);
         const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value = {0};
-        jets(rows, t->n_points, b->P, first, last_read, S);
+        jets(rows, mixed, t->n_points, b->P, first, last_read, S);
         if (plane)
             plane_forward(&plane_of_block, w, S);
         forward_second(S, &state, &value);
@@ -202,10 +213,10 @@ CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, 
             memset(S_bar[0], 0, sizeof S_bar[0]);
             plane_adjoint(&plane_of_block, w, S, S_bar);
         }
-        scatter_jets(rows, t->n_points, S_bar, first, last_read, b->G);
+        scatter_jets(rows, mixed, t->n_points, S_bar, first, last_read, b->G);
         if (s->area_gradient && !plane) {
             area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
-            scatter_jets(rows, t->n_points, S_bar, 1, 2, b->G_area);
+            scatter_jets(rows, mixed, t->n_points, S_bar, 1, 2, b->G_area);
         }
     }
     if (plane && s->gradient)
@@ -218,16 +229,16 @@ CO_LANE_INLINE void sweep_plane_area(const co_sweep *s, const block *b) {
     plane_state m;
     plane_begin(t, b, &m);
     for (int32_t i = 0; i < t->n_samples; i++) {
-        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET, *w = t->blend + (size_t)i * CO_JET;
+        const double *rows = rows_of(t, 0, i), *w = t->blend + (size_t)i * CO_JET;
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
-        jets(rows, t->n_points, b->P, 0, 9, S);
+        jets(rows, 0, t->n_points, b->P, 0, 9, S);
         plane_forward(&m, w, S);
         forward_second(S, &state, &value);
         area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
         plane_adjoint(&m, w, S, S_bar);
-        scatter_jets(rows, t->n_points, S_bar, 0, 9, b->G_area);
+        scatter_jets(rows, 0, t->n_points, S_bar, 0, 9, b->G_area);
     }
     plane_end(t, &m, b->G_area);
 }
@@ -259,13 +270,17 @@ static void run(const co_sweep *s) {
     if (s->gradient)
         memset(b.G, 0, sizeof *b.G * 2 * n);
     if (s->table->blend) {
-        sweep_samples(s, &b, 1, 1, sums);
+        sweep_samples(s, &b, 1, 1, 0, sums);
         if (s->gradient && s->area_gradient)
             sweep_plane_area(s, &b);
+    } else if (s->third && s->table->is_mixed) {
+        sweep_samples(s, &b, 1, 0, 1, sums);
     } else if (s->third) {
-        sweep_samples(s, &b, 1, 0, sums);
+        sweep_samples(s, &b, 1, 0, 0, sums);
+    } else if (s->table->is_mixed) {
+        sweep_samples(s, &b, 0, 0, 1, sums);
     } else {
-        sweep_samples(s, &b, 0, 0, sums);
+        sweep_samples(s, &b, 0, 0, 0, sums);
     }
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
@@ -298,12 +313,12 @@ CO_LANE_INLINE void add_squares(const lane *V, int n_columns, int size, lane *ma
 }
 
 /* Gradient of one residual with respect to the face's points: out [3 n]. */
-CO_LANE_INLINE void residual_gradient(const co_table *t, int32_t sample, lane S_bar[CO_JET][3], int first, int last,
-                                      lane *out) {
-    const double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
+CO_LANE_INLINE void residual_gradient(const co_table *t, int mixed, int32_t sample, lane S_bar[CO_JET][3], int first,
+                                      int last, lane *out) {
+    const double *rows = rows_of(t, mixed, sample);
     double weight = sqrt(t->weight[sample]);
     memset(out, 0, sizeof *out * 3 * (size_t)t->n_points);
-    scatter_jets(rows, t->n_points, S_bar, first, last, (lane(*)[3])(void *)out);
+    scatter_jets(rows, mixed, t->n_points, S_bar, first, last, (lane(*)[3])(void *)out);
     for (int32_t i = 0; i < 3 * t->n_points; i++)
         out[i] *= weight;
 }
@@ -314,13 +329,14 @@ CO_LANE_INLINE void plane_residual(plane_state *m, const co_table *t, int32_t sa
     memset(S_bar[0], 0, sizeof S_bar[0]);
     memset(m->V_bar, 0, sizeof m->V_bar);
     plane_adjoint(m, t->blend + (size_t)sample * CO_JET, S, S_bar);
-    residual_gradient(t, sample, S_bar, 0, 9, out);
+    residual_gradient(t, 0, sample, S_bar, 0, 9, out);
     for (int32_t p = 0; p < t->n_points; p++)
         lane_add_scaled(out + 3 * p, lane_all(t->masks[p] * sqrt(t->weight[sample])), m->V_bar);
 }
 
-/* `third` and `plane` are constants where this is called. */
-CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], lane *V, int third, int plane) {
+/* `third`, `plane` and `mixed` are constants where this is called. */
+CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], lane *V, int third, int plane,
+                                       int mixed) {
     const co_table *t = s->table;
     const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
     int n_columns = 0;
@@ -333,7 +349,7 @@ CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], l
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
-        jets(t->rows + (size_t)i * (size_t)t->n_points * CO_JET, t->n_points, P, first, last, S);
+        jets(rows_of(t, mixed, i), mixed, t->n_points, P, first, last, S);
         if (plane)
             plane_forward(&vertex, t->blend + (size_t)i * CO_JET, S);
         forward_second(S, &state, &value);
@@ -348,7 +364,7 @@ CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], l
             if (plane)
                 plane_residual(&vertex, t, i, S, S_bar, V + n_columns * size);
             else
-                residual_gradient(t, i, S_bar, first, last, V + n_columns * size);
+                residual_gradient(t, mixed, i, S_bar, first, last, V + n_columns * size);
             if (++n_columns == CO_SECOND_COLUMNS) {
                 add_squares(V, n_columns, size, matrix);
                 n_columns = 0;
@@ -375,7 +391,7 @@ CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, in
 }
 
 /* matrix += rows^T column for one derivative (order k, coordinate d): columns [n_orders][3 n] of one d. */
-CO_LANE_INLINE void add_columns(const double *rows, int32_t n_points, const lane *columns, int last, int d,
+CO_LANE_INLINE void add_columns(const double *rows, int mixed, int32_t n_points, const lane *columns, int last, int d,
                                 lane *matrix) {
     const int size = 3 * n_points;
     for (int i = d; i < size; i++) {
@@ -385,7 +401,7 @@ CO_LANE_INLINE void add_columns(const double *rows, int32_t n_points, const lane
         for (int q = 0; 3 * q + d <= i; q++) {
             lane sum = row[3 * q + d];
             for (int k = 1; k <= last; k++)
-                sum += rows[q * CO_JET + k] * column[k];
+                sum += times(rows, mixed, q * CO_JET + k, column[k]);
             row[3 * q + d] = sum;
         }
     }
@@ -395,14 +411,14 @@ CO_LANE_INLINE void add_columns(const double *rows, int32_t n_points, const lane
  * gradient with respect to the derivatives of S: nine digits (tests/numeric), for a tenth of the work of differencing
  * the whole gradient, and none of its dependence on the mesh. The step is relative to |S_u|, |S_v|; third derivatives
  * enter as squares, for which differences are exact. */
-CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *V, int third) {
+CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *V, int third, int mixed) {
     const co_table *t = s->table;
     const int size = 3 * t->n_points, last = third ? 9 : 5;
     const double relative_step = 3e-6;
     for (int32_t i = 0; i < t->n_samples; i++) {
-        const double *rows = t->rows + (size_t)i * (size_t)t->n_points * CO_JET;
+        const double *rows = rows_of(t, mixed, i);
         lane S[CO_JET][3], up[CO_JET][3], down[CO_JET][3];
-        jets(rows, t->n_points, P, 1, last, S);
+        jets(rows, mixed, t->n_points, P, 1, last, S);
         lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2])), half = 0.5 / step;
         for (int d = 0; d < 3; d++) {
             for (int k = 1; k <= last; k++) {
@@ -416,9 +432,9 @@ CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *
                     for (int c = 0; c < 3; c++)
                         up[j][c] = (up[j][c] - down[j][c]) * half;
                 memset(column, 0, sizeof *column * (size_t)size);
-                scatter_jets(rows, t->n_points, up, 1, last, (lane(*)[3])(void *)column);
+                scatter_jets(rows, mixed, t->n_points, up, 1, last, (lane(*)[3])(void *)column);
             }
-            add_columns(rows, t->n_points, V, last, d, (lane *)(void *)s->matrix);
+            add_columns(rows, mixed, t->n_points, V, last, d, (lane *)(void *)s->matrix);
         }
     }
 }
@@ -428,21 +444,30 @@ static void run_second(const co_second_sweep *s) {
     lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
     gather(s->table->n_points, s->points, s->xyz, P);
     memset(s->matrix, 0, sizeof(lane) * (size * (size + 1) / 2));
+    const int mixed = s->table->is_mixed;
     if (s->exact && !s->table->blend) {
-        if (s->third)
-            sweep_hessian(s, P, V, 1);
+        if (s->third && mixed)
+            sweep_hessian(s, P, V, 1, 1);
+        else if (s->third)
+            sweep_hessian(s, P, V, 1, 0);
+        else if (mixed)
+            sweep_hessian(s, P, V, 0, 1);
         else
-            sweep_hessian(s, P, V, 0);
+            sweep_hessian(s, P, V, 0, 0);
         return;
     }
     if (s->table->blend && s->third)
-        sweep_gauss_newton(s, P, V, 1, 1);
+        sweep_gauss_newton(s, P, V, 1, 1, 0);
     else if (s->table->blend)
-        sweep_gauss_newton(s, P, V, 0, 1);
+        sweep_gauss_newton(s, P, V, 0, 1, 0);
+    else if (s->third && mixed)
+        sweep_gauss_newton(s, P, V, 1, 0, 1);
     else if (s->third)
-        sweep_gauss_newton(s, P, V, 1, 0);
+        sweep_gauss_newton(s, P, V, 1, 0, 0);
+    else if (mixed)
+        sweep_gauss_newton(s, P, V, 0, 0, 1);
     else
-        sweep_gauss_newton(s, P, V, 0, 0);
+        sweep_gauss_newton(s, P, V, 0, 0, 0);
     for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
         s->matrix[i] *= 2; /* of squares */
 }
