@@ -8,6 +8,7 @@
 #include "mirror.h"
 #include "placement.h"
 #include "refine.h"
+#include "stages.h"
 #include "verify.h"
 
 #include <math.h>
@@ -195,7 +196,7 @@ static int32_t solve(run *r, int32_t number, const double *start, attempt *a, cu
     if (status == CURVOPT_OK)
         status = co_level_begin(&a->level, &a->now, error);
     if (status == CURVOPT_OK)
-        status = co_level_solve(&a->level, &a->now, &solved, error);
+        status = co_stages_solve(&a->level, &a->now, &solved, error);
     if (status == CURVOPT_OK)
         status = end_level(r, &a->level, &a->now, &solved, started, error);
     if (status != CURVOPT_OK)

@@ -15,25 +15,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    RESOLVE_EVERY = 20,
-    RESOLVE_STRONG = 5,
-    LMVM_MEMORY = 12,
-    RENEW_EVERY = 5,
-    INVERSE_ITERATIONS = 30,
-    SADDLE_HALVINGS = 12,
-    NEWTON_MEMORY = 5
-};
+enum { RESOLVE_EVERY = 20, RESOLVE_STRONG = 5, INVERSE_ITERATIONS = 30, SADDLE_HALVINGS = 12 };
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
 static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
 static const double SHIFT = 0.1, STIFFEN_MOST = 10;
-/* Newton's method is for places where the Hessian is not far from positive: within this much of its mean diagonal. On
- * cages that distort more and more it is not. Willmore's Hessian seldom is, and on coarse cages the least shift alone
- * is above this. */
-static const double MOST_NEGATIVE = 1e-6, MOST_NEGATIVE_THIRD = 1e-3;
-/* Of the energy; between levels only what the next one would not do better at once. */
-static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
-static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
+/* Of a third-order energy Newton's method is for places where the Hessian is not far from positive, within this much of
+ * its mean diagonal: elsewhere it is as slow as the first stage, and dearer. */
+static const double MOST_NEGATIVE = 1e-3;
+static const double WORTH_LEAVING = 2e-7; /* of the energy: what a step away from a saddle must bring */
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
 static const double WORKING_FACTOR = 10;
@@ -100,9 +89,7 @@ static co_settlement step_back(co_level *l, co_iterate *now, co_settlement verdi
     return verdict;
 }
 
-/* Holds `now` against finer rules. It becomes the iterate to go back to; or, if it is not resolved or its energy is not
- * below that one's by rules that tell them apart, it goes back itself. */
-static co_settlement check(co_level *l, co_iterate *now) {
+co_settlement co_level_check(co_level *l, co_iterate *now) {
     curvopt_energies energies;
     int resolved, changed;
     co_reduce_expand(&l->reduction, now->x, l->x);
@@ -140,7 +127,7 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     l->edge = co_mesh_mean_edge(l->mesh, l->x);
     if (l->frame->options->as_report || (!due && !suspicious))
         return CO_SETTLE_KEEP;
-    return check(l, now);
+    return co_level_check(l, now);
 }
 
 static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
@@ -201,7 +188,7 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
     l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
     if (l->failed != CURVOPT_OK)
         return CO_RENEWAL_FAILED;
-    if (l->exact && l->shift > (l->assembly.functional.has_third ? MOST_NEGATIVE_THIRD : MOST_NEGATIVE) * stiffest)
+    if (l->exact && l->assembly.functional.has_third && l->shift > MOST_NEGATIVE * stiffest)
         return CO_RENEWAL_GIVE_UP;
     return l->has_factor ? CO_RENEWED : CO_RENEWAL_FAILED;
 }
@@ -239,6 +226,18 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
         for (size_t i = 0; i < n; i++)
             d[i] = -d[i];
     return curvature < -least;
+}
+
+co_minimand co_level_minimand(co_level *l) {
+    return (co_minimand){.context = l,
+                         .n = (size_t)l->reduction.n_variables,
+                         .evaluate = evaluate,
+                         .step_length = step_length,
+                         .settle = settle,
+                         .precondition = l->has_model ? precondition : NULL,
+                         .renew = l->has_model ? renew : NULL,
+                         .negative_curvature = l->seeks_negative ? negative_curvature : NULL,
+                         .report = report};
 }
 
 /* ------------------------------------------------------------------------------------------------ the level -- */
@@ -332,109 +331,6 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* The optimizer from `now` on; `result` counts what was done before, too. */
-static int32_t go_on(co_level *l, const co_minimand *f, const co_lmvm_options *options, co_iterate *now,
-                     co_lmvm_result *result, curvopt_error *error) {
-    co_lmvm_options rest = *options;
-    l->iterations = result->iterations;
-    l->evaluations = result->evaluations;
-    rest.max_iterations -= l->iterations;
-    int32_t status = co_lmvm(f, &rest, now, result, error);
-    result->iterations += l->iterations;
-    result->evaluations += l->evaluations;
-    return status == CURVOPT_OK ? l->failed : status;
-}
-
-static int has_settled(const co_lmvm_result *result) {
-    return result->stop == CURVOPT_STOP_CONVERGED || result->stop == CURVOPT_STOP_SETTLED;
-}
-
-/* The second stage, from where the first one has settled: Newton's method proper. The figures at the end are wanted as
- * accurate as the tolerance says, not only within the multiple that rules are left alone for: where that takes finer
- * ones, the first stage goes on by these before. */
-static int32_t polish(co_level *l, co_minimand *f, co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
-                      curvopt_error *error) {
-    int32_t status = CURVOPT_OK;
-    l->assembly.met = 0;
-    if (check(l, now) == CO_SETTLE_CHANGED)
-        status = go_on(l, f, options, now, result, error);
-    if (status == CURVOPT_OK)
-        status = l->failed;
-    if (status != CURVOPT_OK || !has_settled(result))
-        return status;
-    int stop = result->stop;
-    l->exact = 1;
-    l->shift = 0;
-    f->negative_curvature = negative_curvature;
-    options->memory = NEWTON_MEMORY;
-    options->renew_every = 1;
-    status = go_on(l, f, options, now, result, error);
-    if (result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
-        result->stop = stop;
-    return status;
-}
-
-/* The last steps may not have been looked at, and a fold may hide from two rules that follow each other: by the rules
- * that the figures at the end need, the best of the last iterate, the last that stood, and the first. */
-static int32_t keep_best(co_level *l, co_iterate *now, int *stop, curvopt_error *error) {
-    curvopt_energies energies;
-    int resolved, changed;
-    double *const others[2] = {l->safe, l->first};
-    size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
-    co_reduce_expand(&l->reduction, now->x, l->x);
-    int32_t status =
-        co_assembly_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, &energies, &resolved, &changed, error);
-    if (status != CURVOPT_OK)
-        return status;
-    double least = value_at(l, now->x, NULL);
-    for (int k = 0; k < 2; k++) {
-        double value = value_at(l, others[k], NULL);
-        if (value < least || !isfinite(least)) {
-            least = value;
-            memcpy(now->x, others[k], bytes);
-            if (others[k] == l->first && *stop != CURVOPT_STOP_CANCELLED)
-                *stop = CURVOPT_STOP_UNRESOLVED;
-        }
-    }
-    now->value = value_at(l, now->x, now->gradient);
-    return CURVOPT_OK;
-}
-
-int32_t co_level_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
-    const curvopt_options *o = l->frame->options;
-    int last = l->number == o->levels;
-    co_minimand f = {.context = l,
-                     .n = (size_t)l->reduction.n_variables,
-                     .evaluate = evaluate,
-                     .step_length = step_length,
-                     .settle = settle,
-                     .report = report};
-    co_lmvm_options lmvm = {.memory = LMVM_MEMORY,
-                            .max_iterations = o->max_iterations,
-                            .gradient_tolerance = o->gradient_tolerance,
-                            .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
-                            .settled_decrease = last ? FINAL_SETTLED : COARSE_SETTLED,
-                            .max_step = o->max_step,
-                            .renew_every = RENEW_EVERY};
-    *result = (co_lmvm_result){0};
-    if (l->has_model) {
-        f.precondition = precondition;
-        f.renew = renew;
-    }
-    if (report(l, now, 0, 0)) {
-        result->stop = CURVOPT_STOP_CANCELLED;
-        return CURVOPT_OK;
-    }
-    int32_t status = go_on(l, &f, &lmvm, now, result, error);
-    if (status == CURVOPT_OK && l->has_model && last && has_settled(result))
-        status = polish(l, &f, &lmvm, now, result, error);
-    if (co_frame_is_cancelled(l->frame))
-        result->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK && !o->as_report)
-        status = keep_best(l, now, &result->stop, error);
-    return status;
-}
-
 void co_level_to_user(const co_level *l, const double *z, double normalized_area, double *xyz) {
     size_t n = (size_t)l->mesh->info.n_vertices;
     co_reduce_expand(&l->reduction, z, xyz);
@@ -478,7 +374,7 @@ int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *p
  * decrease worth the name. trial [n_variables], d is spoilt */
 static int step_down(co_level *l, double *d, double *trial, co_iterate *now) {
     size_t n = (size_t)l->reduction.n_variables;
-    double least = FINAL_DECREMENT * fabs(now->value);
+    double least = WORTH_LEAVING * fabs(now->value);
     double scale = l->frame->options->max_step / step_length(l, d);
     for (int halving = 0; halving < 2 * SADDLE_HALVINGS; halving++, scale *= halving % 2 ? -0.5 : -1) {
         memcpy(trial, now->x, n * sizeof *trial);

@@ -42,8 +42,9 @@ typedef struct co_level {
     co_values last;       /* and what was evaluated last */
     co_model model;       /* for a preconditioner */
     int has_model;
-    co_gauge gauge; /* motions that the objective does not see */
-    int exact;      /* it is the Hessian, not the Gauss-Newton matrix */
+    co_gauge gauge;     /* motions that the objective does not see */
+    int exact;          /* it is the Hessian, not the Gauss-Newton matrix, */
+    int seeks_negative; /* and where it is not positive, steps along its negative directions are tried */
     int has_factor;
     double shift;
     int32_t number;
@@ -68,8 +69,11 @@ void co_level_free(co_level *level);
 
 /* Rules, value and gradient at `now`; refuses what has none. */
 int32_t co_level_begin(co_level *level, co_iterate *now, curvopt_error *error);
-/* From `now`, in place. level->report is told of every step. */
-int32_t co_level_solve(co_level *level, co_iterate *now, co_lmvm_result *result, curvopt_error *error);
+/* The level's function as an optimizer sees it, by what the level is set to now. */
+co_minimand co_level_minimand(co_level *level);
+/* Holds `now` against finer rules. It becomes the iterate to go back to; or, if it is not resolved or its energy is not
+ * below that one's by rules that tell them apart, it goes back itself. level->failed may be set. */
+co_settlement co_level_check(co_level *level, co_iterate *now);
 /* Energies at `now` by rules that give the wanted accuracy, and positions in the user's units. */
 int32_t co_level_finish(co_level *level, const co_iterate *now, double *xyz, curvopt_energies *energies, int *resolved,
                         curvopt_error *error);

@@ -17,7 +17,7 @@
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
 static const double SHORT_SHARE = 0.5; /* of a direction: less of it stands only if the model is too soft */
-enum { STALLED_STEPS = 10, SMALL_STEPS = 4, PROGRESS_STEPS = 15, HALVINGS = 12 };
+enum { STALLED_STEPS = 10, SMALL_STEPS = 4, HALVINGS = 12 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -37,7 +37,7 @@ typedef struct solver {
     double slope;     /* gradient.direction */
     double overshoot; /* overshoot_of() the last direction */
     int stale_steps;  /* since the preconditioner was renewed */
-    double mark;      /* value PROGRESS_STEPS steps ago */
+    double mark;      /* value settled_steps steps ago */
     int small_steps;  /* in a row whose predicted decrease is below the tolerance */
     int quiet_steps;  /* in a row without a decrease worth the name */
 } solver;
@@ -181,8 +181,30 @@ static int take_step(solver *s, co_iterate *now) {
     return s->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
 }
 
+/* Whether the model says that the last direction leads nowhere. */
+static int is_small(const solver *s, const co_iterate *now) {
+    return s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value);
+}
+
+/* Where nothing is left to gain but along negative curvature; a stop reason, or -1 to go on. */
+static int finish(solver *s, co_iterate *now) {
+    if (!leave_saddle(s, now))
+        return CURVOPT_STOP_CONVERGED;
+    s->small_steps = 0;
+    return take_step(s, now);
+}
+
+static int has_settled(solver *s, const co_iterate *now) {
+    if (!s->f->precondition || s->result->iterations % s->options->settled_steps != 0)
+        return 0;
+    int settled = s->mark - now->value < s->options->settled_decrease * fabs(now->value);
+    s->mark = now->value;
+    return settled;
+}
+
 static int iterate(solver *s, co_iterate *now) {
     for (;;) {
+        int stop;
         double norm = co_vector_norm(s->f->n, now->gradient);
         if (norm <= s->options->gradient_tolerance * fabs(now->value))
             return CURVOPT_STOP_CONVERGED;
@@ -190,27 +212,19 @@ static int iterate(solver *s, co_iterate *now) {
             return CURVOPT_STOP_LIMIT;
         if (keep_fresh(s, now) == CO_RENEWAL_GIVE_UP)
             return CURVOPT_STOP_SETTLED;
-        if (!find_step(s, now))
-            return CURVOPT_STOP_STALLED;
-        /* several in a row: one may be short because the preconditioner was stiffened */
-        int small = s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value);
-        s->small_steps = small ? s->small_steps + 1 : 0;
-        int stop = take_step(s, now);
+        if (find_step(s, now)) {
+            /* several in a row: one may be short because the preconditioner was stiffened */
+            s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
+            stop = take_step(s, now);
+            if (stop < 0 && s->small_steps >= SMALL_STEPS)
+                stop = finish(s, now);
+        } else { /* of a small step rounding may hide what it would bring */
+            stop = is_small(s, now) ? finish(s, now) : CURVOPT_STOP_STALLED;
+        }
         if (stop >= 0)
             return stop;
-        if (s->small_steps >= SMALL_STEPS) {
-            if (!leave_saddle(s, now))
-                return CURVOPT_STOP_CONVERGED;
-            s->small_steps = 0;
-            stop = take_step(s, now);
-            if (stop >= 0)
-                return stop;
-        }
-        if (s->f->precondition && s->result->iterations % PROGRESS_STEPS == 0) {
-            if (s->mark - now->value < s->options->settled_decrease * fabs(now->value))
-                return CURVOPT_STOP_SETTLED;
-            s->mark = now->value;
-        }
+        if (has_settled(s, now))
+            return CURVOPT_STOP_SETTLED;
     }
 }
 

@@ -12,9 +12,10 @@ typedef struct co_lmvm_options {
     double decrement_tolerance; /* with a preconditioner: converged when -gradient.direction <= this * |value|
                                    for several steps */
     double
-        settled_decrease; /* with a preconditioner: settled when PROGRESS_STEPS steps bring less than this * |value| */
-    double max_step;      /* cap, in the minimand's step_length() */
-    int renew_every;      /* steps between renewals of the preconditioner */
+        settled_decrease; /* with a preconditioner: settled when settled_steps steps bring less than this * |value| */
+    int settled_steps;
+    double max_step; /* cap, in the minimand's step_length() */
+    int renew_every; /* steps between renewals of the preconditioner */
 } co_lmvm_options;
 
 typedef struct co_lmvm_result {

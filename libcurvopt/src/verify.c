@@ -1,6 +1,7 @@
 /* Whether a cage is a stationary point, and of what kind. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "verify.h"
 
+#include "decrement.h"
 #include "memory.h"
 #include "placement.h"
 
@@ -11,17 +12,6 @@
 enum { LARGEST_ITERATIONS = 60 };
 static const double RESIDUAL = 1e-3;        /* in the preconditioner's norm, of the first one */
 static const double DIFFERENCE_STEP = 1e-3; /* longest displacement, in mean edges */
-static const double HESSIAN_NOISE = 1e-9;   /* of its mean diagonal: what its nine digits (sweep.c) leave unknown */
-
-/* The Hessian, or with `exact` 0 the Gauss-Newton matrix, at `now`. Where the energy is all but zero, the level's least
- * shift is less than is known of them: then with as much more. */
-static int32_t factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
-    int32_t status = co_level_factorize(l, now, exact, positive, error);
-    if (status == CURVOPT_OK && !*positive)
-        status =
-            co_model_factorize(&l->model, HESSIAN_NOISE * co_hessian_mean_diagonal(&l->model.hessian), positive, error);
-    return status;
-}
 
 /* out = Hessian v, by a central difference; rigid motions and scaling made stiff as in the model. work [2 n] */
 static void difference_product(co_level *l, const double *z, const double *v, double *work, double *out) {
@@ -75,17 +65,6 @@ static int32_t difference_decrement(co_level *l, const co_iterate *now, double *
     return status;
 }
 
-/* Half of gradient.M^-1 gradient by the level's factored model. */
-static int32_t model_decrement(co_level *l, const co_iterate *now, double *decrement, curvopt_error *error) {
-    size_t n = (size_t)l->reduction.n_variables;
-    double *step = CO_NEW(double, n);
-    int32_t status = step ? co_model_solve(&l->model, now->gradient, step, error) : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        *decrement = 0.5 * co_vector_dot(n, now->gradient, step);
-    free(step);
-    return status;
-}
-
 /* A level of its own at a cage. */
 typedef struct probe {
     co_level level;
@@ -125,13 +104,13 @@ static int32_t check_shape(probe *p, int differences, co_shape_check *out, curvo
     *out = (co_shape_check){.negative_directions = 0};
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
-    int32_t status = factorize(l, &p->now, 1, &positive, error);
+    int32_t status = co_decrement_factorize(l, &p->now, 1, &positive, error);
     if (status != CURVOPT_OK)
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
     if (!positive)
         return co_level_count_negative(l, &p->now, &out->negative_directions, error);
-    status = model_decrement(l, &p->now, &out->decrement, error);
+    status = co_decrement_by_factor(l, &p->now, &out->decrement, error);
     if (status == CURVOPT_OK && differences)
         status = difference_decrement(l, &p->now, &out->difference_decrement, error);
     return status;
@@ -161,18 +140,9 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
 }
 
 int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, curvopt_error *error) {
-    int positive;
-    *decrement = 0;
-    if (l->reduction.n_variables == 0)
-        return CURVOPT_OK;
-    now->value = co_level_evaluate(l, now->x, now->gradient); /* by the rules that co_level_finish() has settled on */
-    int32_t status = factorize(l, now, 1, &positive, error);
-    if (status == CURVOPT_OK && !positive)
-        status = factorize(l, now, 0, &positive, error);
-    if (status == CURVOPT_OK && positive)
-        return model_decrement(l, now, decrement, error);
-    *decrement = (double)NAN;
-    return status;
+    if (l->reduction.n_variables) /* by the rules that co_level_finish() has settled on */
+        now->value = co_level_evaluate(l, now->x, now->gradient);
+    return co_decrement(l, now, decrement, error);
 }
 
 int32_t co_verify_count(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, const double *xyz,

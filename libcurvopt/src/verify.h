@@ -1,11 +1,11 @@
 /* Whether a cage is a stationary point, and of what kind.
  *
  * The report (section 3.3) verifies its minima by Newton's method. Here two questions are asked. What is left to gain,
- * by the Newton decrement (Boyd, Vandenberghe, "Convex optimization", 2004, section 9.5), half of gradient.H^-1
- * gradient: over everything that may move, and over motion along the cage's normals, which changes the shape and not
- * only how the cage lies in it. And in how many directions the shape could go down at second order: the Hessian's
- * inertia on motion along normals. Vertices can nearly always slide in the surface to some gain (a finer grid where
- * curvature varies), so that the Hessian over everything has negative directions that say nothing of the shape.
+ * by the Newton decrement (decrement.h): over everything that may move, and over motion along the cage's normals, which
+ * changes the shape and not only how the cage lies in it. And in how many directions the shape could go down at second
+ * order: the Hessian's inertia on motion along normals. Vertices can nearly always slide in the surface to some gain (a
+ * finer grid where curvature varies), so that the Hessian over everything has negative directions that say nothing of
+ * the shape.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_VERIFY_H
@@ -28,8 +28,7 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *mesh, const c
                         const co_hold *constraints, const double *xyz, const co_level *solved, int differences,
                         co_shape_check *out, curvopt_error *error);
 
-/* The decrement over all variables of a level at `now`, whose value and gradient are renewed: by the exact Hessian, or
- * by the Gauss-Newton matrix where that has negative directions. ERROR_MEMORY. */
+/* The decrement over all variables of a level at `now`, whose value and gradient are renewed. ERROR_MEMORY. */
 int32_t co_verify_decrement(co_level *level, co_iterate *now, double *decrement, curvopt_error *error);
 
 /* Negative directions over everything that constraints leave free, no symmetry kept. As co_level_create. */

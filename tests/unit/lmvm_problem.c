@@ -4,7 +4,7 @@
 #include "check.h"
 
 const co_lmvm_options usual_options = {
-    .memory = 12, .max_iterations = 1000, .gradient_tolerance = 1e-10, .max_step = 1e3};
+    .memory = 12, .max_iterations = 1000, .gradient_tolerance = 1e-10, .max_step = 1e3, .settled_steps = 15};
 
 static double quadratic(const problem *p, const double *x, double *gradient) {
     double value = 1;

@@ -1,0 +1,194 @@
+/* A level's minimum, in stages.
+ *
+ * The Gauss-Newton matrix leads to the shape in a few steps. What is left then is how the cage lies in it: vertices
+ * slide in the surface, which that matrix sees badly. There the Hessian takes over. Second-order energies: as soon as
+ * the shape stands, with the shift that it needs to be positive, and only until the certificate (decrement.h) is met;
+ * the Hessian has many negative directions that slide vertices, and following them further lowers the energy by another
+ * 1e-5 at the price of ever worse quadrature. Third-order ones: where it is nearly positive, Newton's method proper
+ * (tests/bench has what else was tried). SPDX-License-Identifier: GPL-3.0-or-later */
+#include "stages.h"
+
+#include "decrement.h"
+#include "memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MEMORY = 12, RENEW_EVERY = 5, SLOW_STEPS = 15, QUICK_STEPS = 5 };
+enum { NEWTON_MEMORY = 5, MOST_SLIDING = 30 };
+/* Of the energy; between levels only what the next one would not do better at once. */
+static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
+static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
+/* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
+static const double SLIDING_SETTLED = 2e-5, STATIONARY = 8e-7;
+static const double DISTORTED = 0.5; /* of the least Jacobian */
+
+typedef struct stages {
+    co_level *level;
+    co_lmvm_options options;
+    co_iterate *now;
+    co_lmvm_result *result;
+} stages;
+
+/* The optimizer from where the last stage ended; the result counts what was done before, too. */
+static int32_t go_on(stages *s, curvopt_error *error) {
+    co_level *l = s->level;
+    co_lmvm_options rest = s->options;
+    co_minimand f = co_level_minimand(l);
+    l->iterations = s->result->iterations;
+    l->evaluations = s->result->evaluations;
+    rest.max_iterations -= l->iterations;
+    int32_t status = co_lmvm(&f, &rest, s->now, s->result, error);
+    s->result->iterations += l->iterations;
+    s->result->evaluations += l->evaluations;
+    return status == CURVOPT_OK ? l->failed : status;
+}
+
+static int has_settled(const stages *s) {
+    return s->result->stop == CURVOPT_STOP_CONVERGED || s->result->stop == CURVOPT_STOP_SETTLED;
+}
+
+/* The figures at the end are wanted as accurate as the tolerance says, not only within the multiple that rules are left
+ * alone for: where that takes finer ones, the stage goes on by these. */
+static int32_t go_on_by_finer_rules(stages *s, curvopt_error *error) {
+    co_level *l = s->level;
+    l->assembly.met = 0;
+    if (co_level_check(l, s->now) == CO_SETTLE_CHANGED)
+        return go_on(s, error);
+    return l->failed;
+}
+
+/* Steps by the Hessian until they have settled, or, where that is INFINITY, some more; what is left to gain then. */
+static int32_t hessian_steps(stages *s, double settled, double *left, curvopt_error *error) {
+    s->options.settled_decrease = settled;
+    int32_t status = go_on(s, error);
+    if (status == CURVOPT_OK && has_settled(s))
+        status = go_on_by_finer_rules(s, error);
+    if (status == CURVOPT_OK && has_settled(s))
+        status = co_decrement(s->level, s->now, left, error);
+    return status;
+}
+
+/* Steps by the Hessian until the certificate is met; *done: whether it is, by a cage that is not much more distorted.
+ * Without a history: pairs of steps as different as these make the metric worse. */
+static int32_t slide(stages *s, int *done, curvopt_error *error) {
+    co_level *l = s->level;
+    const co_lmvm_options before = s->options;
+    const double jacobian = l->last.min_jacobian;
+    int32_t status = CURVOPT_OK;
+    l->exact = 1;
+    l->shift = 0;
+    s->options.memory = 0;
+    s->options.renew_every = 1;
+    if (s->options.max_iterations > s->result->iterations + MOST_SLIDING)
+        s->options.max_iterations = s->result->iterations + MOST_SLIDING;
+    *done = 0;
+    for (double settled = SLIDING_SETTLED; !*done; settled = INFINITY) {
+        double left = (double)NAN;
+        status = hessian_steps(s, settled, &left, error);
+        if (status != CURVOPT_OK || !has_settled(s))
+            break;
+        *done = left <= STATIONARY * fabs(s->now->value) && l->last.min_jacobian >= DISTORTED * jacobian;
+    }
+    l->exact = 0;
+    s->options = before;
+    return status;
+}
+
+/* The last level of a second-order energy, after the shape has settled. */
+static int32_t finish_second(stages *s, curvopt_error *error) {
+    co_level *l = s->level;
+    size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
+    int done;
+    double *start = CO_NEW(double, l->reduction.n_variables);
+    if (!start)
+        return co_status_no_memory(error);
+    memcpy(start, s->now->x, bytes);
+    int32_t status = slide(s, &done, error);
+    if (status == CURVOPT_OK && done) {
+        s->result->stop = CURVOPT_STOP_CONVERGED;
+    } else if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED) { /* slowly, but surely */
+        memcpy(s->now->x, start, bytes);
+        memcpy(l->safe, start, bytes);
+        s->now->value = co_level_evaluate(l, s->now->x, s->now->gradient);
+        s->options.settled_decrease = FINAL_SETTLED;
+        s->options.settled_steps = SLOW_STEPS;
+        status = go_on(s, error);
+    }
+    free(start);
+    return status;
+}
+
+/* The last level of a third-order energy, after everything has settled: Newton's method. */
+static int32_t finish_third(stages *s, curvopt_error *error) {
+    int32_t status = go_on_by_finer_rules(s, error);
+    if (status != CURVOPT_OK || !has_settled(s))
+        return status;
+    int stop = s->result->stop;
+    s->level->exact = s->level->seeks_negative = 1;
+    s->level->shift = 0;
+    s->options.memory = NEWTON_MEMORY;
+    s->options.renew_every = 1;
+    status = go_on(s, error);
+    if (s->result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
+        s->result->stop = stop;
+    return status;
+}
+
+/* The last steps may not have been looked at, and a fold may hide from two rules that follow each other: by the rules
+ * that the figures at the end need, the best of the last iterate, the last that stood, and the first. */
+static int32_t keep_best(co_level *l, co_iterate *now, int *stop, curvopt_error *error) {
+    curvopt_energies energies;
+    int resolved, changed;
+    double *const others[2] = {l->safe, l->first};
+    size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
+    co_reduce_expand(&l->reduction, now->x, l->x);
+    int32_t status =
+        co_assembly_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, &energies, &resolved, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
+    double least = co_level_evaluate(l, now->x, NULL);
+    for (int k = 0; k < 2; k++) {
+        double value = co_level_evaluate(l, others[k], NULL);
+        if (value < least || !isfinite(least)) {
+            least = value;
+            memcpy(now->x, others[k], bytes);
+            if (others[k] == l->first && *stop != CURVOPT_STOP_CANCELLED)
+                *stop = CURVOPT_STOP_UNRESOLVED;
+        }
+    }
+    now->value = co_level_evaluate(l, now->x, now->gradient);
+    return CURVOPT_OK;
+}
+
+static co_lmvm_options first_options(const co_level *l) {
+    const curvopt_options *o = l->frame->options;
+    int last = l->number == o->levels, third = l->assembly.functional.has_third;
+    return (co_lmvm_options){.memory = MEMORY,
+                             .max_iterations = o->max_iterations,
+                             .gradient_tolerance = o->gradient_tolerance,
+                             .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
+                             .settled_decrease = last && third ? FINAL_SETTLED : COARSE_SETTLED,
+                             .settled_steps = last && !third ? QUICK_STEPS : SLOW_STEPS,
+                             .max_step = o->max_step,
+                             .renew_every = RENEW_EVERY};
+}
+
+int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
+    const curvopt_options *o = l->frame->options;
+    stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
+    *result = (co_lmvm_result){0};
+    if (co_level_minimand(l).report(l, now, 0, 0)) {
+        result->stop = CURVOPT_STOP_CANCELLED;
+        return CURVOPT_OK;
+    }
+    int32_t status = go_on(&s, error);
+    if (status == CURVOPT_OK && l->has_model && l->number == o->levels && has_settled(&s))
+        status = (l->assembly.functional.has_third ? finish_third : finish_second)(&s, error);
+    if (co_frame_is_cancelled(l->frame))
+        result->stop = CURVOPT_STOP_CANCELLED;
+    if (status == CURVOPT_OK && !o->as_report)
+        status = keep_best(l, now, &result->stop, error);
+    return status;
+}
