@@ -70,12 +70,17 @@ static int32_t hessian_steps(stages *s, double settled, double *left, curvopt_er
     return status;
 }
 
+static double least_jacobian(const stages *s) {
+    co_level_evaluate(s->level, s->now->x, NULL);
+    return s->level->last.min_jacobian;
+}
+
 /* Steps by the Hessian until the certificate is met; *done: whether it is, by a cage that is not much more distorted.
  * Without a history: pairs of steps as different as these make the metric worse. */
 static int32_t slide(stages *s, int *done, curvopt_error *error) {
     co_level *l = s->level;
     const co_lmvm_options before = s->options;
-    const double jacobian = l->last.min_jacobian;
+    const double jacobian = least_jacobian(s);
     int32_t status = CURVOPT_OK;
     l->exact = 1;
     l->shift = 0;
@@ -86,10 +91,13 @@ static int32_t slide(stages *s, int *done, curvopt_error *error) {
     *done = 0;
     for (double settled = SLIDING_SETTLED; !*done; settled = INFINITY) {
         double left = (double)NAN;
+        int steps = s->result->iterations;
         status = hessian_steps(s, settled, &left, error);
         if (status != CURVOPT_OK || !has_settled(s))
             break;
-        *done = left <= STATIONARY * fabs(s->now->value) && l->last.min_jacobian >= DISTORTED * jacobian;
+        *done = left <= STATIONARY * fabs(s->now->value) && least_jacobian(s) >= DISTORTED * jacobian;
+        if (s->result->iterations == steps) /* nothing will change any more */
+            break;
     }
     l->exact = 0;
     s->options = before;
@@ -108,7 +116,8 @@ static int32_t finish_second(stages *s, curvopt_error *error) {
     int32_t status = slide(s, &done, error);
     if (status == CURVOPT_OK && done) {
         s->result->stop = CURVOPT_STOP_CONVERGED;
-    } else if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED) { /* slowly, but surely */
+    } else if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED &&
+               s->result->iterations < s->options.max_iterations) { /* slowly, but surely */
         memcpy(s->now->x, start, bytes);
         memcpy(l->safe, start, bytes);
         s->now->value = co_level_evaluate(l, s->now->x, s->now->gradient);
