@@ -311,7 +311,7 @@ CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double 
 
 /* Why a run or a level stopped; none of these is an error, all return the best iterate. */
 typedef enum curvopt_stop {
-    CURVOPT_STOP_CONVERGED = 0,  /* the gradient is below its tolerance */
+    CURVOPT_STOP_CONVERGED = 0,  /* the gradient is below its tolerance, or what is left to gain */
     CURVOPT_STOP_STALLED = 1,    /* no further decrease is possible in floating point */
     CURVOPT_STOP_LIMIT = 2,      /* max_iterations */
     CURVOPT_STOP_CANCELLED = 3,  /* by the callback or curvopt_cancel_request */

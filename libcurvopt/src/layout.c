@@ -2,6 +2,7 @@
 #include "layout.h"
 
 #include "memory.h"
+#include "mixed_table.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Patches dealt out to blocks: as many of one kind (valence and quadrature rule) at once as there are vector lanes, or
- * of kinds that can be mixed (patch_table.h).
+ * of kinds that can be mixed (mixed_table.h).
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LAYOUT_H
 #define CO_LAYOUT_H

@@ -20,7 +20,7 @@ typedef struct co_table {
     double *weight;         /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
     double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
     double *rows;           /* [n_samples][n_points][CO_JET]; if it is mixed, [CO_JET][lanes] */
-    int is_mixed;           /* each vector lane has a kind of its own (co_table_mix) */
+    int is_mixed;           /* each vector lane has a kind of its own (mixed_table.h) */
     double *blend;          /* plane: [n_samples][CO_JET], the weight w(u) w(v); else NULL */
     double *masks;          /* plane: [3][n_points] limit position and tangents at the vertex; else NULL */
 } co_table;
@@ -28,13 +28,6 @@ typedef struct co_table {
 /* `valence` is a fan, here and below. */
 int32_t co_table_create(int32_t surface, int32_t valence, int32_t rule, co_table **out, curvopt_error *error);
 void co_table_destroy(co_table *table);
-
-/* Whether faces of this kind may share a block with others that may, by the same rule: those of wide blends away from
- * the vertex, whose tables differ in rows alone, and of which a symmetric cage may have only one of each kind. Not
- * where the table is large. */
-int co_table_is_mixable(const co_table *table);
-/* The rows of such tables [lanes], of one rule, side by side. */
-int32_t co_table_mix(const co_table *const *tables, int32_t lanes, co_table **out, curvopt_error *error);
 
 /* Tables made so far, and polynomials fitted for single points, in no order: a cage has few kinds of fans. */
 typedef struct co_table_cache {

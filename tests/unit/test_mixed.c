@@ -3,6 +3,7 @@
  */
 #include "check.h"
 #include "fan.h"
+#include "mixed_table.h"
 #include "sweep.h"
 
 #include <stdlib.h>
