@@ -16,7 +16,7 @@
 #include <string.h>
 
 enum { MEMORY = 12, RENEW_EVERY = 5, SLOW_STEPS = 15, QUICK_STEPS = 5 };
-enum { NEWTON_MEMORY = 5, MOST_SLIDING = 30 };
+enum { NEWTON_MEMORY = 5, MOST_SLIDING = 30, MOST_ROUNDS = 3 };
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
@@ -129,20 +129,41 @@ static int32_t finish_second(stages *s, curvopt_error *error) {
     return status;
 }
 
-/* The last level of a third-order energy, after everything has settled: Newton's method. */
-static int32_t finish_third(stages *s, curvopt_error *error) {
-    int32_t status = go_on_by_finer_rules(s, error);
-    if (status != CURVOPT_OK || !has_settled(s))
-        return status;
+/* Newton's method proper, from where everything has settled. */
+static int32_t newton(stages *s, curvopt_error *error) {
+    co_level *l = s->level;
+    const co_lmvm_options before = s->options;
     int stop = s->result->stop;
-    s->level->exact = s->level->seeks_negative = 1;
-    s->level->shift = 0;
+    l->exact = l->seeks_negative = 1;
+    l->shift = 0;
     s->options.memory = NEWTON_MEMORY;
     s->options.renew_every = 1;
-    status = go_on(s, error);
+    int32_t status = go_on(s, error);
     if (s->result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
         s->result->stop = stop;
+    l->exact = l->seeks_negative = 0;
+    s->options = before;
     return status;
+}
+
+/* The last level of a third-order energy, after everything has settled. A level that has settled on a plateau is not at
+ * its end: while the certificate is not met, both stages go on, the first one with more patience. */
+static int32_t finish_third(stages *s, curvopt_error *error) {
+    double left = INFINITY;
+    for (int round = 0;; round++) {
+        int32_t status = go_on_by_finer_rules(s, error);
+        if (status == CURVOPT_OK && has_settled(s))
+            status = newton(s, error);
+        if (status != CURVOPT_OK || s->result->stop != CURVOPT_STOP_SETTLED || round == MOST_ROUNDS)
+            return status;
+        status = co_decrement(s->level, s->now, &left, error);
+        if (status != CURVOPT_OK || !(left > STATIONARY * fabs(s->now->value)))
+            return status;
+        s->options.settled_decrease /= 4;
+        status = go_on(s, error);
+        if (status != CURVOPT_OK || !has_settled(s))
+            return status;
+    }
 }
 
 /* The last steps may not have been looked at, and a fold may hide from two rules that follow each other: by the rules
