@@ -26,12 +26,16 @@ int32_t co_decrement_by_factor(co_level *l, const co_iterate *now, double *decre
     return status;
 }
 
-int32_t co_decrement(co_level *l, const co_iterate *now, double *decrement, curvopt_error *error) {
-    int positive;
+int32_t co_decrement(co_level *l, const co_iterate *now, double *decrement, int *by_hessian, curvopt_error *error) {
+    int positive = 1;
     *decrement = 0;
+    if (by_hessian)
+        *by_hessian = 1;
     if (l->reduction.n_variables == 0)
         return CURVOPT_OK;
     int32_t status = co_decrement_factorize(l, now, 1, &positive, error);
+    if (by_hessian)
+        *by_hessian = positive;
     if (status == CURVOPT_OK && !positive)
         status = co_decrement_factorize(l, now, 0, &positive, error);
     l->has_factor = 0;

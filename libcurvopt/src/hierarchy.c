@@ -243,6 +243,8 @@ static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_dow
     *better = 0;
     r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
     r->symmetry = way->symmetry;
+    r->frame.keeps_still = 0;
+    r->frame.is_patient = 1;
     int32_t status = r->xyz ? solve(r, number, way->xyz, next, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         *better = level->stop == CURVOPT_STOP_CANCELLED ||
@@ -267,6 +269,24 @@ static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_dow
     return status;
 }
 
+/* A last level on which no way down was found: its vertices may slide now. */
+static int32_t slide(run *r, int32_t number, attempt *a, curvopt_error *error) {
+    curvopt_level_report *level = &r->result->level[number - 1], before = *level;
+    double started = now_seconds();
+    co_lmvm_result more;
+    r->frame.keeps_still = 0;
+    if (a->level.assembly.functional.has_third || !a->level.has_model ||
+        (before.stop != CURVOPT_STOP_CONVERGED && before.stop != CURVOPT_STOP_SETTLED))
+        return CURVOPT_OK;
+    int32_t status = co_stages_slide(&a->level, &a->now, &more, error);
+    if (status == CURVOPT_OK)
+        status = end_level(r, &a->level, &a->now, &more, started, error);
+    level->iterations += before.iterations;
+    level->evaluations += before.evaluations;
+    level->seconds += before.seconds;
+    return status;
+}
+
 /* The level's minimum, and further down as long as symmetries are worth giving up. `a` and `b` change places: a level's
  * parts know each other by address. */
 static int32_t solve_and_descend(run *r, int32_t number, attempt **a, attempt **b, curvopt_error *error) {
@@ -288,6 +308,8 @@ static int32_t solve_and_descend(run *r, int32_t number, attempt **a, attempt **
         attempt_free(*b);
         co_escape_free(&way);
     }
+    if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels)
+        status = slide(r, number, *a, error);
     return status;
 }
 
@@ -420,8 +442,10 @@ static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, cu
 int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                               curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                               curvopt_result **out, curvopt_error *error) {
-    run r = {
-        .frame = {.options = options, .cancel = cancel}, .progress = progress, .user = user, .started = now_seconds()};
+    run r = {.frame = {.options = options, .cancel = cancel, .keeps_still = options->escape},
+             .progress = progress,
+             .user = user,
+             .started = now_seconds()};
     co_table_cache_create(options->surface, &r.tables);
     r.frame.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);

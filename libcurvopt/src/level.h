@@ -22,6 +22,8 @@ typedef struct co_frame {
     double area;                  /* of its surface, which the result gets */
     co_table_cache *tables;       /* of the options' surface, for all levels */
     const curvopt_cancel *cancel; /* or NULL */
+    int keeps_still; /* at the last level vertices do not slide: a saddle of the shape is looked for first */
+    int is_patient;  /* the first stage may be on a plateau, as near a saddle, and is not to take that for its end */
 } co_frame;
 
 typedef struct co_level {

@@ -21,7 +21,7 @@ enum { NEWTON_MEMORY = 5, MOST_SLIDING = 30, MOST_ROUNDS = 3 };
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
-static const double SLIDING_SETTLED = 2e-5, STATIONARY = 8e-7;
+static const double SLIDING_SETTLED = 2e-5, STATIONARY = 8e-7, NOTHING = 1e-12, GREAT = 1e-2;
 static const double DISTORTED = 0.5; /* of the least Jacobian */
 
 typedef struct stages {
@@ -59,14 +59,21 @@ static int32_t go_on_by_finer_rules(stages *s, curvopt_error *error) {
     return l->failed;
 }
 
-/* Steps by the Hessian until they have settled, or, where that is INFINITY, some more; what is left to gain then. */
-static int32_t hessian_steps(stages *s, double settled, double *left, curvopt_error *error) {
+/* What a certificate would say. */
+typedef struct certificate {
+    double left;  /* to gain */
+    int positive; /* the Hessian */
+} certificate;
+
+/* Steps by the Hessian until they have settled, or, where that is INFINITY, some more; and where they end. */
+static int32_t hessian_steps(stages *s, double settled, certificate *end, curvopt_error *error) {
+    *end = (certificate){.left = (double)NAN};
     s->options.settled_decrease = settled;
     int32_t status = go_on(s, error);
     if (status == CURVOPT_OK && has_settled(s))
         status = go_on_by_finer_rules(s, error);
     if (status == CURVOPT_OK && has_settled(s))
-        status = co_decrement(s->level, s->now, left, error);
+        status = co_decrement(s->level, s->now, &end->left, &end->positive, error);
     return status;
 }
 
@@ -75,9 +82,17 @@ static double least_jacobian(const stages *s) {
     return s->level->last.min_jacobian;
 }
 
-/* Steps by the Hessian until the certificate is met; *done: whether it is, by a cage that is not much more distorted.
- * Without a history: pairs of steps as different as these make the metric worse. */
-static int32_t slide(stages *s, int *done, curvopt_error *error) {
+/* Where sliding has come nearest to the certificate. */
+typedef struct nearest {
+    double *x;   /* [n_variables] */
+    double left; /* to gain there */
+    int done;    /* it is met */
+} nearest;
+
+/* Steps by the Hessian until the certificate is met, or, where that is positive and every step a great one, to the end.
+ * Cages that are much more distorted than before do not count. Without a history: pairs of steps as different as these
+ * make the metric worse. */
+static int32_t slide(stages *s, nearest *best, curvopt_error *error) {
     co_level *l = s->level;
     const co_lmvm_options before = s->options;
     const double jacobian = least_jacobian(s);
@@ -88,15 +103,20 @@ static int32_t slide(stages *s, int *done, curvopt_error *error) {
     s->options.renew_every = 1;
     if (s->options.max_iterations > s->result->iterations + MOST_SLIDING)
         s->options.max_iterations = s->result->iterations + MOST_SLIDING;
-    *done = 0;
-    for (double settled = SLIDING_SETTLED; !*done; settled = INFINITY) {
-        double left = (double)NAN;
+    for (double settled = SLIDING_SETTLED;; settled = INFINITY) {
         int steps = s->result->iterations;
-        status = hessian_steps(s, settled, &left, error);
+        double value = fabs(s->now->value), great = best->done ? GREAT * best->left : INFINITY;
+        certificate end;
+        status = hessian_steps(s, settled, &end, error);
         if (status != CURVOPT_OK || !has_settled(s))
             break;
-        *done = left <= STATIONARY * fabs(s->now->value) && least_jacobian(s) >= DISTORTED * jacobian;
-        if (s->result->iterations == steps) /* nothing will change any more */
+        if (end.left < best->left && least_jacobian(s) >= DISTORTED * jacobian) {
+            memcpy(best->x, s->now->x, sizeof(double) * (size_t)l->reduction.n_variables);
+            best->left = end.left;
+        }
+        best->done |= best->left <= STATIONARY * value;
+        if (s->result->iterations == steps ||
+            (best->done && !(end.positive && end.left > NOTHING * value && end.left <= great)))
             break;
     }
     l->exact = 0;
@@ -104,26 +124,47 @@ static int32_t slide(stages *s, int *done, curvopt_error *error) {
     return status;
 }
 
+static void go_to(stages *s, const double *x) {
+    co_level *l = s->level;
+    memcpy(s->now->x, x, sizeof(double) * (size_t)l->reduction.n_variables);
+    memcpy(l->safe, x, sizeof(double) * (size_t)l->reduction.n_variables);
+    s->now->value = co_level_evaluate(l, s->now->x, s->now->gradient);
+}
+
+/* Where sliding does not get there: slowly, from where it began; or what it came to, if that is nearer. */
+static int32_t settle_slowly(stages *s, const double *start, const nearest *best, curvopt_error *error) {
+    double left = (double)NAN;
+    int32_t status = CURVOPT_OK;
+    go_to(s, start);
+    s->result->stop = CURVOPT_STOP_SETTLED;
+    s->options.settled_steps = SLOW_STEPS;
+    if (s->options.settled_decrease > FINAL_SETTLED) {
+        s->options.settled_decrease = FINAL_SETTLED;
+        status = go_on(s, error);
+    }
+    if (status == CURVOPT_OK && has_settled(s))
+        status = co_decrement(s->level, s->now, &left, NULL, error);
+    if (status == CURVOPT_OK && best->left < left)
+        go_to(s, best->x);
+    return status;
+}
+
 /* The last level of a second-order energy, after the shape has settled. */
 static int32_t finish_second(stages *s, curvopt_error *error) {
-    co_level *l = s->level;
-    size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
-    int done;
-    double *start = CO_NEW(double, l->reduction.n_variables);
+    size_t n = (size_t)s->level->reduction.n_variables;
+    double *start = CO_NEW(double, 2 * n);
+    nearest best = {.x = start + n, .left = INFINITY};
     if (!start)
         return co_status_no_memory(error);
-    memcpy(start, s->now->x, bytes);
-    int32_t status = slide(s, &done, error);
-    if (status == CURVOPT_OK && done) {
-        s->result->stop = CURVOPT_STOP_CONVERGED;
-    } else if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED &&
-               s->result->iterations < s->options.max_iterations) { /* slowly, but surely */
-        memcpy(s->now->x, start, bytes);
-        memcpy(l->safe, start, bytes);
-        s->now->value = co_level_evaluate(l, s->now->x, s->now->gradient);
-        s->options.settled_decrease = FINAL_SETTLED;
-        s->options.settled_steps = SLOW_STEPS;
-        status = go_on(s, error);
+    memcpy(start, s->now->x, n * sizeof *start);
+    int32_t status = slide(s, &best, error);
+    if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED) {
+        if (best.done) {
+            go_to(s, best.x);
+            s->result->stop = CURVOPT_STOP_CONVERGED;
+        } else if (s->result->iterations < s->options.max_iterations) {
+            status = settle_slowly(s, start, &best, error);
+        }
     }
     free(start);
     return status;
@@ -156,7 +197,7 @@ static int32_t finish_third(stages *s, curvopt_error *error) {
             status = newton(s, error);
         if (status != CURVOPT_OK || s->result->stop != CURVOPT_STOP_SETTLED || round == MOST_ROUNDS)
             return status;
-        status = co_decrement(s->level, s->now, &left, error);
+        status = co_decrement(s->level, s->now, &left, NULL, error);
         if (status != CURVOPT_OK || !(left > STATIONARY * fabs(s->now->value)))
             return status;
         s->options.settled_decrease /= 4;
@@ -192,21 +233,42 @@ static int32_t keep_best(co_level *l, co_iterate *now, int *stop, curvopt_error 
     return CURVOPT_OK;
 }
 
+/* Whether vertices are to slide as far as they may. Not before a saddle of the shape has been looked for: leaving it is
+ * worth a few parts in 1e6 at first, which sliding hides. */
+static int slides(const co_level *l) {
+    return l->number == l->frame->options->levels && !l->assembly.functional.has_third && !l->frame->keeps_still;
+}
+
 static co_lmvm_options first_options(const co_level *l) {
     const curvopt_options *o = l->frame->options;
-    int last = l->number == o->levels, third = l->assembly.functional.has_third;
+    int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient;
     return (co_lmvm_options){.memory = MEMORY,
                              .max_iterations = o->max_iterations,
                              .gradient_tolerance = o->gradient_tolerance,
                              .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
-                             .settled_decrease = last && third ? FINAL_SETTLED : COARSE_SETTLED,
-                             .settled_steps = last && !third ? QUICK_STEPS : SLOW_STEPS,
+                             .settled_decrease = last && !quick ? FINAL_SETTLED : COARSE_SETTLED,
+                             .settled_steps = quick ? QUICK_STEPS : SLOW_STEPS,
                              .max_step = o->max_step,
                              .renew_every = RENEW_EVERY};
 }
 
+/* What ends a last level, after the first stage. */
+static int32_t finish(stages *s, curvopt_error *error) {
+    if (s->level->assembly.functional.has_third)
+        return finish_third(s, error);
+    return slides(s->level) ? finish_second(s, error) : go_on_by_finer_rules(s, error);
+}
+
+static int32_t end(stages *s, int32_t status, curvopt_error *error) {
+    co_level *l = s->level;
+    if (co_frame_is_cancelled(l->frame))
+        s->result->stop = CURVOPT_STOP_CANCELLED;
+    if (status == CURVOPT_OK && !l->frame->options->as_report)
+        status = keep_best(l, s->now, &s->result->stop, error);
+    return status;
+}
+
 int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
-    const curvopt_options *o = l->frame->options;
     stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
     *result = (co_lmvm_result){0};
     if (co_level_minimand(l).report(l, now, 0, 0)) {
@@ -214,11 +276,13 @@ int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cu
         return CURVOPT_OK;
     }
     int32_t status = go_on(&s, error);
-    if (status == CURVOPT_OK && l->has_model && l->number == o->levels && has_settled(&s))
-        status = (l->assembly.functional.has_third ? finish_third : finish_second)(&s, error);
-    if (co_frame_is_cancelled(l->frame))
-        result->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK && !o->as_report)
-        status = keep_best(l, now, &result->stop, error);
-    return status;
+    if (status == CURVOPT_OK && l->has_model && l->number == l->frame->options->levels && has_settled(&s))
+        status = finish(&s, error);
+    return end(&s, status, error);
+}
+
+int32_t co_stages_slide(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
+    stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
+    *result = (co_lmvm_result){.stop = CURVOPT_STOP_SETTLED};
+    return end(&s, finish_second(&s, error), error);
 }

@@ -142,7 +142,7 @@ int32_t co_verify_shape(const co_frame *frame, const curvopt_mesh *m, const co_s
 int32_t co_verify_decrement(co_level *l, co_iterate *now, double *decrement, curvopt_error *error) {
     if (l->reduction.n_variables) /* by the rules that co_level_finish() has settled on */
         now->value = co_level_evaluate(l, now->x, now->gradient);
-    return co_decrement(l, now, decrement, error);
+    return co_decrement(l, now, decrement, NULL, error);
 }
 
 int32_t co_verify_count(const co_frame *frame, const curvopt_mesh *m, const co_hold *constraints, const double *xyz,
