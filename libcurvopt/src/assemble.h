@@ -77,6 +77,8 @@ void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
+/* The same of rules [n_patches] that it has had itself. ERROR_MEMORY. */
+int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curvopt_error *error);
 
 /* With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
  * of a gradient is not written (`active`).

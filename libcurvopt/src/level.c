@@ -18,7 +18,7 @@
 enum { RESOLVE_EVERY = 20, RESOLVE_STRONG = 5, INVERSE_ITERATIONS = 30, SADDLE_HALVINGS = 12 };
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
 static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
-static const double SHIFT = 0.1, STIFFEN_MOST = 10;
+static const double SHIFT = 0.1, STIFFEN_MOST = 10, AWAY = 2;
 /* Of a third-order energy Newton's method is for places where the Hessian is not far from positive, within this much of
  * its mean diagonal: elsewhere it is as slow as the first stage, and dearer. */
 static const double MOST_NEGATIVE = 1e-3;
@@ -170,6 +170,15 @@ static int32_t factorize_shifted(co_level *l, double shift, curvopt_error *error
     return status;
 }
 
+/* A shift just above what the most negative direction needs makes that direction all but infinitely soft, and of
+ * rounding a step. */
+static void keep_away(co_level *l) {
+    int positive;
+    l->shift *= AWAY;
+    l->failed = co_model_factorize(&l->model, l->shift, &positive, l->error);
+    l->has_factor = l->failed == CURVOPT_OK && positive;
+}
+
 /* The matrix of `now`, shifted (Levenberg 1944, Marquardt 1963): so little that what the matrix does not see (sliding
  * in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's size costing at
  * least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back to the cap
@@ -186,6 +195,8 @@ static co_renewal renew(void *context, const co_iterate *now, double overshoot) 
         return CO_RENEWAL_FAILED;
     double stiffest = co_model_mean_diagonal(&l->model);
     l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
+    if (l->failed == CURVOPT_OK && l->exact && l->has_factor && l->shift > least)
+        keep_away(l);
     if (l->failed != CURVOPT_OK)
         return CO_RENEWAL_FAILED;
     if (l->exact && l->assembly.functional.has_third && l->shift > MOST_NEGATIVE * stiffest)

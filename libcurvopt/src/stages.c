@@ -16,7 +16,7 @@
 #include <string.h>
 
 enum { MEMORY = 12, RENEW_EVERY = 5, SLOW_STEPS = 15, QUICK_STEPS = 5 };
-enum { NEWTON_MEMORY = 5, MOST_SLIDING = 30, MOST_ROUNDS = 3 };
+enum { NEWTON_MEMORY = 5, MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 3 };
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
@@ -89,20 +89,25 @@ typedef struct nearest {
     int done;    /* it is met */
 } nearest;
 
+/* So many steps more, and not more than the user's limit. */
+static void allow(stages *s, const co_lmvm_options *user, int steps) {
+    int most = s->result->iterations + steps;
+    s->options.max_iterations = most < user->max_iterations ? most : user->max_iterations;
+}
+
 /* Steps by the Hessian until the certificate is met, or, where that is positive and every step a great one, to the end.
  * Cages that are much more distorted than before do not count. Without a history: pairs of steps as different as these
  * make the metric worse. */
 static int32_t slide(stages *s, nearest *best, curvopt_error *error) {
     co_level *l = s->level;
     const co_lmvm_options before = s->options;
-    const double jacobian = least_jacobian(s);
+    const double jacobian = least_jacobian(s), shift = l->shift;
     int32_t status = CURVOPT_OK;
     l->exact = 1;
     l->shift = 0;
     s->options.memory = 0;
     s->options.renew_every = 1;
-    if (s->options.max_iterations > s->result->iterations + MOST_SLIDING)
-        s->options.max_iterations = s->result->iterations + MOST_SLIDING;
+    allow(s, &before, MOST_SETTLING);
     for (double settled = SLIDING_SETTLED;; settled = INFINITY) {
         int steps = s->result->iterations;
         double value = fabs(s->now->value), great = best->done ? GREAT * best->left : INFINITY;
@@ -115,11 +120,14 @@ static int32_t slide(stages *s, nearest *best, curvopt_error *error) {
             best->left = end.left;
         }
         best->done |= best->left <= STATIONARY * value;
+        if (settled < INFINITY)
+            allow(s, &before, MOST_SLIDING);
         if (s->result->iterations == steps ||
             (best->done && !(end.positive && end.left > NOTHING * value && end.left <= great)))
             break;
     }
     l->exact = 0;
+    l->shift = shift;
     s->options = before;
     return status;
 }
@@ -131,10 +139,14 @@ static void go_to(stages *s, const double *x) {
     s->now->value = co_level_evaluate(l, s->now->x, s->now->gradient);
 }
 
-/* Where sliding does not get there: slowly, from where it began; or what it came to, if that is nearer. */
-static int32_t settle_slowly(stages *s, const double *start, const nearest *best, curvopt_error *error) {
+/* Where sliding does not get there: slowly, from where it began and by the rules of then; or what it came to, if that
+ * is nearer. */
+static int32_t settle_slowly(stages *s, const double *start, const uint8_t *rules, const nearest *best,
+                             curvopt_error *error) {
     double left = (double)NAN;
-    int32_t status = CURVOPT_OK;
+    int32_t status = co_assembly_take_rules(&s->level->assembly, rules, error);
+    if (status != CURVOPT_OK)
+        return status;
     go_to(s, start);
     s->result->stop = CURVOPT_STOP_SETTLED;
     s->options.settled_steps = SLOW_STEPS;
@@ -151,22 +163,29 @@ static int32_t settle_slowly(stages *s, const double *start, const nearest *best
 
 /* The last level of a second-order energy, after the shape has settled. */
 static int32_t finish_second(stages *s, curvopt_error *error) {
-    size_t n = (size_t)s->level->reduction.n_variables;
-    double *start = CO_NEW(double, 2 * n);
-    nearest best = {.x = start + n, .left = INFINITY};
-    if (!start)
-        return co_status_no_memory(error);
+    const co_assembly *a = &s->level->assembly;
+    size_t n = (size_t)s->level->reduction.n_variables, n_patches = (size_t)a->patches.n_patches;
+    double *start = CO_NEW(double, n);
+    uint8_t *rules = CO_NEW(uint8_t, n_patches);
+    nearest best = {.x = CO_NEW(double, n), .left = INFINITY};
+    int32_t status = start && rules && best.x ? CURVOPT_OK : co_status_no_memory(error);
+    if (status != CURVOPT_OK)
+        goto done;
     memcpy(start, s->now->x, n * sizeof *start);
-    int32_t status = slide(s, &best, error);
+    memcpy(rules, a->rule, n_patches);
+    status = slide(s, &best, error);
     if (status == CURVOPT_OK && s->result->stop != CURVOPT_STOP_CANCELLED) {
         if (best.done) {
             go_to(s, best.x);
             s->result->stop = CURVOPT_STOP_CONVERGED;
         } else if (s->result->iterations < s->options.max_iterations) {
-            status = settle_slowly(s, start, &best, error);
+            status = settle_slowly(s, start, rules, &best, error);
         }
     }
+done:
     free(start);
+    free(rules);
+    free(best.x);
     return status;
 }
 
@@ -174,6 +193,7 @@ static int32_t finish_second(stages *s, curvopt_error *error) {
 static int32_t newton(stages *s, curvopt_error *error) {
     co_level *l = s->level;
     const co_lmvm_options before = s->options;
+    const double shift = l->shift;
     int stop = s->result->stop;
     l->exact = l->seeks_negative = 1;
     l->shift = 0;
@@ -183,6 +203,7 @@ static int32_t newton(stages *s, curvopt_error *error) {
     if (s->result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
         s->result->stop = stop;
     l->exact = l->seeks_negative = 0;
+    l->shift = shift;
     s->options = before;
     return status;
 }
