@@ -233,12 +233,32 @@ static double worth_of(int32_t order, int32_t left) {
     return worth;
 }
 
+static record record_of(const run *r, int32_t number) {
+    return (record){r->result->summary.end, r->result->level[number - 1], r->symmetry, r->pull, r->xyz};
+}
+
+static void go_back(run *r, int32_t number, const record *to) {
+    free(r->xyz);
+    r->xyz = to->xyz;
+    r->symmetry = to->symmetry;
+    r->pull = to->pull;
+    r->result->summary.end = to->end;
+    r->result->level[number - 1] = to->level;
+}
+
+/* The level has its new figures; what led to them counts. */
+static void add_work(curvopt_level_report *level, const curvopt_level_report *before) {
+    level->iterations += before->iterations;
+    level->evaluations += before->evaluations;
+    level->seconds += before->seconds;
+}
+
 /* Goes on from some way along, with less symmetry, as `next`; *better: whether that was worth it. If not, it is undone.
  */
 static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_down *way, attempt *next, int *better,
                        curvopt_error *error) {
     curvopt_level_report *level = &r->result->level[number - 1];
-    record before = {r->result->summary.end, *level, r->symmetry, r->pull, r->xyz};
+    record before = record_of(r, number);
     double worth = among == CO_ESCAPE_ALL ? worth_of(r->symmetry.order, way->symmetry.order) : 0;
     *better = 0;
     r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
@@ -246,45 +266,47 @@ static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_dow
     r->frame.keeps_still = 0;
     r->frame.is_patient = 1;
     int32_t status = r->xyz ? solve(r, number, way->xyz, next, error) : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        *better = level->stop == CURVOPT_STOP_CANCELLED ||
-                  before.level.energy + before.pull - level->energy - r->pull > worth * fabs(before.level.energy);
+    double gain = before.level.energy + before.pull - level->energy - r->pull;
+    if (status == CURVOPT_OK && level->stop != CURVOPT_STOP_UNRESOLVED) /* that would end the run */
+        *better = level->stop == CURVOPT_STOP_CANCELLED || gain > worth * fabs(before.level.energy);
     if (*better) {
         double *old_start = r->level_start;
         r->level_start = way->xyz;
         way->xyz = old_start;
         way->symmetry = before.symmetry;
         free(before.xyz);
-        level->iterations += before.level.iterations;
-        level->evaluations += before.level.evaluations;
-        level->seconds += before.level.seconds;
+        add_work(level, &before.level);
     } else {
-        free(r->xyz);
-        r->xyz = before.xyz;
-        r->symmetry = before.symmetry;
-        r->pull = before.pull;
-        r->result->summary.end = before.end;
-        *level = before.level;
+        go_back(r, number, &before);
     }
     return status;
 }
 
-/* A last level on which no way down was found: its vertices may slide now. */
-static int32_t slide(run *r, int32_t number, attempt *a, curvopt_error *error) {
-    curvopt_level_report *level = &r->result->level[number - 1], before = *level;
-    double started = now_seconds();
-    co_lmvm_result more;
+/* A last level on which no way down was found: what it comes to where none is looked for, as `next`; *changed: not if
+ * that was cancelled before it got as far. */
+static int32_t solve_as_ever(run *r, int32_t number, attempt *next, int *changed, curvopt_error *error) {
+    curvopt_level_report *level = &r->result->level[number - 1];
+    record before = record_of(r, number);
     r->frame.keeps_still = 0;
-    if (a->level.assembly.functional.has_third || !a->level.has_model ||
-        (before.stop != CURVOPT_STOP_CONVERGED && before.stop != CURVOPT_STOP_SETTLED))
-        return CURVOPT_OK;
-    int32_t status = co_stages_slide(&a->level, &a->now, &more, error);
-    if (status == CURVOPT_OK)
-        status = end_level(r, &a->level, &a->now, &more, started, error);
-    level->iterations += before.iterations;
-    level->evaluations += before.evaluations;
-    level->seconds += before.seconds;
+    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
+    int32_t status = r->xyz ? solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
+    *changed = status == CURVOPT_OK &&
+               (level->stop != CURVOPT_STOP_CANCELLED || level->energy + r->pull <= before.level.energy + before.pull);
+    if (*changed) {
+        free(before.xyz);
+        add_work(level, &before.level);
+    } else {
+        int32_t stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.level.stop;
+        go_back(r, number, &before);
+        level->stop = stop;
+    }
     return status;
+}
+
+static void exchange(attempt **a, attempt **b) {
+    attempt *old = *a;
+    *a = *b;
+    *b = old;
 }
 
 /* The level's minimum, and further down as long as symmetries are worth giving up. `a` and `b` change places: a level's
@@ -300,16 +322,18 @@ static int32_t solve_and_descend(run *r, int32_t number, attempt **a, attempt **
         better = way.found;
         if (status == CURVOPT_OK && way.found)
             status = go_down(r, number, among, &way, *b, &better, error);
-        if (better) {
-            attempt *old = *a;
-            *a = *b;
-            *b = old;
-        }
+        if (better)
+            exchange(a, b);
         attempt_free(*b);
         co_escape_free(&way);
     }
-    if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels)
-        status = slide(r, number, *a, error);
+    if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels &&
+        !(*a)->level.assembly.functional.has_third && !stopped_early(r, number)) {
+        status = solve_as_ever(r, number, *b, &better, error);
+        if (better)
+            exchange(a, b);
+        attempt_free(*b);
+    }
     return status;
 }
 

@@ -280,16 +280,8 @@ static int32_t finish(stages *s, curvopt_error *error) {
     return slides(s->level) ? finish_second(s, error) : go_on_by_finer_rules(s, error);
 }
 
-static int32_t end(stages *s, int32_t status, curvopt_error *error) {
-    co_level *l = s->level;
-    if (co_frame_is_cancelled(l->frame))
-        s->result->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK && !l->frame->options->as_report)
-        status = keep_best(l, s->now, &s->result->stop, error);
-    return status;
-}
-
 int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
+    const curvopt_options *o = l->frame->options;
     stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
     *result = (co_lmvm_result){0};
     if (co_level_minimand(l).report(l, now, 0, 0)) {
@@ -297,13 +289,11 @@ int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, cu
         return CURVOPT_OK;
     }
     int32_t status = go_on(&s, error);
-    if (status == CURVOPT_OK && l->has_model && l->number == l->frame->options->levels && has_settled(&s))
+    if (status == CURVOPT_OK && l->has_model && l->number == o->levels && has_settled(&s))
         status = finish(&s, error);
-    return end(&s, status, error);
-}
-
-int32_t co_stages_slide(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
-    stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
-    *result = (co_lmvm_result){.stop = CURVOPT_STOP_SETTLED};
-    return end(&s, finish_second(&s, error), error);
+    if (co_frame_is_cancelled(l->frame))
+        result->stop = CURVOPT_STOP_CANCELLED;
+    if (status == CURVOPT_OK && !o->as_report)
+        status = keep_best(l, now, &result->stop, error);
+    return status;
 }

@@ -6,7 +6,5 @@
 
 /* From `now`, in place. level->report is told of every step. As curvopt_minimize. */
 int32_t co_stages_solve(co_level *level, co_iterate *now, co_lmvm_result *result, curvopt_error *error);
-/* What that leaves out at the last level of a second-order energy while frame->keeps_still, once that is over. */
-int32_t co_stages_slide(co_level *level, co_iterate *now, co_lmvm_result *result, curvopt_error *error);
 
 #endif
