@@ -21,7 +21,7 @@ enum { NEWTON_MEMORY = 5, MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
-static const double SLIDING_SETTLED = 2e-5, STATIONARY = 8e-7, NOTHING = 1e-12, GREAT = 1e-2;
+static const double SLIDING_SETTLED = 1e-5, STATIONARY = 8e-7, NOTHING = 1e-12, GREAT = 1e-2;
 static const double DISTORTED = 0.5; /* of the least Jacobian */
 
 typedef struct stages {
