@@ -12,8 +12,8 @@ int32_t co_decrement_factorize(co_level *level, const co_iterate *now, int exact
 /* By the factor that the level's model has. ERROR_MEMORY. */
 int32_t co_decrement_by_factor(co_level *level, const co_iterate *now, double *decrement, curvopt_error *error);
 /* Over all variables: by the Hessian, or by the Gauss-Newton matrix where that has negative directions; NAN where
- * neither has a factor. *positive, unless NULL: whether it was the Hessian. The level's factor is spent. ERROR_MEMORY.
+ * neither has a factor. *by_hessian, unless NULL: whether it was. The level's factor is spent. ERROR_MEMORY.
  */
-int32_t co_decrement(co_level *level, const co_iterate *now, double *decrement, int *positive, curvopt_error *error);
+int32_t co_decrement(co_level *level, const co_iterate *now, double *decrement, int *by_hessian, curvopt_error *error);
 
 #endif

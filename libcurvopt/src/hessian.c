@@ -148,10 +148,6 @@ done:
     return status == CURVOPT_OK ? status : co_status_no_memory(error);
 }
 
-static int32_t dimension(const co_reduction *r, int32_t node) {
-    return r->first[node + 1] - r->first[node];
-}
-
 /* Rows below a node's own block, in all columns of the node alike: where each neighbour's begin. */
 static int32_t count_rows(co_hessian *h, curvopt_error *error) {
     const co_reduction *r = h->reduction;
@@ -160,10 +156,10 @@ static int32_t count_rows(co_hessian *h, curvopt_error *error) {
     if (!h->neighbour_row)
         return co_status_no_memory(error);
     for (int32_t node = 0; node < r->n_nodes; node++) {
-        int32_t rows = 0, n = dimension(r, node);
+        int32_t rows = 0, n = co_reduce_dimension(r, node);
         for (size_t e = h->neighbour_start[node]; e < h->neighbour_start[node + 1]; e++) {
             h->neighbour_row[e] = rows;
-            rows += dimension(r, h->neighbour[e]);
+            rows += co_reduce_dimension(r, h->neighbour[e]);
         }
         h->n_entries += (size_t)(n * (n + 1) / 2 + n * rows);
     }
@@ -272,7 +268,7 @@ static int32_t rows_of(const co_hessian *h, int32_t high, int32_t low) {
 static void add_block(co_hessian *h, int32_t v, int32_t w, double weight, double block[3][3], int twice) {
     const co_reduction *r = h->reduction;
     const double *left = r->basis + 9 * (size_t)v, *right = r->basis + 9 * (size_t)w;
-    int32_t a = r->node[v], b = r->node[w], n_a = dimension(r, a), n_b = dimension(r, b);
+    int32_t a = r->node[v], b = r->node[w], n_a = co_reduce_dimension(r, a), n_b = co_reduce_dimension(r, b);
     double half[3][3] = {{0}}, full[3][3] = {{0}};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < n_b; k++)
@@ -289,7 +285,8 @@ static void add_block(co_hessian *h, int32_t v, int32_t w, double weight, double
                 h->value[h->column_start[r->first[a] + k] + i - k] += full[i][k] + (twice ? full[k][i] : 0);
         return;
     }
-    int32_t high = a > b ? a : b, low = a > b ? b : a, n_high = dimension(r, high), n_low = dimension(r, low);
+    int32_t high = a > b ? a : b, low = a > b ? b : a, n_high = co_reduce_dimension(r, high),
+            n_low = co_reduce_dimension(r, low);
     int32_t rows = rows_of(h, high, low);
     for (int32_t k = 0; k < n_low; k++) {
         double *to = h->value + h->column_start[r->first[low] + k] + n_low - k + rows;
@@ -382,7 +379,7 @@ static void add_disc(co_hessian *h, int32_t disc, size_t n) {
     const co_reduction *r = h->reduction;
     const int32_t *node = h->wide.node + h->wide.node_start[disc], *end = h->wide.node + h->wide.node_start[disc + 1];
     for (const double *column = h->whole; node < end; node++) {
-        int32_t n_own = dimension(r, *node);
+        int32_t n_own = co_reduce_dimension(r, *node);
         for (int32_t k = 0; k < n_own; k++, column += n + 1) { /* from the diagonal on */
             const double *from = column;
             double *to = h->value + h->column_start[r->first[*node] + k], *below = to + n_own - k;
@@ -392,7 +389,7 @@ static void add_disc(co_hessian *h, int32_t disc, size_t n) {
             for (const int32_t *high = node + 1; high < end; high++) {
                 while (h->neighbour[e] < *high)
                     e++;
-                for (int32_t i = 0; i < dimension(r, *high); i++)
+                for (int32_t i = 0; i < co_reduce_dimension(r, *high); i++)
                     below[h->neighbour_row[e] + i] += *from++;
             }
         }

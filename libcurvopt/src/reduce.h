@@ -22,6 +22,11 @@ typedef struct co_reduction {
         *translation; /* [3][n_variables] unit translations of the cage along x, y, z, as far as they keep symmetry */
 } co_reduction;
 
+/* How many variables a node has. */
+static inline int32_t co_reduce_dimension(const co_reduction *reduction, int32_t node) {
+    return reduction->first[node + 1] - reduction->first[node];
+}
+
 /* Variables for a cage at x [3 n_vertices], whose centroid is the symmetry's centre. Where nothing is constrained,
  * positions that are not symmetric are not in reach, and offset is NULL. ERROR_MEMORY. */
 int32_t co_reduce_create(const curvopt_mesh *mesh, const co_symmetry *symmetry, const co_hold *hold, const double *x,

@@ -30,10 +30,6 @@ static int compare_nodes(const void *a, const void *b) {
     return (*x > *y) - (*x < *y);
 }
 
-static int32_t dimension(const co_reduction *r, int32_t node) {
-    return r->first[node + 1] - r->first[node];
-}
-
 /* The nodes of one disc, and its points' places among their variables. at [n_nodes] is work space. */
 static void find_nodes(co_wide_matrix *m, int32_t k, int32_t *at) {
     const co_wide *w = &m->patches->wide;
@@ -49,7 +45,7 @@ static void find_nodes(co_wide_matrix *m, int32_t k, int32_t *at) {
         if (kept && node[kept - 1] == node[i])
             continue;
         at[node[i]] = variables;
-        variables += dimension(r, node[i]);
+        variables += co_reduce_dimension(r, node[i]);
         node[kept++] = node[i];
     }
     for (size_t i = 0; i < n; i++) {
@@ -62,7 +58,7 @@ static void find_nodes(co_wide_matrix *m, int32_t k, int32_t *at) {
 size_t co_wide_matrix_n_variables(const co_wide_matrix *m, int32_t disc) {
     size_t n = 0;
     for (size_t e = m->node_start[disc]; e < m->node_start[disc + 1]; e++)
-        n += (size_t)dimension(m->reduction, m->node[e]);
+        n += (size_t)co_reduce_dimension(m->reduction, m->node[e]);
     return n;
 }
 
@@ -198,7 +194,7 @@ static void reduce(co_wide_matrix *m, int32_t disc, size_t n_variables, const do
         if (m->first[at] < 0)
             continue;
         const double *basis = m->reduction->basis + 9 * (size_t)w->column[at];
-        size_t dimensions = (size_t)dimension(m->reduction, m->reduction->node[w->column[at]]);
+        size_t dimensions = (size_t)co_reduce_dimension(m->reduction, m->reduction->node[w->column[at]]);
         for (size_t k = 0; k < dimensions; k++)
             for (size_t r = 0; r < ROWS; r++) {
                 size_t to = r * n_variables + (size_t)m->first[at] + k;
