@@ -438,7 +438,8 @@ int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, in
     co_assembly *a = &hessian->problem->assembly;
     int held = a->frame_held;
     a->frame_held = 1;
-    int32_t status = co_hessian_assemble(a, xyz, exact, &(co_whole){area, third}, &hessian->hessian, error);
+    int32_t status = co_hessian_assemble(a, xyz, &(co_second_kind){.exact = exact, .whole = &(co_whole){area, third}},
+                                         &hessian->hessian, error);
     a->frame_held = held;
     return status;
 }

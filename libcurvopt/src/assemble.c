@@ -168,8 +168,7 @@ int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_
     return co_assembly_take_rules(a, from->rule, error);
 }
 
-/* a->points from xyz: the cage's, normalized, and what is derived from them. The radius that was divided by. */
-static double normalize(co_assembly *a, const double *xyz) {
+double co_assembly_place(co_assembly *a, const double *xyz) {
     size_t n = (size_t)a->patches.n_cage;
     double radius = 1;
     if (a->frame_held && a->active) {
@@ -356,7 +355,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     int third = f->has_third || (request->all_terms && a->third_allowed);
     co_integrand integrand = f->has_third ? f->third : f->second;
     double factor = 1, area_factor = 0;
-    double radius = a->radius = normalize(a, xyz);
+    double radius = a->radius = co_assembly_place(a, xyz);
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
         run_blocks(a, &a->layout, &f->second, 0, 0);
         total(a, &a->layout, out);
@@ -382,7 +381,7 @@ void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co
     const co_functional *f = &a->functional;
     int third = f->has_third || (all_terms && a->third_allowed), held = a->frame_held;
     a->frame_held = 1;
-    a->radius = normalize(a, x);
+    a->radius = co_assembly_place(a, x);
     a->frame_held = held;
     if (gradients->second && f->has_second) {
         run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);

@@ -88,6 +88,10 @@ int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curv
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
+/* a->points from xyz [3 n_cage]: the cage's, normalized, and what is derived from them. The radius that was divided by.
+ */
+double co_assembly_place(co_assembly *assembly, const double *xyz);
+
 /* Gradients [3 n_cage] of what an objective is made of: second + area * third. NULL: not wanted; `third` and `area`
  * only together. Where the objective has no such terms they are not written. */
 typedef struct co_pieces {

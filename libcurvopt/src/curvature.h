@@ -66,8 +66,8 @@ CO_LANE_INLINE void forward_second(lane S[CO_JET][3], sample_state *m, sample_va
     out->gauss = m->h[0] * m->h[2] - m->h[1] * m->h[1];
 }
 
-/* C = grad h and its Fourier coefficients. */
-CO_LANE_INLINE void forward_third(lane S[CO_JET][3], double eps4, sample_state *m, sample_values *out) {
+/* C = grad h: its Fourier coefficients. After forward_second. */
+CO_LANE_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
     lane T[4];
     const lane *h = m->h, *p = m->p, *q = m->q;
     for (int k = 0; k < 3; k++) {
@@ -89,7 +89,11 @@ CO_LANE_INLINE void forward_third(lane S[CO_JET][3], double eps4, sample_state *
     m->B1 = 0.75 * (C112 + C222);
     m->A3 = 0.25 * C111 - 0.75 * C122;
     m->B3 = 0.75 * C112 - 0.25 * C222;
+}
 
+/* What third-order integrands are made of, from C and the second fundamental form. */
+CO_LANE_INLINE void forward_invariants(const sample_state *m, double eps4, sample_values *out) {
+    const lane *h = m->h;
     lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
     lane square = q1 * q1 + q2 * q2;
     lane product = (m->A1 * m->A3 - m->B1 * m->B3) * q_re + (m->A1 * m->B3 + m->B1 * m->A3) * q_im;

@@ -19,6 +19,7 @@ void co_hessian_free(co_hessian *h) {
     free(h->chunk);
     free(h->work);
     free(h->whole);
+    free(h->before);
     co_wide_matrix_free(&h->wide);
     co_layout_free(&h->layout);
     *h = (co_hessian){0};
@@ -339,13 +340,14 @@ static void scatter_face(const co_assembly *a, co_hessian *h, int32_t block, int
 }
 
 static void sweep_chunk(co_assembly *a, co_hessian *h, int32_t first, int32_t n, const co_integrand *integrand,
-                        int exact) {
+                        int exact, const double *before) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(a->n_threads)
     for (int32_t k = 0; k < n; k++) {
         const co_block *b = &h->layout.block[first + k];
         co_second_sweep sweep = {.table = b->table,
                                  .points = h->layout.points + b->points,
                                  .xyz = a->points,
+                                 .before = before,
                                  .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
                                  .integrand = *integrand,
                                  .third = a->functional.has_third,
@@ -419,9 +421,24 @@ static void scatter_chunk(const co_assembly *a, co_hessian *h, int32_t first, in
     }
 }
 
-int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, const co_whole *whole, co_hessian *h,
+/* h->before from positions. */
+static int32_t place_before(co_assembly *a, const double *x, co_hessian *h, curvopt_error *error) {
+    size_t n = 3 * (size_t)a->patches.n_points;
+    h->before = h->before ? h->before : CO_NEW(double, n);
+    if (!h->before)
+        return co_status_no_memory(error);
+    co_assembly_place(a, x);
+    memcpy(h->before, a->points, n * sizeof *h->before);
+    return CURVOPT_OK;
+}
+
+int32_t co_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_hessian *h,
                             curvopt_error *error) {
+    const int exact = kind->exact;
+    const co_whole *whole = kind->whole;
     int32_t status = h->rules_version == wanted_rules(a, exact) ? CURVOPT_OK : renew_layout(a, h, exact, error);
+    if (status == CURVOPT_OK && kind->before)
+        status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)
         return status;
     co_values values;
@@ -437,7 +454,7 @@ int32_t co_hessian_assemble(co_assembly *a, const double *x, int exact, const co
     for (int32_t first = 0; first < h->layout.n_blocks; first += CHUNK_BLOCKS) {
         int32_t n = h->layout.n_blocks - first;
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
-        sweep_chunk(a, h, first, n, &integrand, exact);
+        sweep_chunk(a, h, first, n, &integrand, exact, kind->before ? h->before : NULL);
         scatter_chunk(a, h, first, n);
     }
     pull_wide(a, h);

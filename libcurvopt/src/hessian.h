@@ -26,6 +26,7 @@ typedef struct co_hessian {
     double *work;
     co_wide_matrix wide; /* of wide blends' points, on its way too, */
     double *whole;       /* and a disc's, over its variables */
+    double *before;      /* [3 n_points] where a step began; made when first needed */
 } co_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
@@ -37,11 +38,18 @@ typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
-/* Values at positions x [3 n_vertices], normalized: the Gauss-Newton matrix, or the Hessian. Of an objective A T, area
- * times a third-order integral, both leave out the dense grad A grad T^T + grad T grad A^T; the first T grad^2 A as
- * well. whole: NULL if the assembly's faces are all there are. */
-int32_t co_hessian_assemble(co_assembly *assembly, const double *x, int exact, const co_whole *whole,
-                            co_hessian *hessian, curvopt_error *error);
+/* Which matrix. */
+typedef struct co_second_kind {
+    int exact;             /* the Hessian, not the Gauss-Newton matrix, */
+    const double *before;  /* and if not NULL, as the lifted Newton method wants it after a step from here (sweep.c) */
+    const co_whole *whole; /* NULL: the assembly's faces are all there are */
+} co_second_kind;
+
+/* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order
+ * integral, every kind leaves out the dense grad A grad T^T + grad T grad A^T; the Gauss-Newton matrix T grad^2 A as
+ * well. ERROR_MEMORY. */
+int32_t co_hessian_assemble(co_assembly *assembly, const double *x, const co_second_kind *kind, co_hessian *hessian,
+                            curvopt_error *error);
 double co_hessian_mean_diagonal(const co_hessian *hessian);
 
 #endif

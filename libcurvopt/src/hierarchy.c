@@ -23,7 +23,7 @@ enum { SMALLEST_LOOSENED = 100, LARGEST_LOOSENED = 2000 };
 static const double STATIONARY = 1e-6; /* decrement, of the energy */
 /* Half of the symmetries is twice the work: it must bring this much of the energy. Going on with the same ones, this.
  */
-static const double WORTH_HALF = 0.05, WORTH_SAME = 0.01;
+static const double WORTH_HALF = 0.06, WORTH_SAME = 0.01;
 
 /* The whole run. */
 typedef struct run {
@@ -87,7 +87,7 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
 }
 
 /* Energies at the level's end, and its cage into r->xyz. */
-static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_lmvm_result *solved, double started,
+static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_outcome *solved, double started,
                          curvopt_error *error) {
     int resolved;
     curvopt_energies *end = &r->result->summary.end;
@@ -185,7 +185,7 @@ static int32_t solve(run *r, int32_t number, const double *start, attempt *a, cu
     const curvopt_mesh *mesh = r->result->mesh;
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     double started = now_seconds();
-    co_lmvm_result solved;
+    co_outcome solved;
     *a = (attempt){.now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)}};
     int32_t status = a->now.x && a->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
@@ -220,9 +220,10 @@ static int wants_escape(const run *r, const attempt *a, int32_t number, co_escap
 typedef struct record {
     curvopt_energies end;
     curvopt_level_report level;
-    co_symmetry symmetry;
     double pull;
     double *xyz;
+    co_symmetry symmetry;
+    double *start;
 } record;
 
 /* What giving up symmetries must bring, of the energy. */
@@ -234,16 +235,34 @@ static double worth_of(int32_t order, int32_t left) {
 }
 
 static record record_of(const run *r, int32_t number) {
-    return (record){r->result->summary.end, r->result->level[number - 1], r->symmetry, r->pull, r->xyz};
+    return (record){r->result->summary.end, r->result->level[number - 1], r->pull, r->xyz, r->symmetry, r->level_start};
 }
 
-static void go_back(run *r, int32_t number, const record *to) {
+static void record_free(record *to) {
+    free(to->xyz);
+    free(to->start);
+    co_symmetry_free(&to->symmetry);
+}
+
+/* To what the level had come to with the symmetry that it has. */
+static void take_back(run *r, int32_t number, const record *to) {
     free(r->xyz);
     r->xyz = to->xyz;
-    r->symmetry = to->symmetry;
     r->pull = to->pull;
     r->result->summary.end = to->end;
     r->result->level[number - 1] = to->level;
+}
+
+/* The same with the symmetry that it had, and what it had begun with. A run that was cancelled since stays so. */
+static void go_back(run *r, int32_t number, const record *to) {
+    int32_t stop = r->result->level[number - 1].stop;
+    take_back(r, number, to);
+    if (stop == CURVOPT_STOP_CANCELLED)
+        r->result->level[number - 1].stop = stop;
+    co_symmetry_free(&r->symmetry);
+    free(r->level_start);
+    r->symmetry = to->symmetry;
+    r->level_start = to->start;
 }
 
 /* The level has its new figures; what led to them counts. */
@@ -253,33 +272,33 @@ static void add_work(curvopt_level_report *level, const curvopt_level_report *be
     level->seconds += before->seconds;
 }
 
-/* Goes on from some way along, with less symmetry, as `next`; *better: whether that was worth it. If not, it is undone.
- */
-static int32_t go_down(run *r, int32_t number, co_escape_among among, co_way_down *way, attempt *next, int *better,
-                       curvopt_error *error) {
-    curvopt_level_report *level = &r->result->level[number - 1];
-    record before = record_of(r, number);
-    double worth = among == CO_ESCAPE_ALL ? worth_of(r->symmetry.order, way->symmetry.order) : 0;
-    *better = 0;
+/* Goes on from some way along, with less symmetry, as `next`. What was there before is the caller's, who has a record
+ * of it. */
+static int32_t go_down(run *r, int32_t number, co_way_down *way, attempt *next, curvopt_error *error) {
+    curvopt_level_report before = r->result->level[number - 1];
     r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
     r->symmetry = way->symmetry;
+    r->level_start = way->xyz;
+    *way = (co_way_down){0};
     r->frame.keeps_still = 0;
     r->frame.is_patient = 1;
-    int32_t status = r->xyz ? solve(r, number, way->xyz, next, error) : co_status_no_memory(error);
-    double gain = before.level.energy + before.pull - level->energy - r->pull;
-    if (status == CURVOPT_OK && level->stop != CURVOPT_STOP_UNRESOLVED) /* that would end the run */
-        *better = level->stop == CURVOPT_STOP_CANCELLED || gain > worth * fabs(before.level.energy);
-    if (*better) {
-        double *old_start = r->level_start;
-        r->level_start = way->xyz;
-        way->xyz = old_start;
-        way->symmetry = before.symmetry;
-        free(before.xyz);
-        add_work(level, &before.level);
-    } else {
-        go_back(r, number, &before);
-    }
+    int32_t status = r->xyz ? solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
+    add_work(&r->result->level[number - 1], &before);
     return status;
+}
+
+typedef enum opinion { NOT_WORTH_IT, PERHAPS, WORTH_IT } opinion;
+
+/* Of going down from there to here. What brings half of what is asked for may be the first of two steps. */
+static opinion opinion_of(const run *r, int32_t number, const record *from, co_escape_among among) {
+    const curvopt_level_report *level = &r->result->level[number - 1];
+    double worth = among == CO_ESCAPE_ALL ? worth_of(from->symmetry.order, r->symmetry.order) : 0;
+    double gain = (from->level.energy + from->pull - level->energy - r->pull) / fabs(from->level.energy);
+    if (level->stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
+        return NOT_WORTH_IT;
+    if (level->stop == CURVOPT_STOP_CANCELLED)
+        return gain > 0 ? WORTH_IT : NOT_WORTH_IT;
+    return gain > worth ? WORTH_IT : gain > worth / 2 ? PERHAPS : NOT_WORTH_IT;
 }
 
 /* A last level on which no way down was found: what it comes to where none is looked for, as `next`; *changed: not if
@@ -297,53 +316,99 @@ static int32_t solve_as_ever(run *r, int32_t number, attempt *next, int *changed
         add_work(level, &before.level);
     } else {
         int32_t stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.level.stop;
-        go_back(r, number, &before);
+        take_back(r, number, &before);
         level->stop = stop;
     }
     return status;
 }
 
-static void exchange(attempt **a, attempt **b) {
-    attempt *old = *a;
-    *a = *b;
-    *b = old;
+/* A level's way down. */
+typedef struct descent {
+    attempt slot[3];
+    attempt *now;  /* what the run shows */
+    attempt *sure; /* NULL, or where the last step began, for that is gone back to if the next one does not make it
+                      worth while, */
+    record before; /* and what the run showed there */
+} descent;
+
+static attempt *spare_of(descent *d) {
+    attempt *spare = d->slot;
+    while (spare == d->now || spare == d->sure)
+        spare++;
+    return spare;
 }
 
-/* The level's minimum, and further down as long as symmetries are worth giving up. `a` and `b` change places: a level's
- * parts know each other by address. */
-static int32_t solve_and_descend(run *r, int32_t number, attempt **a, attempt **b, curvopt_error *error) {
+static void give_way(attempt **old, attempt *next) {
+    attempt_free(*old);
+    *old = next;
+}
+
+/* A step down, if there is a way; *on: whether to look for another. */
+static int32_t step_down(run *r, int32_t number, co_escape_among among, descent *d, int *on, curvopt_error *error) {
+    co_way_down way = {0};
+    *on = 0;
+    int32_t status =
+        co_escape_find(&r->frame, r->result->mesh, &r->symmetry, &r->constraints, r->xyz, number, among, &way, error);
+    if (status == CURVOPT_OK && way.found) {
+        attempt *next = spare_of(d);
+        record last = record_of(r, number);
+        status = go_down(r, number, &way, next, error);
+        opinion worth =
+            status == CURVOPT_OK ? opinion_of(r, number, d->sure ? &d->before : &last, among) : NOT_WORTH_IT;
+        *on = worth == WORTH_IT || (worth == PERHAPS && !d->sure);
+        if (!*on) {
+            go_back(r, number, &last);
+            attempt_free(next);
+        } else if (worth == PERHAPS) {
+            d->sure = d->now;
+            d->before = last;
+            d->now = next;
+        } else {
+            give_way(&d->now, next);
+            record_free(&last);
+            if (d->sure) {
+                attempt_free(d->sure);
+                d->sure = NULL;
+                record_free(&d->before);
+            }
+        }
+    }
+    co_escape_free(&way);
+    return status;
+}
+
+/* The level's minimum, and further down as long as symmetries are worth giving up. */
+static int32_t solve_and_descend(run *r, int32_t number, descent *d, curvopt_error *error) {
     co_escape_among among;
-    int better = 1;
-    int32_t status = solve(r, number, r->level_start, *a, error);
-    while (status == CURVOPT_OK && better && wants_escape(r, *a, number, &among)) {
-        co_way_down way = {0};
-        status = co_escape_find(&r->frame, r->result->mesh, &r->symmetry, &r->constraints, r->xyz, number, among, &way,
-                                error);
-        better = way.found;
-        if (status == CURVOPT_OK && way.found)
-            status = go_down(r, number, among, &way, *b, &better, error);
-        if (better)
-            exchange(a, b);
-        attempt_free(*b);
-        co_escape_free(&way);
+    int on = 1;
+    d->now = d->slot;
+    int32_t status = solve(r, number, r->level_start, d->now, error);
+    while (status == CURVOPT_OK && on && wants_escape(r, d->now, number, &among))
+        status = step_down(r, number, among, d, &on, error);
+    if (d->sure) {
+        go_back(r, number, &d->before);
+        give_way(&d->now, d->sure);
+        d->sure = NULL;
     }
     if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels &&
-        !(*a)->level.assembly.functional.has_third && !stopped_early(r, number)) {
-        status = solve_as_ever(r, number, *b, &better, error);
-        if (better)
-            exchange(a, b);
-        attempt_free(*b);
+        !d->now->level.assembly.functional.has_third && !stopped_early(r, number)) {
+        attempt *next = spare_of(d);
+        status = solve_as_ever(r, number, next, &on, error);
+        if (on)
+            give_way(&d->now, next);
+        else
+            attempt_free(next);
     }
     return status;
 }
 
 static int32_t solve_level(run *r, int32_t number, curvopt_error *error) {
-    attempt first = {0}, second = {0}, *a = &first, *b = &second;
-    int32_t status = solve_and_descend(r, number, &a, &b, error);
+    descent d = {0};
+    int32_t status = solve_and_descend(r, number, &d, error);
     if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r, number))
-        status = certify(r, &a->level, &a->now, error);
-    attempt_free(&first);
-    attempt_free(&second);
+        status = certify(r, &d.now->level, &d.now->now, error);
+    for (int k = 0; k < 3; k++)
+        attempt_free(&d.slot[k]);
     return status;
 }
 

@@ -19,9 +19,6 @@ enum { RESOLVE_EVERY = 20, RESOLVE_STRONG = 5, INVERSE_ITERATIONS = 30, SADDLE_H
 enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
 static const double SHORT_STEP = 0.05; /* of a vertex, in mean edges */
 static const double SHIFT = 0.1, STIFFEN_MOST = 10, AWAY = 2;
-/* Of a third-order energy Newton's method is for places where the Hessian is not far from positive, within this much of
- * its mean diagonal: elsewhere it is as slow as the first stage, and dearer. */
-static const double MOST_NEGATIVE = 1e-3;
 static const double WORTH_LEAVING = 2e-7; /* of the energy: what a step away from a saddle must bring */
 /* While a level is worked on that is not the last, quadrature may be this much coarser than what is wanted of the
  * figures at the end: the step check above needs a resolved energy, not an accurate one. */
@@ -144,12 +141,16 @@ static int32_t create_model(co_level *l, curvopt_error *error) {
     return status;
 }
 
-/* The model becomes that of `now`, with the pull's matrix. */
-static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, co_gauge gauge, curvopt_error *error) {
+/* The model becomes that of `now`, with the pull's matrix. before: as co_minimand's assemble; NULL if not exact. */
+static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, const double *before, co_gauge gauge,
+                              curvopt_error *error) {
     int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
+    co_second_kind kind = {.exact = exact, .before = before ? l->gx : NULL};
     co_reduce_expand(&l->reduction, now->x, l->x);
+    if (before)
+        co_reduce_expand(&l->reduction, before, l->gx);
     if (status == CURVOPT_OK)
-        status = co_model_assemble(&l->model, l->x, exact, gauge, error);
+        status = co_model_assemble(&l->model, l->x, &kind, gauge, error);
     if (status == CURVOPT_OK)
         co_pull_add_hessian(&l->pull, &l->model.hessian);
     return status;
@@ -183,25 +184,41 @@ static void keep_away(co_level *l) {
  * in the surface, rigid motion) is not infinitely soft, a displacement of all vertices by the surface's size costing at
  * least SHIFT times the energy; and as much more as keeps steps near the cap. Cutting a long step back to the cap
  * instead needs ten times as many on the curved valley floor of MVS. */
-static co_renewal renew(void *context, const co_iterate *now, double overshoot) {
+static void renew(void *context, const co_iterate *now, double overshoot) {
     co_level *l = context;
+    l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
-        return CO_RENEWAL_FAILED;
+        return;
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? fmin(overshoot, STIFFEN_MOST) : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
-    l->has_factor = 0; /* factorizing spoils the old one, even if it fails */
-    l->failed = assemble_model(l, now, l->exact, co_gauge_exact(l->gauge), l->error);
+    l->failed = assemble_model(l, now, l->exact, NULL, co_gauge_exact(l->gauge), l->error);
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
-        return CO_RENEWAL_FAILED;
-    double stiffest = co_model_mean_diagonal(&l->model);
+        return;
     l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
     if (l->failed == CURVOPT_OK && l->exact && l->has_factor && l->shift > least)
         keep_away(l);
-    if (l->failed != CURVOPT_OK)
-        return CO_RENEWAL_FAILED;
-    if (l->exact && l->assembly.functional.has_third && l->shift > MOST_NEGATIVE * stiffest)
-        return CO_RENEWAL_GIVE_UP;
-    return l->has_factor ? CO_RENEWED : CO_RENEWAL_FAILED;
+}
+
+static int assemble(void *context, const co_iterate *now, const double *before) {
+    co_level *l = context;
+    if (l->failed == CURVOPT_OK && !co_frame_is_cancelled(l->frame))
+        l->failed = assemble_model(l, now, 1, before, co_gauge_exact(l->gauge), l->error);
+    l->has_factor = 0;
+    return l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame);
+}
+
+static int factorize(void *context, double shift, int *positive) {
+    co_level *l = context;
+    if (co_frame_is_cancelled(l->frame))
+        return 1;
+    l->shift = shift;
+    l->failed = co_model_factorize(&l->model, shift, positive, l->error);
+    l->has_factor = l->failed == CURVOPT_OK && *positive;
+    return l->failed != CURVOPT_OK;
+}
+
+static double least_shift_at(void *context, const co_iterate *now) {
+    return least_shift(context, now->value);
 }
 
 static int precondition(void *context, const double *in, double *out) {
@@ -247,7 +264,10 @@ co_minimand co_level_minimand(co_level *l) {
                          .settle = settle,
                          .precondition = l->has_model ? precondition : NULL,
                          .renew = l->has_model ? renew : NULL,
-                         .negative_curvature = l->seeks_negative ? negative_curvature : NULL,
+                         .assemble = l->has_model ? assemble : NULL,
+                         .factorize = l->has_model ? factorize : NULL,
+                         .least_shift = l->has_model ? least_shift_at : NULL,
+                         .negative_curvature = l->has_model ? negative_curvature : NULL,
                          .report = report};
 }
 
@@ -377,7 +397,7 @@ double co_level_evaluate(co_level *l, const double *z, double *gradient) {
 }
 
 int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
-    int32_t status = assemble_model(l, now, exact, co_gauge_exact(l->gauge), error);
+    int32_t status = assemble_model(l, now, exact, NULL, co_gauge_exact(l->gauge), error);
     return status == CURVOPT_OK ? co_model_factorize(&l->model, least_shift(l, now->value), positive, error) : status;
 }
 
@@ -403,7 +423,7 @@ int32_t co_level_leave_saddle(co_level *l, co_iterate *now, int *left, curvopt_e
     size_t n = (size_t)l->reduction.n_variables;
     double *d = CO_NEW(double, 2 * n);
     *left = 0;
-    int32_t status = d ? assemble_model(l, now, 1, l->gauge, error) : co_status_no_memory(error);
+    int32_t status = d ? assemble_model(l, now, 1, NULL, l->gauge, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = factorize_shifted(l, least_shift(l, now->value), error);
     if (status == CURVOPT_OK && negative_curvature(l, now, d))
@@ -418,7 +438,7 @@ int32_t co_level_count_negative(co_level *l, const co_iterate *now, int32_t *n_n
     *n_negative = l->reduction.n_variables > LARGEST_COUNT ? -1 : 0;
     if (l->reduction.n_variables == 0 || *n_negative < 0)
         return CURVOPT_OK;
-    int32_t status = assemble_model(l, now, 1, l->gauge, error);
+    int32_t status = assemble_model(l, now, 1, NULL, l->gauge, error);
     return status == CURVOPT_OK ? co_model_count_negative(&l->model, least_shift(l, now->value), n_negative, error)
                                 : status;
 }

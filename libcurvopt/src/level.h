@@ -44,9 +44,8 @@ typedef struct co_level {
     co_values last;       /* and what was evaluated last */
     co_model model;       /* for a preconditioner */
     int has_model;
-    co_gauge gauge;     /* motions that the objective does not see */
-    int exact;          /* it is the Hessian, not the Gauss-Newton matrix, */
-    int seeks_negative; /* and where it is not positive, steps along its negative directions are tried */
+    co_gauge gauge; /* motions that the objective does not see */
+    int exact;      /* LMVM's preconditioner is the Hessian's factor, not the Gauss-Newton matrix's */
     int has_factor;
     double shift;
     int32_t number;

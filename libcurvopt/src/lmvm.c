@@ -17,7 +17,7 @@
 static const double SHORTEST_CAP = 1e-7; /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
 static const double SHORT_SHARE = 0.5; /* of a direction: less of it stands only if the model is too soft */
-enum { STALLED_STEPS = 10, SMALL_STEPS = 4, HALVINGS = 12 };
+enum { STALLED_STEPS = 10, SMALL_STEPS = 4 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -29,7 +29,7 @@ typedef struct history {
 typedef struct solver {
     const co_minimand *f;
     const co_lmvm_options *options;
-    co_lmvm_result *result;
+    co_outcome *result;
     history h;
     co_iterate trial;
     double *direction;
@@ -100,10 +100,9 @@ static void find_direction(solver *s, const double *gradient) {
 }
 
 /* Renews the preconditioner when it has gone stale; its pairs told of a function that has not changed, and stay. */
-static co_renewal keep_fresh(solver *s, const co_iterate *now) {
-    if (!s->f->renew || s->stale_steps++ % s->options->renew_every != 0)
-        return CO_RENEWED;
-    return s->f->renew(s->f->context, now, s->overshoot);
+static void keep_fresh(solver *s, const co_iterate *now) {
+    if (s->f->renew && s->stale_steps++ % s->options->renew_every == 0)
+        s->f->renew(s->f->context, now, s->overshoot);
 }
 
 /* How many times longer than it ought to have been the last direction was: than the cap, or than what of it stood.
@@ -136,26 +135,6 @@ static int find_step(solver *s, const co_iterate *now) {
     }
 }
 
-/* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
- * decrease worth the name. */
-static int leave_saddle(solver *s, const co_iterate *now) {
-    double least = s->options->decrement_tolerance * fabs(now->value);
-    if (!s->f->negative_curvature || !s->f->negative_curvature(s->f->context, now, s->direction))
-        return 0;
-    double scale = s->cap / s->f->step_length(s->f->context, s->direction);
-    for (int halving = 0; halving < HALVINGS; halving++, scale *= 0.5) {
-        memcpy(s->trial.x, now->x, s->f->n * sizeof *now->x);
-        co_vector_add(s->f->n, scale, s->direction, s->trial.x);
-        s->trial.value = s->f->evaluate(s->f->context, s->trial.x, s->trial.gradient);
-        s->result->evaluations++;
-        if (s->trial.value < now->value - least) {
-            s->h.n_pairs = 0;
-            return 1;
-        }
-    }
-    return 0;
-}
-
 /* What the settled step means for history and cap; a stop reason, or -1 to go on. */
 static int take_step(solver *s, co_iterate *now) {
     double before = now->value;
@@ -186,14 +165,6 @@ static int is_small(const solver *s, const co_iterate *now) {
     return s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value);
 }
 
-/* Where nothing is left to gain but along negative curvature; a stop reason, or -1 to go on. */
-static int finish(solver *s, co_iterate *now) {
-    if (!leave_saddle(s, now))
-        return CURVOPT_STOP_CONVERGED;
-    s->small_steps = 0;
-    return take_step(s, now);
-}
-
 static int has_settled(solver *s, const co_iterate *now) {
     if (!s->f->precondition || s->result->iterations % s->options->settled_steps != 0)
         return 0;
@@ -210,16 +181,15 @@ static int iterate(solver *s, co_iterate *now) {
             return CURVOPT_STOP_CONVERGED;
         if (s->result->iterations >= s->options->max_iterations)
             return CURVOPT_STOP_LIMIT;
-        if (keep_fresh(s, now) == CO_RENEWAL_GIVE_UP)
-            return CURVOPT_STOP_SETTLED;
+        keep_fresh(s, now);
         if (find_step(s, now)) {
             /* several in a row: one may be short because the preconditioner was stiffened */
             s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
             stop = take_step(s, now);
             if (stop < 0 && s->small_steps >= SMALL_STEPS)
-                stop = finish(s, now);
+                stop = CURVOPT_STOP_CONVERGED;
         } else { /* of a small step rounding may hide what it would bring */
-            stop = is_small(s, now) ? finish(s, now) : CURVOPT_STOP_STALLED;
+            stop = is_small(s, now) ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
         }
         if (stop >= 0)
             return stop;
@@ -228,11 +198,11 @@ static int iterate(solver *s, co_iterate *now) {
     }
 }
 
-int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_outcome *result,
                 curvopt_error *error) {
     size_t n = f->n, memory = (size_t)options->memory;
     int32_t status = CURVOPT_OK;
-    *result = (co_lmvm_result){0};
+    *result = (co_outcome){0};
     solver s = {.f = f, .options = options, .result = result, .cap = options->max_step};
     s.h = (history){.memory = options->memory,
                     .s = CO_NEW(double, memory *n),

@@ -18,15 +18,8 @@ typedef struct co_lmvm_options {
     int renew_every; /* steps between renewals of the preconditioner */
 } co_lmvm_options;
 
-typedef struct co_lmvm_result {
-    int stop; /* curvopt_stop */
-    int iterations;
-    int evaluations;
-    int restarts; /* times the history was dropped */
-} co_lmvm_result;
-
 /* From `now` (value and gradient filled in) to the last accepted iterate, in place. ERROR_MEMORY only. */
-int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_lmvm_result *result,
+int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate *now, co_outcome *result,
                 curvopt_error *error);
 
 #endif

@@ -11,12 +11,6 @@ typedef enum co_settlement {
     CO_SETTLE_STOP     /* go back likewise, and give up */
 } co_settlement;
 
-typedef enum co_renewal {
-    CO_RENEWED,
-    CO_RENEWAL_FAILED,
-    CO_RENEWAL_GIVE_UP /* this is not a place for the method: stop */
-} co_renewal;
-
 typedef struct co_iterate {
     double *x;        /* [n] */
     double *gradient; /* [n] */
@@ -38,13 +32,28 @@ typedef struct co_minimand {
     int (*precondition)(void *context, const double *in, double *out);
     /* Makes M that of `now`; if that cannot be done there is none. `overshoot` is how many times too long the
      * last direction was, 0 at first: where it is large, M should be stiffer. */
-    co_renewal (*renew)(void *context, const co_iterate *now, double overshoot);
-    /* A direction of negative curvature at `now`, or NULL where none is known of: d [n] of any length, its sign such
-     * that the function does not rise at first; 0 if there is none. */
+    void (*renew)(void *context, const co_iterate *now, double overshoot);
+    /* For Newton's method, else NULL. The Hessian at `now`; before: NULL, or where the last step began, for a matrix
+     * that is a better guide after such a step and the Hessian in the limit of short ones. Nonzero if that failed. */
+    int (*assemble)(void *context, const co_iterate *now, const double *before);
+    /* M is that matrix plus `shift` times the unit matrix if that is *positive definite. Nonzero if that failed. */
+    int (*factorize)(void *context, double shift, int *positive);
+    /* Curvature that is not told from none at `now`: the least shift. */
+    double (*least_shift)(void *context, const co_iterate *now);
+    /* Where M is that matrix with more than the least shift: a direction of negative curvature, d [n] of any length,
+     * its sign such that the function does not rise at first; 0 if there is none. */
     int (*negative_curvature)(void *context, const co_iterate *now, double *d);
     /* After every settled step; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);
 } co_minimand;
+
+/* How an optimizer ended. */
+typedef struct co_outcome {
+    int stop; /* curvopt_stop */
+    int iterations;
+    int evaluations;
+    int restarts; /* times a history was dropped */
+} co_outcome;
 
 double co_vector_dot(size_t n, const double *a, const double *b);
 double co_vector_norm(size_t n, const double *a);

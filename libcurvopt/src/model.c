@@ -102,9 +102,10 @@ static void append_motions(co_model *m, const double *x, int n_motions) {
     }
 }
 
-int32_t co_model_assemble(co_model *m, const double *x, int exact, co_gauge gauge, curvopt_error *error) {
+int32_t co_model_assemble(co_model *m, const double *x, const co_second_kind *kind, co_gauge gauge,
+                          curvopt_error *error) {
     const co_reduction *r = m->hessian.reduction;
-    m->n_dense = m->n_pair = exact && m->assembly->functional.has_third ? 2 : 0;
+    m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
     if (m->n_pair) {
         double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
         co_values values;
@@ -114,7 +115,7 @@ int32_t co_model_assemble(co_model *m, const double *x, int exact, co_gauge gaug
         co_reduce_gradient_of(r, a->active, a->n_active_cage, third, m->dense + n_variables(m));
     }
     append_motions(m, x, gauge == CO_GAUGE_NONE ? 0 : gauge == CO_GAUGE_MOEBIUS ? N_MOTIONS : N_SIMILARITIES);
-    int32_t status = co_hessian_assemble(m->assembly, x, exact, NULL, &m->hessian, error);
+    int32_t status = co_hessian_assemble(m->assembly, x, kind, &m->hessian, error);
     m->stiffness = co_model_mean_diagonal(m);
     return status;
 }

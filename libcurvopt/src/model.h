@@ -45,9 +45,10 @@ static inline co_gauge co_gauge_exact(co_gauge gauge) {
 /* assembly and reduction must outlive it; the reduction has variables. ERROR_SIZE, ERROR_MEMORY. */
 int32_t co_model_create(co_assembly *assembly, const co_reduction *reduction, co_model *out, curvopt_error *error);
 void co_model_free(co_model *model);
-/* The matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the exact Hessian.
- * What was factored is lost. ERROR_MEMORY. */
-int32_t co_model_assemble(co_model *model, const double *x, int exact, co_gauge gauge, curvopt_error *error);
+/* The matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the Hessian. What was
+ * factored is lost. ERROR_MEMORY. */
+int32_t co_model_assemble(co_model *model, const double *x, const co_second_kind *kind, co_gauge gauge,
+                          curvopt_error *error);
 double co_model_mean_diagonal(const co_model *model);
 /* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
 int32_t co_model_factorize(co_model *model, double shift, int *positive, curvopt_error *error);

@@ -10,16 +10,19 @@
 
 #include "decrement.h"
 #include "memory.h"
+#include "newton.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MEMORY = 12, RENEW_EVERY = 5, SLOW_STEPS = 15, QUICK_STEPS = 5 };
-enum { NEWTON_MEMORY = 5, MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 3 };
+enum { MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 5 };
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
+/* Of the energy, in QUICK_STEPS: the shape stands, and Newton's method takes over. */
+static const double SHAPE_SETTLED = 0.1;
 /* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
 static const double SLIDING_SETTLED = 1e-5, STATIONARY = 8e-7, NOTHING = 1e-12, GREAT = 1e-2;
 static const double DISTORTED = 0.5; /* of the least Jacobian */
@@ -28,21 +31,34 @@ typedef struct stages {
     co_level *level;
     co_lmvm_options options;
     co_iterate *now;
-    co_lmvm_result *result;
+    co_outcome *result;
 } stages;
 
-/* The optimizer from where the last stage ended; the result counts what was done before, too. */
-static int32_t go_on(stages *s, curvopt_error *error) {
+/* An optimizer from where the last stage ended, LMVM or, if `by` is not NULL, Newton's; the result counts what was done
+ * before, too. */
+static int32_t go_on_by(stages *s, const co_newton_options *by, curvopt_error *error) {
     co_level *l = s->level;
-    co_lmvm_options rest = s->options;
     co_minimand f = co_level_minimand(l);
     l->iterations = s->result->iterations;
     l->evaluations = s->result->evaluations;
-    rest.max_iterations -= l->iterations;
-    int32_t status = co_lmvm(&f, &rest, s->now, s->result, error);
+    int left = s->options.max_iterations - l->iterations;
+    int32_t status;
+    if (by) {
+        co_newton_options rest = *by;
+        rest.max_iterations = left;
+        status = co_newton(&f, &rest, s->now, s->result, error);
+    } else {
+        co_lmvm_options rest = s->options;
+        rest.max_iterations = left;
+        status = co_lmvm(&f, &rest, s->now, s->result, error);
+    }
     s->result->iterations += l->iterations;
     s->result->evaluations += l->evaluations;
     return status == CURVOPT_OK ? l->failed : status;
+}
+
+static int32_t go_on(stages *s, curvopt_error *error) {
+    return go_on_by(s, NULL, error);
 }
 
 static int has_settled(const stages *s) {
@@ -189,36 +205,43 @@ done:
     return status;
 }
 
-/* Newton's method proper, from where everything has settled. */
+/* Newton's method, from where the shape stands. */
 static int32_t newton(stages *s, curvopt_error *error) {
-    co_level *l = s->level;
-    const co_lmvm_options before = s->options;
-    const double shift = l->shift;
-    int stop = s->result->stop;
-    l->exact = l->seeks_negative = 1;
-    l->shift = 0;
-    s->options.memory = NEWTON_MEMORY;
-    s->options.renew_every = 1;
-    int32_t status = go_on(s, error);
-    if (s->result->stop == CURVOPT_STOP_SETTLED) /* it did no better */
-        s->result->stop = stop;
-    l->exact = l->seeks_negative = 0;
-    l->shift = shift;
-    s->options = before;
-    return status;
+    const co_lmvm_options *o = &s->options;
+    co_newton_options options = {.gradient_tolerance = o->gradient_tolerance,
+                                 .decrement_tolerance = o->decrement_tolerance,
+                                 .settled_decrease = o->settled_decrease,
+                                 .settled_steps = SLOW_STEPS,
+                                 .max_step = o->max_step};
+    return go_on_by(s, &options, error);
 }
 
-/* The last level of a third-order energy, after everything has settled. A level that has settled on a plateau is not at
- * its end: while the certificate is not met, both stages go on, the first one with more patience. */
+/* Whether the figures at the end need other rules than the optimizer has. It has them then, where it is or a little way
+ * back. */
+static int needs_other_rules(stages *s) {
+    s->level->assembly.met = 0;
+    co_settlement verdict = co_level_check(s->level, s->now);
+    return verdict == CO_SETTLE_CHANGED || verdict == CO_SETTLE_REJECT;
+}
+
+/* A third-order energy's level, after the shape has settled. At the end of the last one figures are wanted as accurate
+ * as the tolerance says: where that takes finer rules, Newton's method goes on by these. A level that has settled on a
+ * plateau is not at its end: while the certificate is not met, both methods go on, with more patience. */
 static int32_t finish_third(stages *s, curvopt_error *error) {
+    co_level *l = s->level;
+    const int last = l->number == l->frame->options->levels;
     double left = INFINITY;
+    s->options.settled_decrease = last ? FINAL_SETTLED : COARSE_SETTLED;
+    s->options.settled_steps = SLOW_STEPS;
     for (int round = 0;; round++) {
-        int32_t status = go_on_by_finer_rules(s, error);
-        if (status == CURVOPT_OK && has_settled(s))
-            status = newton(s, error);
-        if (status != CURVOPT_OK || s->result->stop != CURVOPT_STOP_SETTLED || round == MOST_ROUNDS)
+        int32_t status = newton(s, error);
+        if (status != CURVOPT_OK || !last || !has_settled(s) || round == MOST_ROUNDS)
             return status;
-        status = co_decrement(s->level, s->now, &left, NULL, error);
+        if (needs_other_rules(s))
+            continue;
+        if (l->failed != CURVOPT_OK || s->result->stop != CURVOPT_STOP_SETTLED)
+            return l->failed;
+        status = co_decrement(l, s->now, &left, NULL, error);
         if (status != CURVOPT_OK || !(left > STATIONARY * fabs(s->now->value)))
             return status;
         s->options.settled_decrease /= 4;
@@ -260,36 +283,48 @@ static int slides(const co_level *l) {
     return l->number == l->frame->options->levels && !l->assembly.functional.has_third && !l->frame->keeps_still;
 }
 
+/* Whether Newton's method takes over as soon as the shape stands. Of `plane`, which is not linear, there is no exact
+ * Hessian, and it comes last. */
+static int hands_over(const co_level *l) {
+    return l->assembly.functional.has_third && l->assembly.surface != CURVOPT_SURFACE_PLANE;
+}
+
 static co_lmvm_options first_options(const co_level *l) {
     const curvopt_options *o = l->frame->options;
-    int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient;
+    int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient, newton = hands_over(l);
     return (co_lmvm_options){.memory = MEMORY,
                              .max_iterations = o->max_iterations,
                              .gradient_tolerance = o->gradient_tolerance,
                              .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
-                             .settled_decrease = last && !quick ? FINAL_SETTLED : COARSE_SETTLED,
-                             .settled_steps = quick ? QUICK_STEPS : SLOW_STEPS,
+                             .settled_decrease = newton           ? SHAPE_SETTLED
+                                                 : last && !quick ? FINAL_SETTLED
+                                                                  : COARSE_SETTLED,
+                             .settled_steps = newton || quick ? QUICK_STEPS : SLOW_STEPS,
                              .max_step = o->max_step,
                              .renew_every = RENEW_EVERY};
 }
 
-/* What ends a last level, after the first stage. */
+/* What ends a level, after the first stage. */
 static int32_t finish(stages *s, curvopt_error *error) {
-    if (s->level->assembly.functional.has_third)
-        return finish_third(s, error);
-    return slides(s->level) ? finish_second(s, error) : go_on_by_finer_rules(s, error);
+    const co_level *l = s->level;
+    int last = l->number == l->frame->options->levels;
+    if (l->assembly.functional.has_third)
+        return last || hands_over(l) ? finish_third(s, error) : CURVOPT_OK;
+    if (!last)
+        return CURVOPT_OK;
+    return slides(l) ? finish_second(s, error) : go_on_by_finer_rules(s, error);
 }
 
-int32_t co_stages_solve(co_level *l, co_iterate *now, co_lmvm_result *result, curvopt_error *error) {
+int32_t co_stages_solve(co_level *l, co_iterate *now, co_outcome *result, curvopt_error *error) {
     const curvopt_options *o = l->frame->options;
     stages s = {.level = l, .options = first_options(l), .now = now, .result = result};
-    *result = (co_lmvm_result){0};
+    *result = (co_outcome){0};
     if (co_level_minimand(l).report(l, now, 0, 0)) {
         result->stop = CURVOPT_STOP_CANCELLED;
         return CURVOPT_OK;
     }
     int32_t status = go_on(&s, error);
-    if (status == CURVOPT_OK && l->has_model && l->number == o->levels && has_settled(&s))
+    if (status == CURVOPT_OK && l->has_model && has_settled(&s))
         status = finish(&s, error);
     if (co_frame_is_cancelled(l->frame))
         result->stop = CURVOPT_STOP_CANCELLED;

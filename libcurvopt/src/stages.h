@@ -5,6 +5,6 @@
 #include "level.h"
 
 /* From `now`, in place. level->report is told of every step. As curvopt_minimize. */
-int32_t co_stages_solve(co_level *level, co_iterate *now, co_lmvm_result *result, curvopt_error *error);
+int32_t co_stages_solve(co_level *level, co_iterate *now, co_outcome *result, curvopt_error *error);
 
 #endif

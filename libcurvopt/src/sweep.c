@@ -199,8 +199,10 @@ CO_LANE_INLINE void sweep_samples(const co_sweep *s, const block *b, int third, 
         if (plane)
             plane_forward(&plane_of_block, w, S);
         forward_second(S, &state, &value);
-        if (third)
-            forward_third(S, s->eps4, &state, &value);
+        if (third) {
+            forward_third(S, &state);
+            forward_invariants(&state, s->eps4, &value);
+        }
         accumulate(t, i, third, &state, &value, sums);
         if (!s->gradient)
             continue;
@@ -354,7 +356,7 @@ CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], l
             plane_forward(&vertex, t->blend + (size_t)i * CO_JET, S);
         forward_second(S, &state, &value);
         if (third)
-            forward_third(S, s->eps4, &state, &value);
+            forward_third(S, &state);
         for (int which = s->integrand.h2 > 0 ? 0 : RESIDUALS_SECOND;
              which < RESIDUALS_SECOND + (third ? RESIDUALS_THIRD : 0); which++) {
             if (which < RESIDUALS_SECOND)
@@ -374,20 +376,117 @@ CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], l
     add_squares(V, n_columns, size, matrix);
 }
 
-/* S_bar [1..9] at one sample, everything included. */
-CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, int third, lane S[CO_JET][3],
-                                    lane S_bar[CO_JET][3]) {
+/* C = grad h at one sample, by its coefficients A1, B1, A3, B3. */
+typedef struct curvature_derivative {
+    sample_state at;
+    lane value[4];
+    lane slope[4][CO_JET][3]; /* [.][1..9] with respect to derivatives of S */
+} curvature_derivative;
+
+CO_LANE_INLINE void differentiate_curvature(lane S[CO_JET][3], curvature_derivative *out) {
+    static const double of_C[4][4] = {{0.75, 0, 0.75, 0}, {0, 0.75, 0, 0.75}, {0.25, 0, -0.75, 0}, {0, 0.75, 0, -0.25}};
+    sample_state *m = &out->at;
+    sample_values value;
+    forward_second(S, m, &value);
+    forward_third(S, m);
+    out->value[0] = m->A1;
+    out->value[1] = m->B1;
+    out->value[2] = m->A3;
+    out->value[3] = m->B3;
+    for (int i = 0; i < 4; i++) {
+        lane C_bar[4], h_bar[3];
+        for (int k = 0; k < 4; k++)
+            C_bar[k] = lane_all(of_C[i][k]);
+        for (int k = 0; k < 3; k++)
+            h_bar[k] = lane_all(0);
+        adjoint_forms(S, m, 1, C_bar, h_bar, lane_all(0), out->slope[i]);
+    }
+}
+
+/* C becomes what a step from `before` was to make of it, to first order. */
+CO_LANE_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_points, lane (*P)[3], lane (*before)[3],
+                                   lane C[4]) {
+    lane S[CO_JET][3], D[CO_JET][3];
+    curvature_derivative from;
+    jets(rows, mixed, n_points, before, 1, 9, S);
+    jets(rows, mixed, n_points, P, 1, 9, D);
+    differentiate_curvature(S, &from);
+    for (int i = 0; i < 4; i++) {
+        C[i] = from.value[i];
+        for (int k = 1; k < CO_JET; k++)
+            for (int c = 0; c < 3; c++)
+                C[i] += from.slope[i][k][c] * (D[k][c] - S[k][c]);
+    }
+}
+
+/* S_bar [1..9] at one sample, everything included. C: A1, B1, A3, B3 are taken for these. */
+CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, int third, const lane C[4],
+                                    lane S[CO_JET][3], lane S_bar[CO_JET][3]) {
     const co_table *t = s->table;
     sample_state state;
     sample_values value;
     forward_second(S, &state, &value);
     lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
     if (third) {
-        forward_third(S, s->eps4, &state, &value);
+        forward_third(S, &state);
+        state.A1 = C[0];
+        state.B1 = C[1];
+        state.A3 = C[2];
+        state.B3 = C[3];
+        forward_invariants(&state, s->eps4, &value);
         density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
     }
     adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[sample],
                    s->integrand.area * t->area_weight[sample], density, S_bar);
+}
+
+/* A sample's second derivatives: [d][k] is what component d of the k-th derivative of S does to a gradient. */
+typedef lane sample_core[3][CO_JET][CO_JET][3];
+
+/* Difference of the gradients at S +- step along derivative (k, d), C going with them to first order. */
+CO_LANE_INLINE void core_column(const co_second_sweep *s, int32_t sample, int third, lane step, int k, int d,
+                                const curvature_derivative *C, lane S[CO_JET][3], lane column[CO_JET][3]) {
+    const int last = third ? 9 : 5;
+    lane at = S[k][d], half = 0.5 / step, C_up[4], C_down[4], down[CO_JET][3];
+    for (int i = 0; third && i < 4; i++) {
+        C_up[i] = C->value[i] + step * C->slope[i][k][d];
+        C_down[i] = C->value[i] - step * C->slope[i][k][d];
+    }
+    S[k][d] = at + step;
+    sample_gradient(s, sample, third, C_up, S, column);
+    S[k][d] = at - step;
+    sample_gradient(s, sample, third, C_down, S, down);
+    S[k][d] = at;
+    for (int j = 1; j <= last; j++)
+        for (int c = 0; c < 3; c++)
+            column[j][c] = (column[j][c] - down[j][c]) * half;
+}
+
+/* Columns of third derivatives: of these themselves the energy is a square, through C; the rest is there already, by
+ * symmetry. */
+CO_LANE_INLINE void core_of_third(const co_second_sweep *s, int32_t sample, const curvature_derivative *C,
+                                  sample_core core) {
+    const lane *n = C->at.n;
+    for (int k = 0; k < 4; k++) {
+        sample_state m = C->at;
+        frame_adjoint f = {{0}, {0}, {0}};
+        lane C_bar[4], T_bar[4], h_bar[3] = {{0}, {0}, {0}}, along[4];
+        for (int i = 0; i < 4; i++)
+            along[i] = lane_dot(C->slope[i][6 + k], n);
+        m.A1 = along[0];
+        m.B1 = along[1];
+        m.A3 = along[2];
+        m.B3 = along[3];
+        adjoint_invariants(&m, &s->integrand, s->eps4, s->table->weight[sample] * m.J, C_bar, h_bar);
+        from_frame_third(&m, m.T, C_bar, T_bar, &f);
+        for (int d = 0; d < 3; d++)
+            for (int c = 0; c < 3; c++) {
+                for (int j = 1; j < 6; j++)
+                    core[d][6 + k][j][c] = core[c][j][6 + k][d];
+                for (int l = 0; l < 4; l++)
+                    core[d][6 + k][6 + l][c] = T_bar[l] * n[c] * n[d];
+            }
+    }
 }
 
 /* matrix += rows^T column for one derivative (order k, coordinate d): columns [n_orders][3 n] of one d. */
@@ -408,31 +507,48 @@ CO_LANE_INLINE void add_columns(const double *rows, int mixed, int32_t n_points,
 }
 
 /* The Hessian. Its 27 x 27 (15 x 15 without third order) core at a sample is had from central differences of the exact
- * gradient with respect to the derivatives of S: nine digits (tests/numeric), for a tenth of the work of differencing
- * the whole gradient, and none of its dependence on the mesh. The step is relative to |S_u|, |S_v|; third derivatives
- * enter as squares, for which differences are exact. */
+ * gradient with respect to the derivatives of S, for a tenth of the work of differencing the whole gradient, and with
+ * none of its dependence on the mesh. The step is relative to |S_u|, |S_v|. C = grad h is a small difference of large
+ * numbers, of which the gradient is a multiple; so in the differences it is not computed again, but is what it is to
+ * first order, and more of it central differences do not see. Its rounding, divided by the step, would leave nine
+ * digits of the whole, and of a matrix whose eigenvalues go over thirteen orders that is more than the least ones. As
+ * it is, the step can be so short that those are right to a thousandth (tests/bench, "Digits").
+ *
+ * After a step it can be the lifted Newton method's matrix instead (Albersmeyer, Diehl, "The lifted Newton method and
+ * its application in optimization", SIAM J. Optim. 20, 2010; for thin shells Magisano, Leonetti, Garcea, "Advantages of
+ * the mixed format in geometrically nonlinear analysis of beams and shells using solid finite elements", Int. J. Numer.
+ * Meth. Engng 109, 2017). A step that slides vertices by a hundredth of an edge leaves in C a remainder of second order
+ * that is as large as C, and the Hessian, in which C multiplies curvatures, is then another one, indefinite and of no
+ * use for the way that is still to be gone. So C is taken for a variable of its own: in the matrix, not in the
+ * gradient, it is what the step was to make of it to first order. */
 CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *V, int third, int mixed) {
     const co_table *t = s->table;
     const int size = 3 * t->n_points, last = third ? 9 : 5;
-    const double relative_step = 3e-6;
+    const double relative_step = third ? 3e-7 : 3e-6;
+    lane(*before)[3] = (lane(*)[3])(void *)(V + 9 * size);
+    if (third && s->before)
+        gather(t->n_points, s->points, s->before, before);
     for (int32_t i = 0; i < t->n_samples; i++) {
         const double *rows = rows_of(t, mixed, i);
-        lane S[CO_JET][3], up[CO_JET][3], down[CO_JET][3];
+        lane S[CO_JET][3];
+        sample_core core;
+        curvature_derivative C;
         jets(rows, mixed, t->n_points, P, 1, last, S);
-        lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2])), half = 0.5 / step;
+        if (third)
+            differentiate_curvature(S, &C);
+        if (third && s->before)
+            undo_remainder(rows, mixed, t->n_points, P, before, C.value);
+        lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2]));
+        for (int d = 0; d < 3; d++)
+            for (int k = 1; k < 6; k++)
+                core_column(s, i, third, step, k, d, &C, S, core[d][k]);
+        if (third)
+            core_of_third(s, i, &C, core);
         for (int d = 0; d < 3; d++) {
             for (int k = 1; k <= last; k++) {
-                lane at = S[k][d], *column = V + (k - 1) * size;
-                S[k][d] = at + step;
-                sample_gradient(s, i, third, S, up);
-                S[k][d] = at - step;
-                sample_gradient(s, i, third, S, down);
-                S[k][d] = at;
-                for (int j = 1; j <= last; j++)
-                    for (int c = 0; c < 3; c++)
-                        up[j][c] = (up[j][c] - down[j][c]) * half;
+                lane *column = V + (k - 1) * size;
                 memset(column, 0, sizeof *column * (size_t)size);
-                scatter_jets(rows, mixed, t->n_points, up, 1, last, (lane(*)[3])(void *)column);
+                scatter_jets(rows, mixed, t->n_points, core[d][k], 1, last, (lane(*)[3])(void *)column);
             }
             add_columns(rows, mixed, t->n_points, V, last, d, (lane *)(void *)s->matrix);
         }

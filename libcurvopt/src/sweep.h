@@ -32,6 +32,7 @@ typedef struct co_second_sweep {
     const co_table *table;
     const int32_t *points; /* as in co_sweep */
     const double *xyz;
+    const double *before; /* as xyz, or NULL: the step that led from there has left a remainder (sweep.c) */
     double eps4;
     co_integrand integrand;
     int third;      /* whether it has third-order parts */

@@ -256,12 +256,12 @@ static void bench_matrix(int32_t n_u, int32_t n_v, int third, int threads) {
     must(co_model_create(&assembly, &reduction, &model, &error), &error);
     times[0] = now() - times[0];
     for (int exact = 0; exact < 2; exact++) {
-        must(co_model_assemble(&model, c.xyz, exact, CO_GAUGE_SIMILARITY, &error), &error);
+        must(co_model_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error), &error);
         times[1 + exact] = now();
-        must(co_model_assemble(&model, c.xyz, exact, CO_GAUGE_SIMILARITY, &error), &error);
+        must(co_model_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error), &error);
         times[1 + exact] = now() - times[1 + exact];
     }
-    must(co_model_assemble(&model, c.xyz, 0, CO_GAUGE_SIMILARITY, &error), &error);
+    must(co_model_assemble(&model, c.xyz, &(co_second_kind){0}, CO_GAUGE_SIMILARITY, &error), &error);
     double shift = 1e-3 * co_model_mean_diagonal(&model);
     for (int k = 0; k < 2; k++) { /* the second one is what a run pays */
         times[3] = now();

@@ -27,7 +27,7 @@ typedef struct problem {
 
 typedef struct run {
     co_lmvm_options options;
-    co_lmvm_result result;
+    co_outcome result;
     double x[MOST], g[MOST];
     co_iterate now;
 } run;

@@ -126,7 +126,7 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
     double x[2] = {0, 0}, g[2];
     co_iterate now = {.x = x, .gradient = g, .value = almost_linear(&p, x, g)};
     co_lmvm_options options = usual_options;
-    co_lmvm_result result;
+    co_outcome result;
     curvopt_error error;
     co_minimand f = {.context = &p,
                      .n = 2,

@@ -102,7 +102,7 @@ static void check_against_differences(problem p, double tolerance) {
     CHECK_TRUE(v != NULL && n > 0);
     CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
     co_reduce_expand(&p.reduction, p.z, p.x);
-    CHECK_OK(co_model_assemble(&model, p.x, 1, CO_GAUGE_NONE, &error), &error);
+    CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_NONE, &error), &error);
     for (int k = 0; k < 4; k++) {
         double worst = 0, scale = 0;
         static const double at[4] = {-2, -1, 1, 2}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
@@ -187,6 +187,121 @@ static void test_reduced_cages(void **state) {
     check_against_differences(problem_of(cage_trapezohedron(6), &w, NULL, 1), 1e-6);
 }
 
+/* ------------------------------------------------------------------------------- digits, and the lifted matrix -- */
+
+static double largest_diagonal(const co_model *m, int n) {
+    double largest = 0;
+    for (int j = 0; j < n; j++)
+        largest = fmax(largest, fabs(m->hessian.value[m->hessian.column_start[j]]));
+    return largest;
+}
+
+/* The direction of least curvature, by inverse iteration from a vector without symmetries. */
+static void softest(co_model *m, int n, double *v) {
+    int positive = 0;
+    curvopt_error error;
+    double shift = 1;
+    for (; !positive; shift *= 4)
+        CHECK_OK(co_model_factorize(m, shift, &positive, &error), &error);
+    for (int i = 0; i < n; i++)
+        v[i] = wave(i, 2);
+    for (int step = 0; step < 60; step++) {
+        double norm = 0;
+        for (int i = 0; i < n; i++)
+            norm += v[i] * v[i];
+        for (int i = 0; i < n; i++)
+            v[i] /= sqrt(norm);
+        CHECK_OK(co_model_solve(m, v, v, &error), &error);
+    }
+    double norm = 0;
+    for (int i = 0; i < n; i++)
+        norm += v[i] * v[i];
+    for (int i = 0; i < n; i++)
+        v[i] /= sqrt(norm);
+}
+
+/* v becomes the rotation of x about an axis. */
+static void rotate(int32_t n_vertices, const double *x, double *v) {
+    for (int32_t i = 0; i < n_vertices; i++) {
+        v[3 * i] = 0;
+        v[3 * i + 1] = -x[3 * i + 2];
+        v[3 * i + 2] = x[3 * i + 1];
+    }
+}
+
+/* The energy does not see rotations: the Hessian makes of one the rotation of the gradient. Eigenvalues go over ten
+ * orders and more, and the least ones, which the optimizer lives by, must not be noise of the largest. */
+static void test_digits(void **state) {
+    (void)state;
+    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
+    problem p = problem_of(shaken(cage_refined(cage_torus(8, 4, 1, 0.4), 2), 0.002), &mvs, NULL, 0);
+    size_t n = (size_t)p.n, n_full = 3 * (size_t)p.reduction.n_vertices;
+    double *v = calloc(4 * n_full, sizeof *v), *got = v + n_full, *wanted = v + 2 * n_full, *full = v + 3 * n_full;
+    co_model model;
+    curvopt_error error;
+    CHECK_TRUE(v != NULL);
+    CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
+    gradient_at(&p, p.z, wanted);
+    CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_NONE, &error), &error);
+    rotate(p.reduction.n_vertices, p.gx, full);
+    co_reduce_gradient(&p.reduction, full, wanted);
+    rotate(p.reduction.n_vertices, p.x, full);
+    co_reduce_variables(&p.reduction, full, v);
+    multiply(&model, p.n, v, got);
+    double worst = 0;
+    for (size_t i = 0; i < n; i++)
+        worst = fmax(worst, fabs(got[i] - wanted[i]));
+    CHECK_BETWEEN(worst / largest_diagonal(&model, p.n), 0, 1e-11);
+    co_model_free(&model);
+    problem_free(&p);
+    free(v);
+}
+
+/* A step along the slide v, of this length: how far M(x; before) v is from M(x) v. */
+static void compare_lifted(problem *p, co_model *model, const double *v, double length, double *lifted) {
+    size_t n = (size_t)p->n, n_full = 3 * (size_t)p->reduction.n_vertices;
+    double *x = calloc(2 * n_full + 3 * n, sizeof *x), *before = x + n_full, *z = x + 2 * n_full, *there = z + n,
+           *other = z + 2 * n;
+    curvopt_error error;
+    CHECK_TRUE(x != NULL);
+    for (size_t i = 0; i < n; i++)
+        z[i] = p->z[i] + length * v[i];
+    co_reduce_expand(&p->reduction, p->z, before);
+    co_reduce_expand(&p->reduction, z, x);
+    CHECK_OK(co_model_assemble(model, x, &(co_second_kind){.exact = 1}, CO_GAUGE_NONE, &error), &error);
+    multiply(model, p->n, v, there);
+    CHECK_OK(co_model_assemble(model, x, &(co_second_kind){.exact = 1, .before = before}, CO_GAUGE_NONE, &error),
+             &error);
+    multiply(model, p->n, v, other);
+    *lifted = 0;
+    for (size_t i = 0; i < n; i++)
+        *lifted += v[i] * (other[i] - there[i]);
+    free(x);
+}
+
+/* Without a step it is the Hessian; after one it differs from that by the second order of the step. (That it leads
+ * further is seen in tests/numeric, by the steps that a level takes.) */
+static void test_lifted_matrix(void **state) {
+    (void)state;
+    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
+    problem p = problem_of(cage_refined(cage_torus(8, 4, 1, 0.4), 2), &mvs, NULL, 1);
+    double *v = calloc((size_t)p.n, sizeof *v), lifted[3];
+    co_model model;
+    curvopt_error error;
+    CHECK_TRUE(v != NULL);
+    CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_SIMILARITY, &error), &error);
+    softest(&model, p.n, v);
+    compare_lifted(&p, &model, v, 0, &lifted[0]);
+    CHECK_NEAR(lifted[0], 0, 1e-13 * largest_diagonal(&model, p.n));
+    for (int k = 1; k < 3; k++)
+        compare_lifted(&p, &model, v, 0.02 / k, &lifted[k]);
+    CHECK_BETWEEN(log2(lifted[1] / lifted[2]), 1.8, 2.2);
+    co_model_free(&model);
+    problem_free(&p);
+    free(v);
+}
+
 /* Gaussian elimination with the whole matrix: solutions and signs of pivots, by symmetric pivoting on the diagonal. */
 static int eliminate(int n, double *a, double *b) {
     int negative = 0;
@@ -220,7 +335,9 @@ static void test_solutions_and_inertia(void **state) {
     CHECK_TRUE(a && e);
     CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
     for (int round = 0; round < 2; round++) {
-        CHECK_OK(co_model_assemble(&model, p.x, 1, round ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY, &error), &error);
+        CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.exact = 1},
+                                   round ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY, &error),
+                 &error);
         CHECK_INT(model.n_dense, round ? 12 : 9);
         double shift = round ? 0.5 * model.stiffness : 0.01 * model.stiffness;
         for (size_t j = 0; j < n; j++) {
@@ -249,8 +366,12 @@ static void test_solutions_and_inertia(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_regular_cages),         cmocka_unit_test(test_irregular_cages),
-        cmocka_unit_test(test_wide_blends),           cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_regular_cages),
+        cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_wide_blends),
+        cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_digits),
+        cmocka_unit_test(test_lifted_matrix),
         cmocka_unit_test(test_solutions_and_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,232 @@
+/* Newton's method, its matrix shifted.
+ *
+ * The shift makes the matrix positive and steps short (Levenberg 1944, Marquardt 1963; More, "The Levenberg-Marquardt
+ * algorithm: implementation and theory", 1978, for what a step's success says of the next shift). The matrix may be the
+ * lifted method's (minimand.h): steps are then longer by half, and the number of them that a curved valley takes is
+ * halved.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "newton.h"
+
+#include "memory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A step stands that brings so much of what the model said; from a good one on the shift falls, from a poor one it
+ * rises, and far off twice as much. */
+static const double STANDS = 0.01, GOOD = 0.5, POOR = 0.1, FAR = -30, CHANGE = 3;
+static const double RAISE = 4, RAISE_MOST = 100; /* of a shift that leaves the matrix indefinite, or steps too long */
+static const double SHORTEST_CAP = 1e-7;         /* of the first one */
+static const double STALLED_DECREASE = 1e-15;
+enum { STALLED_STEPS = 10, MOST_RAISES = 60, NARROWINGS = 2, HALVINGS = 12 };
+
+typedef struct solver {
+    const co_minimand *f;
+    const co_newton_options *options;
+    co_outcome *outcome;
+    co_iterate trial;
+    double *direction;
+    double cap;
+    double shift;     /* for the next matrix, */
+    double used;      /* and that of the last direction */
+    double predicted; /* decrease by the last direction */
+    int indefinite;   /* the matrix at hand, with the least shift */
+    double mark;      /* value settled_steps steps ago */
+    int quiet_steps;  /* in a row without a decrease worth the name */
+} solver;
+
+typedef enum found { FOUND, FOUND_NOTHING, FOUND_FAILURE } found;
+
+/* Narrows down what shift is needed, between one that is too little and s->shift, of which there is a factor. A shift
+ * that just does follows negative curvature, where there is nothing else to gain: more than it takes, and it creeps. */
+static int narrow_down(solver *s, double too_little) {
+    int positive = 1;
+    for (int k = 0; k < NARROWINGS; k++) {
+        double between = sqrt(too_little * s->shift);
+        if (s->f->factorize(s->f->context, between, &positive))
+            return 1;
+        if (positive)
+            s->shift = between;
+        else
+            too_little = between;
+    }
+    return positive ? 0 : s->f->factorize(s->f->context, s->shift, &positive) || !positive;
+}
+
+/* M with the shift, or with so much more that it is positive; nonzero if there is none. */
+static int factorize(solver *s, double least) {
+    int positive = 0;
+    s->shift = fmax(s->shift, least);
+    for (int k = 0; k < MOST_RAISES; k++) {
+        if (s->f->factorize(s->f->context, s->shift, &positive))
+            return 1;
+        if (positive)
+            return k ? narrow_down(s, s->shift / RAISE) : 0;
+        s->indefinite |= s->shift <= least;
+        s->shift *= RAISE;
+    }
+    return 1;
+}
+
+/* direction = -M^-1 gradient, and what a quadratic model says of it; its length, or NAN if that failed. */
+static double find_direction(solver *s, const co_iterate *now) {
+    size_t n = s->f->n;
+    double *d = s->direction;
+    for (size_t i = 0; i < n; i++)
+        d[i] = -now->gradient[i];
+    if (s->f->precondition(s->f->context, d, d))
+        return (double)NAN;
+    s->used = s->shift;
+    s->predicted = 0.5 * (s->used * co_vector_dot(n, d, d) - co_vector_dot(n, d, now->gradient));
+    return s->f->step_length(s->f->context, d);
+}
+
+static void try_step(solver *s, const co_iterate *now, double scale) {
+    memcpy(s->trial.x, now->x, s->f->n * sizeof *now->x);
+    co_vector_add(s->f->n, scale, s->direction, s->trial.x);
+    s->trial.value = s->f->evaluate(s->f->context, s->trial.x, s->trial.gradient);
+    s->outcome->evaluations++;
+}
+
+/* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. */
+static found find_step(solver *s, const co_iterate *now) {
+    double least = s->f->least_shift(s->f->context, now);
+    s->indefinite = 0;
+    for (int k = 0; k < MOST_RAISES; k++) {
+        if (factorize(s, least))
+            return FOUND_FAILURE;
+        double length = find_direction(s, now);
+        if (!(length < INFINITY))
+            return FOUND_FAILURE;
+        if (length > s->cap) {
+            s->shift *= fmin(fmax(length / s->cap, CHANGE), RAISE_MOST);
+            continue;
+        }
+        try_step(s, now, 1);
+        if (getenv("XT"))
+            fprintf(stderr, "  N%d E %.8g -> %.8g share %.2f shift %.2g len %.3g pred %.1e\n", s->outcome->iterations,
+                    now->value, s->trial.value, (now->value - s->trial.value) / s->predicted, s->shift, length,
+                    s->predicted / now->value);
+        double share = (now->value - s->trial.value) / s->predicted;
+        if (share > STANDS) {
+            s->shift *= share > GOOD ? 1 / CHANGE : share < POOR ? CHANGE : 1;
+            return FOUND;
+        }
+        if (s->predicted <= STALLED_DECREASE * fabs(now->value))
+            return FOUND_NOTHING;
+        s->shift *= share > FAR ? CHANGE : CHANGE * CHANGE; /* also if it is not a number */
+    }
+    return FOUND_NOTHING;
+}
+
+/* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
+ * decrease worth the name. */
+static int leave_saddle(solver *s, const co_iterate *now) {
+    double least = s->options->decrement_tolerance * fabs(now->value);
+    if (!s->f->negative_curvature(s->f->context, now, s->direction))
+        return 0;
+    double scale = s->cap / s->f->step_length(s->f->context, s->direction);
+    for (int halving = 0; halving < HALVINGS; halving++, scale *= 0.5) {
+        try_step(s, now, scale);
+        if (s->trial.value < now->value - least)
+            return 1;
+    }
+    return 0;
+}
+
+/* What the settled step means; a stop reason, or -1 to go on. *before is where the step began if the lifted matrix is
+ * to know it, else NULL. */
+static int take_step(solver *s, co_iterate *now, const double **before) {
+    double value = now->value;
+    co_settlement verdict = s->f->settle(s->f->context, now, &s->trial, s->outcome->iterations + 1);
+    co_iterate swap = *now;
+    *now = s->trial;
+    s->trial = swap;
+    *before = verdict == CO_SETTLE_KEEP || verdict == CO_SETTLE_CHANGED ? s->trial.x : NULL;
+    if (verdict == CO_SETTLE_STOP)
+        return CURVOPT_STOP_UNRESOLVED;
+    if (verdict == CO_SETTLE_REJECT) {
+        s->cap *= 0.25;
+        return s->cap < SHORTEST_CAP * s->options->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
+    }
+    s->cap = fmin(2 * s->cap, s->options->max_step);
+    s->outcome->iterations++;
+    s->quiet_steps = value - now->value > STALLED_DECREASE * fabs(value) ? 0 : s->quiet_steps + 1;
+    if (s->f->report(s->f->context, now, s->outcome->iterations, s->outcome->evaluations))
+        return CURVOPT_STOP_CANCELLED;
+    return s->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
+}
+
+static int has_settled(solver *s, const co_iterate *now) {
+    if (s->outcome->iterations % s->options->settled_steps != 0)
+        return 0;
+    int settled = s->mark - now->value < s->options->settled_decrease * fabs(now->value);
+    s->mark = now->value;
+    return settled;
+}
+
+/* One step; a stop reason, or -1 to go on. */
+static int step(solver *s, co_iterate *now, const double **before) {
+    if (s->f->assemble(s->f->context, now, *before))
+        return CURVOPT_STOP_SETTLED;
+    found found = find_step(s, now);
+    int small = s->predicted <= s->options->decrement_tolerance * fabs(now->value);
+    if (found == FOUND_FAILURE)
+        return CURVOPT_STOP_SETTLED;
+    if (small && s->indefinite) { /* nothing to gain but along negative curvature */
+        if (!leave_saddle(s, now))
+            return CURVOPT_STOP_CONVERGED;
+        int stop = take_step(s, now, before);
+        *before = NULL; /* that step was none of the model's */
+        return stop;
+    }
+    if (found == FOUND_NOTHING)
+        return small ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
+    double least = s->f->least_shift(s->f->context, now);
+    int stop = take_step(s, now, before);
+    if (stop < 0 && small && s->used <= least)
+        return CURVOPT_STOP_CONVERGED;
+    if (small) /* short steps need no shift but one that makes the matrix positive */
+        s->shift = 0;
+    return stop < 0 && has_settled(s, now) ? CURVOPT_STOP_SETTLED : stop;
+}
+
+static int iterate(solver *s, co_iterate *now) {
+    const double *before = NULL;
+    for (;;) {
+        if (co_vector_norm(s->f->n, now->gradient) <= s->options->gradient_tolerance * fabs(now->value))
+            return CURVOPT_STOP_CONVERGED;
+        if (s->outcome->iterations >= s->options->max_iterations)
+            return CURVOPT_STOP_LIMIT;
+        int stop = step(s, now, &before);
+        if (stop >= 0)
+            return stop;
+    }
+}
+
+int32_t co_newton(const co_minimand *f, const co_newton_options *options, co_iterate *now, co_outcome *outcome,
+                  curvopt_error *error) {
+    size_t n = f->n;
+    int32_t status = CURVOPT_OK;
+    double *work = CO_NEW(double, 3 * n), *x = now->x, *gradient = now->gradient;
+    *outcome = (co_outcome){0};
+    solver s = {.f = f, .options = options, .outcome = outcome, .cap = options->max_step, .mark = now->value};
+    if (!work) {
+        status = co_status_no_memory(error);
+    } else {
+        s.trial = (co_iterate){.x = work, .gradient = work + n};
+        s.direction = work + 2 * n;
+        outcome->stop = iterate(&s, now);
+        if (now->x != x) { /* iterates change places; hand back the caller's arrays */
+            memcpy(x, now->x, n * sizeof(double));
+            memcpy(gradient, now->gradient, n * sizeof(double));
+            now->x = x;
+            now->gradient = gradient;
+        }
+    }
+    free(work);
+    return status;
+}
