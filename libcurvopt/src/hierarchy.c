@@ -3,73 +3,22 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hierarchy.h"
 
-#include "escape.h"
+#include "descent.h"
 #include "memory.h"
 #include "mirror.h"
 #include "placement.h"
 #include "refine.h"
-#include "stages.h"
 #include "verify.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-enum { LARGEST_CERTIFIED = 50000, LARGEST_ESCAPE = 5000 };
-/* Vertices of levels on which symmetries may be given up. Ways down on coarser ones are of their few lines, not of the
- * shape: what begins without symmetries there falls in a long valley on the fine levels, and is not done in it. */
-enum { SMALLEST_LOOSENED = 100, LARGEST_LOOSENED = 2000 };
+enum { LARGEST_CERTIFIED = 50000 };
 static const double STATIONARY = 1e-6; /* decrement, of the energy */
-/* Half of the symmetries is twice the work: it must bring this much of the energy. Going on with the same ones, this.
- */
-static const double WORTH_HALF = 0.06, WORTH_SAME = 0.01;
-
-/* The whole run. */
-typedef struct run {
-    co_frame frame;
-    curvopt_progress_fn progress;
-    void *user;
-    double started;
-    double start_energy;
-    double pull; /* what springs add to the objective of the result */
-    curvopt_result *result;
-    co_symmetry symmetry; /* of the present level's mesh, which is the result's */
-    co_hold constraints;
-    co_table_cache tables;
-    double *xyz;         /* of the present level, in the user's units */
-    double *level_start; /* what the level began with */
-} run;
-
-static double now_seconds(void) {
-    struct timespec t;
-    timespec_get(&t, TIME_UTC);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int report(const co_level *l, const co_iterate *now, int iteration, int evaluations, void *user) {
-    run *r = user;
-    if (co_frame_is_cancelled(&r->frame))
-        return 1;
-    if (!r->progress)
-        return 0;
-    co_level_to_user(l, now->x, l->last.integral[CO_INT_AREA], r->xyz);
-    curvopt_progress progress = {.energy = co_level_energy(l, now),
-                                 .start_energy = r->start_energy,
-                                 .gradient_norm = co_level_relative_gradient(l, now),
-                                 .seconds = now_seconds() - r->started,
-                                 .xyz = r->xyz,
-                                 .mesh = l->mesh,
-                                 .level = l->number,
-                                 .levels = r->frame.options->levels,
-                                 .iteration = iteration,
-                                 .evaluations = evaluations + 1, /* the level's first */
-                                 .n_vertices = l->mesh->info.n_vertices};
-    return r->progress(&progress, r->user) != 0;
-}
 
 /* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
-static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     co_assembly assembly;
     int resolved, changed;
     curvopt_energies *start = &r->result->summary.start;
@@ -86,33 +35,12 @@ static int32_t report_start(run *r, const curvopt_mesh *mesh, curvopt_error *err
     return status;
 }
 
-/* Energies at the level's end, and its cage into r->xyz. */
-static int32_t end_level(run *r, co_level *l, const co_iterate *now, const co_outcome *solved, double started,
-                         curvopt_error *error) {
-    int resolved;
-    curvopt_energies *end = &r->result->summary.end;
-    int32_t status = co_level_finish(l, now, r->xyz, end, &resolved, error);
-    if (status != CURVOPT_OK)
-        return status;
-    r->pull = co_pull_value(&l->pull, now->x, NULL);
-    r->result->summary.n_levels = l->number;
-    r->result->level[l->number - 1] = (curvopt_level_report){.energy = end->objective,
-                                                             .gradient_norm = co_level_relative_gradient(l, now),
-                                                             .level = l->number,
-                                                             .n_vertices = l->mesh->info.n_vertices,
-                                                             .iterations = solved->iterations,
-                                                             .evaluations = solved->evaluations + 1,
-                                                             .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
-                                                             .seconds = now_seconds() - started};
-    return CURVOPT_OK;
-}
-
-static int is_stationary(const run *r, double decrement) {
+static int is_stationary(const co_run *r, double decrement) {
     return decrement <= STATIONARY * fabs(r->result->summary.end.objective + r->pull);
 }
 
 /* What is asked for besides: the shape without its symmetries, everything without them. */
-static int32_t verify_without_symmetry(run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+static int32_t verify_without_symmetry(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_symmetry none = {0};
     co_shape_check shape;
@@ -127,7 +55,7 @@ static int32_t verify_without_symmetry(run *r, const curvopt_mesh *mesh, curvopt
 }
 
 /* The verdict on where the run ended. */
-static int32_t certify(run *r, co_level *l, co_iterate *now, curvopt_error *error) {
+static int32_t certify(co_run *r, co_level *l, co_iterate *now, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_shape_check shape;
     int verify = r->frame.options->verify;
@@ -153,267 +81,26 @@ static int32_t certify(run *r, co_level *l, co_iterate *now, curvopt_error *erro
 }
 
 /* Whether the level was the run's last, and one to look at more closely. */
-static int wants_certificate(const run *r, int32_t number) {
+static int wants_certificate(const co_run *r, int32_t number) {
     return !r->frame.options->as_report && r->result->level[number - 1].stop != CURVOPT_STOP_CANCELLED &&
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
-static int stopped_early(const run *r, int32_t number) {
-    int32_t stop = r->result->level[number - 1].stop;
-    return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
+static int ends_run(const co_run *r, int32_t number) {
+    return number == r->frame.options->levels || co_run_stopped_early(r, number);
 }
 
-static int ends_run(const run *r, int32_t number) {
-    return number == r->frame.options->levels || stopped_early(r, number);
-}
-
-/* One solution of a level's problem, and what it was solved with. */
-typedef struct attempt {
-    co_level level;
-    co_iterate now;
-} attempt;
-
-static void attempt_free(attempt *a) {
-    co_level_free(&a->level);
-    free(a->now.x);
-    free(a->now.gradient);
-    *a = (attempt){0};
-}
-
-/* The present mesh from `start`, with the symmetry that is kept; figures and positions into r. */
-static int32_t solve(run *r, int32_t number, const double *start, attempt *a, curvopt_error *error) {
-    const curvopt_mesh *mesh = r->result->mesh;
-    size_t n = 3 * (size_t)mesh->info.n_vertices;
-    double started = now_seconds();
-    co_outcome solved;
-    *a = (attempt){.now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)}};
-    int32_t status = a->now.x && a->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        status =
-            co_level_create(&r->frame, mesh, &r->symmetry, &r->constraints, start, number, &a->level, a->now.x, error);
-    a->level.report = report;
-    a->level.user = r;
-    if (status == CURVOPT_OK)
-        status = co_level_begin(&a->level, &a->now, error);
-    if (status == CURVOPT_OK)
-        status = co_stages_solve(&a->level, &a->now, &solved, error);
-    if (status == CURVOPT_OK)
-        status = end_level(r, &a->level, &a->now, &solved, started, error);
-    if (status != CURVOPT_OK)
-        attempt_free(a);
-    return status;
-}
-
-/* Among what ways down from a level's result are looked for; 0: they are not. */
-static int wants_escape(const run *r, const attempt *a, int32_t number, co_escape_among *among) {
-    const curvopt_options *o = r->frame.options;
-    int32_t n = r->result->mesh->info.n_vertices;
-    int loosen = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->symmetry.order > 1 &&
-                 a->level.assembly.functional.has_third && n >= SMALLEST_LOOSENED && n <= LARGEST_LOOSENED;
-    *among = loosen ? CO_ESCAPE_ALL : CO_ESCAPE_NORMALS;
-    int32_t stop = r->result->level[number - 1].stop;
-    return a->level.has_model && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
-           (loosen || (o->escape && n <= LARGEST_ESCAPE));
-}
-
-/* What a level has come to, to go back to. */
-typedef struct record {
-    curvopt_energies end;
-    curvopt_level_report level;
-    double pull;
-    double *xyz;
-    co_symmetry symmetry;
-    double *start;
-} record;
-
-/* What giving up symmetries must bring, of the energy. */
-static double worth_of(int32_t order, int32_t left) {
-    double worth = order == left ? WORTH_SAME : 0;
-    for (; order > left; order = (order + 1) / 2)
-        worth += WORTH_HALF;
-    return worth;
-}
-
-static record record_of(const run *r, int32_t number) {
-    return (record){r->result->summary.end, r->result->level[number - 1], r->pull, r->xyz, r->symmetry, r->level_start};
-}
-
-static void record_free(record *to) {
-    free(to->xyz);
-    free(to->start);
-    co_symmetry_free(&to->symmetry);
-}
-
-/* To what the level had come to with the symmetry that it has. */
-static void take_back(run *r, int32_t number, const record *to) {
-    free(r->xyz);
-    r->xyz = to->xyz;
-    r->pull = to->pull;
-    r->result->summary.end = to->end;
-    r->result->level[number - 1] = to->level;
-}
-
-/* The same with the symmetry that it had, and what it had begun with. A run that was cancelled since stays so. */
-static void go_back(run *r, int32_t number, const record *to) {
-    int32_t stop = r->result->level[number - 1].stop;
-    take_back(r, number, to);
-    if (stop == CURVOPT_STOP_CANCELLED)
-        r->result->level[number - 1].stop = stop;
-    co_symmetry_free(&r->symmetry);
-    free(r->level_start);
-    r->symmetry = to->symmetry;
-    r->level_start = to->start;
-}
-
-/* The level has its new figures; what led to them counts. */
-static void add_work(curvopt_level_report *level, const curvopt_level_report *before) {
-    level->iterations += before->iterations;
-    level->evaluations += before->evaluations;
-    level->seconds += before->seconds;
-}
-
-/* Goes on from some way along, with less symmetry, as `next`. What was there before is the caller's, who has a record
- * of it. */
-static int32_t go_down(run *r, int32_t number, co_way_down *way, attempt *next, curvopt_error *error) {
-    curvopt_level_report before = r->result->level[number - 1];
-    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
-    r->symmetry = way->symmetry;
-    r->level_start = way->xyz;
-    *way = (co_way_down){0};
-    r->frame.keeps_still = 0;
-    r->frame.is_patient = 1;
-    int32_t status = r->xyz ? solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
-    add_work(&r->result->level[number - 1], &before);
-    return status;
-}
-
-typedef enum opinion { NOT_WORTH_IT, PERHAPS, WORTH_IT } opinion;
-
-/* Of going down from there to here. What brings half of what is asked for may be the first of two steps. */
-static opinion opinion_of(const run *r, int32_t number, const record *from, co_escape_among among) {
-    const curvopt_level_report *level = &r->result->level[number - 1];
-    double worth = among == CO_ESCAPE_ALL ? worth_of(from->symmetry.order, r->symmetry.order) : 0;
-    double gain = (from->level.energy + from->pull - level->energy - r->pull) / fabs(from->level.energy);
-    if (level->stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
-        return NOT_WORTH_IT;
-    if (level->stop == CURVOPT_STOP_CANCELLED)
-        return gain > 0 ? WORTH_IT : NOT_WORTH_IT;
-    return gain > worth ? WORTH_IT : gain > worth / 2 ? PERHAPS : NOT_WORTH_IT;
-}
-
-/* A last level on which no way down was found: what it comes to where none is looked for, as `next`; *changed: not if
- * that was cancelled before it got as far. */
-static int32_t solve_as_ever(run *r, int32_t number, attempt *next, int *changed, curvopt_error *error) {
-    curvopt_level_report *level = &r->result->level[number - 1];
-    record before = record_of(r, number);
-    r->frame.keeps_still = 0;
-    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
-    int32_t status = r->xyz ? solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
-    *changed = status == CURVOPT_OK &&
-               (level->stop != CURVOPT_STOP_CANCELLED || level->energy + r->pull <= before.level.energy + before.pull);
-    if (*changed) {
-        free(before.xyz);
-        add_work(level, &before.level);
-    } else {
-        int32_t stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.level.stop;
-        take_back(r, number, &before);
-        level->stop = stop;
-    }
-    return status;
-}
-
-/* A level's way down. */
-typedef struct descent {
-    attempt slot[3];
-    attempt *now;  /* what the run shows */
-    attempt *sure; /* NULL, or where the last step began, for that is gone back to if the next one does not make it
-                      worth while, */
-    record before; /* and what the run showed there */
-} descent;
-
-static attempt *spare_of(descent *d) {
-    attempt *spare = d->slot;
-    while (spare == d->now || spare == d->sure)
-        spare++;
-    return spare;
-}
-
-static void give_way(attempt **old, attempt *next) {
-    attempt_free(*old);
-    *old = next;
-}
-
-/* A step down, if there is a way; *on: whether to look for another. */
-static int32_t step_down(run *r, int32_t number, co_escape_among among, descent *d, int *on, curvopt_error *error) {
-    co_way_down way = {0};
-    *on = 0;
-    int32_t status =
-        co_escape_find(&r->frame, r->result->mesh, &r->symmetry, &r->constraints, r->xyz, number, among, &way, error);
-    if (status == CURVOPT_OK && way.found) {
-        attempt *next = spare_of(d);
-        record last = record_of(r, number);
-        status = go_down(r, number, &way, next, error);
-        opinion worth =
-            status == CURVOPT_OK ? opinion_of(r, number, d->sure ? &d->before : &last, among) : NOT_WORTH_IT;
-        *on = worth == WORTH_IT || (worth == PERHAPS && !d->sure);
-        if (!*on) {
-            go_back(r, number, &last);
-            attempt_free(next);
-        } else if (worth == PERHAPS) {
-            d->sure = d->now;
-            d->before = last;
-            d->now = next;
-        } else {
-            give_way(&d->now, next);
-            record_free(&last);
-            if (d->sure) {
-                attempt_free(d->sure);
-                d->sure = NULL;
-                record_free(&d->before);
-            }
-        }
-    }
-    co_escape_free(&way);
-    return status;
-}
-
-/* The level's minimum, and further down as long as symmetries are worth giving up. */
-static int32_t solve_and_descend(run *r, int32_t number, descent *d, curvopt_error *error) {
-    co_escape_among among;
-    int on = 1;
-    d->now = d->slot;
-    int32_t status = solve(r, number, r->level_start, d->now, error);
-    while (status == CURVOPT_OK && on && wants_escape(r, d->now, number, &among))
-        status = step_down(r, number, among, d, &on, error);
-    if (d->sure) {
-        go_back(r, number, &d->before);
-        give_way(&d->now, d->sure);
-        d->sure = NULL;
-    }
-    if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels &&
-        !d->now->level.assembly.functional.has_third && !stopped_early(r, number)) {
-        attempt *next = spare_of(d);
-        status = solve_as_ever(r, number, next, &on, error);
-        if (on)
-            give_way(&d->now, next);
-        else
-            attempt_free(next);
-    }
-    return status;
-}
-
-static int32_t solve_level(run *r, int32_t number, curvopt_error *error) {
-    descent d = {0};
-    int32_t status = solve_and_descend(r, number, &d, error);
+static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
+    co_descent d = {0};
+    int32_t status = co_descend(r, number, &d, error);
     if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r, number))
         status = certify(r, &d.now->level, &d.now->now, error);
-    for (int k = 0; k < 3; k++)
-        attempt_free(&d.slot[k]);
+    co_descent_free(&d);
     return status;
 }
 
 /* The next level's cage: r->result->mesh, r->xyz and what goes with them, subdivided. */
-static int32_t subdivide(run *r, curvopt_error *error) {
+static int32_t subdivide(co_run *r, curvopt_error *error) {
     curvopt_mesh *fine = NULL;
     co_rows rows = {0};
     double *xyz = NULL, *start = NULL;
@@ -446,7 +133,7 @@ static int32_t subdivide(run *r, curvopt_error *error) {
     return status;
 }
 
-static int32_t run_levels(run *r, curvopt_error *error) {
+static int32_t run_levels(co_run *r, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     for (int32_t number = 1; number <= r->frame.options->levels; number++) {
         int32_t status = number > 1 ? subdivide(r, error) : CURVOPT_OK;
@@ -458,7 +145,7 @@ static int32_t run_levels(run *r, curvopt_error *error) {
         if (ends_run(r, number))
             break;
     }
-    summary->seconds = now_seconds() - r->started;
+    summary->seconds = co_now_seconds() - r->started;
     summary->n_vertices = r->result->mesh->info.n_vertices;
     summary->n_faces = r->result->mesh->info.n_faces;
     summary->method = r->frame.options->method;
@@ -468,7 +155,7 @@ static int32_t run_levels(run *r, curvopt_error *error) {
 
 /* The mirror planes that were chosen; where nothing is held, the first level starts from a cage that has them exactly.
  */
-static int32_t hold_planes(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->frame.options;
     co_hold all = {0};
     int32_t status = co_mirror_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->symmetry, error);
@@ -481,7 +168,7 @@ static int32_t hold_planes(run *r, const curvopt_mesh *mesh, const double *xyz, 
 }
 
 /* Constraints and symmetries of the input cage. */
-static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->frame.options;
     int32_t status = co_hold_create(mesh, xyz, o->constraints, &r->constraints, error);
     if (status != CURVOPT_OK)
@@ -503,7 +190,7 @@ static int32_t find_structure(run *r, const curvopt_mesh *mesh, const double *xy
                               error);
 }
 
-static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     r->result = CO_NEW(curvopt_result, 1);
     r->xyz = CO_NEW(double, n);
@@ -531,10 +218,10 @@ static int32_t start_run(run *r, const curvopt_mesh *mesh, const double *xyz, cu
 int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                               curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                               curvopt_result **out, curvopt_error *error) {
-    run r = {.frame = {.options = options, .cancel = cancel, .keeps_still = options->escape},
-             .progress = progress,
-             .user = user,
-             .started = now_seconds()};
+    co_run r = {.frame = {.options = options, .cancel = cancel, .keeps_still = options->escape},
+                .progress = progress,
+                .user = user,
+                .started = co_now_seconds()};
     co_table_cache_create(options->surface, &r.tables);
     r.frame.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);

@@ -2,14 +2,7 @@
 #ifndef CO_HIERARCHY_H
 #define CO_HIERARCHY_H
 
-#include "level.h"
-
-struct curvopt_result {
-    curvopt_mesh *mesh;
-    double *xyz;
-    curvopt_summary summary;
-    curvopt_level_report *level; /* [options.levels] */
-};
+#include "run.h"
 
 /* As curvopt_minimize, whose arguments have been checked; options->surface is not AUTO. */
 int32_t co_hierarchy_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,

@@ -11,13 +11,13 @@
 #include "memory.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* A step stands that brings so much of what the model said; from a good one on the shift falls, from a poor one it
  * rises, and far off twice as much. */
 static const double STANDS = 0.01, GOOD = 0.5, POOR = 0.1, FAR = -30, CHANGE = 3;
+static const double EXACT = 0.9, FALL = 8;       /* from such a step on it falls like this */
 static const double RAISE = 4, RAISE_MOST = 100; /* of a shift that leaves the matrix indefinite, or steps too long */
 static const double SHORTEST_CAP = 1e-7;         /* of the first one */
 static const double STALLED_DECREASE = 1e-15;
@@ -106,13 +106,9 @@ static found find_step(solver *s, const co_iterate *now) {
             continue;
         }
         try_step(s, now, 1);
-        if (getenv("XT"))
-            fprintf(stderr, "  N%d E %.8g -> %.8g share %.2f shift %.2g len %.3g pred %.1e\n", s->outcome->iterations,
-                    now->value, s->trial.value, (now->value - s->trial.value) / s->predicted, s->shift, length,
-                    s->predicted / now->value);
         double share = (now->value - s->trial.value) / s->predicted;
         if (share > STANDS) {
-            s->shift *= share > GOOD ? 1 / CHANGE : share < POOR ? CHANGE : 1;
+            s->shift *= share > EXACT ? 1 / FALL : share > GOOD ? 1 / CHANGE : share < POOR ? CHANGE : 1;
             return FOUND;
         }
         if (s->predicted <= STALLED_DECREASE * fabs(now->value))

@@ -206,12 +206,12 @@ done:
 }
 
 /* Newton's method, from where the shape stands. */
-static int32_t newton(stages *s, curvopt_error *error) {
+static int32_t newton(stages *s, int settled_steps, curvopt_error *error) {
     const co_lmvm_options *o = &s->options;
     co_newton_options options = {.gradient_tolerance = o->gradient_tolerance,
                                  .decrement_tolerance = o->decrement_tolerance,
                                  .settled_decrease = o->settled_decrease,
-                                 .settled_steps = SLOW_STEPS,
+                                 .settled_steps = settled_steps,
                                  .max_step = o->max_step};
     return go_on_by(s, &options, error);
 }
@@ -234,7 +234,7 @@ static int32_t finish_third(stages *s, curvopt_error *error) {
     s->options.settled_decrease = last ? FINAL_SETTLED : COARSE_SETTLED;
     s->options.settled_steps = SLOW_STEPS;
     for (int round = 0;; round++) {
-        int32_t status = newton(s, error);
+        int32_t status = newton(s, last ? SLOW_STEPS : QUICK_STEPS, error);
         if (status != CURVOPT_OK || !last || !has_settled(s) || round == MOST_ROUNDS)
             return status;
         if (needs_other_rules(s))

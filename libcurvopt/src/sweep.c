@@ -3,6 +3,7 @@
  */
 #include "sweep.h"
 
+#include "core.h"
 #include "residual.h"
 
 #include <string.h>
@@ -57,16 +58,21 @@ CO_LANE_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (
     }
 }
 
-/* The transpose: G += rows^T S_bar. */
-CO_LANE_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
-                                 int last, lane (*G)[3]) {
+/* The transpose: G becomes rows^T S_bar, or that much more (`more`, a constant where this is called). */
+CO_LANE_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+                                   int last, int more, lane (*G)[3]) {
     for (int32_t p = 0; p < n_points; p++)
         for (int c = 0; c < 3; c++) {
-            lane sum = G[p][c];
+            lane sum = more ? G[p][c] : lane_all(0);
             for (int k = first; k <= last; k++)
                 sum += times(rows, mixed, p * CO_JET + k, S_bar[k][c]);
             G[p][c] = sum;
         }
+}
+
+CO_LANE_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+                                 int last, lane (*G)[3]) {
+    transpose_jets(rows, mixed, n_points, S_bar, first, last, 1, G);
 }
 
 CO_LANE_INLINE void plane_begin(const co_table *t, const block *b, plane_state *m) {
@@ -319,8 +325,7 @@ CO_LANE_INLINE void residual_gradient(const co_table *t, int mixed, int32_t samp
                                       int last, lane *out) {
     const double *rows = rows_of(t, mixed, sample);
     double weight = sqrt(t->weight[sample]);
-    memset(out, 0, sizeof *out * 3 * (size_t)t->n_points);
-    scatter_jets(rows, mixed, t->n_points, S_bar, first, last, (lane(*)[3])(void *)out);
+    transpose_jets(rows, mixed, t->n_points, S_bar, first, last, 0, (lane(*)[3])(void *)out);
     for (int32_t i = 0; i < 3 * t->n_points; i++)
         out[i] *= weight;
 }
@@ -376,33 +381,6 @@ CO_LANE_INLINE void sweep_gauss_newton(const co_second_sweep *s, lane (*P)[3], l
     add_squares(V, n_columns, size, matrix);
 }
 
-/* C = grad h at one sample, by its coefficients A1, B1, A3, B3. */
-typedef struct curvature_derivative {
-    sample_state at;
-    lane value[4];
-    lane slope[4][CO_JET][3]; /* [.][1..9] with respect to derivatives of S */
-} curvature_derivative;
-
-CO_LANE_INLINE void differentiate_curvature(lane S[CO_JET][3], curvature_derivative *out) {
-    static const double of_C[4][4] = {{0.75, 0, 0.75, 0}, {0, 0.75, 0, 0.75}, {0.25, 0, -0.75, 0}, {0, 0.75, 0, -0.25}};
-    sample_state *m = &out->at;
-    sample_values value;
-    forward_second(S, m, &value);
-    forward_third(S, m);
-    out->value[0] = m->A1;
-    out->value[1] = m->B1;
-    out->value[2] = m->A3;
-    out->value[3] = m->B3;
-    for (int i = 0; i < 4; i++) {
-        lane C_bar[4], h_bar[3];
-        for (int k = 0; k < 4; k++)
-            C_bar[k] = lane_all(of_C[i][k]);
-        for (int k = 0; k < 3; k++)
-            h_bar[k] = lane_all(0);
-        adjoint_forms(S, m, 1, C_bar, h_bar, lane_all(0), out->slope[i]);
-    }
-}
-
 /* C becomes what a step from `before` was to make of it, to first order. */
 CO_LANE_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_points, lane (*P)[3], lane (*before)[3],
                                    lane C[4]) {
@@ -416,76 +394,6 @@ CO_LANE_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_poin
         for (int k = 1; k < CO_JET; k++)
             for (int c = 0; c < 3; c++)
                 C[i] += from.slope[i][k][c] * (D[k][c] - S[k][c]);
-    }
-}
-
-/* S_bar [1..9] at one sample, everything included. C: A1, B1, A3, B3 are taken for these. */
-CO_LANE_INLINE void sample_gradient(const co_second_sweep *s, int32_t sample, int third, const lane C[4],
-                                    lane S[CO_JET][3], lane S_bar[CO_JET][3]) {
-    const co_table *t = s->table;
-    sample_state state;
-    sample_values value;
-    forward_second(S, &state, &value);
-    lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
-    if (third) {
-        forward_third(S, &state);
-        state.A1 = C[0];
-        state.B1 = C[1];
-        state.A3 = C[2];
-        state.B3 = C[3];
-        forward_invariants(&state, s->eps4, &value);
-        density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
-    }
-    adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[sample],
-                   s->integrand.area * t->area_weight[sample], density, S_bar);
-}
-
-/* A sample's second derivatives: [d][k] is what component d of the k-th derivative of S does to a gradient. */
-typedef lane sample_core[3][CO_JET][CO_JET][3];
-
-/* Difference of the gradients at S +- step along derivative (k, d), C going with them to first order. */
-CO_LANE_INLINE void core_column(const co_second_sweep *s, int32_t sample, int third, lane step, int k, int d,
-                                const curvature_derivative *C, lane S[CO_JET][3], lane column[CO_JET][3]) {
-    const int last = third ? 9 : 5;
-    lane at = S[k][d], half = 0.5 / step, C_up[4], C_down[4], down[CO_JET][3];
-    for (int i = 0; third && i < 4; i++) {
-        C_up[i] = C->value[i] + step * C->slope[i][k][d];
-        C_down[i] = C->value[i] - step * C->slope[i][k][d];
-    }
-    S[k][d] = at + step;
-    sample_gradient(s, sample, third, C_up, S, column);
-    S[k][d] = at - step;
-    sample_gradient(s, sample, third, C_down, S, down);
-    S[k][d] = at;
-    for (int j = 1; j <= last; j++)
-        for (int c = 0; c < 3; c++)
-            column[j][c] = (column[j][c] - down[j][c]) * half;
-}
-
-/* Columns of third derivatives: of these themselves the energy is a square, through C; the rest is there already, by
- * symmetry. */
-CO_LANE_INLINE void core_of_third(const co_second_sweep *s, int32_t sample, const curvature_derivative *C,
-                                  sample_core core) {
-    const lane *n = C->at.n;
-    for (int k = 0; k < 4; k++) {
-        sample_state m = C->at;
-        frame_adjoint f = {{0}, {0}, {0}};
-        lane C_bar[4], T_bar[4], h_bar[3] = {{0}, {0}, {0}}, along[4];
-        for (int i = 0; i < 4; i++)
-            along[i] = lane_dot(C->slope[i][6 + k], n);
-        m.A1 = along[0];
-        m.B1 = along[1];
-        m.A3 = along[2];
-        m.B3 = along[3];
-        adjoint_invariants(&m, &s->integrand, s->eps4, s->table->weight[sample] * m.J, C_bar, h_bar);
-        from_frame_third(&m, m.T, C_bar, T_bar, &f);
-        for (int d = 0; d < 3; d++)
-            for (int c = 0; c < 3; c++) {
-                for (int j = 1; j < 6; j++)
-                    core[d][6 + k][j][c] = core[c][j][6 + k][d];
-                for (int l = 0; l < 4; l++)
-                    core[d][6 + k][6 + l][c] = T_bar[l] * n[c] * n[d];
-            }
     }
 }
 
@@ -506,13 +414,7 @@ CO_LANE_INLINE void add_columns(const double *rows, int mixed, int32_t n_points,
     }
 }
 
-/* The Hessian. Its 27 x 27 (15 x 15 without third order) core at a sample is had from central differences of the exact
- * gradient with respect to the derivatives of S, for a tenth of the work of differencing the whole gradient, and with
- * none of its dependence on the mesh. The step is relative to |S_u|, |S_v|. C = grad h is a small difference of large
- * numbers, of which the gradient is a multiple; so in the differences it is not computed again, but is what it is to
- * first order, and more of it central differences do not see. Its rounding, divided by the step, would leave nine
- * digits of the whole, and of a matrix whose eigenvalues go over thirteen orders that is more than the least ones. As
- * it is, the step can be so short that those are right to a thousandth (tests/bench, "Digits").
+/* The Hessian (core.h).
  *
  * After a step it can be the lifted Newton method's matrix instead (Albersmeyer, Diehl, "The lifted Newton method and
  * its application in optimization", SIAM J. Optim. 20, 2010; for thin shells Magisano, Leonetti, Garcea, "Advantages of
@@ -547,8 +449,7 @@ CO_LANE_INLINE void sweep_hessian(const co_second_sweep *s, lane (*P)[3], lane *
         for (int d = 0; d < 3; d++) {
             for (int k = 1; k <= last; k++) {
                 lane *column = V + (k - 1) * size;
-                memset(column, 0, sizeof *column * (size_t)size);
-                scatter_jets(rows, mixed, t->n_points, core[d][k], 1, last, (lane(*)[3])(void *)column);
+                transpose_jets(rows, mixed, t->n_points, core[d][k], 1, last, 0, (lane(*)[3])(void *)column);
             }
             add_columns(rows, mixed, t->n_points, V, last, d, (lane *)(void *)s->matrix);
         }
