@@ -167,8 +167,8 @@ typedef enum curvopt_method {
     CURVOPT_METHOD_AUTO = 0,        /* gauss_newton; the report's with as_report */
     CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's: symmetries
                                        are kept only where that is asked for */
-    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian; at the
-                                       last level Newton's method follows where the Hessian allows it */
+    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian; then
+                                       Newton's method, of second-order energies at the last level only */
 } curvopt_method;
 
 /* What a minimization leaves as it is on an open surface. Vertices on infinitely sharp creases, and infinitely sharp
@@ -185,7 +185,7 @@ typedef enum curvopt_boundary {
 typedef enum curvopt_symmetry {
     /* KEEP, but where the objective has third-order terms, whose discretization on coarse cages is often a saddle that
      * symmetry hides (the cage's lines want to twist): there, on levels of 100 to 2000 vertices, symmetries are given
-     * up as long as each halving of their number brings a twentieth of the energy. NONE with CURVOPT_METHOD_LMVM */
+     * up as long as each halving of their number brings 6 % of the energy. NONE with CURVOPT_METHOD_LMVM */
     CURVOPT_SYMMETRY_AUTO = 0,
     CURVOPT_SYMMETRY_NONE = 1,
     CURVOPT_SYMMETRY_ROTATIONS =

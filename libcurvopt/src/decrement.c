@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double HESSIAN_NOISE = 1e-9; /* of its mean diagonal: what its nine digits (sweep.c) leave unknown */
+static const double HESSIAN_NOISE = 1e-9; /* of its mean diagonal: what differences leave unknown (core.h) */
 
 int32_t co_decrement_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
     int32_t status = co_level_factorize(l, now, exact, positive, error);

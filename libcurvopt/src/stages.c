@@ -4,8 +4,8 @@
  * slide in the surface, which that matrix sees badly. There the Hessian takes over. Second-order energies: as soon as
  * the shape stands, with the shift that it needs to be positive, and only until the certificate (decrement.h) is met;
  * the Hessian has many negative directions that slide vertices, and following them further lowers the energy by another
- * 1e-5 at the price of ever worse quadrature. Third-order ones: where it is nearly positive, Newton's method proper
- * (tests/bench has what else was tried). SPDX-License-Identifier: GPL-3.0-or-later */
+ * 1e-5 at the price of ever worse quadrature. Third-order ones: at every level, by Newton's method proper with the
+ * lifted matrix (sweep.c; tests/bench has what else was tried). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "stages.h"
 
 #include "decrement.h"
