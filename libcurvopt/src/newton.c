@@ -65,7 +65,7 @@ static int factorize(solver *s, double least) {
             return 1;
         if (positive)
             return k ? narrow_down(s, s->shift / RAISE) : 0;
-        s->indefinite |= s->shift <= least;
+        s->indefinite = 1;
         s->shift *= RAISE;
     }
     return 1;
