@@ -21,8 +21,10 @@ enum { MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 5 };
 /* Of the energy; between levels only what the next one would not do better at once. */
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
-/* Of the energy, in QUICK_STEPS: the shape stands, and Newton's method takes over. */
+/* Of the energy, in QUICK_STEPS: the shape stands, and Newton's method takes over. With many variables its factors cost
+ * more than all the rest, and it comes when the other method is done. */
 static const double SHAPE_SETTLED = 0.1;
+enum { MANY_VARIABLES = 5000 };
 /* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
 static const double SLIDING_SETTLED = 1e-5, STATIONARY = 8e-7, NOTHING = 1e-12, GREAT = 1e-2;
 static const double DISTORTED = 0.5; /* of the least Jacobian */
@@ -292,11 +294,12 @@ static int hands_over(const co_level *l) {
 static co_lmvm_options first_options(const co_level *l) {
     const curvopt_options *o = l->frame->options;
     int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient, newton = hands_over(l);
+    double shape = l->reduction.n_variables > MANY_VARIABLES ? COARSE_SETTLED : SHAPE_SETTLED;
     return (co_lmvm_options){.memory = MEMORY,
                              .max_iterations = o->max_iterations,
                              .gradient_tolerance = o->gradient_tolerance,
                              .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
-                             .settled_decrease = newton           ? SHAPE_SETTLED
+                             .settled_decrease = newton           ? shape
                                                  : last && !quick ? FINAL_SETTLED
                                                                   : COARSE_SETTLED,
                              .settled_steps = newton || quick ? QUICK_STEPS : SLOW_STEPS,
