@@ -98,7 +98,7 @@ static opinion opinion_of(const co_run *r, int32_t number, const co_record *from
     const curvopt_level_report *level = &r->result->level[number - 1];
     double worth = among == CO_ESCAPE_ALL ? worth_of(from->symmetry.order, r->symmetry.order) : 0;
     double gain = (from->level.energy + from->pull - level->energy - r->pull) / fabs(from->level.energy);
-    if (level->stop == CURVOPT_STOP_UNRESOLVED) /* that would end the co_run */
+    if (level->stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
         return NOT_WORTH_IT;
     if (level->stop == CURVOPT_STOP_CANCELLED)
         return gain > 0 ? WORTH_IT : NOT_WORTH_IT;
