@@ -6,7 +6,7 @@
  * difference of large numbers, of which the gradient is a multiple; so in the differences it is not computed again,
  * but is what it is to first order, and more of it central differences do not see. Its rounding, divided by the step,
  * would leave nine digits of the whole, and of a matrix whose eigenvalues go over thirteen orders that is more than
- * the least ones. As it is, the step can be so short that those are right to a thousandth (tests/bench, "Digits").
+ * the least ones. As it is, the step can be so short that those are right to a tenth (tests/bench, "Digits").
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CORE_H

@@ -14,10 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SHORTEST_CAP = 1e-7; /* of the first one */
-static const double STALLED_DECREASE = 1e-15;
 static const double SHORT_SHARE = 0.5; /* of a direction: less of it stands only if the model is too soft */
-enum { STALLED_STEPS = 10, SMALL_STEPS = 4 };
+enum { SMALL_STEPS = 4 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -33,13 +31,11 @@ typedef struct solver {
     history h;
     co_iterate trial;
     double *direction;
-    double cap;
+    co_pace pace;
     double slope;     /* gradient.direction */
     double overshoot; /* overshoot_of() the last direction */
     int stale_steps;  /* since the preconditioner was renewed */
-    double mark;      /* value settled_steps steps ago */
     int small_steps;  /* in a row whose predicted decrease is below the tolerance */
-    int quiet_steps;  /* in a row without a decrease worth the name */
 } solver;
 
 static void history_update(history *h, size_t n, const co_iterate *before, const co_iterate *after) {
@@ -73,7 +69,7 @@ static void apply_initial(const solver *s, double *d) {
         scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
     } else {
         double length = s->f->step_length(s->f->context, d);
-        scale = length > 0 ? 0.1 * s->cap / length : 1;
+        scale = length > 0 ? 0.1 * s->pace.cap / length : 1;
     }
     for (size_t i = 0; i < n; i++)
         d[i] *= scale;
@@ -109,7 +105,7 @@ static void keep_fresh(solver *s, const co_iterate *now) {
  * Where the model is trusted too far, step after step is cut back in the search, at several evaluations each. */
 static double overshoot_of(const solver *s, double length, double step) {
     double cut = step < SHORT_SHARE ? 1 / step : 0;
-    return fmax(length / s->cap, cut);
+    return fmax(length / s->pace.cap, cut);
 }
 
 /* One accepted step into s->trial; 0 if there is none to be had. */
@@ -119,7 +115,7 @@ static int find_step(solver *s, const co_iterate *now) {
         find_direction(s, now->gradient);
         if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
-            co_linesearch search = {.step = 1, .max_step = s->cap / length};
+            co_linesearch search = {.step = 1, .max_step = s->pace.cap / length};
             int ok = co_linesearch_wolfe(s->f, now, s->direction, &search, &s->trial);
             s->result->evaluations += search.evaluations;
             s->overshoot = overshoot_of(s, length, ok ? search.step : 1);
@@ -135,29 +131,15 @@ static int find_step(solver *s, const co_iterate *now) {
     }
 }
 
-/* What the settled step means for history and cap; a stop reason, or -1 to go on. */
+/* As co_pace_take_step, and what the step means for the history. */
 static int take_step(solver *s, co_iterate *now) {
-    double before = now->value;
-    co_settlement verdict = s->f->settle(s->f->context, now, &s->trial, s->result->iterations + 1);
+    co_settlement verdict;
+    int stop = co_pace_take_step(&s->pace, s->f, now, &s->trial, s->result, &verdict);
     if (verdict == CO_SETTLE_KEEP)
-        history_update(&s->h, s->f->n, now, &s->trial);
+        history_update(&s->h, s->f->n, &s->trial, now);
     else
         s->h.n_pairs = 0;
-    co_iterate swap = *now;
-    *now = s->trial;
-    s->trial = swap;
-    if (verdict == CO_SETTLE_STOP)
-        return CURVOPT_STOP_UNRESOLVED;
-    if (verdict == CO_SETTLE_REJECT) {
-        s->cap *= 0.25;
-        return s->cap < SHORTEST_CAP * s->options->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
-    }
-    s->cap = fmin(2 * s->cap, s->options->max_step);
-    s->result->iterations++;
-    s->quiet_steps = before - now->value > STALLED_DECREASE * fabs(before) ? 0 : s->quiet_steps + 1;
-    if (s->f->report(s->f->context, now, s->result->iterations, s->result->evaluations))
-        return CURVOPT_STOP_CANCELLED;
-    return s->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
+    return stop;
 }
 
 /* Whether the model says that the last direction leads nowhere. */
@@ -166,11 +148,9 @@ static int is_small(const solver *s, const co_iterate *now) {
 }
 
 static int has_settled(solver *s, const co_iterate *now) {
-    if (!s->f->precondition || s->result->iterations % s->options->settled_steps != 0)
-        return 0;
-    int settled = s->mark - now->value < s->options->settled_decrease * fabs(now->value);
-    s->mark = now->value;
-    return settled;
+    const co_lmvm_options *o = s->options;
+    return s->f->precondition &&
+           co_pace_has_settled(&s->pace, now, s->result->iterations, o->settled_steps, o->settled_decrease);
 }
 
 static int iterate(solver *s, co_iterate *now) {
@@ -203,7 +183,7 @@ int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate
     size_t n = f->n, memory = (size_t)options->memory;
     int32_t status = CURVOPT_OK;
     *result = (co_outcome){0};
-    solver s = {.f = f, .options = options, .result = result, .cap = options->max_step};
+    solver s = {.f = f, .options = options, .result = result, .pace = co_pace_begin(options->max_step, now)};
     s.h = (history){.memory = options->memory,
                     .s = CO_NEW(double, memory *n),
                     .y = CO_NEW(double, memory *n),
@@ -215,7 +195,6 @@ int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate
     if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction) {
         status = co_status_no_memory(error);
     } else {
-        s.mark = now->value;
         result->stop = iterate(&s, now);
         if (now->x != x) { /* iterates change places; hand back the caller's arrays */
             memcpy(x, now->x, n * sizeof(double));

@@ -55,6 +55,21 @@ typedef struct co_outcome {
     int restarts; /* times a history was dropped */
 } co_outcome;
 
+/* How long steps may be, and whether they still lead anywhere. */
+typedef struct co_pace {
+    double max_step, cap; /* in the minimand's step_length(); the cap shrinks where steps are rejected */
+    double mark;          /* value when co_pace_has_settled() looked last */
+    int quiet_steps;      /* in a row without a decrease worth the name */
+} co_pace;
+
+co_pace co_pace_begin(double max_step, const co_iterate *now);
+/* Settles `trial`, reports it, and lets it change places with `now`, which becomes the iterate before. *verdict is
+ * settle()'s. A stop reason, or -1 to go on. */
+int co_pace_take_step(co_pace *pace, const co_minimand *f, co_iterate *now, co_iterate *trial, co_outcome *outcome,
+                      co_settlement *verdict);
+/* Whether `steps` steps brought less than `decrease` times |value|; looked at once in so many. */
+int co_pace_has_settled(co_pace *pace, const co_iterate *now, int iterations, int steps, double decrease);
+
 double co_vector_dot(size_t n, const double *a, const double *b);
 double co_vector_norm(size_t n, const double *a);
 /* y += s x */

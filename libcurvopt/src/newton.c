@@ -2,8 +2,7 @@
  *
  * The shift makes the matrix positive and steps short (Levenberg 1944, Marquardt 1963; More, "The Levenberg-Marquardt
  * algorithm: implementation and theory", 1978, for what a step's success says of the next shift). The matrix may be the
- * lifted method's (minimand.h): steps are then longer by half, and the number of them that a curved valley takes is
- * halved.
+ * lifted method's (minimand.h): a curved valley then takes half as many steps (tests/bench).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "newton.h"
@@ -19,9 +18,8 @@
 static const double STANDS = 0.01, GOOD = 0.5, POOR = 0.1, FAR = -30, CHANGE = 3;
 static const double EXACT = 0.9, FALL = 8;       /* from such a step on it falls like this */
 static const double RAISE = 4, RAISE_MOST = 100; /* of a shift that leaves the matrix indefinite, or steps too long */
-static const double SHORTEST_CAP = 1e-7;         /* of the first one */
-static const double STALLED_DECREASE = 1e-15;
-enum { STALLED_STEPS = 10, MOST_RAISES = 60, NARROWINGS = 2, HALVINGS = 12 };
+static const double ROUNDING = 1e-15;            /* of the value */
+enum { MOST_RAISES = 60, NARROWINGS = 2, HALVINGS = 12 };
 
 typedef struct solver {
     const co_minimand *f;
@@ -29,13 +27,11 @@ typedef struct solver {
     co_outcome *outcome;
     co_iterate trial;
     double *direction;
-    double cap;
+    co_pace pace;
     double shift;     /* for the next matrix, */
     double used;      /* and that of the last direction */
     double predicted; /* decrease by the last direction */
     int indefinite;   /* the matrix at hand, with the least shift */
-    double mark;      /* value settled_steps steps ago */
-    int quiet_steps;  /* in a row without a decrease worth the name */
 } solver;
 
 typedef enum found { FOUND, FOUND_NOTHING, FOUND_FAILURE } found;
@@ -101,8 +97,8 @@ static found find_step(solver *s, const co_iterate *now) {
         double length = find_direction(s, now);
         if (!(length < INFINITY))
             return FOUND_FAILURE;
-        if (length > s->cap) {
-            s->shift *= fmin(fmax(length / s->cap, CHANGE), RAISE_MOST);
+        if (length > s->pace.cap) {
+            s->shift *= fmin(fmax(length / s->pace.cap, CHANGE), RAISE_MOST);
             continue;
         }
         try_step(s, now, 1);
@@ -111,7 +107,7 @@ static found find_step(solver *s, const co_iterate *now) {
             s->shift *= share > EXACT ? 1 / FALL : share > GOOD ? 1 / CHANGE : share < POOR ? CHANGE : 1;
             return FOUND;
         }
-        if (s->predicted <= STALLED_DECREASE * fabs(now->value))
+        if (s->predicted <= ROUNDING * fabs(now->value))
             return FOUND_NOTHING;
         s->shift *= share > FAR ? CHANGE : CHANGE * CHANGE; /* also if it is not a number */
     }
@@ -124,7 +120,7 @@ static int leave_saddle(solver *s, const co_iterate *now) {
     double least = s->options->decrement_tolerance * fabs(now->value);
     if (!s->f->negative_curvature(s->f->context, now, s->direction))
         return 0;
-    double scale = s->cap / s->f->step_length(s->f->context, s->direction);
+    double scale = s->pace.cap / s->f->step_length(s->f->context, s->direction);
     for (int halving = 0; halving < HALVINGS; halving++, scale *= 0.5) {
         try_step(s, now, scale);
         if (s->trial.value < now->value - least)
@@ -133,35 +129,17 @@ static int leave_saddle(solver *s, const co_iterate *now) {
     return 0;
 }
 
-/* What the settled step means; a stop reason, or -1 to go on. *before is where the step began if the lifted matrix is
- * to know it, else NULL. */
+/* *before is where the step began if the lifted matrix is to know it, else NULL. As co_pace_take_step. */
 static int take_step(solver *s, co_iterate *now, const double **before) {
-    double value = now->value;
-    co_settlement verdict = s->f->settle(s->f->context, now, &s->trial, s->outcome->iterations + 1);
-    co_iterate swap = *now;
-    *now = s->trial;
-    s->trial = swap;
+    co_settlement verdict;
+    int stop = co_pace_take_step(&s->pace, s->f, now, &s->trial, s->outcome, &verdict);
     *before = verdict == CO_SETTLE_KEEP || verdict == CO_SETTLE_CHANGED ? s->trial.x : NULL;
-    if (verdict == CO_SETTLE_STOP)
-        return CURVOPT_STOP_UNRESOLVED;
-    if (verdict == CO_SETTLE_REJECT) {
-        s->cap *= 0.25;
-        return s->cap < SHORTEST_CAP * s->options->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
-    }
-    s->cap = fmin(2 * s->cap, s->options->max_step);
-    s->outcome->iterations++;
-    s->quiet_steps = value - now->value > STALLED_DECREASE * fabs(value) ? 0 : s->quiet_steps + 1;
-    if (s->f->report(s->f->context, now, s->outcome->iterations, s->outcome->evaluations))
-        return CURVOPT_STOP_CANCELLED;
-    return s->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
+    return stop;
 }
 
 static int has_settled(solver *s, const co_iterate *now) {
-    if (s->outcome->iterations % s->options->settled_steps != 0)
-        return 0;
-    int settled = s->mark - now->value < s->options->settled_decrease * fabs(now->value);
-    s->mark = now->value;
-    return settled;
+    const co_newton_options *o = s->options;
+    return co_pace_has_settled(&s->pace, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
 /* One step; a stop reason, or -1 to go on. */
@@ -209,7 +187,7 @@ int32_t co_newton(const co_minimand *f, const co_newton_options *options, co_ite
     int32_t status = CURVOPT_OK;
     double *work = CO_NEW(double, 3 * n), *x = now->x, *gradient = now->gradient;
     *outcome = (co_outcome){0};
-    solver s = {.f = f, .options = options, .outcome = outcome, .cap = options->max_step, .mark = now->value};
+    solver s = {.f = f, .options = options, .outcome = outcome, .pace = co_pace_begin(options->max_step, now)};
     if (!work) {
         status = co_status_no_memory(error);
     } else {
