@@ -9,6 +9,10 @@
 #include <string.h>
 
 static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
+/* Part of a motion that has to be allowed to count as an invariance. Along normals next to nothing is left of a
+ * rotation about the axis of a torus, and that only because the torus is discrete: to make it stiff would decide the
+ * decrement. */
+static const double ALLOWED = .1;
 enum { N_MOTIONS = 10, N_SIMILARITIES = 7 };
 
 typedef double small_matrix[CO_MODEL_DENSE][CO_MODEL_DENSE];
@@ -97,7 +101,7 @@ static void append_motions(co_model *m, const double *x, int n_motions) {
             motion(k, x + 3 * v, m->full + 3 * v);
         whole = co_vector_norm(3 * (size_t)r->n_vertices, m->full);
         co_reduce_gradient(r, m->full, column);
-        if (co_vector_norm(n_variables(m), column) > DEPENDENT * whole) /* else no motion that keeps the symmetry */
+        if (co_vector_norm(n_variables(m), column) > ALLOWED * whole) /* else it breaks the symmetry, or slides */
             append_orthogonal(m, m->n_pair);
     }
 }

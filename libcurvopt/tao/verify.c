@@ -14,6 +14,7 @@ static const double LINEAR_TOLERANCE = 1e-4; /* in the preconditioner's norm: th
  * the third derivative along the step, which on a curved valley floor is more than the floor's own curvature. */
 static const double DIFFERENCE_STEP = 1e-3;
 static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
+static const double ALLOWED = .1;     /* part of a motion that has to be along normals to count, as in the library */
 
 typedef struct differences {
     energy *e;
@@ -136,7 +137,7 @@ static PetscErrorCode span_similarities(differences *d) {
     double centroid[3], radius, *own = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
     const PetscScalar *at;
     PetscScalar *out, dot;
-    PetscReal whole, norm;
+    PetscReal whole, kept, norm;
     PetscFunctionBeginUser;
     PetscCall(VecDuplicateVecs(d->base, N_SIMILARITIES, &d->motion));
     PetscCall(VecGetArrayRead(d->base, &at));
@@ -150,15 +151,16 @@ static PetscErrorCode span_similarities(differences *d) {
         PetscCall(VecGetArrayWrite(v, &out));
         for (PetscInt i = 0; i < e->on->n_own; i++)
             similarity(k, own + 3 * (size_t)i, out + 3 * (size_t)i);
-        energy_project(e, out);
         PetscCall(VecRestoreArrayWrite(v, &out));
         PetscCall(VecNorm(v, NORM_2, &whole));
+        PetscCall(allow(e, v));
+        PetscCall(VecNorm(v, NORM_2, &kept));
         for (int j = 0; j < 2 * d->n_motions; j++) { /* twice, against rounding */
             PetscCall(VecDot(v, d->motion[j % d->n_motions], &dot));
             PetscCall(VecAXPY(v, -dot, d->motion[j % d->n_motions]));
         }
         PetscCall(VecNormalize(v, &norm));
-        d->n_motions += norm > DEPENDENT * whole;
+        d->n_motions += kept > ALLOWED * whole && norm > DEPENDENT * kept;
     }
     free(own);
     PetscFunctionReturn(0);
