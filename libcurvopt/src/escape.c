@@ -3,7 +3,8 @@
  * A minimum among cages of some symmetry is stationary among all cages, but need not be a minimum there: the Hessian
  * may be negative in directions that break the symmetry. What such a direction keeps of it is a subgroup (Golubitsky,
  * Stewart, Schaeffer, "Singularities and groups in bifurcation theory II", 1988, chapter XIII); the largest ones are
- * tried first, so that no more symmetry is lost than must be, and no more time.
+ * tried first, so that no more symmetry is lost than must be, and no more time. Among those of one order the steepest
+ * way decides: any of them leads down, but often to the next saddle.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "escape.h"
@@ -35,8 +36,10 @@ void co_escape_free(co_way_down *way) {
     *way = (co_way_down){0};
 }
 
-/* Looks for a way among cages with this symmetry; if there is one, xyz is some way along. */
-static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, int *found, curvopt_error *error) {
+/* Looks for a way among cages with this symmetry; if there is one, xyz is some way along, and *gain what that brings.
+ */
+static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, int *found, double *gain,
+                    curvopt_error *error) {
     size_t n = 3 * (size_t)p->mesh->info.n_vertices;
     co_level level = {0};
     co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
@@ -47,8 +50,10 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     if (status == CURVOPT_OK)
         status = co_level_begin(&level, &now, error);
     level.gauge = p->gauge;
+    *gain = now.value;
     if (status == CURVOPT_OK && level.reduction.n_variables && !co_frame_is_cancelled(p->frame))
         status = co_level_leave_saddle(&level, &now, found, error);
+    *gain -= now.value;
     if (status == CURVOPT_OK && *found)
         co_level_to_user(&level, now.x, level.last.integral[CO_INT_AREA], xyz);
     co_level_free(&level);
@@ -59,27 +64,55 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
 
 static int32_t look_without_symmetry(const place *p, double *xyz, int *found, curvopt_error *error) {
     co_symmetry none = {0};
+    double gain;
     int32_t status = co_symmetry_none(p->mesh, &none, error);
     if (status == CURVOPT_OK)
-        status = look(p, &none, xyz, found, error);
+        status = look(p, &none, xyz, found, &gain, error);
     co_symmetry_free(&none);
     return status;
 }
 
-/* In subgroups of an index of at most this, the largest first. */
+/* The best of what was found, and a way that is looked at. */
+typedef struct search {
+    co_way_down *best;
+    double gain;
+    double *xyz; /* [3 n_vertices] */
+} search;
+
+/* In one subgroup. */
+static int32_t look_in_subgroup(const place *p, const co_symmetry *symmetry, const uint8_t *member, search *s,
+                                curvopt_error *error) {
+    co_symmetry sub = {0};
+    double gain = 0;
+    int found = 0;
+    int32_t status = co_subgroup_select(symmetry, member, &sub, error);
+    if (status == CURVOPT_OK)
+        status = look(p, &sub, s->xyz, &found, &gain, error);
+    if (status == CURVOPT_OK && found && (!s->best->found || gain > s->gain)) {
+        co_symmetry_free(&s->best->symmetry);
+        s->best->symmetry = sub;
+        s->best->found = 1;
+        s->gain = gain;
+        memcpy(s->best->xyz, s->xyz, 3 * sizeof(double) * (size_t)p->mesh->info.n_vertices);
+    } else {
+        co_symmetry_free(&sub);
+    }
+    return status;
+}
+
+/* In subgroups of an index of at most this, the largest first; of the same order, the one where it goes down most. */
 static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, int32_t largest_index, co_way_down *out,
                                  curvopt_error *error) {
     co_subgroups groups = {0};
-    int32_t status = co_subgroups_create(symmetry, &groups, error);
-    for (int32_t k = 0; status == CURVOPT_OK && !out->found && k < groups.n; k++) {
-        co_symmetry_free(&out->symmetry);
-        status =
-            co_subgroup_select(symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &out->symmetry, error);
-        if (status != CURVOPT_OK || out->symmetry.order < symmetry->order / largest_index)
+    search s = {.best = out, .xyz = CO_NEW(double, 3 * (size_t)p->mesh->info.n_vertices)};
+    int32_t status = s.xyz ? co_subgroups_create(symmetry, &groups, error) : co_status_no_memory(error);
+    for (int32_t k = 0; status == CURVOPT_OK && k < groups.n; k++) {
+        if (groups.order[k] < symmetry->order / largest_index || (out->found && groups.order[k] < out->symmetry.order))
             break;
-        status = look(p, &out->symmetry, out->xyz, &out->found, error);
+        status = look_in_subgroup(p, symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &s, error);
     }
     co_subgroups_free(&groups);
+    free(s.xyz);
     return status;
 }
 

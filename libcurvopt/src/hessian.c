@@ -194,13 +194,14 @@ static int32_t build_columns(co_hessian *h, curvopt_error *error) {
 }
 
 /* The Hessian is to be that of the function that is minimized, by the rules that the assembly has now. The Gauss-Newton
- * matrix guides steps only, and is positive with any rules: the coarsest will do. */
-static int32_t wanted_rules(const co_assembly *a, int exact) {
-    return exact ? a->rules_version : COARSEST;
+ * matrix guides steps only, and is positive with any rules: the coarsest will do, unless the Hessian's layout is there
+ * and wanted again. */
+static int32_t wanted_rules(const co_assembly *a, int fine) {
+    return fine ? a->rules_version : COARSEST;
 }
 
 /* Layout of these rules, and room. */
-static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_error *error) {
+static int32_t renew_layout(co_assembly *a, co_hessian *h, int fine, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
     uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches);
     co_layout_free(&h->layout);
@@ -210,7 +211,7 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     h->rules_version = NO_RULES;
     if (!coarsest)
         return co_status_no_memory(error);
-    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, exact ? a->rule : coarsest, 0, 0, 0,
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, fine ? a->rule : coarsest, 0, 0, 0,
                                       &h->layout, error);
     free(coarsest);
     if (status != CURVOPT_OK)
@@ -222,7 +223,7 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int exact, curvopt_er
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
         return co_status_no_memory(error);
-    h->rules_version = wanted_rules(a, exact);
+    h->rules_version = wanted_rules(a, fine);
     return CURVOPT_OK;
 }
 
@@ -434,9 +435,9 @@ static int32_t place_before(co_assembly *a, const double *x, co_hessian *h, curv
 
 int32_t co_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_hessian *h,
                             curvopt_error *error) {
-    const int exact = kind->exact;
+    const int exact = kind->exact, fine = exact || kind->fine;
     const co_whole *whole = kind->whole;
-    int32_t status = h->rules_version == wanted_rules(a, exact) ? CURVOPT_OK : renew_layout(a, h, exact, error);
+    int32_t status = h->rules_version == wanted_rules(a, fine) ? CURVOPT_OK : renew_layout(a, h, fine, error);
     if (status == CURVOPT_OK && kind->before)
         status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)

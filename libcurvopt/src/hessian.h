@@ -41,6 +41,7 @@ typedef struct co_whole {
 /* Which matrix. */
 typedef struct co_second_kind {
     int exact;             /* the Hessian, not the Gauss-Newton matrix, */
+    int fine;              /* which else is not by the coarsest rules, but also by those that the assembly has; */
     const double *before;  /* and if not NULL, as the lifted Newton method wants it after a step from here (sweep.c) */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
 } co_second_kind;

@@ -203,16 +203,38 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
     co_level *l = context;
     if (l->failed == CURVOPT_OK && !co_frame_is_cancelled(l->frame))
         l->failed = assemble_model(l, now, 1, before, co_gauge_exact(l->gauge), l->error);
-    l->has_factor = 0;
+    l->has_factor = l->has_guide = 0;
+    l->assembled = now->x;
     return l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame);
 }
 
-static int factorize(void *context, double shift, int *positive) {
+/* The model's matrix becomes the Hessian with so much of the Gauss-Newton matrix, which is assembled when first asked
+ * for. */
+static int32_t mix_model(co_level *l, double mix) {
+    if (mix == l->model.mix)
+        return CURVOPT_OK;
+    if (!l->has_guide) {
+        co_reduce_expand(&l->reduction, l->assembled, l->x);
+        int32_t status = co_model_begin_guide(&l->model, l->x, l->error);
+        if (status != CURVOPT_OK)
+            return status;
+        co_pull_add_hessian(&l->pull, &l->model.hessian);
+        co_model_end_guide(&l->model);
+        l->has_guide = 1;
+    }
+    co_model_mix(&l->model, mix);
+    return CURVOPT_OK;
+}
+
+static int factorize(void *context, const co_damping *damping, int *positive) {
     co_level *l = context;
+    *positive = 0;
     if (co_frame_is_cancelled(l->frame))
         return 1;
-    l->shift = shift;
-    l->failed = co_model_factorize(&l->model, shift, positive, l->error);
+    l->shift = damping->shift;
+    l->failed = mix_model(l, damping->mix);
+    if (l->failed == CURVOPT_OK)
+        l->failed = co_model_factorize(&l->model, damping->shift, positive, l->error);
     l->has_factor = l->failed == CURVOPT_OK && *positive;
     return l->failed != CURVOPT_OK;
 }
@@ -231,10 +253,9 @@ static int precondition(void *context, const double *in, double *out) {
     return status != CURVOPT_OK;
 }
 
-/* The direction in which the Hessian is most negative, by inverse iteration with its shifted factor. The shift is more
- * than the least one only if something is negative. */
-static int negative_curvature(void *context, const co_iterate *now, double *d) {
-    co_level *l = context;
+/* The direction in which the Hessian is most negative, by inverse iteration with its factor, which is shifted. The
+ * shift is more than the least one only if something is negative. */
+static int most_negative(co_level *l, const co_iterate *now, double *d) {
     size_t n = (size_t)l->reduction.n_variables;
     double curvature = 0, least = least_shift(l, now->value);
     if (l->failed != CURVOPT_OK || !l->has_factor || l->shift <= least)
@@ -254,6 +275,14 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
         for (size_t i = 0; i < n; i++)
             d[i] = -d[i];
     return curvature < -least;
+}
+
+static int negative_curvature(void *context, const co_iterate *now, double *d) {
+    co_level *l = context;
+    l->failed = mix_model(l, 0);
+    if (l->failed == CURVOPT_OK)
+        l->failed = factorize_shifted(l, least_shift(l, now->value), l->error);
+    return most_negative(l, now, d);
 }
 
 co_minimand co_level_minimand(co_level *l) {
@@ -426,7 +455,7 @@ int32_t co_level_leave_saddle(co_level *l, co_iterate *now, int *left, curvopt_e
     int32_t status = d ? assemble_model(l, now, 1, NULL, l->gauge, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = factorize_shifted(l, least_shift(l, now->value), error);
-    if (status == CURVOPT_OK && negative_curvature(l, now, d))
+    if (status == CURVOPT_OK && most_negative(l, now, d))
         *left = step_down(l, d, d + n, now);
     if (status == CURVOPT_OK)
         status = l->failed;

@@ -48,6 +48,8 @@ typedef struct co_level {
     int exact;      /* LMVM's preconditioner is the Hessian's factor, not the Gauss-Newton matrix's */
     int has_factor;
     double shift;
+    const double *assembled; /* [n_variables] where Newton's matrix was: the caller's */
+    int has_guide;           /* and what to mix it with is there */
     int32_t number;
     int iterations, evaluations; /* of stages that are over */
     int32_t failed;              /* status of a call that cannot report it */

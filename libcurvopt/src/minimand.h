@@ -17,6 +17,13 @@ typedef struct co_iterate {
     double value;
 } co_iterate;
 
+/* How far Newton's matrix M = (1 - mix) H + mix G + shift is from the Hessian H. G is positive semidefinite, and like H
+ * where what is minimized, a sum of squares, is small: the Gauss-Newton matrix. */
+typedef struct co_damping {
+    double shift; /* times the unit matrix */
+    double mix;   /* 0 to 1 */
+} co_damping;
+
 typedef struct co_minimand {
     void *context;
     size_t n;
@@ -36,12 +43,12 @@ typedef struct co_minimand {
     /* For Newton's method, else NULL. The Hessian at `now`; before: NULL, or where the last step began, for a matrix
      * that is a better guide after such a step and the Hessian in the limit of short ones. Nonzero if that failed. */
     int (*assemble)(void *context, const co_iterate *now, const double *before);
-    /* M is that matrix plus `shift` times the unit matrix if that is *positive definite. Nonzero if that failed. */
-    int (*factorize)(void *context, double shift, int *positive);
+    /* M is that matrix, damped, if that is *positive definite. Nonzero if that failed. */
+    int (*factorize)(void *context, const co_damping *damping, int *positive);
     /* Curvature that is not told from none at `now`: the least shift. */
     double (*least_shift)(void *context, const co_iterate *now);
-    /* Where M is that matrix with more than the least shift: a direction of negative curvature, d [n] of any length,
-     * its sign such that the function does not rise at first; 0 if there is none. */
+    /* A direction in which that matrix is negative, d [n] of any length, its sign such that the function does not rise
+     * at first; 0 if there is none. M is lost. */
     int (*negative_curvature)(void *context, const co_iterate *now, double *d);
     /* After every settled step; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, int iteration, int evaluations);

@@ -55,6 +55,8 @@ void co_model_free(co_model *m) {
     free(m->dense);
     free(m->solved);
     free(m->full);
+    free(m->exact);
+    free(m->guide);
     *m = (co_model){0};
 }
 
@@ -109,6 +111,7 @@ static void append_motions(co_model *m, const double *x, int n_motions) {
 int32_t co_model_assemble(co_model *m, const double *x, const co_second_kind *kind, co_gauge gauge,
                           curvopt_error *error) {
     const co_reduction *r = m->hessian.reduction;
+    m->mix = 0;
     m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
     if (m->n_pair) {
         double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
@@ -122,6 +125,29 @@ int32_t co_model_assemble(co_model *m, const double *x, const co_second_kind *ki
     int32_t status = co_hessian_assemble(m->assembly, x, kind, &m->hessian, error);
     m->stiffness = co_model_mean_diagonal(m);
     return status;
+}
+
+int32_t co_model_begin_guide(co_model *m, const double *x, curvopt_error *error) {
+    const co_hessian *h = &m->hessian;
+    if (!m->exact)
+        m->exact = CO_NEW(double, h->n_entries);
+    if (!m->guide)
+        m->guide = CO_NEW(double, h->n_entries);
+    if (!m->exact || !m->guide)
+        return co_status_no_memory(error);
+    memcpy(m->exact, h->value, h->n_entries * sizeof *h->value);
+    return co_hessian_assemble(m->assembly, x, &(co_second_kind){.fine = 1}, &m->hessian, error);
+}
+
+void co_model_end_guide(co_model *m) {
+    memcpy(m->guide, m->hessian.value, m->hessian.n_entries * sizeof *m->guide);
+    m->mix = 1;
+}
+
+void co_model_mix(co_model *m, double mix) {
+    for (size_t e = 0; e < m->hessian.n_entries; e++)
+        m->hessian.value[e] = (1 - mix) * m->exact[e] + mix * m->guide[e];
+    m->mix = mix;
 }
 
 double co_model_mean_diagonal(const co_model *m) {

@@ -26,6 +26,9 @@ typedef struct co_model {
     int n_pair;                                     /* 2 if the first two columns are grad A, grad T, else 0 */
     double stiffness;                               /* of the others, which are orthonormal */
     double inverse[CO_MODEL_DENSE][CO_MODEL_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
+    double *exact, *guide; /* [n_entries] the Hessian and the Gauss-Newton matrix that are mixed; made when first
+                              needed */
+    double mix;            /* part of the second */
 } co_model;
 
 /* Motions that count as seen by nobody. */
@@ -49,6 +52,14 @@ void co_model_free(co_model *model);
  * factored is lost. ERROR_MEMORY. */
 int32_t co_model_assemble(co_model *model, const double *x, const co_second_kind *kind, co_gauge gauge,
                           curvopt_error *error);
+/* For co_model_mix(), of a model of the Hessian that was assembled last: sets its values aside, those of the
+ * Gauss-Newton matrix at the same x take their place; and, after what the caller has added, sets these aside, too.
+ * ERROR_MEMORY. */
+int32_t co_model_begin_guide(co_model *model, const double *x, curvopt_error *error);
+void co_model_end_guide(co_model *model);
+/* The sparse matrix becomes (1 - mix) times the Hessian's plus mix times the Gauss-Newton matrix, 0 <= mix <= 1. The
+ * dense columns, which are of first derivatives, stay. */
+void co_model_mix(co_model *model, double mix);
 double co_model_mean_diagonal(const co_model *model);
 /* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
 int32_t co_model_factorize(co_model *model, double shift, int *positive, curvopt_error *error);

@@ -22,7 +22,8 @@ enum { MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 5 };
 static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* Of the energy, in QUICK_STEPS: the shape stands, and Newton's method takes over. With many variables its factors cost
- * more than all the rest, and it comes when the other method is done. */
+ * more than all the rest, and it comes when the other method is done. On a last level that began with the shape of the
+ * one before it comes after a single step, which is for what subdivision leaves in each vertex. */
 static const double SHAPE_SETTLED = 0.1;
 enum { MANY_VARIABLES = 5000 };
 /* Of the energy: steps that slide vertices have settled; what is left to gain when they end. */
@@ -291,20 +292,28 @@ static int hands_over(const co_level *l) {
     return l->assembly.functional.has_third && l->assembly.surface != CURVOPT_SURFACE_PLANE;
 }
 
+/* Patience of a first stage that hands over to Newton's method. */
+static void be_brief(const co_level *l, co_lmvm_options *o) {
+    int many = l->reduction.n_variables > MANY_VARIABLES;
+    int at_once = !many && l->number > 1 && l->number == l->frame->options->levels;
+    o->settled_steps = at_once ? 1 : QUICK_STEPS;
+    o->settled_decrease = at_once ? (double)INFINITY : many ? COARSE_SETTLED : SHAPE_SETTLED;
+}
+
 static co_lmvm_options first_options(const co_level *l) {
     const curvopt_options *o = l->frame->options;
-    int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient, newton = hands_over(l);
-    double shape = l->reduction.n_variables > MANY_VARIABLES ? COARSE_SETTLED : SHAPE_SETTLED;
-    return (co_lmvm_options){.memory = MEMORY,
-                             .max_iterations = o->max_iterations,
-                             .gradient_tolerance = o->gradient_tolerance,
-                             .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
-                             .settled_decrease = newton           ? shape
-                                                 : last && !quick ? FINAL_SETTLED
-                                                                  : COARSE_SETTLED,
-                             .settled_steps = newton || quick ? QUICK_STEPS : SLOW_STEPS,
-                             .max_step = o->max_step,
-                             .renew_every = RENEW_EVERY};
+    int last = l->number == o->levels, quick = slides(l) && !l->frame->is_patient;
+    co_lmvm_options options = {.memory = MEMORY,
+                               .max_iterations = o->max_iterations,
+                               .gradient_tolerance = o->gradient_tolerance,
+                               .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
+                               .settled_decrease = last && !quick ? FINAL_SETTLED : COARSE_SETTLED,
+                               .settled_steps = quick ? QUICK_STEPS : SLOW_STEPS,
+                               .max_step = o->max_step,
+                               .renew_every = RENEW_EVERY};
+    if (hands_over(l))
+        be_brief(l, &options);
+    return options;
 }
 
 /* What ends a level, after the first stage. */

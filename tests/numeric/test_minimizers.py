@@ -67,25 +67,24 @@ def test_symmetric_mvs_ends_at_a_minimum(name, bound):
     assert abs(finer.objective - end.objective) <= 2 * (end.objective_error + finer.objective_error)
 
 
-@pytest.mark.parametrize("name, energy, most", [
-    ("torus_030", "willmore", 2), ("lawson_g2", "willmore", 2), ("lawson_g5", "willmore", 2), ("cubical_g5", "willmore", 2),
-    ("sphere_cube", "mvs", 2), ("cubical_g5", "mvs", 2), ("tetrahedral_g3", "mvs", 2), ("lawson_g2", "mvs", 2.5),
-    ("torus_030", "mvs_cross", 2), ("sphere_cube", "mvs_cross", 2), ("tetrahedral_g3", "mvs_cross", 2),
-    ("lawson_g2", "mvs_cross", 2.5)])
-def test_steps_do_not_grow_with_the_level(name, energy, most, capsys):
-    """Level 4 takes at most twice the steps of level 2, and ends at a minimum. Without the lifted matrix third-order
-    energies take 3 to 5 times as many, without the Hessian 4 to 40 times. (Genus 2: 1.9 here, but last digits decide which
-    of several ways it goes.)"""
+@pytest.mark.parametrize("name, energy", [
+    ("torus_030", "willmore"), ("lawson_g2", "willmore"), ("lawson_g5", "willmore"), ("cubical_g5", "willmore"),
+    ("torus_030", "mvs"), ("sphere_cube", "mvs"), ("lawson_g2", "mvs"), ("cubical_g5", "mvs"), ("tetrahedral_g3", "mvs"),
+    ("torus_030", "mvs_cross"), ("sphere_cube", "mvs_cross"), ("lawson_g2", "mvs_cross"), ("cubical_g5", "mvs_cross"),
+    ("tetrahedral_g3", "mvs_cross")])
+def test_steps_do_not_grow_with_the_level(name, energy, capsys):
+    """Level 4 takes at most twice the steps of level 2, and ends at a minimum. With the Gauss-Newton matrix alone
+    third-order energies take 4 to 40 times as many, by Newton's method without what tests/bench says of it 2 to 8."""
     result = solved(name, energy)
     steps = [level.iterations for level in result.levels]
     with capsys.disabled():
         print(f"\n  {name} at {energy}: steps {steps}, decrement "
               f"{result.summary.newton_decrement / result.summary.end.objective:.0e}")
-    assert steps[3] <= most * steps[1]
+    assert steps[3] <= 2 * steps[1]
     assert result.verdict == "minimum" and result.summary.newton_decrement <= 1e-6 * result.summary.end.objective
 
 
-@pytest.mark.parametrize("name, levels, bound, order", [("torus_030", 4, 3, 8), ("lawson_g3", 3, 1250, 8)])
+@pytest.mark.parametrize("name, levels, bound, order", [("torus_030", 4, 3, 8), ("lawson_g3", 4, 800, 8)])
 def test_symmetries_are_given_up_where_that_pays(name, levels, bound, order, capsys):
     """The discretization's saddles are left: well below the symmetric minimum, at a minimum, with the symmetries that are
     left to rounding; a finer rule gives the same energy."""
@@ -171,10 +170,11 @@ def test_cancelling_on_the_way_down_keeps_the_best():
         assert result.summary.end.objective <= 1.001 * min(seen)
 
 
-@pytest.mark.parametrize("name, energy", [("lawson_g2", "willmore"), ("lawson_g2", "mvs"), ("torus_030", "mvs_cross")])
-def test_both_newtons_agree(name, energy):
+@pytest.mark.parametrize("name, energy, steps", [("lawson_g2", "willmore", 8), ("lawson_g2", "mvs", 8),
+                                                 ("torus_030", "mvs_cross", 5)])
+def test_both_newtons_agree(name, energy, steps):
     """A run stopped before it has converged: exact Hessian and finite differences say the same of what is left."""
-    result = lib.minimize(cage(name), energy, levels=3, verify=1, max_iterations=8)
+    result = lib.minimize(cage(name), energy, levels=3, verify=1, max_iterations=steps)
     exact, difference = result.summary.shape_decrement, result.summary.difference_decrement
     assert exact > 1e-9 * result.summary.end.objective
     assert difference == pytest.approx(exact, rel=1e-3)

@@ -302,6 +302,47 @@ static void test_lifted_matrix(void **state) {
     free(v);
 }
 
+/* The matrix between the Hessian and the Gauss-Newton matrix, with some of each, and back. The dense columns stay. */
+static void test_mixture(void **state) {
+    (void)state;
+    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
+    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
+    size_t n = (size_t)p.n;
+    double *v = calloc(4 * n, sizeof *v), *exact = v + n, *guide = v + 2 * n, *got = v + 3 * n, scale = 0;
+    static const double mixes[] = {0.25, 1, 0, 0.75};
+    co_model model;
+    curvopt_error error;
+    CHECK_TRUE(v != NULL);
+    for (int i = 0; i < p.n; i++)
+        v[i] = wave(i, 4);
+    CHECK_OK(co_model_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_SIMILARITY, &error), &error);
+    multiply(&model, p.n, v, exact);
+    CHECK_OK(co_model_begin_guide(&model, p.x, &error), &error);
+    multiply(&model, p.n, v, guide);
+    co_model_end_guide(&model);
+    for (size_t i = 0; i < n; i++)
+        scale = fmax(scale, fabs(exact[i]));
+    for (size_t k = 0; k < sizeof mixes / sizeof *mixes; k++) {
+        double worst = 0, apart = 0;
+        co_model_mix(&model, mixes[k]);
+        multiply(&model, p.n, v, got);
+        for (size_t i = 0; i < n; i++) {
+            worst = fmax(worst, fabs(got[i] - (1 - mixes[k]) * exact[i] - mixes[k] * guide[i]));
+            apart = fmax(apart, fabs(exact[i] - guide[i]));
+        }
+        CHECK_BETWEEN(worst / scale, 0, 1e-14);
+        CHECK_BETWEEN(apart / scale, 0.01, 10);
+    }
+    CHECK_OK(co_model_assemble(&model, p.x, &(co_second_kind){.fine = 1}, CO_GAUGE_SIMILARITY, &error), &error);
+    CHECK_NEAR(model.mix, 0, 0);
+    for (size_t e = 0; e < model.hessian.n_entries; e++)
+        CHECK_NEAR(model.hessian.value[e], model.guide[e], 0);
+    co_model_free(&model);
+    problem_free(&p);
+    free(v);
+}
+
 /* Gaussian elimination with the whole matrix: solutions and signs of pivots, by symmetric pivoting on the diagonal. */
 static int eliminate(int n, double *a, double *b) {
     int negative = 0;
@@ -366,13 +407,10 @@ static void test_solutions_and_inertia(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_regular_cages),
-        cmocka_unit_test(test_irregular_cages),
-        cmocka_unit_test(test_wide_blends),
-        cmocka_unit_test(test_reduced_cages),
-        cmocka_unit_test(test_digits),
-        cmocka_unit_test(test_lifted_matrix),
-        cmocka_unit_test(test_solutions_and_inertia),
+        cmocka_unit_test(test_regular_cages), cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_wide_blends),   cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_digits),        cmocka_unit_test(test_lifted_matrix),
+        cmocka_unit_test(test_mixture),       cmocka_unit_test(test_solutions_and_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* Newton's method with a shifted matrix: what it finds, how fast, and what it asks for. SPDX-License-Identifier:
+/* Newton's method with a damped matrix: what it finds, how fast, and what it asks for. SPDX-License-Identifier:
  * GPL-3.0-or-later */
 #include "check.h"
 #include "curvopt.h"
@@ -13,18 +13,23 @@ typedef struct problem {
     co_settlement verdict; /* said at step verdict_at */
     int verdict_at, cancel_at, fail_at;
     int settles, assembled, factorized;
+    int mixed;    /* steps that were settled with some of G in the matrix, */
+    int lengthed; /* and such of which a shorter one was evaluated before by the same matrix */
+    int restless; /* steps that were settled although another one that was evaluated was lower */
+    double best;  /* least value since the matrix was assembled, */
+    double at;    /* value where it was assembled */
+    double reach; /* length of the first trial that brought anything; 0: none yet */
+    co_damping damping;
     double start[2], last[2]; /* of the step that was settled last: where it began, where it led */
     double longest;           /* step that was evaluated */
     int wrong_before;         /* calls of assemble whose `before` is not what it must be */
     int rejected;             /* the last step was */
-    double H[3], M[3];        /* xx, xy, yy */
+    double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
 } problem;
 
-static double evaluate(void *context, const double *x, double *g) {
-    problem *p = context;
+static double value_of(problem *p, const double *x, double *g) {
     double a = x[1] - x[0] * x[0], b = 1 - x[0];
-    p->longest = fmax(p->longest, fmax(fabs(x[0] - p->now[0]), fabs(x[1] - p->now[1])));
     switch (p->shape) {
     case ROSENBROCK:
         g[0] = -400 * a * x[0] - 2 * b;
@@ -46,9 +51,26 @@ static double step_length(void *context, const double *d) {
     return fmax(fabs(d[0]), fabs(d[1]));
 }
 
+static double reach_of(const problem *p, const double *x) {
+    return step_length(NULL, (double[]){x[0] - p->now[0], x[1] - p->now[1]});
+}
+
+static double evaluate(void *context, const double *x, double *g) {
+    problem *p = context;
+    double value = value_of(p, x, g);
+    p->longest = fmax(p->longest, reach_of(p, x));
+    p->best = fmin(p->best, value);
+    if (value < p->at && p->reach == 0)
+        p->reach = reach_of(p, x);
+    return value;
+}
+
 static co_settlement settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     problem *p = context;
     (void)iteration;
+    p->mixed += p->damping.mix > 0;
+    p->lengthed += reach_of(p, now->x) > p->reach;
+    p->restless += now->value > p->best;
     int says = ++p->settles == p->verdict_at;
     p->rejected = says && (p->verdict == CO_SETTLE_REJECT || p->verdict == CO_SETTLE_STOP);
     if (p->rejected) {
@@ -71,28 +93,32 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
     switch (p->shape) {
     case ROSENBROCK:
         p->H[0] = 1200 * x[0] * x[0] - 400 * x[1] + 2;
-        p->H[1] = -400 * x[0];
-        p->H[2] = 200;
+        p->G[0] = 800 * x[0] * x[0] + 2;
+        p->H[1] = p->G[1] = -400 * x[0];
+        p->H[2] = p->G[2] = 200;
         break;
     case SADDLE:
         p->H[0] = 3 * x[0] * x[0] - 1;
-        p->H[1] = 0;
-        p->H[2] = 1;
+        p->G[0] = 3 * x[0] * x[0];
+        p->H[1] = p->G[1] = 0;
+        p->H[2] = p->G[2] = 1;
         break;
     default:
-        p->H[0] = 12 * x[0] * x[0];
-        p->H[1] = 0;
-        p->H[2] = 2e6;
+        p->H[0] = p->G[0] = 12 * x[0] * x[0];
+        p->H[1] = p->G[1] = 0;
+        p->H[2] = p->G[2] = 2e6;
     }
+    p->best = p->at = now->value;
+    p->reach = 0;
     return ++p->assembled == p->fail_at;
 }
 
-static int factorize(void *context, double shift, int *positive) {
+static int factorize(void *context, const co_damping *damping, int *positive) {
     problem *p = context;
     p->factorized++;
-    p->M[0] = p->H[0] + shift;
-    p->M[1] = p->H[1];
-    p->M[2] = p->H[2] + shift;
+    p->damping = *damping;
+    for (int i = 0; i < 3; i++)
+        p->M[i] = (1 - damping->mix) * p->H[i] + damping->mix * p->G[i] + (i == 1 ? 0 : damping->shift);
     *positive = p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
     return 0;
 }
@@ -150,12 +176,13 @@ static co_outcome run(problem *p, co_newton_options o, double x, double y, doubl
     curvopt_error error;
     p->now[0] = at[0] = x;
     p->now[1] = at[1] = y;
-    now.value = evaluate(p, at, g);
-    p->longest = 0;
+    now.value = value_of(p, at, g);
     CHECK_OK(co_newton(&f, &o, &now, &outcome, &error), &error);
     CHECK_TRUE(now.x == at && now.gradient == g); /* the caller's arrays, whatever happened inside */
     *value = now.value;
     CHECK_INT(p->wrong_before, 0);
+    if (p->shape != SADDLE) /* the way away from a saddle is the first that will do */
+        CHECK_INT(p->restless, 0);
     return outcome;
 }
 
@@ -168,6 +195,27 @@ static void test_curved_valley(void **state) {
     CHECK_BETWEEN(end.iterations, 8, 40);
     CHECK_NEAR(x[0], 1, 1e-9);
     CHECK_NEAR(x[1], 1, 1e-9);
+}
+
+/* By one matrix as far as it leads: of most steps here a shorter one was good, too. A start where the Hessian is
+ * indefinite, as it is on the far side of the valley's floor: some of the Gauss-Newton matrix makes it positive, and no
+ * shift has to (the least eigenvalue is -218), which would make steps along the valley as short as those across it. */
+static void test_damping(void **state) {
+    (void)state;
+    double x[2], value;
+    problem far = {.shape = ROSENBROCK};
+    co_newton_options o = usual;
+    o.max_step = 0.05;
+    CHECK_INT(run(&far, o, -1.2, 1, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(far.lengthed, 20, far.settles);
+    problem indefinite = {.shape = ROSENBROCK, .cancel_at = 1};
+    run(&indefinite, usual, -0.5, 0.8, x, &value);
+    CHECK_INT(indefinite.settles, 1);
+    CHECK_INT(indefinite.mixed, 1);
+    CHECK_BETWEEN(indefinite.damping.shift, 0, 10);
+    problem convex = {.shape = QUARTIC};
+    run(&convex, usual, 1, 1, x, &value);
+    CHECK_INT(convex.mixed, 0);
 }
 
 /* The gradient does not point along the way down: it has to be looked for. */
@@ -253,7 +301,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_curved_valley),  cmocka_unit_test(test_saddle_is_left),
         cmocka_unit_test(test_stiff_and_soft), cmocka_unit_test(test_steps_keep_to_the_cap),
-        cmocka_unit_test(test_rejected_step),  cmocka_unit_test(test_ends),
+        cmocka_unit_test(test_rejected_step),  cmocka_unit_test(test_damping),
+        cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
