@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_BLOCKS = 32, NO_RULES = -1, COARSEST = -2 };
+enum { CHUNK_BLOCKS = 32, NO_RULES = -1 };
 
 void co_hessian_free(co_hessian *h) {
     free(h->neighbour_start);
@@ -194,26 +194,33 @@ static int32_t build_columns(co_hessian *h, curvopt_error *error) {
 }
 
 /* The Hessian is to be that of the function that is minimized, by the rules that the assembly has now. The Gauss-Newton
- * matrix guides steps only, and is positive with any rules: the coarsest will do, unless the Hessian's layout is there
- * and wanted again. */
-static int32_t wanted_rules(const co_assembly *a, int fine) {
-    return fine ? a->rules_version : COARSEST;
+ * matrix guides steps only, and is positive with any rules: the coarsest will do. */
+static int steps_coarser(const co_second_kind *kind) {
+    if (kind->rules == CO_SECOND_USUAL)
+        return kind->exact ? 0 : CO_N_RULES;
+    return kind->rules == CO_SECOND_COARSER;
 }
 
-/* Layout of these rules, and room. */
-static int32_t renew_layout(co_assembly *a, co_hessian *h, int fine, curvopt_error *error) {
+/* What a layout depends on. */
+static int32_t key_of(const co_assembly *a, int coarser) {
+    return coarser == CO_N_RULES ? CO_N_RULES : a->rules_version * (CO_N_RULES + 1) + coarser;
+}
+
+/* Layout of rules so many steps coarser than the assembly's, and room. */
+static int32_t renew_layout(co_assembly *a, co_hessian *h, int coarser, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
-    uint8_t *coarsest = CO_NEW(uint8_t, a->patches.n_patches);
+    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
     co_layout_free(&h->layout);
     free(h->chunk);
     free(h->work);
     h->chunk = h->work = NULL;
-    h->rules_version = NO_RULES;
-    if (!coarsest)
+    h->rules_key = NO_RULES;
+    if (!rule)
         return co_status_no_memory(error);
-    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, fine ? a->rule : coarsest, 0, 0, 0,
-                                      &h->layout, error);
-    free(coarsest);
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        rule[p] = (uint8_t)(a->rule[p] > coarser ? a->rule[p] - coarser : 0);
+    int32_t status = co_layout_create(&a->patches, a->cache, a->kernel->lanes, rule, 0, 0, 0, &h->layout, error);
+    free(rule);
     if (status != CURVOPT_OK)
         return status;
     size_t size = 3 * (size_t)h->layout.max_points;
@@ -223,7 +230,7 @@ static int32_t renew_layout(co_assembly *a, co_hessian *h, int fine, curvopt_err
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
         return co_status_no_memory(error);
-    h->rules_version = wanted_rules(a, fine);
+    h->rules_key = key_of(a, coarser);
     return CURVOPT_OK;
 }
 
@@ -239,7 +246,7 @@ static int32_t allocate_wide(const co_assembly *a, co_hessian *h, curvopt_error 
 }
 
 int32_t co_hessian_create(const co_assembly *a, const co_reduction *reduction, co_hessian *h, curvopt_error *error) {
-    *h = (co_hessian){.reduction = reduction, .rules_version = NO_RULES};
+    *h = (co_hessian){.reduction = reduction, .rules_key = NO_RULES};
     int32_t status = find_neighbours(a, h, error);
     if (status == CURVOPT_OK)
         status = build_columns(h, error);
@@ -435,9 +442,9 @@ static int32_t place_before(co_assembly *a, const double *x, co_hessian *h, curv
 
 int32_t co_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_hessian *h,
                             curvopt_error *error) {
-    const int exact = kind->exact, fine = exact || kind->fine;
+    const int exact = kind->exact, coarser = steps_coarser(kind);
     const co_whole *whole = kind->whole;
-    int32_t status = h->rules_version == wanted_rules(a, fine) ? CURVOPT_OK : renew_layout(a, h, fine, error);
+    int32_t status = h->rules_key == key_of(a, coarser) ? CURVOPT_OK : renew_layout(a, h, coarser, error);
     if (status == CURVOPT_OK && kind->before)
         status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)

@@ -20,7 +20,7 @@ typedef struct co_hessian {
     int32_t *row;            /* [n_entries] */
     double *value;           /* [n_entries] */
     co_layout layout;        /* of the rules that were used last, */
-    int32_t rules_version;   /* a version of the assembly's */
+    int32_t rules_key;       /* which say what they were */
     double *chunk;           /* blocks of a few dozen layout blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;
@@ -38,10 +38,17 @@ typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
+/* By which rules of quadrature. */
+typedef enum co_second_rules {
+    CO_SECOND_USUAL,  /* the Hessian by the assembly's own, the Gauss-Newton matrix by the coarsest */
+    CO_SECOND_OWN,    /* the assembly's own */
+    CO_SECOND_COARSER /* one step coarser: where the Hessian only leads on, and takes half the time so */
+} co_second_rules;
+
 /* Which matrix. */
 typedef struct co_second_kind {
-    int exact;             /* the Hessian, not the Gauss-Newton matrix, */
-    int fine;              /* which else is not by the coarsest rules, but also by those that the assembly has; */
+    int exact; /* the Hessian, not the Gauss-Newton matrix, */
+    co_second_rules rules;
     const double *before;  /* and if not NULL, as the lifted Newton method wants it after a step from here (sweep.c) */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
 } co_second_kind;

@@ -141,11 +141,12 @@ static int32_t create_model(co_level *l, curvopt_error *error) {
     return status;
 }
 
-/* The model becomes that of `now`, with the pull's matrix. before: as co_minimand's assemble; NULL if not exact. */
-static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, const double *before, co_gauge gauge,
+/* The model becomes that of `now`, with the pull's matrix. kind.before [n_variables]: as co_minimand's assemble. */
+static int32_t assemble_model(co_level *l, const co_iterate *now, co_second_kind kind, co_gauge gauge,
                               curvopt_error *error) {
     int32_t status = l->has_model ? CURVOPT_OK : create_model(l, error);
-    co_second_kind kind = {.exact = exact, .before = before ? l->gx : NULL};
+    const double *before = kind.before;
+    kind.before = before ? l->gx : NULL;
     co_reduce_expand(&l->reduction, now->x, l->x);
     if (before)
         co_reduce_expand(&l->reduction, before, l->gx);
@@ -154,6 +155,12 @@ static int32_t assemble_model(co_level *l, const co_iterate *now, int exact, con
     if (status == CURVOPT_OK)
         co_pull_add_hessian(&l->pull, &l->model.hessian);
     return status;
+}
+
+/* The Hessian of a level that is not the last may be by coarser rules: it only leads to where the next one begins. */
+static co_second_kind leading_kind(const co_level *l, const double *before) {
+    int last = l->number == l->frame->options->levels;
+    return (co_second_kind){.exact = 1, .rules = last ? CO_SECOND_OWN : CO_SECOND_COARSER, .before = before};
 }
 
 static double least_shift(const co_level *l, double value) {
@@ -191,7 +198,7 @@ static void renew(void *context, const co_iterate *now, double overshoot) {
         return;
     double least = least_shift(l, now->value);
     double change = overshoot > 4 ? fmin(overshoot, STIFFEN_MOST) : overshoot > 1.5 ? 2 : overshoot > 0.7 ? 1 : 1.0 / 3;
-    l->failed = assemble_model(l, now, l->exact, NULL, co_gauge_exact(l->gauge), l->error);
+    l->failed = assemble_model(l, now, (co_second_kind){.exact = l->exact}, co_gauge_exact(l->gauge), l->error);
     if (l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame))
         return;
     l->failed = factorize_shifted(l, fmax(l->shift * change, least), l->error);
@@ -202,7 +209,7 @@ static void renew(void *context, const co_iterate *now, double overshoot) {
 static int assemble(void *context, const co_iterate *now, const double *before) {
     co_level *l = context;
     if (l->failed == CURVOPT_OK && !co_frame_is_cancelled(l->frame))
-        l->failed = assemble_model(l, now, 1, before, co_gauge_exact(l->gauge), l->error);
+        l->failed = assemble_model(l, now, leading_kind(l, before), co_gauge_exact(l->gauge), l->error);
     l->has_factor = l->has_guide = 0;
     l->assembled = now->x;
     return l->failed != CURVOPT_OK || co_frame_is_cancelled(l->frame);
@@ -426,7 +433,7 @@ double co_level_evaluate(co_level *l, const double *z, double *gradient) {
 }
 
 int32_t co_level_factorize(co_level *l, const co_iterate *now, int exact, int *positive, curvopt_error *error) {
-    int32_t status = assemble_model(l, now, exact, NULL, co_gauge_exact(l->gauge), error);
+    int32_t status = assemble_model(l, now, (co_second_kind){.exact = exact}, co_gauge_exact(l->gauge), error);
     return status == CURVOPT_OK ? co_model_factorize(&l->model, least_shift(l, now->value), positive, error) : status;
 }
 
@@ -452,7 +459,8 @@ int32_t co_level_leave_saddle(co_level *l, co_iterate *now, int *left, curvopt_e
     size_t n = (size_t)l->reduction.n_variables;
     double *d = CO_NEW(double, 2 * n);
     *left = 0;
-    int32_t status = d ? assemble_model(l, now, 1, NULL, l->gauge, error) : co_status_no_memory(error);
+    int32_t status =
+        d ? assemble_model(l, now, (co_second_kind){.exact = 1}, l->gauge, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = factorize_shifted(l, least_shift(l, now->value), error);
     if (status == CURVOPT_OK && most_negative(l, now, d))
@@ -467,7 +475,7 @@ int32_t co_level_count_negative(co_level *l, const co_iterate *now, int32_t *n_n
     *n_negative = l->reduction.n_variables > LARGEST_COUNT ? -1 : 0;
     if (l->reduction.n_variables == 0 || *n_negative < 0)
         return CURVOPT_OK;
-    int32_t status = assemble_model(l, now, 1, NULL, l->gauge, error);
+    int32_t status = assemble_model(l, now, (co_second_kind){.exact = 1}, l->gauge, error);
     return status == CURVOPT_OK ? co_model_count_negative(&l->model, least_shift(l, now->value), n_negative, error)
                                 : status;
 }

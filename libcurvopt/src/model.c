@@ -112,6 +112,7 @@ int32_t co_model_assemble(co_model *m, const double *x, const co_second_kind *ki
                           curvopt_error *error) {
     const co_reduction *r = m->hessian.reduction;
     m->mix = 0;
+    m->rules = kind->rules;
     m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
     if (m->n_pair) {
         double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
@@ -136,7 +137,8 @@ int32_t co_model_begin_guide(co_model *m, const double *x, curvopt_error *error)
     if (!m->exact || !m->guide)
         return co_status_no_memory(error);
     memcpy(m->exact, h->value, h->n_entries * sizeof *h->value);
-    return co_hessian_assemble(m->assembly, x, &(co_second_kind){.fine = 1}, &m->hessian, error);
+    co_second_kind kind = {.rules = m->rules == CO_SECOND_USUAL ? CO_SECOND_OWN : m->rules};
+    return co_hessian_assemble(m->assembly, x, &kind, &m->hessian, error);
 }
 
 void co_model_end_guide(co_model *m) {

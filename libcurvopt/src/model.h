@@ -29,6 +29,7 @@ typedef struct co_model {
     double *exact, *guide; /* [n_entries] the Hessian and the Gauss-Newton matrix that are mixed; made when first
                               needed */
     double mix;            /* part of the second */
+    co_second_rules rules; /* that the matrix was assembled by */
 } co_model;
 
 /* Motions that count as seen by nobody. */
