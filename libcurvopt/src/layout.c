@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a batch's gradients, in doubles: 1 MB, which a core's own cache of today holds beside what else is read. All
+/* Of a batch's gradients, in doubles: 1 MB, which a core's own cache holds beside what else is read. All
  * faces' together would go to memory and back, 768 bytes a face. And into how many batches of like cost there are at
  * least, where there are as many blocks: for two cores or a few to get done at the same time. */
 enum { BATCH = 1 << 17, FEWEST_BATCHES = 32 };
