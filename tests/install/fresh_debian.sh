@@ -35,6 +35,7 @@ inside() {
     # shellcheck disable=SC2016 # expanded by the shell in the new mount namespace
     ROOT=$root CHECKOUT=$CHECKOUT unshare --mount --propagation private bash -c '
         mount -t proc proc "$ROOT/proc"
+        mount -t sysfs -o ro sys "$ROOT/sys" # MPI looks there for processors
         exec env -i HOME=/root LANG=C.UTF-8 TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin \
             chroot "$ROOT" sh -c "cd $CHECKOUT && exec \"\$@\"" sh "$@"' bash "$@"
 }
