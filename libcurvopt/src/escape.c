@@ -117,7 +117,7 @@ static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, in
 }
 
 /* Planes that the user chose are not given up. Elsewhere a way that keeps less than the largest subgroups do costs more
- * than it is worth, looked for and gone (worth_of in hierarchy.c); but who asks for an escape from a saddle of the
+ * than it is worth, looked for and gone (worth_of in descent.c); but who asks for an escape from a saddle of the
  * shape wants to know whether there is one at all. */
 static int32_t largest_index(const curvopt_options *o, const co_symmetry *symmetry, co_escape_among among) {
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)

@@ -42,15 +42,15 @@ typedef struct co_whole {
 typedef enum co_second_rules {
     CO_SECOND_USUAL,  /* the Hessian by the assembly's own, the Gauss-Newton matrix by the coarsest */
     CO_SECOND_OWN,    /* the assembly's own */
-    CO_SECOND_COARSER /* one step coarser: where the Hessian only leads on, and takes half the time so */
+    CO_SECOND_COARSER /* one step coarser: where the Hessian only leads on, and may cost less */
 } co_second_rules;
 
 /* Which matrix. */
 typedef struct co_second_kind {
-    int exact; /* the Hessian, not the Gauss-Newton matrix, */
-    co_second_rules rules;
+    int exact;             /* the Hessian, not the Gauss-Newton matrix, */
     const double *before;  /* and if not NULL, as the lifted Newton method wants it after a step from here (sweep.c) */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
+    co_second_rules rules;
 } co_second_kind;
 
 /* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order

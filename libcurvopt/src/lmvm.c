@@ -196,12 +196,7 @@ int32_t co_lmvm(const co_minimand *f, const co_lmvm_options *options, co_iterate
         status = co_status_no_memory(error);
     } else {
         result->stop = iterate(&s, now);
-        if (now->x != x) { /* iterates change places; hand back the caller's arrays */
-            memcpy(x, now->x, n * sizeof(double));
-            memcpy(gradient, now->gradient, n * sizeof(double));
-            now->x = x;
-            now->gradient = gradient;
-        }
+        co_iterate_hand_back(n, now, x, gradient);
     }
     free(s.h.s);
     free(s.h.y);

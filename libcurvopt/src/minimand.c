@@ -4,6 +4,7 @@
 #include "curvopt.h"
 
 #include <math.h>
+#include <string.h>
 
 double co_vector_dot(size_t n, const double *a, const double *b) {
     double sum[4] = {0, 0, 0, 0};
@@ -23,6 +24,15 @@ double co_vector_norm(size_t n, const double *a) {
 void co_vector_add(size_t n, double s, const double *x, double *y) {
     for (size_t i = 0; i < n; i++)
         y[i] += s * x[i];
+}
+
+void co_iterate_hand_back(size_t n, co_iterate *now, double *x, double *gradient) {
+    if (now->x == x)
+        return;
+    memcpy(x, now->x, n * sizeof *x);
+    memcpy(gradient, now->gradient, n * sizeof *gradient);
+    now->x = x;
+    now->gradient = gradient;
 }
 
 static const double SHORTEST_CAP = 1e-7; /* of the first one */

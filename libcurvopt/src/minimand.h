@@ -79,6 +79,8 @@ int co_pace_has_settled(co_pace *pace, const co_iterate *now, int iterations, in
 
 double co_vector_dot(size_t n, const double *a, const double *b);
 double co_vector_norm(size_t n, const double *a);
+/* Optimizers let iterates change places: `now` back into the arrays that it came in. */
+void co_iterate_hand_back(size_t n, co_iterate *now, double *x, double *gradient);
 /* y += s x */
 void co_vector_add(size_t n, double s, const double *x, double *y);
 

@@ -256,12 +256,7 @@ int32_t co_newton(const co_minimand *f, const co_newton_options *options, co_ite
         s.other = (co_iterate){.x = work + 2 * n, .gradient = work + 3 * n};
         s.direction = work + 4 * n;
         outcome->stop = iterate(&s, now);
-        if (now->x != x) { /* iterates change places; hand back the caller's arrays */
-            memcpy(x, now->x, n * sizeof(double));
-            memcpy(gradient, now->gradient, n * sizeof(double));
-            now->x = x;
-            now->gradient = gradient;
-        }
+        co_iterate_hand_back(n, now, x, gradient);
     }
     free(work);
     return status;

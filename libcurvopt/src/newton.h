@@ -1,4 +1,4 @@
-/* Newton's method, its matrix shifted. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Newton's method, its matrix damped. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_NEWTON_H
 #define CO_NEWTON_H
 

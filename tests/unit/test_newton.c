@@ -13,12 +13,12 @@ typedef struct problem {
     co_settlement verdict; /* said at step verdict_at */
     int verdict_at, cancel_at, fail_at;
     int settles, assembled, factorized;
-    int mixed;    /* steps that were settled with some of G in the matrix, */
-    int lengthed; /* and such of which a shorter one was evaluated before by the same matrix */
-    int restless; /* steps that were settled although another one that was evaluated was lower */
-    double best;  /* least value since the matrix was assembled, */
-    double at;    /* value where it was assembled */
-    double reach; /* length of the first trial that brought anything; 0: none yet */
+    int mixed;      /* steps that were settled with some of G in the matrix, */
+    int lengthened; /* and such that are longer than the first trial by their matrix that brought anything */
+    int restless;   /* steps that were settled although another one that was evaluated was lower */
+    double best;    /* least value since the matrix was assembled, */
+    double at;      /* value where it was assembled */
+    double reach;   /* length of the first trial that brought anything; 0: none yet */
     co_damping damping;
     double start[2], last[2]; /* of the step that was settled last: where it began, where it led */
     double longest;           /* step that was evaluated */
@@ -69,7 +69,7 @@ static co_settlement settle(void *context, const co_iterate *before, co_iterate 
     problem *p = context;
     (void)iteration;
     p->mixed += p->damping.mix > 0;
-    p->lengthed += reach_of(p, now->x) > p->reach;
+    p->lengthened += reach_of(p, now->x) > p->reach;
     p->restless += now->value > p->best;
     int says = ++p->settles == p->verdict_at;
     p->rejected = says && (p->verdict == CO_SETTLE_REJECT || p->verdict == CO_SETTLE_STOP);
@@ -199,7 +199,7 @@ static void test_curved_valley(void **state) {
 
 /* By one matrix as far as it leads: of most steps here a shorter one was good, too. A start where the Hessian is
  * indefinite, as it is on the far side of the valley's floor: some of the Gauss-Newton matrix makes it positive, and no
- * shift has to (the least eigenvalue is -218), which would make steps along the valley as short as those across it. */
+ * shift has to (the least eigenvalue is -137), which would make steps along the valley as short as those across it. */
 static void test_damping(void **state) {
     (void)state;
     double x[2], value;
@@ -207,7 +207,7 @@ static void test_damping(void **state) {
     co_newton_options o = usual;
     o.max_step = 0.05;
     CHECK_INT(run(&far, o, -1.2, 1, x, &value).stop, CURVOPT_STOP_CONVERGED);
-    CHECK_BETWEEN(far.lengthed, 20, far.settles);
+    CHECK_BETWEEN(far.lengthened, 20, far.settles);
     problem indefinite = {.shape = ROSENBROCK, .cancel_at = 1};
     run(&indefinite, usual, -0.5, 0.8, x, &value);
     CHECK_INT(indefinite.settles, 1);
