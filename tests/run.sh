@@ -36,7 +36,7 @@ run_format() {
 run_cppcheck() {
     cppcheck --std=c11 --enable=warning,performance,portability --inline-suppr --suppress=missingIncludeSystem \
         --suppressions-list=tests/cppcheck-suppressions.txt --error-exitcode=1 --quiet -j "$(nproc)" \
-        -I libcurvopt/include -I libcurvopt/src libcurvopt
+        -I libcurvopt/include -I libcurvopt/src -I libcurvopt/tools libcurvopt
 }
 
 run_tidy() { # which checks, and why not others: .clang-tidy

@@ -9,9 +9,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "level.h"
 
-#include "agree.h"
-#include "hold.h"
-#include "newton.h"
+#include "collective.h"
+#include "constraints.h"
+#include "tao_solver.h"
 
 #include <math.h>
 #include <stdlib.h>

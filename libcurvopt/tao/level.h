@@ -3,7 +3,7 @@
 #ifndef CURVOPT_TAO_LEVEL_H
 #define CURVOPT_TAO_LEVEL_H
 
-#include "verify.h"
+#include "certificate.h"
 
 /* A run, as far as its levels need it. */
 typedef struct run {

@@ -1,8 +1,8 @@
 /* The command line's arguments. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "arguments.h"
 
-#include "json.h"
-#include "parse.h"
+#include "option_values.h"
+#include "report_json.h"
 
 #include <stdio.h>
 #include <string.h>

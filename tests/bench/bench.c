@@ -7,9 +7,9 @@
 #include "cages.h"
 #include "peak.h"
 
-#include "memory.h"
-#include "model.h"
-#include "placement.h"
+#include "base/memory.h"
+#include "hessian/newton_system.h"
+#include "mesh/similarity.h"
 
 #include <malloc.h>
 #include <stdio.h>
@@ -66,7 +66,7 @@ static void place_points(double *xyz, int32_t n) {
 }
 
 /* Least time of one sweep. */
-static double time_sweep(const co_sweep_kernel *kernel, const co_sweep *sweep, double seconds) {
+static double time_sweep(const co_element_kernel *kernel, const co_element_block *sweep, double seconds) {
     double best = 1e9, end = now() + seconds;
     do {
         double start = now();
@@ -79,7 +79,7 @@ static double time_sweep(const co_sweep_kernel *kernel, const co_sweep *sweep, d
 }
 
 /* Operations a sample: rows times points and back, and the formula; the area's gradient has two more rows. */
-static double flops_of(const co_sweep *s) {
+static double flops_of(const co_element_block *s) {
     int rows = s->third ? 9 : 5, n = s->table->n_points;
     double flops = 2.0 * 3 * rows * n + flops_forward(s->third);
     if (s->gradient)
@@ -88,12 +88,12 @@ static double flops_of(const co_sweep *s) {
 }
 
 static void bench_kernel(const char *name, int32_t surface, int32_t valence, int third, const settings *set) {
-    const co_sweep_kernel *kernel = co_sweep_select(name);
+    const co_element_kernel *kernel = co_element_kernel_select(name);
     curvopt_error error;
-    co_table *table;
+    co_basis_table *table;
     if (!kernel)
         return;
-    must(co_table_create(surface, valence, 1, &table, &error), &error);
+    must(co_basis_table_create(surface, valence, 1, &table, &error), &error);
     size_t lanes = (size_t)kernel->lanes, n = (size_t)table->n_points;
     double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * lanes, sizeof *sums),
            *gradients = calloc(6 * n * lanes, sizeof *gradients), *work = CO_NEW_ALIGNED(double, 9 * n * lanes);
@@ -103,14 +103,14 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
     place_points(xyz, table->n_points);
     for (size_t i = 0; i < n * lanes; i++)
         points[i] = (int32_t)(i / lanes);
-    co_sweep sweep = {.table = table,
-                      .points = points,
-                      .xyz = xyz,
-                      .eps4 = 1e-8,
-                      .third = third,
-                      .sums = sums,
-                      .gradients = gradients,
-                      .work = work};
+    co_element_block sweep = {.table = table,
+                              .points = points,
+                              .xyz = xyz,
+                              .eps4 = 1e-8,
+                              .third = third,
+                              .sums = sums,
+                              .gradients = gradients,
+                              .work = work};
     if (third)
         sweep.integrand.f1 = 0.625, sweep.integrand.f3 = 0.625, sweep.integrand.x = 0.75;
     else
@@ -127,7 +127,7 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
                name, surface, valence, third, gradient, table->n_points, table->n_samples, 1e9 * t / samples,
                flops_of(&sweep), 1e-9 * flops_of(&sweep) * samples / t, 1e-9 * peak);
     }
-    co_table_destroy(table);
+    co_basis_table_destroy(table);
     free(xyz);
     free(sums);
     free(gradients);
@@ -234,51 +234,53 @@ static void bench_matrix(int32_t n_u, int32_t n_v, int third, int threads) {
     cage c = cage_torus(n_u, n_v, 1, 0.5);
     curvopt_mesh *mesh = cage_mesh(&c);
     curvopt_options o = options_of(third, threads);
-    co_hold hold = {0};
+    co_constraints hold = {0};
     co_symmetry none = {0};
-    co_reduction reduction;
-    co_table_cache tables;
+    co_dof_map reduction;
+    co_basis_table_cache tables;
     co_assembly assembly;
-    co_model model;
+    co_newton_system model;
     size_t n = 3 * (size_t)c.n_vertices;
-    double centroid[3], radius = co_placement_frame(n / 3, c.xyz, centroid), times[5], *b = calloc(n, sizeof *b);
+    double centroid[3], radius = co_similarity_frame(n / 3, c.xyz, centroid), times[5], *b = calloc(n, sizeof *b);
     int positive;
     o.surface = third ? CURVOPT_SURFACE_POLYNOMIAL : CURVOPT_SURFACE_LIMIT;
     if (!b)
         stop("out of memory");
     for (size_t i = 0; i < n; i++)
         c.xyz[i] = (c.xyz[i] - centroid[i % 3]) / radius;
-    co_table_cache_create(o.surface, &tables);
+    co_basis_table_cache_create(o.surface, &tables);
     must(co_symmetry_none(mesh, &none, &error), &error);
-    must(co_reduce_create(mesh, &none, &hold, c.xyz, &reduction, &error), &error);
+    must(co_dof_map_create(mesh, &none, &hold, c.xyz, &reduction, &error), &error);
     must(co_assembly_create(mesh, &o, &tables, NULL, &assembly, &error), &error);
     times[0] = now();
-    must(co_model_create(&assembly, &reduction, &model, &error), &error);
+    must(co_newton_system_create(&assembly, &reduction, &model, &error), &error);
     times[0] = now() - times[0];
     for (int exact = 0; exact < 2; exact++) {
-        must(co_model_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error), &error);
+        must(co_newton_system_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error),
+             &error);
         times[1 + exact] = now();
-        must(co_model_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error), &error);
+        must(co_newton_system_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error),
+             &error);
         times[1 + exact] = now() - times[1 + exact];
     }
-    must(co_model_assemble(&model, c.xyz, &(co_second_kind){0}, CO_GAUGE_SIMILARITY, &error), &error);
-    double shift = 1e-3 * co_model_mean_diagonal(&model);
+    must(co_newton_system_assemble(&model, c.xyz, &(co_second_kind){0}, CO_GAUGE_SIMILARITY, &error), &error);
+    double shift = 1e-3 * co_newton_system_mean_diagonal(&model);
     for (int k = 0; k < 2; k++) { /* the second one is what a run pays */
         times[3] = now();
-        must(co_model_factorize(&model, shift, &positive, &error), &error);
+        must(co_newton_system_factorize(&model, shift, &positive, &error), &error);
         times[3] = now() - times[3];
     }
     b[0] = 1;
     times[4] = now();
-    must(co_model_solve(&model, b, b, &error), &error);
+    must(co_newton_system_solve(&model, b, b, &error), &error);
     times[4] = now() - times[4];
     printf(" {\"kind\": \"matrix\", \"vertices\": %d, \"third\": %d, \"threads\": %d, \"create_s\": %.4f, "
            "\"gauss_newton_s\": %.4f, \"hessian_s\": %.4f, \"factor_s\": %.4f, \"solve_s\": %.5f},\n",
            c.n_vertices, third, threads, times[0], times[1], times[2], times[3], times[4]);
-    co_model_free(&model);
+    co_newton_system_free(&model);
     co_assembly_free(&assembly);
-    co_table_cache_free(&tables);
-    co_reduce_free(&reduction);
+    co_basis_table_cache_free(&tables);
+    co_dof_map_free(&reduction);
     co_symmetry_free(&none);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);

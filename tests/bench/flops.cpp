@@ -20,23 +20,23 @@ static inline lane &operator-=(lane &a, lane b) { return a = a - b; }
 static inline lane &operator*=(lane &a, lane b) { return a = a * b; }
 
 /* In place of lane.h. */
-#define CO_LANE_H
-#define CO_LANE_INLINE static inline
-CO_LANE_INLINE lane lane_all(double x) { return lane(x); }
-CO_LANE_INLINE lane lane_sqrt(lane x) { return counted++, lane(std::sqrt(x.v)); }
-CO_LANE_INLINE lane lane_dot(const lane a[3], const lane b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-CO_LANE_INLINE void lane_cross(const lane a[3], const lane b[3], lane out[3]) {
+#define CO_ENERGY_SIMD_H
+#define CO_SIMD_INLINE static inline
+CO_SIMD_INLINE lane lane_all(double x) { return lane(x); }
+CO_SIMD_INLINE lane lane_sqrt(lane x) { return counted++, lane(std::sqrt(x.v)); }
+CO_SIMD_INLINE lane lane_dot(const lane a[3], const lane b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+CO_SIMD_INLINE void lane_cross(const lane a[3], const lane b[3], lane out[3]) {
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
-CO_LANE_INLINE void lane_add_scaled(lane y[3], lane s, const lane x[3]) {
+CO_SIMD_INLINE void lane_add_scaled(lane y[3], lane s, const lane x[3]) {
     for (int c = 0; c < 3; c++)
         y[c] += s * x[c];
 }
 
 extern "C" {
-#include "curvature.h"
+#include "energy/kernel_gradient.h"
 
 int flops_forward(int third);
 int flops_adjoint(int third);

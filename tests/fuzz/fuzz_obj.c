@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fuzz.h"
 
-#include "obj.h"
+#include "obj_cage.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,8 +6,8 @@
  * vertices, and of each face its size and vertices. A line a cage: its energy by the three finest rules, and by how
  * much its faces' shares change from the last rule but one to the last, all added up. Tables, which take longest to
  * make, are shared by all cages; a problem of the API would have its own. SPDX-License-Identifier: GPL-3.0-or-later */
-#include "assemble.h"
-#include "memory.h"
+#include "base/memory.h"
+#include "energy/assembly.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -73,30 +73,30 @@ static double evaluate(co_assembly *a, int rule, int term, double *share) {
     int third = term == CURVOPT_TERM_MVS;
     double sum = 0;
     uint8_t *rules = CO_NEW(uint8_t, a->patches.n_patches);
-    co_layout l;
+    co_element_batches l;
     co_values values;
     curvopt_error error;
     if (!rules)
         stop("no memory");
     memset(rules, rule, (size_t)a->patches.n_patches);
-    must(co_layout_create(&a->patches, a->cache, a->kernel->lanes, rules, 0, 0, 0, &l, &error), &error);
+    must(co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, rules, 0, 0, 0, &l, &error), &error);
     must(co_assembly_evaluate_layout(a, &l, third, &values, &error), &error);
     for (int32_t b = 0; b < l.n_blocks; b++)
         for (int32_t lane = 0; lane < l.block[b].n_used; lane++) {
             double integral[CO_N_INTEGRALS], terms[8];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
-                integral[i] = co_layout_sum(&l, b, lane, i);
+                integral[i] = co_element_batches_sum(&l, b, lane, i);
             integral[CO_INT_AREA] = values.integral[CO_INT_AREA];
             co_functional_terms(integral, third, terms);
             share[l.patch[b * l.lanes + lane]] = terms[term];
             sum += terms[term];
         }
-    co_layout_free(&l);
+    co_element_batches_free(&l);
     free(rules);
     return sum;
 }
 
-static void settle(const cage *c, const curvopt_options *options, co_table_cache *tables, int term) {
+static void settle(const cage *c, const curvopt_options *options, co_basis_table_cache *tables, int term) {
     curvopt_mesh *mesh;
     curvopt_error error;
     co_assembly a;
@@ -121,7 +121,7 @@ static void settle(const cage *c, const curvopt_options *options, co_table_cache
 
 int main(int argc, char **argv) {
     curvopt_options options;
-    co_table_cache tables;
+    co_basis_table_cache tables;
     cage c;
     if (argc != 2 || (strcmp(argv[1], "willmore") && strcmp(argv[1], "mvs")))
         stop("usage: curvopt_settle willmore|mvs < CAGES");
@@ -131,13 +131,13 @@ int main(int argc, char **argv) {
     options.weights[term] = 1;
     options.surface = mvs ? CURVOPT_SURFACE_POLYNOMIAL : CURVOPT_SURFACE_LIMIT;
     options.threads = 1;
-    co_table_cache_create(options.surface, &tables);
+    co_basis_table_cache_create(options.surface, &tables);
     while (read_cage(&c)) {
         settle(&c, &options, &tables, term);
         free(c.xyz);
         free(c.sizes);
         free(c.corners);
     }
-    co_table_cache_free(&tables);
+    co_basis_table_cache_free(&tables);
     return 0;
 }

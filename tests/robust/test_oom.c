@@ -6,8 +6,8 @@
 #include "check.h"
 
 #include "failing_allocator.h"
-#include "patch_table.h"
-#include "wide_matrix.h"
+#include "hessian/blend_disc_hessian.h"
+#include "surface/basis_table.h"
 
 #include <stdlib.h>
 
@@ -103,23 +103,24 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
 /* What wide blends add to all that: points, tables of both kinds of faces, room for second derivatives. */
 static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     co_patches patches;
-    co_wide_matrix matrix = {0};
-    co_reduction reduction = {0};
-    co_table *table[2] = {NULL, NULL};
+    co_blend_disc_hessian matrix = {0};
+    co_dof_map reduction = {0};
+    co_basis_table *table[2] = {NULL, NULL};
     (void)c;
-    int32_t status = co_patches_create(mesh, NULL, CO_WIDE_LARGEST, &patches, error);
+    int32_t status = co_patches_create(mesh, NULL, CO_BLEND_DISC_LARGEST, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     CHECK_INT(patches.wide.n_discs, 8);
-    status = co_reduce_identity(patches.n_cage, &reduction, error);
+    status = co_dof_map_identity(patches.n_cage, &reduction, error);
     if (status == CURVOPT_OK)
-        status = co_wide_matrix_create(&patches, &reduction, &matrix, error);
+        status = co_blend_disc_hessian_create(&patches, &reduction, &matrix, error);
     for (int i = 0; status == CURVOPT_OK && i < 2; i++) /* the one that takes longest comes last */
-        status = co_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_wide(3, 2, 1 - i, 1 - i), 0, &table[i], error);
-    co_wide_matrix_free(&matrix);
-    co_reduce_free(&reduction);
+        status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_wide(3, 2, 1 - i, 1 - i), 0, &table[i],
+                                       error);
+    co_blend_disc_hessian_free(&matrix);
+    co_dof_map_free(&reduction);
     for (int i = 0; i < 2; i++)
-        co_table_destroy(table[i]);
+        co_basis_table_destroy(table[i]);
     co_patches_free(&patches);
     return status;
 }

@@ -1,6 +1,6 @@
 /* The bicubic basis and its jets. SPDX-License-Identifier: GPL-3.0-or-later */
-#include "bspline.h"
 #include "check.h"
+#include "surface/bspline.h"
 
 static void test_basis_sums_to_one_and_derivatives_to_zero(void **state) {
     (void)state;

@@ -1,6 +1,6 @@
 /* Energies as weights over a few invariants. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "check.h"
-#include "functional.h"
+#include "energy/functional.h"
 
 static int is_third(int term) {
     return term >= CURVOPT_TERM_MVS && term <= CURVOPT_TERM_MEHLUM_TARROU;

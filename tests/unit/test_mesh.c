@@ -1,7 +1,8 @@
 /* What a cage must be, and what is known of it then. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
+#include "mesh/submesh.h"
 
 #include <stdlib.h>
 
@@ -229,7 +230,7 @@ static void test_faces_come_back_as_given(void **state) {
     int32_t sizes[7], vertices[30];
     curvopt_mesh *mesh = cage_mesh(&c), *copy;
     curvopt_error error;
-    CHECK_OK(co_mesh_copy(mesh, &copy, &error), &error);
+    CHECK_OK(co_submesh_copy(mesh, &copy, &error), &error);
     curvopt_mesh_destroy(mesh);
     curvopt_mesh_get_faces(copy, sizes, vertices);
     assert_memory_equal(sizes, c.sizes, sizeof sizes);
@@ -245,7 +246,7 @@ static void test_extracted_faces_keep_order_and_vertices(void **state) {
     static const uint8_t keep[6] = {0, 1, 0, 0, 0, 1};
     int32_t *vertex_of;
     curvopt_error error;
-    CHECK_OK(co_mesh_extract(mesh, keep, &part, &vertex_of, &error), &error);
+    CHECK_OK(co_submesh_extract(mesh, keep, &part, &vertex_of, &error), &error);
     CHECK_INT(part->info.n_faces, 2);
     CHECK_INT(part->info.n_vertices, 6);
     CHECK_INT(part->info.n_boundary_edges, 6);

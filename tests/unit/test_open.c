@@ -1,11 +1,11 @@
 /* Fans, creases, rims and held vertices. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
-#include "carry.h"
 #include "check.h"
-#include "crease.h"
-#include "hold.h"
-#include "patch_table.h"
-#include "rim.h"
+#include "constraints/constraints.h"
+#include "energy/admissibility.h"
+#include "mesh/crease.h"
+#include "surface/basis_table.h"
+#include "surface/boundary_turning.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,11 +47,11 @@ static void test_rows_of_every_fan_reproduce_constants(void **state) {
     for (int type = CO_FAN_CREASE; type <= CO_FAN_CONE; type++)
         for (int32_t n = type < CO_FAN_DART ? 1 : 3; n <= 5; n++)
             for (int32_t s = 0; s < (type == CO_FAN_CONE ? 1 : n); s++) {
-                co_table *t;
+                co_basis_table *t;
                 curvopt_error error;
-                CHECK_OK(
-                    co_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make((co_fan_type)type, n, s), 0, &t, &error),
-                    &error);
+                CHECK_OK(co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make((co_fan_type)type, n, s), 0, &t,
+                                               &error),
+                         &error);
                 CHECK_INT(t->surface, CURVOPT_SURFACE_LIMIT);
                 for (int32_t i = 0; i < t->n_samples * CO_JET; i++) {
                     double sum = 0;
@@ -60,7 +60,7 @@ static void test_rows_of_every_fan_reproduce_constants(void **state) {
                                        (size_t)(i % CO_JET)];
                     CHECK_NEAR(sum, i % CO_JET == 0, 1e-13);
                 }
-                co_table_destroy(t);
+                co_basis_table_destroy(t);
             }
 }
 
@@ -68,16 +68,16 @@ static void test_rows_of_every_fan_reproduce_constants(void **state) {
  * as a bicubic patch with phantom points. Limits at the vertex: (A + 4 P + B) / 6 and P. */
 static void test_vertex_limits_of_creases_and_corners(void **state) {
     (void)state;
-    co_table_cache limit_tables = {.surface = CURVOPT_SURFACE_LIMIT}; /* of which single points keep nothing */
+    co_basis_table_cache limit_tables = {.surface = CURVOPT_SURFACE_LIMIT}; /* of which single points keep nothing */
     double rows[(6 * 5 + 3) * CO_JET], weight[CO_JET];
     curvopt_error error;
     for (int32_t n = 1; n <= 5; n++) {
         int32_t crease = co_fan_make(CO_FAN_CREASE, n, 0), corner = co_fan_make(CO_FAN_CORNER, n, n - 1);
-        CHECK_OK(co_table_point(&limit_tables, crease, 0, 0, rows, weight, &error), &error);
+        CHECK_OK(co_basis_table_point(&limit_tables, crease, 0, 0, rows, weight, &error), &error);
         CHECK_NEAR(rows[0], 2.0 / 3, 1e-15);
         CHECK_NEAR(rows[CO_JET * co_fan_index(crease, 0, 1, 0)], 1.0 / 6, 1e-15);
         CHECK_NEAR(rows[CO_JET * co_fan_index(crease, n, 1, 0)], 1.0 / 6, 1e-15);
-        CHECK_OK(co_table_point(&limit_tables, corner, 0, 0, rows, weight, &error), &error);
+        CHECK_OK(co_basis_table_point(&limit_tables, corner, 0, 0, rows, weight, &error), &error);
         CHECK_NEAR(rows[0], 1, 1e-15);
     }
 }
@@ -112,10 +112,10 @@ static void test_boundary_of_a_disc_turns_once(void **state) {
     curvopt_mesh *mesh = grid_mesh(NULL);
     curvopt_error error;
     co_patches patches;
-    co_rim rim;
+    co_boundary_turning rim;
     uint64_t random = 5;
     CHECK_OK(co_patches_create(mesh, NULL, 1, &patches, &error), &error);
-    CHECK_OK(co_rim_create(mesh, &patches, &rim, &error), &error);
+    CHECK_OK(co_boundary_turning_create(mesh, &patches, &rim, &error), &error);
     double *points = calloc(3 * (size_t)patches.n_points, sizeof *points);
     CHECK_INT(rim.n_sides, 4 * SIDE);
     CHECK_NEAR(rim.target, 2 * pi, 1e-15);
@@ -124,11 +124,11 @@ static void test_boundary_of_a_disc_turns_once(void **state) {
             points[3 * v] = v % (SIDE + 1) + shaken * 0.2 * check_random(&random);
             points[3 * v + 1] = v / (SIDE + 1) + shaken * 0.2 * check_random(&random);
         }
-        co_rows_apply(&patches.derived, points, points + 3 * (size_t)patches.n_cage);
-        CHECK_NEAR(co_rim_turning(&rim, &patches, NULL, points), 2 * pi, shaken ? 1e-9 : 1e-13);
+        co_sparse_rows_apply(&patches.derived, points, points + 3 * (size_t)patches.n_cage);
+        CHECK_NEAR(co_boundary_turning_total(&rim, &patches, NULL, points), 2 * pi, shaken ? 1e-9 : 1e-13);
     }
     free(points);
-    co_rim_free(&rim);
+    co_boundary_turning_free(&rim);
     co_patches_free(&patches);
     curvopt_mesh_destroy(mesh);
 }
@@ -139,13 +139,13 @@ static void test_rows_of_vertices_are_held(void **state) {
     curvopt_mesh *mesh = grid_mesh(NULL);
     curvopt_error error;
     for (int32_t boundary = CURVOPT_BOUNDARY_POSITION; boundary <= CURVOPT_BOUNDARY_FREE; boundary++) {
-        co_hold hold = {0};
+        co_constraints hold = {0};
         int n = 0;
-        CHECK_OK(co_hold_boundary(mesh, boundary, &hold, &error), &error);
+        CHECK_OK(co_constraints_boundary(mesh, boundary, &hold, &error), &error);
         for (int32_t v = 0; hold.freedom && v < N_VERTICES; v++)
             n += hold.freedom[v] == CO_FREEDOM_NONE;
         CHECK_INT(n, expected[boundary]);
-        co_hold_free(&hold);
+        co_constraints_free(&hold);
     }
     curvopt_mesh_destroy(mesh);
 }
@@ -157,11 +157,11 @@ static void test_only_integrable_fans_carry_energies(void **state) {
         CHECK_INT(co_fan_is_integrable(co_fan_make(CO_FAN_CORNER, n, 0)), n == 1);
     }
     for (int32_t n = 3; n <= 6; n++) {
-        co_disc disc;
+        co_stam_disc disc;
         curvopt_error error;
-        CHECK_OK(co_disc_create(co_fan_make(CO_FAN_DART, n, 0), &disc, &error), &error);
+        CHECK_OK(co_stam_disc_create(co_fan_make(CO_FAN_DART, n, 0), &disc, &error), &error);
         CHECK_TRUE(disc.mu < 0.9L * disc.lambda);
-        co_disc_free(&disc);
+        co_stam_disc_free(&disc);
     }
 }
 

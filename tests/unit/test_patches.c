@@ -1,7 +1,7 @@
 /* A cage as patches. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
-#include "patches.h"
+#include "surface/patches.h"
 
 #include <stdlib.h>
 
@@ -88,7 +88,7 @@ static void test_regular_points_follow_the_grid(void **state) {
 static void test_derived_points_are_convex_combinations(void **state) {
     (void)state;
     covered x = cover(cage_prism(7));
-    const co_rows *rows = &x.patches.derived;
+    const co_sparse_rows *rows = &x.patches.derived;
     CHECK_INT(x.patches.n_cage, 14);
     CHECK_INT(rows->n_rows, x.patches.n_points - 14);
     CHECK_TRUE(rows->n_rows > 0);

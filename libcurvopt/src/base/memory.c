@@ -1,0 +1,20 @@
+/* Allocation with checked sizes. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/memory.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+#define CACHE_LINE ((size_t)64)
+
+void *co_memory_zeroed(size_t count, size_t size) {
+    return calloc(count ? count : 1, size); /* calloc checks the product */
+}
+
+void *co_memory_aligned(size_t count, size_t size) {
+    if (count == 0)
+        count = 1;
+    if (count > (SIZE_MAX - CACHE_LINE) / size)
+        return NULL;
+    size_t bytes = (count * size + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
+    return aligned_alloc(CACHE_LINE, bytes);
+}

@@ -1,0 +1,301 @@
+/* Vertices that a minimization does not move freely. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/constraints.h"
+
+#include "base/memory.h"
+#include "mesh/crease.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double UNSEEN = -1;
+
+static int32_t allocate(int32_t n_vertices, co_constraints *hold, curvopt_error *error) {
+    if (hold->freedom)
+        return CURVOPT_OK;
+    hold->freedom = CO_NEW(uint8_t, n_vertices);
+    hold->direction = CO_NEW(double, 3 * (size_t)n_vertices);
+    hold->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
+    if (!hold->freedom || !hold->direction || !hold->anchor) {
+        co_constraints_free(hold);
+        return co_status_no_memory(error);
+    }
+    memset(hold->freedom, CO_FREEDOM_ALL, (size_t)n_vertices);
+    return CURVOPT_OK;
+}
+
+void co_constraints_free(co_constraints *hold) {
+    free(hold->freedom);
+    free(hold->direction);
+    free(hold->anchor);
+    co_soft_constraints_free(&hold->springs);
+    *hold = (co_constraints){0};
+}
+
+int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
+                            curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    *to = (co_constraints){0};
+    if (!from->freedom)
+        return CURVOPT_OK;
+    int32_t status = allocate(m->info.n_vertices, to, error);
+    if (status != CURVOPT_OK)
+        return status;
+    memcpy(to->freedom, from->freedom, n);
+    memcpy(to->direction, from->direction, 3 * n * sizeof(double));
+    memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
+    status = co_soft_constraints_copy(m, &from->springs, &to->springs, error);
+    if (status != CURVOPT_OK)
+        co_constraints_free(to);
+    return status;
+}
+
+static int same_constraint(const co_constraints *hold, int32_t v, int32_t w) {
+    int freedom = hold->freedom[v];
+    if (freedom != hold->freedom[w])
+        return 0;
+    return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
+           co_same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
+}
+
+/* weight [n_vertices]: UNSEEN where there is no constraint yet. */
+static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, double *weight,
+                              co_constraints *hold, curvopt_error *error) {
+    int32_t v = from->vertices[i], freedom = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
+    double direction[3] = {0, 0, 0}, length = 0, firm = from->weights ? from->weights[i] : 1;
+    if (v < 0 || v >= m->info.n_vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
+                              i, v, m->info.n_vertices);
+    if (freedom < CO_FREEDOM_NONE || freedom > CO_FREEDOM_PLANE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, freedom);
+    if (!(firm >= 0 && firm <= 1))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d on vertex %d has the weight %g; it must be 0 to 1", i, v, firm);
+    if (freedom != CO_FREEDOM_NONE) {
+        if (!from->directions)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
+                                  v);
+        memcpy(direction, from->directions + 3 * (size_t)i, sizeof direction);
+        length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+        if (!(length > 0) || !isfinite(length))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                  "constraint %d on vertex %d has the direction %g %g %g", i, v, direction[0],
+                                  direction[1], direction[2]);
+    }
+    for (int c = 0; c < 3 && length > 0; c++)
+        direction[c] /= length;
+    if (weight[v] != UNSEEN && (weight[v] != firm || hold->freedom[v] != freedom ||
+                                (length > 0 && !co_same_direction(direction, hold->direction + 3 * (size_t)v))))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
+    weight[v] = firm;
+    hold->freedom[v] = (uint8_t)freedom;
+    memcpy(hold->direction + 3 * (size_t)v, direction, sizeof direction);
+    return CURVOPT_OK;
+}
+
+/* Constraints of a weight below 1 become springs, or nothing. */
+static int32_t divide(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *hold,
+                      curvopt_error *error) {
+    int32_t status = CURVOPT_OK, n_exact = 0, n_soft = 0;
+    for (int32_t v = 0; v < m->info.n_vertices; v++) {
+        weight[v] = fmax(weight[v], 0);
+        n_exact += weight[v] == 1;
+        n_soft += weight[v] > 0 && weight[v] < 1;
+    }
+    if (n_soft)
+        status = co_soft_constraints_create(m, xyz, weight, hold->freedom, hold->direction, &hold->springs, error);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (weight[v] < 1)
+            hold->freedom[v] = CO_FREEDOM_ALL;
+    if (!n_exact && !n_soft)
+        co_constraints_free(hold);
+    return status;
+}
+
+int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from,
+                              co_constraints *hold, curvopt_error *error) {
+    *hold = (co_constraints){0};
+    if (!from || from->n == 0)
+        return CURVOPT_OK;
+    if (from->n < 0 || !from->vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
+                              from->vertices ? "given" : "is NULL");
+    double *weight = CO_NEW(double, m->info.n_vertices);
+    int32_t status = weight ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
+        weight[v] = UNSEEN;
+    for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
+        status = add_constraint(m, from, i, weight, hold, error);
+    if (status == CURVOPT_OK) {
+        memcpy(hold->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+        status = divide(m, xyz, weight, hold, error);
+    }
+    free(weight);
+    if (status != CURVOPT_OK)
+        co_constraints_free(hold);
+    return status;
+}
+
+/* Vertex `to` of the finer cage, at x, inherits from vertex `from` of the coarser one as part of a held face. */
+static void inherit(const co_constraints *coarse, int32_t from, const double *xyz, co_constraints *fine, int32_t to) {
+    fine->freedom[to] = coarse->freedom[from];
+    memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
+    memcpy(fine->anchor + 3 * (size_t)to, xyz + 3 * (size_t)to, 3 * sizeof(double));
+}
+
+static int is_held_face(const curvopt_mesh *m, const co_constraints *hold, int32_t f) {
+    int32_t first = m->corner_vertex[m->face_start[f]];
+    if (hold->freedom[first] == CO_FREEDOM_ALL)
+        return 0;
+    for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+        if (!same_constraint(hold, first, m->corner_vertex[h]))
+            return 0;
+    return 1;
+}
+
+/* Puts a guide back to its point, line or plane. */
+static void put_back(const co_constraints *hold, int32_t v, double *x) {
+    const double *anchor = hold->anchor + 3 * (size_t)v, *d = hold->direction + 3 * (size_t)v;
+    double off[3] = {x[0] - anchor[0], x[1] - anchor[1], x[2] - anchor[2]};
+    double along = off[0] * d[0] + off[1] * d[1] + off[2] * d[2];
+    for (int c = 0; c < 3; c++) {
+        if (hold->freedom[v] == CO_FREEDOM_NONE)
+            x[c] = anchor[c];
+        else if (hold->freedom[v] == CO_FREEDOM_LINE)
+            x[c] = anchor[c] + along * d[c];
+        else if (hold->freedom[v] == CO_FREEDOM_PLANE)
+            x[c] -= along * d[c];
+    }
+}
+
+int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine, const co_sparse_rows *rows,
+                                 double *xyz, co_constraints *hold, curvopt_error *error) {
+    co_constraints out = {0};
+    int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
+    if (!hold->freedom)
+        return CURVOPT_OK;
+    int32_t status = allocate(fine->info.n_vertices, &out, error);
+    if (status == CURVOPT_OK)
+        status = co_soft_constraints_subdivide(m, fine, rows, &hold->springs, error);
+    if (status != CURVOPT_OK) {
+        co_constraints_free(&out);
+        return status;
+    }
+    out.springs = hold->springs;
+    hold->springs = (co_soft_constraints){0};
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        if (!is_held_face(m, hold, f))
+            continue;
+        inherit(hold, m->corner_vertex[m->face_start[f]], xyz, &out, n + n_edges + f);
+        for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
+            inherit(hold, m->corner_vertex[h], xyz, &out, m->corner_vertex[h]);
+            inherit(hold, m->corner_vertex[h], xyz, &out, n + m->edge[h]);
+        }
+    }
+    for (int32_t v = 0; v < n; v++)
+        if (out.freedom[v] == CO_FREEDOM_ALL && hold->freedom[v] != CO_FREEDOM_ALL) {
+            inherit(hold, v, hold->anchor, &out, v);
+            put_back(&out, v, xyz + 3 * (size_t)v);
+        }
+    co_constraints_free(hold);
+    *hold = out;
+    return CURVOPT_OK;
+}
+
+/* The next row: vertices of faces with a held one. face [n_faces] is work space. */
+static void add_row(const curvopt_mesh *m, uint8_t *held, uint8_t *face) {
+    memset(face, 0, (size_t)m->info.n_faces);
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        face[m->corner_face[h]] |= held[m->corner_vertex[h]];
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        held[m->corner_vertex[h]] |= face[m->corner_face[h]];
+}
+
+static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_t *face) {
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        mark[v] = co_mesh_is_boundary_vertex(m, v);
+    for (int row = 0; row < rows; row++)
+        add_row(m, mark, face);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        mark[v] |= co_crease_is_infinite(co_crease_vertex(m, v));
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        if (co_crease_is_infinite(co_crease_edge(m, h)))
+            mark[m->corner_vertex[h]] = mark[co_mesh_destination(m, h)] = 1;
+}
+
+int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_constraints *hold, curvopt_error *error) {
+    int any = 0, rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
+    int32_t status = CURVOPT_OK;
+    if (boundary == CURVOPT_BOUNDARY_FREE || !(m->info.n_boundary_edges || m->edge_sharpness || m->vertex_sharpness))
+        return CURVOPT_OK;
+    uint8_t *mark = CO_NEW(uint8_t, m->info.n_vertices), *face = CO_NEW(uint8_t, m->info.n_faces);
+    if (!mark || !face) {
+        status = co_status_no_memory(error);
+    } else {
+        mark_boundary(m, rows, mark, face);
+        for (int32_t v = 0; v < m->info.n_vertices; v++)
+            any |= mark[v];
+        if (any)
+            status = allocate(m->info.n_vertices, hold, error);
+        for (int32_t v = 0; any && status == CURVOPT_OK && v < m->info.n_vertices; v++)
+            if (mark[v])
+                hold->freedom[v] = CO_FREEDOM_NONE;
+    }
+    free(mark);
+    free(face);
+    return status;
+}
+
+int32_t co_constraints_all(const curvopt_mesh *m, const co_constraints *constraints, int32_t boundary,
+                           co_constraints *out, curvopt_error *error) {
+    int32_t status = co_constraints_copy(m, constraints, out, error);
+    return status == CURVOPT_OK ? co_constraints_boundary(m, boundary, out, error) : status;
+}
+
+/* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
+static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
+    memset(normal, 0, 3 * (size_t)m->info.n_vertices * sizeof *normal);
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
+                     *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
+        double *to = normal + 3 * (size_t)m->corner_vertex[h];
+        for (int c = 0; c < 3; c++) {
+            int d = (c + 1) % 3, e = (c + 2) % 3;
+            to[c] += (a[d] - p[d]) * (b[e] - p[e]) - (a[e] - p[e]) * (b[d] - p[d]);
+        }
+    }
+}
+
+int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *constraints, const double *xyz,
+                                  co_constraints *out, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    *out = (co_constraints){0};
+    int32_t status = allocate(m->info.n_vertices, out, error);
+    if (status == CURVOPT_OK)
+        status = co_soft_constraints_copy(m, &constraints->springs, &out->springs, error);
+    if (status != CURVOPT_OK) {
+        co_constraints_free(out);
+        return status;
+    }
+    cage_normals(m, xyz, out->direction);
+    for (size_t v = 0; v < n; v++) {
+        double *d = out->direction + 3 * v, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        int free = !constraints->freedom || constraints->freedom[v] == CO_FREEDOM_ALL;
+        out->freedom[v] = free && length > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+        for (int c = 0; c < 3 && length > 0; c++)
+            d[c] /= length;
+    }
+    return CURVOPT_OK;
+}
+
+int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *hold, curvopt_error *error) {
+    for (int32_t v = 0; hold->freedom && v < m->info.n_vertices; v++)
+        if (hold->freedom[v] != CO_FREEDOM_NONE)
+            return CURVOPT_OK;
+    if (!hold->freedom)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                          "nothing may move: all %d vertices are held by pins, boundary or creases",
+                          m->info.n_vertices);
+}

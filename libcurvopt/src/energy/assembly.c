@@ -1,0 +1,419 @@
+/* Sums over faces: a surface's energies and their gradients. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "energy/assembly.h"
+
+#include "base/memory.h"
+#include "base/ordered_sum.h"
+#include "energy/admissibility.h"
+#include "mesh/similarity.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rule of every face at first; and of the report's settings, which never refine. */
+enum { FIRST_RULE = 0, REPORT_RULE = 1 };
+
+static int needs_area_gradient(const co_assembly *a) {
+    return a->functional.has_third;
+}
+
+static size_t work_of_sweep(const co_element_batches *l) {
+    return 9 * (size_t)l->max_points * (size_t)l->lanes;
+}
+
+static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_error *error) {
+    size_t stride = work_of_sweep(l) + l->batch_size;
+    if (stride <= a->work_stride)
+        return CURVOPT_OK;
+    free(a->work);
+    a->work_stride = 0;
+    a->work = CO_NEW_ALIGNED(double, stride *(size_t)a->n_threads);
+    if (!a->work)
+        return co_status_no_memory(error);
+    a->work_stride = stride;
+    return CURVOPT_OK;
+}
+
+int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
+    co_element_batches_free(&a->layout);
+    co_element_batches_free(&a->finer);
+    a->rules_version++;
+    int32_t status = co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 0, 1,
+                                               needs_area_gradient(a), &a->layout, error);
+    if (status == CURVOPT_OK)
+        status = ensure_work(a, &a->layout, error);
+    if (status != CURVOPT_OK)
+        co_element_batches_free(&a->layout);
+    return status;
+}
+
+/* Rules at first, and weights by faces. */
+static int32_t start_rules(co_assembly *a, int first_rule, const double *face_weight, curvopt_error *error) {
+    a->rule = CO_NEW(uint8_t, a->patches.n_patches);
+    a->weight = face_weight ? CO_NEW(double, a->patches.n_patches) : NULL;
+    if (!a->rule || (face_weight && !a->weight))
+        return co_status_no_memory(error);
+    memset(a->rule, first_rule, (size_t)a->patches.n_patches);
+    for (int32_t p = 0; a->weight && p < a->patches.n_patches; p++)
+        a->weight[p] = face_weight[a->patches.place[p].face];
+    return CURVOPT_OK;
+}
+
+/* Points that the patches are made of; and of derived points, the cage's vertices behind them. */
+static int32_t find_active(co_assembly *a, curvopt_error *error) {
+    const co_patches *patches = &a->patches;
+    int32_t n_points = patches->n_points;
+    uint8_t *used = CO_NEW(uint8_t, n_points);
+    a->active = CO_NEW(int32_t, n_points);
+    if (!used || !a->active) {
+        free(used);
+        return co_status_no_memory(error);
+    }
+    for (int32_t p = 0; p < patches->n_patches; p++)
+        for (size_t i = patches->start[p]; i < patches->start[p + 1]; i++)
+            used[patches->points[i]] = 1;
+    for (int32_t k = 0; k < patches->wide.n_discs; k++) {
+        co_blend_disc *disc = &a->patches.wide.disc[k];
+        const co_blend_disc_fit *fit = co_blend_disc_fit_of(&patches->wide, disc);
+        disc->is_used = 0;
+        for (int32_t p = 0; p < CO_BLEND_DISC_TERMS * fit->valence; p++)
+            disc->is_used |= used[disc->first_point + p];
+        for (int32_t i = 0; disc->is_used && i < fit->n_points; i++)
+            used[patches->wide.column[disc->column + (size_t)i]] = 1;
+    }
+    for (size_t row = 0; row < (size_t)patches->derived.n_rows; row++) { /* all of them are computed, used or not */
+        for (size_t e = patches->derived.start[row]; e < patches->derived.start[row + 1]; e++)
+            used[patches->derived.column[e]] = 1;
+    }
+    for (int32_t p = 0; p < n_points; p++) {
+        if (used[p])
+            a->active[a->n_active++] = p;
+        a->n_active_cage += p < patches->n_cage && used[p];
+    }
+    free(used);
+    return CURVOPT_OK;
+}
+
+/* Only `polynomial` blends over more than the faces at a vertex. */
+static int widest_blend(const curvopt_options *options) {
+    return options->surface == CURVOPT_SURFACE_POLYNOMIAL ? options->blend_width : 1;
+}
+
+int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
+                           const double *face_weight, co_assembly *a, curvopt_error *error) {
+    *a = (co_assembly){.surface = options->surface};
+    a->functional = co_functional_of_weights(options->weights);
+    memcpy(a->weights, options->weights, sizeof a->weights);
+    a->kernel = co_element_kernel_select(NULL);
+    a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
+    int32_t status = co_patches_create(mesh, face_weight, widest_blend(options), &a->patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
+    if (status == CURVOPT_OK)
+        status = co_boundary_turning_create(mesh, &a->patches, &a->rim, error);
+    co_basis_table_cache_create(a->surface, &a->own_cache);
+    a->cache = tables ? tables : &a->own_cache;
+    if (status == CURVOPT_OK) {
+        a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
+        a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
+        a->point_shares = CO_NEW(double, 6 * (size_t)a->patches.n_points);
+        a->deal = CO_NEW_ALIGNED(co_work_sharing, a->n_threads);
+        if (!a->points || !a->point_gradient || !a->point_shares || !a->deal)
+            status = co_status_no_memory(error);
+    }
+    if (status == CURVOPT_OK)
+        status = start_rules(a, options->as_report ? REPORT_RULE : FIRST_RULE, face_weight, error);
+    if (status == CURVOPT_OK && a->weight)
+        status = find_active(a, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_update_batches(a, error);
+    if (status != CURVOPT_OK)
+        co_assembly_free(a);
+    return status;
+}
+
+void co_assembly_free(co_assembly *a) {
+    co_patches_free(&a->patches);
+    co_boundary_turning_free(&a->rim);
+    co_basis_table_cache_free(&a->own_cache);
+    co_element_batches_free(&a->layout);
+    co_element_batches_free(&a->finer);
+    free(a->rule);
+    free(a->weight);
+    free(a->active);
+    free(a->points);
+    free(a->point_gradient);
+    free(a->point_shares);
+    free(a->work);
+    free(a->deal);
+    free(a->coarse);
+    free(a->fine);
+    free(a->finest);
+    free(a->looked);
+    free(a->patch_error);
+    free(a->price);
+    free(a->sorted);
+    *a = (co_assembly){0};
+}
+
+int32_t co_assembly_take_rules(co_assembly *a, const uint8_t *rules, curvopt_error *error) {
+    memcpy(a->rule, rules, (size_t)a->patches.n_patches);
+    return co_assembly_update_batches(a, error);
+}
+
+int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_error *error) {
+    a->met = from->met;
+    return co_assembly_take_rules(a, from->rule, error);
+}
+
+double co_assembly_place(co_assembly *a, const double *xyz) {
+    size_t n = (size_t)a->patches.n_cage;
+    double radius = 1;
+    if (a->is_normalized && a->active) {
+        for (int32_t i = 0; i < a->n_active_cage; i++)
+            memcpy(a->points + 3 * (size_t)a->active[i], xyz + 3 * (size_t)a->active[i], 3 * sizeof *xyz);
+    } else if (a->is_normalized) {
+        memcpy(a->points, xyz, 3 * n * sizeof *xyz);
+    } else {
+        double centroid[3];
+        radius = co_similarity_frame(n, xyz, centroid);
+        const double unit = 1 / radius;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+        for (size_t v = 0; v < n; v++)
+            for (size_t c = 0; c < 3; c++)
+                a->points[3 * v + c] = (xyz[3 * v + c] - centroid[c]) * unit;
+    }
+    co_patches_derive(&a->patches, a->points);
+    return radius;
+}
+
+/* Gradient with respect to positions from that with respect to normalized ones: what would change centroid and radius
+ * drops out, the rest scales. */
+static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
+    size_t n = (size_t)a->patches.n_cage;
+    const double part = 1 / (double)n, unit = 1 / radius;
+    double sum[CO_ORDERED_SUM_CHUNKS][6], mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
+    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
+        memset(sum[k], 0, sizeof sum[k]);
+        for (size_t v = co_ordered_sum_begin(n, k); v < co_ordered_sum_begin(n, k + 1); v++)
+            for (size_t c = 0; c < 3; c++) {
+                sum[k][c] += part * gradient[3 * v + c];
+                sum[k][3 + c] += part * gradient[3 * v + c] * a->points[3 * v + c];
+            }
+    }
+    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
+        for (size_t c = 0; c < 3; c++) {
+            mean[c] += sum[k][c];
+            along[c] += sum[k][3 + c];
+        }
+    const double radial = along[0] + along[1] + along[2];
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (size_t v = 0; v < n; v++)
+        for (size_t c = 0; c < 3; c++)
+            gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
+}
+
+/* What a block found, times the weights of its patches. gradients: the block's, or NULL */
+static void weigh_block(const co_assembly *a, const co_element_batches *l, int32_t b, double *gradients, int area) {
+    const co_block *block = &l->block[b];
+    size_t lanes = (size_t)l->lanes, n = gradients ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
+    for (size_t lane = 0; lane < (size_t)block->n_used; lane++) {
+        double weight = a->weight[l->patch[(size_t)b * lanes + lane]];
+        double *sum = l->sums + (size_t)b * CO_N_SUMS * lanes + lane;
+        for (size_t i = 0; i < CO_N_INTEGRALS; i++)
+            sum[i * lanes] *= weight;
+        for (size_t i = 0; i < n; i++)
+            gradients[i * lanes + lane] *= weight;
+    }
+}
+
+/* gradients: where the block's go, or NULL; work: this thread's. */
+static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, const co_integrand *integrand, int third,
+                      double *gradients, double *work) {
+    const co_block *block = &l->block[b];
+    int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
+    co_element_block sweep = {.table = block->table,
+                              .points = l->points + block->points,
+                              .xyz = a->points,
+                              .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                              .integrand = *integrand,
+                              .third = third,
+                              .gradient = gradient,
+                              .area_gradient = area,
+                              .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                              .gradients = gradients,
+                              .work = work};
+    a->kernel->run(&sweep);
+    if (a->weight)
+        weigh_block(a, l, b, gradients, area);
+}
+
+/* Blocks of a batch, and their gradients added up by points: the integrand's, and the area's behind it. */
+static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch, const co_integrand *integrand,
+                      int third, double *work) {
+    double *gradients = work + work_of_sweep(l);
+    size_t lanes = (size_t)l->lanes, n = needs_area_gradient(a) ? 6 : 3;
+    for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
+        run_block(a, l, b, integrand, third, gradients + l->block[b].gradient, work);
+    for (size_t k = l->batch_touched[batch]; k < l->batch_touched[batch + 1]; k++) {
+        double sum[6] = {0};
+        for (size_t e = l->touched[k].incident; e < l->touched[k + 1].incident; e++)
+            for (size_t c = 0; c < n; c++)
+                sum[c] += gradients[l->incident[e] + c * lanes];
+        memcpy(l->shares + n * k, sum, n * sizeof *sum);
+    }
+}
+
+/* A point's shares of all batches, in their order; `first` of co_element_batches.touched. */
+static void collect_shares(co_assembly *a, const co_element_batches *l, size_t first) {
+    size_t n = needs_area_gradient(a) ? 6 : 3;
+    double *sum = a->point_shares + 6 * (size_t)l->touched[first].point;
+    memcpy(sum, l->shares + n * first, n * sizeof *sum);
+    for (size_t k = l->touched[first].next; k; k = l->touched[k].next)
+        for (size_t c = 0; c < n; c++)
+            sum[c] += l->shares[n * k + c];
+}
+
+/* All blocks of a layout; `integrand` is what gradients are of. */
+static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
+                       int gradient) {
+    co_work_sharing_start(a->deal, a->n_threads);
+#pragma omp parallel num_threads(a->n_threads)
+    {
+        double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
+        int32_t k, helped = 0;
+        while ((k = co_work_sharing_next(a->deal, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
+            if (gradient)
+                run_batch(a, l, k, integrand, third, work);
+            else
+                run_block(a, l, k, integrand, third, NULL, work);
+        if (gradient) {
+#pragma omp barrier
+#pragma omp for schedule(static)
+            for (size_t first = 0; first < l->batch_touched[l->n_batches]; first++)
+                if (l->touched[first].is_first)
+                    collect_shares(a, l, first);
+        }
+    }
+}
+
+/* Adds blocks begin .. end - 1 to a sum of blocks. */
+static void add_blocks(const co_assembly *a, const co_element_batches *l, int32_t begin, int32_t end, co_values *sum) {
+    for (int32_t b = begin; b < end; b++)
+        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
+            for (int i = 0; i < CO_N_INTEGRALS; i++)
+                sum->integral[i] += co_element_batches_sum(l, b, lane, i);
+            double jacobian = co_element_batches_sum(l, b, lane, CO_SUM_MIN_JACOBIAN) /
+                              co_element_batches_sum(l, b, lane, CO_SUM_MEAN_JACOBIAN);
+            if (!isnan(sum->min_jacobian) && !(jacobian >= sum->min_jacobian)) {
+                sum->min_jacobian = jacobian;
+                sum->worst_face = a->patches.place[l->patch[b * l->lanes + lane]].face;
+            }
+        }
+}
+
+static void total(const co_assembly *a, const co_element_batches *l, co_values *out) {
+    co_values part[CO_ORDERED_SUM_CHUNKS];
+    size_t n = (size_t)l->n_blocks;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
+    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
+        part[k] = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
+        add_blocks(a, l, (int32_t)co_ordered_sum_begin(n, k), (int32_t)co_ordered_sum_begin(n, k + 1), &part[k]);
+    }
+    *out = part[0];
+    for (int k = 1; k < CO_ORDERED_SUM_CHUNKS; k++) {
+        for (int i = 0; i < CO_N_INTEGRALS; i++)
+            out->integral[i] += part[k].integral[i];
+        if (!isnan(out->min_jacobian) && !(part[k].min_jacobian >= out->min_jacobian)) {
+            out->min_jacobian = part[k].min_jacobian;
+            out->worst_face = part[k].worst_face;
+        }
+    }
+    out->objective = co_functional_value(&a->functional, out->integral);
+}
+
+/* Of each point factor * the integrand's share + area_factor * the area's; takes derived points' to the cage. */
+static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
+    int area = needs_area_gradient(a);
+    int32_t n = a->active ? a->n_active : a->patches.n_points;
+    size_t n_cage = (size_t)a->patches.n_cage;
+#pragma omp parallel for schedule(static) num_threads(a->n_threads)
+    for (int32_t i = 0; i < n; i++) {
+        size_t p = (size_t)(a->active ? a->active[i] : i);
+        const double *share = a->point_shares + 6 * p;
+        double *to = p < n_cage ? gradient : a->point_gradient;
+        for (size_t c = 0; c < 3; c++)
+            to[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
+    }
+    co_patches_add_derived(&a->patches, a->point_gradient, gradient);
+}
+
+void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *request, co_values *out) {
+    const co_functional *f = &a->functional;
+    int third = f->has_third || (request->all_terms && a->third_allowed);
+    co_integrand integrand = f->has_third ? f->third : f->second;
+    double factor = 1, area_factor = 0;
+    double radius = a->radius = co_assembly_place(a, xyz);
+    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
+        run_blocks(a, &a->layout, &f->second, 0, 0);
+        total(a, &a->layout, out);
+        integrand = f->second;
+        co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
+    }
+    run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
+    total(a, &a->layout, out);
+    out->radius = radius;
+    a->worst_face = out->worst_face;
+    if (!request->gradient)
+        return;
+    if (f->has_third) {
+        area_factor = co_functional_integrate(&f->third, out->integral);
+        factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
+    }
+    collect_gradient(a, factor, area_factor, request->gradient);
+    if (!a->is_normalized)
+        gradient_of_normalized(a, radius, request->gradient);
+}
+
+void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co_pieces *gradients, co_values *out) {
+    const co_functional *f = &a->functional;
+    int third = f->has_third || (all_terms && a->third_allowed), held = a->is_normalized;
+    a->is_normalized = 1;
+    a->radius = co_assembly_place(a, x);
+    a->is_normalized = held;
+    if (gradients->second && f->has_second) {
+        run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);
+        collect_gradient(a, 1, 0, gradients->second);
+    }
+    if (gradients->third && f->has_third) {
+        run_blocks(a, &a->layout, &f->third, 1, 1);
+        collect_gradient(a, 1, 0, gradients->third);
+        collect_gradient(a, 0, 1, gradients->area);
+    }
+    if (!gradients->second && !gradients->third)
+        run_blocks(a, &a->layout, &f->second, third, 0);
+    total(a, &a->layout, out);
+    out->radius = a->radius;
+    a->worst_face = out->worst_face;
+}
+
+int32_t co_assembly_evaluate_layout(co_assembly *a, const co_element_batches *l, int third, co_values *out,
+                                    curvopt_error *error) {
+    int32_t status = ensure_work(a, l, error);
+    if (status != CURVOPT_OK)
+        return status;
+    run_blocks(a, l, &a->functional.second, third, 0);
+    total(a, l, out);
+    return CURVOPT_OK;
+}
+
+double co_assembly_turning(const co_assembly *a) {
+    return co_boundary_turning_total(&a->rim, &a->patches, a->weight, a->points);
+}
+
+double co_assembly_defect(const co_assembly *a, const co_values *values) {
+    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->rim.target);
+}

@@ -1,0 +1,495 @@
+/* Energies and gradients of a block of faces of one kind, one face per vector lane.
+ * Compiled once per instruction set, with CO_LANES and CO_ELEMENT_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "energy/element_kernel.h"
+
+#include "energy/kernel_gauss_newton.h"
+#include "energy/kernel_hessian.h"
+
+#include <string.h>
+
+/* Points of the block, relative to each face's first one: derivatives then lose no digits to the face's distance from
+ * the origin. Gradients with respect to them, and to the area's. */
+typedef struct block {
+    lane (*P)[3];
+    lane (*G)[3];
+    lane (*G_area)[3];
+} block;
+
+/* The report's surface: S' = S - w ((S - V).n_V) n_V with limit position V and normal n_V. */
+typedef struct plane_state {
+    lane V[3], n[3], tangent[2][3], inv_length;
+    lane V_bar[3], n_bar[3];
+    lane phi[CO_JET], psi[CO_JET]; /* jets of (S - V).n and of w times it */
+} plane_state;
+
+/* Where a sample's rows begin. `mixed` is a constant where this is called: of co_basis_table. */
+CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
+    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
+}
+/* Entry i of some rows, times x. */
+CO_SIMD_INLINE lane times(const double *rows, int mixed, int32_t i, lane x) {
+    return mixed ? ((const lane *)(const void *)rows)[i] * x : rows[i] * x;
+}
+
+CO_SIMD_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, lane (*P)[3]) {
+    for (int l = 0; l < CO_LANES; l++) {
+        const double *origin = xyz + 3 * (size_t)points[l];
+        for (int32_t p = 0; p < n; p++) {
+            const double *x = xyz + 3 * (size_t)points[p * CO_LANES + l];
+            for (int c = 0; c < 3; c++)
+                P[p][c][l] = x[c] - origin[c];
+        }
+    }
+}
+
+/* S [first..last] of one sample from its rows; a coordinate at a time, so that the sums stay in registers. */
+CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
+                         lane S[CO_JET][3]) {
+    for (int c = 0; c < 3; c++) {
+        lane sum[CO_JET];
+        for (int k = first; k <= last; k++)
+            sum[k] = lane_all(0);
+        for (int32_t p = 0; p < n_points; p++)
+            for (int k = first; k <= last; k++)
+                sum[k] += times(rows, mixed, p * CO_JET + k, P[p][c]);
+        for (int k = first; k <= last; k++)
+            S[k][c] = sum[k];
+    }
+}
+
+/* The transpose: G becomes rows^T S_bar, or that much more (`more`, a constant where this is called). */
+CO_SIMD_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+                                   int last, int more, lane (*G)[3]) {
+    for (int32_t p = 0; p < n_points; p++)
+        for (int c = 0; c < 3; c++) {
+            lane sum = more ? G[p][c] : lane_all(0);
+            for (int k = first; k <= last; k++)
+                sum += times(rows, mixed, p * CO_JET + k, S_bar[k][c]);
+            G[p][c] = sum;
+        }
+}
+
+CO_SIMD_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+                                 int last, lane (*G)[3]) {
+    transpose_jets(rows, mixed, n_points, S_bar, first, last, 1, G);
+}
+
+CO_SIMD_INLINE void plane_begin(const co_basis_table *t, const block *b, plane_state *m) {
+    lane sums[3][3], normal[3];
+    memset(sums, 0, sizeof sums);
+    for (int i = 0; i < 3; i++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            lane_add_scaled(sums[i], lane_all(t->masks[i * t->n_points + p]), b->P[p]);
+    memcpy(m->V, sums[0], sizeof m->V);
+    memcpy(m->tangent, sums[1], sizeof m->tangent);
+    memset(m->V_bar, 0, sizeof m->V_bar);
+    memset(m->n_bar, 0, sizeof m->n_bar);
+    lane_cross(m->tangent[0], m->tangent[1], normal);
+    m->inv_length = 1.0 / lane_sqrt(lane_dot(normal, normal));
+    for (int c = 0; c < 3; c++)
+        m->n[c] = normal[c] * m->inv_length;
+}
+
+/* Adjoint of V and n_V back to the points. */
+CO_SIMD_INLINE void plane_end(const co_basis_table *t, const plane_state *m, lane (*G)[3]) {
+    lane normal_bar[3], bar[3][3];
+    lane along = lane_dot(m->n_bar, m->n);
+    for (int c = 0; c < 3; c++) {
+        normal_bar[c] = (m->n_bar[c] - along * m->n[c]) * m->inv_length;
+        bar[0][c] = m->V_bar[c];
+    }
+    lane_cross(m->tangent[1], normal_bar, bar[1]);
+    lane_cross(normal_bar, m->tangent[0], bar[2]);
+    for (int i = 0; i < 3; i++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            lane_add_scaled(G[p], lane_all(t->masks[i * t->n_points + p]), bar[i]);
+}
+
+/* Orders of jet entries and binomials of Leibniz' rule, as bspline.h numbers them. */
+static const int order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
+static const int order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
+static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
+
+CO_SIMD_INLINE int jet_index(int p, int q) {
+    return (p + q) * (p + q + 1) / 2 + q;
+}
+
+/* psi = w phi; or, transposed, phi from psi. */
+CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane in[CO_JET], lane out[CO_JET]) {
+    for (int k = 0; k < CO_JET; k++)
+        out[k] = lane_all(0);
+    for (int k = 0; k < CO_JET; k++)
+        for (int i = 0; i <= order_u[k]; i++)
+            for (int j = 0; j <= order_v[k]; j++) {
+                int from = jet_index(i, j), with = jet_index(order_u[k] - i, order_v[k] - j);
+                double factor = binomial[order_u[k]][i] * binomial[order_v[k]][j] * w[with];
+                if (transposed)
+                    out[from] += factor * in[k];
+                else
+                    out[k] += factor * in[from];
+            }
+}
+
+/* S -> S' in place. */
+CO_SIMD_INLINE void plane_forward(plane_state *m, const double w[CO_JET], lane S[CO_JET][3]) {
+    for (int k = 0; k < CO_JET; k++)
+        m->phi[k] = lane_dot(S[k], m->n);
+    m->phi[0] -= lane_dot(m->V, m->n);
+    leibniz(w, 0, m->phi, m->psi);
+    for (int k = 0; k < CO_JET; k++)
+        lane_add_scaled(S[k], -m->psi[k], m->n);
+}
+
+/* S'_bar -> S_bar in place; S is S'. */
+CO_SIMD_INLINE void plane_adjoint(plane_state *m, const double w[CO_JET], lane S[CO_JET][3], lane S_bar[CO_JET][3]) {
+    lane psi_bar[CO_JET], phi_bar[CO_JET];
+    for (int k = 0; k < CO_JET; k++) {
+        psi_bar[k] = -lane_dot(S_bar[k], m->n);
+        lane_add_scaled(m->n_bar, -m->psi[k], S_bar[k]);
+    }
+    leibniz(w, 1, psi_bar, phi_bar);
+    for (int k = 0; k < CO_JET; k++) {
+        lane original[3];
+        for (int c = 0; c < 3; c++) {
+            original[c] = S[k][c] + m->psi[k] * m->n[c] - (k == 0 ? m->V[c] : lane_all(0));
+            S_bar[k][c] += phi_bar[k] * m->n[c];
+        }
+        lane_add_scaled(m->n_bar, phi_bar[k], original);
+    }
+    for (int c = 0; c < 3; c++)
+        m->V_bar[c] -= phi_bar[0] * m->n[c];
+}
+
+CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
+    memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
+    lane_cross(S[2], m->n, S_bar[1]);
+    lane_cross(m->n, S[1], S_bar[2]);
+    for (int c = 0; c < 3; c++) {
+        S_bar[1][c] *= weight;
+        S_bar[2][c] *= weight;
+    }
+}
+
+CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int third, const sample_state *m,
+                               const sample_values *value, lane sums[CO_N_SUMS]) {
+    lane weight = t->weight[sample] * m->J, jacobian = t->jacobian_scale[sample] * m->J;
+    sums[CO_INT_AREA] += t->area_weight[sample] * m->J;
+    sums[CO_INT_H2] += weight * value->h2;
+    sums[CO_INT_K] += weight * value->gauss;
+    if (third) {
+        sums[CO_INT_F1] += weight * value->f1;
+        sums[CO_INT_F3] += weight * value->f3;
+        sums[CO_INT_X] += weight * value->x;
+    }
+    sums[CO_SUM_MIN_JACOBIAN] = lane_min(sums[CO_SUM_MIN_JACOBIAN], jacobian);
+    sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
+}
+
+/* The sweep over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each combination
+ * is compiled without the others' work. */
+CO_SIMD_INLINE void sweep_samples(const co_element_block *s, const block *b, int third, int plane, int mixed,
+                                  lane sums[CO_N_SUMS]) {
+    const co_basis_table *t = s->table;
+    const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
+    plane_state plane_of_block;
+    if (plane)
+        plane_begin(t, b, &plane_of_block);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = rows_of(t, mixed, i);
+        const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value = {0};
+        jets(rows, mixed, t->n_points, b->P, first, last_read, S);
+        if (plane)
+            plane_forward(&plane_of_block, w, S);
+        forward_second(S, &state, &value);
+        if (third) {
+            forward_third(S, &state);
+            forward_invariants(&state, s->eps4, &value);
+        }
+        accumulate(t, i, third, &state, &value, sums);
+        if (!s->gradient)
+            continue;
+        lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
+        if (third)
+            density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
+        adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[i], s->integrand.area * t->area_weight[i],
+                       density, S_bar);
+        if (plane) {
+            memset(S_bar[0], 0, sizeof S_bar[0]);
+            plane_adjoint(&plane_of_block, w, S, S_bar);
+        }
+        scatter_jets(rows, mixed, t->n_points, S_bar, first, last_read, b->G);
+        if (s->area_gradient && !plane) {
+            area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+            scatter_jets(rows, mixed, t->n_points, S_bar, 1, 2, b->G_area);
+        }
+    }
+    if (plane && s->gradient)
+        plane_end(t, &plane_of_block, b->G);
+}
+
+/* The area's gradient on `plane`, whose V and n_V need an adjoint of their own: a sweep for it alone. */
+CO_SIMD_INLINE void sweep_plane_area(const co_element_block *s, const block *b) {
+    const co_basis_table *t = s->table;
+    plane_state m;
+    plane_begin(t, b, &m);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = rows_of(t, 0, i), *w = t->blend + (size_t)i * CO_JET;
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value;
+        jets(rows, 0, t->n_points, b->P, 0, 9, S);
+        plane_forward(&m, w, S);
+        forward_second(S, &state, &value);
+        area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+        plane_adjoint(&m, w, S, S_bar);
+        scatter_jets(rows, 0, t->n_points, S_bar, 0, 9, b->G_area);
+    }
+    plane_end(t, &m, b->G_area);
+}
+
+static void store(const co_element_block *s, const block *b, const lane sums[CO_N_SUMS]) {
+    memcpy(s->sums, sums, sizeof(lane) * CO_N_SUMS);
+    if (!s->gradient)
+        return;
+    double *out = s->gradients;
+    for (int32_t p = 0; p < s->table->n_points; p++) {
+        memcpy(out, b->G[p], sizeof b->G[p]);
+        out += 3 * CO_LANES;
+        if (s->area_gradient) {
+            memcpy(out, b->G_area[p], sizeof b->G_area[p]);
+            out += 3 * CO_LANES;
+        }
+    }
+}
+
+static void run(const co_element_block *s) {
+    size_t n = (size_t)s->table->n_points;
+    block b = {.P = (lane(*)[3])(void *)s->work};
+    b.G = b.P + n;
+    b.G_area = b.G + n;
+    lane sums[CO_N_SUMS];
+    memset(sums, 0, sizeof sums);
+    sums[CO_SUM_MIN_JACOBIAN] = lane_all(1e300);
+    gather(s->table->n_points, s->points, s->xyz, b.P);
+    if (s->gradient)
+        memset(b.G, 0, sizeof *b.G * 2 * n);
+    if (s->table->blend) {
+        sweep_samples(s, &b, 1, 1, 0, sums);
+        if (s->gradient && s->area_gradient)
+            sweep_plane_area(s, &b);
+    } else if (s->third && s->table->is_mixed) {
+        sweep_samples(s, &b, 1, 0, 1, sums);
+    } else if (s->third) {
+        sweep_samples(s, &b, 1, 0, 0, sums);
+    } else if (s->table->is_mixed) {
+        sweep_samples(s, &b, 0, 0, 1, sums);
+    } else {
+        sweep_samples(s, &b, 0, 0, 0, sums);
+    }
+    sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
+    store(s, &b, sums);
+}
+
+/* ---------------------------------------------------------------------------------- second derivatives -- */
+
+/* matrix += V^T V for the lower triangle, V [n_columns][size]. Tiles of 4 x 4 keep their sums in registers. */
+CO_SIMD_INLINE void add_squares(const lane *V, int n_columns, int size, lane *matrix) {
+    for (int i = 0; i < size; i += 4)
+        for (int j = 0; j <= i; j += 4) {
+            lane sum[4][4];
+            int rows = size - i < 4 ? size - i : 4, columns = size - j < 4 ? size - j : 4;
+            memset(sum, 0, sizeof sum);
+            if (rows == 4 && columns == 4) {
+                for (int k = 0; k < n_columns; k++)
+                    for (int r = 0; r < 4; r++)
+                        for (int c = 0; c < 4; c++)
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+            } else {
+                for (int k = 0; k < n_columns; k++)
+                    for (int r = 0; r < rows; r++)
+                        for (int c = 0; c < columns; c++)
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+            }
+            for (int r = 0; r < rows; r++)
+                for (int c = 0; c < columns && j + c <= i + r; c++)
+                    matrix[(i + r) * (i + r + 1) / 2 + j + c] += sum[r][c];
+        }
+}
+
+/* Gradient of one residual with respect to the face's points: out [3 n]. */
+CO_SIMD_INLINE void residual_gradient(const co_basis_table *t, int mixed, int32_t sample, lane S_bar[CO_JET][3],
+                                      int first, int last, lane *out) {
+    const double *rows = rows_of(t, mixed, sample);
+    double weight = sqrt(t->weight[sample]);
+    transpose_jets(rows, mixed, t->n_points, S_bar, first, last, 0, (lane(*)[3])(void *)out);
+    for (int32_t i = 0; i < 3 * t->n_points; i++)
+        out[i] *= weight;
+}
+
+/* On `plane`, with the vertex's normal held: what it contributes is small, and this matrix is a guide only. */
+CO_SIMD_INLINE void plane_residual(plane_state *m, const co_basis_table *t, int32_t sample, lane S[CO_JET][3],
+                                   lane S_bar[CO_JET][3], lane *out) {
+    memset(S_bar[0], 0, sizeof S_bar[0]);
+    memset(m->V_bar, 0, sizeof m->V_bar);
+    plane_adjoint(m, t->blend + (size_t)sample * CO_JET, S, S_bar);
+    residual_gradient(t, 0, sample, S_bar, 0, 9, out);
+    for (int32_t p = 0; p < t->n_points; p++)
+        lane_add_scaled(out + 3 * p, lane_all(t->masks[p] * sqrt(t->weight[sample])), m->V_bar);
+}
+
+/* `third`, `plane` and `mixed` are constants where this is called. */
+CO_SIMD_INLINE void sweep_gauss_newton(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int plane,
+                                       int mixed) {
+    const co_basis_table *t = s->table;
+    const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
+    int n_columns = 0;
+    lane *matrix = (lane *)(void *)s->matrix;
+    plane_state vertex;
+    block b = {.P = P};
+    if (plane)
+        plane_begin(t, &b, &vertex);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        lane S[CO_JET][3], S_bar[CO_JET][3];
+        sample_state state;
+        sample_values value;
+        jets(rows_of(t, mixed, i), mixed, t->n_points, P, first, last, S);
+        if (plane)
+            plane_forward(&vertex, t->blend + (size_t)i * CO_JET, S);
+        forward_second(S, &state, &value);
+        if (third)
+            forward_third(S, &state);
+        for (int which = s->integrand.h2 > 0 ? 0 : RESIDUALS_SECOND;
+             which < RESIDUALS_SECOND + (third ? RESIDUALS_THIRD : 0); which++) {
+            if (which < RESIDUALS_SECOND)
+                adjoint_residual_second(S, &state, &s->integrand, which, S_bar);
+            else if (third)
+                adjoint_residual_third(S, &state, &s->integrand, s->eps4, which - RESIDUALS_SECOND, S_bar);
+            if (plane)
+                plane_residual(&vertex, t, i, S, S_bar, V + n_columns * size);
+            else
+                residual_gradient(t, mixed, i, S_bar, first, last, V + n_columns * size);
+            if (++n_columns == CO_SECOND_COLUMNS) {
+                add_squares(V, n_columns, size, matrix);
+                n_columns = 0;
+            }
+        }
+    }
+    add_squares(V, n_columns, size, matrix);
+}
+
+/* C becomes what a step from `before` was to make of it, to first order. */
+CO_SIMD_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_points, lane (*P)[3], lane (*before)[3],
+                                   lane C[4]) {
+    lane S[CO_JET][3], D[CO_JET][3];
+    curvature_derivative from;
+    jets(rows, mixed, n_points, before, 1, 9, S);
+    jets(rows, mixed, n_points, P, 1, 9, D);
+    differentiate_curvature(S, &from);
+    for (int i = 0; i < 4; i++) {
+        C[i] = from.value[i];
+        for (int k = 1; k < CO_JET; k++)
+            for (int c = 0; c < 3; c++)
+                C[i] += from.slope[i][k][c] * (D[k][c] - S[k][c]);
+    }
+}
+
+/* matrix += rows^T column for one derivative (order k, coordinate d): columns [n_orders][3 n] of one d. */
+CO_SIMD_INLINE void add_columns(const double *rows, int mixed, int32_t n_points, const lane *columns, int last, int d,
+                                lane *matrix) {
+    const int size = 3 * n_points;
+    for (int i = d; i < size; i++) {
+        lane column[CO_JET], *row = matrix + i * (i + 1) / 2;
+        for (int k = 1; k <= last; k++)
+            column[k] = columns[(k - 1) * size + i];
+        for (int q = 0; 3 * q + d <= i; q++) {
+            lane sum = row[3 * q + d];
+            for (int k = 1; k <= last; k++)
+                sum += times(rows, mixed, q * CO_JET + k, column[k]);
+            row[3 * q + d] = sum;
+        }
+    }
+}
+
+/* The Hessian (kernel_hessian.h).
+ *
+ * After a step it can be the lifted Newton method's matrix instead (Albersmeyer, Diehl, "The lifted Newton method and
+ * its application in optimization", SIAM J. Optim. 20, 2010; for thin shells Magisano, Leonetti, Garcea, "Advantages of
+ * the mixed format in geometrically nonlinear analysis of beams and shells using solid finite elements", Int. J. Numer.
+ * Meth. Engng 109, 2017). A step that slides vertices by a hundredth of an edge leaves in C a remainder of second order
+ * that is as large as C, and the Hessian, in which C multiplies curvatures, is then another one, indefinite and of no
+ * use for the way that is still to be gone. So C is taken for a variable of its own: in the matrix, not in the
+ * gradient, it is what the step was to make of it to first order. */
+CO_SIMD_INLINE void sweep_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
+    const co_basis_table *t = s->table;
+    const int size = 3 * t->n_points, last = third ? 9 : 5;
+    const double relative_step = third ? 3e-7 : 3e-6;
+    lane(*before)[3] = (lane(*)[3])(void *)(V + 9 * size);
+    if (third && s->before)
+        gather(t->n_points, s->points, s->before, before);
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        const double *rows = rows_of(t, mixed, i);
+        lane S[CO_JET][3];
+        sample_core core;
+        curvature_derivative C;
+        jets(rows, mixed, t->n_points, P, 1, last, S);
+        if (third)
+            differentiate_curvature(S, &C);
+        if (third && s->before)
+            undo_remainder(rows, mixed, t->n_points, P, before, C.value);
+        lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2]));
+        for (int d = 0; d < 3; d++)
+            for (int k = 1; k < 6; k++)
+                core_column(s, i, third, step, k, d, &C, S, core[d][k]);
+        if (third)
+            core_of_third(s, i, &C, core);
+        for (int d = 0; d < 3; d++) {
+            for (int k = 1; k <= last; k++) {
+                lane *column = V + (k - 1) * size;
+                transpose_jets(rows, mixed, t->n_points, core[d][k], 1, last, 0, (lane(*)[3])(void *)column);
+            }
+            add_columns(rows, mixed, t->n_points, V, last, d, (lane *)(void *)s->matrix);
+        }
+    }
+}
+
+static void run_second(const co_element_hessian *s) {
+    size_t n = (size_t)s->table->n_points, size = 3 * n;
+    lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
+    gather(s->table->n_points, s->points, s->xyz, P);
+    memset(s->matrix, 0, sizeof(lane) * (size * (size + 1) / 2));
+    const int mixed = s->table->is_mixed;
+    if (s->exact && !s->table->blend) {
+        if (s->third && mixed)
+            sweep_hessian(s, P, V, 1, 1);
+        else if (s->third)
+            sweep_hessian(s, P, V, 1, 0);
+        else if (mixed)
+            sweep_hessian(s, P, V, 0, 1);
+        else
+            sweep_hessian(s, P, V, 0, 0);
+        return;
+    }
+    if (s->table->blend && s->third)
+        sweep_gauss_newton(s, P, V, 1, 1, 0);
+    else if (s->table->blend)
+        sweep_gauss_newton(s, P, V, 0, 1, 0);
+    else if (s->third && mixed)
+        sweep_gauss_newton(s, P, V, 1, 0, 1);
+    else if (s->third)
+        sweep_gauss_newton(s, P, V, 1, 0, 0);
+    else if (mixed)
+        sweep_gauss_newton(s, P, V, 0, 0, 1);
+    else
+        sweep_gauss_newton(s, P, V, 0, 0, 0);
+    for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
+        s->matrix[i] *= 2; /* of squares */
+}
+
+#define STRING_(x) #x
+#define STRING(x)  STRING_(x)
+const co_element_kernel CO_ELEMENT_KERNEL = {
+    .lanes = CO_LANES, .name = STRING(CO_ELEMENT_KERNEL_NAME), .run = run, .run_second = run_second};

@@ -1,0 +1,62 @@
+/* The energies as weights over a few integrals of curvature. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "energy/functional.h"
+
+#include <math.h>
+
+/* Third-order terms over |F1|^2, |F3|^2, X: Moreton and Sequin 1992 for MVS, the report's eq. 7 for its extension,
+ * Joshi's thesis (2008) for the mean over directions. */
+static const co_integrand term_integrand[CURVOPT_N_TERMS] = {
+    [CURVOPT_TERM_WILLMORE] = {.h2 = 1},
+    [CURVOPT_TERM_MVS] = {.f1 = 1, .f3 = 1, .x = 2},
+    [CURVOPT_TERM_MVS_CROSS] = {.f1 = 10.0 / 9, .f3 = 2, .x = 4.0 / 3},
+    [CURVOPT_TERM_VARIATION] = {.f1 = 4.0 / 3, .f3 = 4},
+    [CURVOPT_TERM_MEHLUM_TARROU] = {.f1 = 1, .f3 = 1},
+    [CURVOPT_TERM_AREA] = {.area = 1},
+    [CURVOPT_TERM_MEAN] = {.h2 = 0.25, .gauss = 0.5}, /* H^2 = (h2 + 2 K) / 4 */
+};
+
+static int is_third(int term) {
+    return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA && term != CURVOPT_TERM_MEAN;
+}
+
+double co_functional_integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
+    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K] +
+           w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
+}
+
+void co_integrand_add(co_integrand *to, double factor, const co_integrand *from) {
+    to->area += factor * from->area;
+    to->h2 += factor * from->h2;
+    to->gauss += factor * from->gauss;
+    to->f1 += factor * from->f1;
+    to->f3 += factor * from->f3;
+    to->x += factor * from->x;
+}
+
+co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
+    co_functional f = {0};
+    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+        co_integrand_add(is_third(t) ? &f.third : &f.second, weights[t], &term_integrand[t]);
+        if (weights[t] > 0)
+            *(is_third(t) ? &f.has_third : &f.has_second) = 1;
+    }
+    return f;
+}
+
+void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]) {
+    for (int t = 0; t < 8; t++) {
+        int third = t < CURVOPT_N_TERMS && is_third(t);
+        term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
+                      ? (double)NAN
+                      : (third ? integral[CO_INT_AREA] : 1) * co_functional_integrate(&term_integrand[t], integral);
+    }
+}
+
+double co_functional_value(const co_functional *f, const double integral[CO_N_INTEGRALS]) {
+    double value = 0;
+    if (f->has_second)
+        value += co_functional_integrate(&f->second, integral);
+    if (f->has_third)
+        value += integral[CO_INT_AREA] * co_functional_integrate(&f->third, integral);
+    return value;
+}

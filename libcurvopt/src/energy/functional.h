@@ -1,0 +1,56 @@
+/* The energies as weights over a few integrals of curvature.
+ *
+ * With the first and second fundamental forms in an orthonormal tangent frame, C = grad h (symmetric, Codazzi), the
+ * derivative of normal curvature along direction theta is A1 cos + B1 sin + A3 cos 3 theta + B3 sin 3 theta, and with
+ * F1 = A1 - i B1, F3 = A3 - i B3, q = (h11 - h22) / 2 + i h12 every third-order energy here is a combination of
+ * |F1|^2, |F3|^2 and X = Re(F1 F3 q^2) / |q|^2.
+ *
+ * At an umbilic, q = 0, X is bounded but has no limit, and its gradient none either. It is replaced by
+ *     X_eps = Re(F1 F3 q^2) |q|^2 / (|q|^4 + eps^4),
+ * smooth everywhere, with |X_eps - X| <= |F1 F3| eps^4 / (|q|^4 + eps^4): the fourth power keeps the error below 1e-6
+ * of |F1 F3| wherever k1 and k2 differ by a tenth of the surface's mean curvature or so, where MVS lives off the
+ * cancellation of X against |F1|^2 + |F3|^2. eps = CO_UMBILIC / (root mean square distance of the cage's vertices from
+ * their centroid), so energies stay invariant.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_ENERGY_FUNCTIONAL_H
+#define CO_ENERGY_FUNCTIONAL_H
+
+#include "base/status.h"
+
+#define CO_UMBILIC 2e-2
+
+/* What a sweep integrates. */
+typedef enum co_integral {
+    CO_INT_AREA, /* dA */
+    CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */
+    CO_INT_K,    /* Gauss curvature */
+    CO_INT_F1,   /* |F1|^2 */
+    CO_INT_F3,   /* |F3|^2 */
+    CO_INT_X,    /* X, regularized */
+    CO_N_INTEGRALS
+} co_integral;
+
+/* Weights of an integrand over 1, h2, K, F1, F3, X; |gauss| <= 2 h2, so that the second order is never negative. */
+typedef struct co_integrand {
+    double area, h2, gauss, f1, f3, x;
+} co_integrand;
+
+/* Objective = second + area * third, each an integrand. */
+typedef struct co_functional {
+    co_integrand second;
+    co_integrand third;
+    int has_second, has_third;
+} co_functional;
+
+/* to += factor * from */
+void co_integrand_add(co_integrand *to, double factor, const co_integrand *from);
+co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
+/* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
+void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);
+/* Of one integrand. */
+double co_functional_integrate(const co_integrand *integrand, const double integral[CO_N_INTEGRALS]);
+/* The objective's value. */
+double co_functional_value(const co_functional *functional, const double integral[CO_N_INTEGRALS]);
+
+#endif

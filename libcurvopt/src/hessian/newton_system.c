@@ -1,0 +1,265 @@
+/* A quadratic model of the objective. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "hessian/newton_system.h"
+
+#include "base/memory.h"
+#include "linalg/vector.h"
+#include "optimize/objective.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
+/* Part of a motion that has to be allowed to count as an invariance. Along normals next to nothing is left of a
+ * rotation about the axis of a torus, and that only because the torus is discrete: to make it stiff would decide the
+ * decrement. */
+static const double ALLOWED = .1;
+enum { N_MOTIONS = 10, N_SIMILARITIES = 7 };
+
+typedef double small_matrix[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE];
+
+static size_t n_variables(const co_newton_system *m) {
+    return (size_t)m->hessian.reduction->n_variables;
+}
+
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *hold) {
+    if (hold->freedom)
+        return CO_GAUGE_NONE;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
+            return CO_GAUGE_SIMILARITY;
+    return CO_GAUGE_MOEBIUS;
+}
+
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *reduction, co_newton_system *m,
+                                curvopt_error *error) {
+    size_t n = (size_t)reduction->n_variables;
+    *m = (co_newton_system){.assembly = assembly};
+    int32_t status = co_sparse_hessian_create(assembly, reduction, &m->hessian, error);
+    if (status == CURVOPT_OK)
+        status = co_sparse_cholesky_create((int32_t)n, m->hessian.column_start, m->hessian.row, m->hessian.value,
+                                           &m->factor, error);
+    if (status == CURVOPT_OK) {
+        m->dense = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
+        m->solved = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
+        m->full = CO_NEW(double, 6 * (size_t)reduction->n_vertices);
+        if (!m->dense || !m->solved || !m->full)
+            status = co_status_no_memory(error);
+    }
+    if (status != CURVOPT_OK)
+        co_newton_system_free(m);
+    return status;
+}
+
+void co_newton_system_free(co_newton_system *m) {
+    co_sparse_cholesky_destroy(m->factor);
+    co_sparse_hessian_free(&m->hessian);
+    free(m->dense);
+    free(m->solved);
+    free(m->full);
+    free(m->exact);
+    free(m->guide);
+    *m = (co_newton_system){0};
+}
+
+/* --------------------------------------------------------------------------------------------- dense columns -- */
+
+/* Motion k at x: scaling, translations, rotations, then 2 (b.x) x - |x|^2 b for the axes b. */
+static void motion(int k, const double *x, double out[3]) {
+    int axis = (k + 2) % 3;
+    double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    for (int c = 0; c < 3; c++)
+        out[c] = k == 0 ? x[c] : k >= N_SIMILARITIES ? 2 * x[axis] * x[c] : 0;
+    if (k == 0)
+        return;
+    if (k <= 3)
+        out[axis] = 1;
+    else if (k < N_SIMILARITIES) {
+        out[(axis + 1) % 3] = -x[(axis + 2) % 3];
+        out[(axis + 2) % 3] = x[(axis + 1) % 3];
+    } else {
+        out[axis] -= square;
+    }
+}
+
+/* Appends a column, made orthogonal to those from `first` on, unless it depends on them. */
+static void append_orthogonal(co_newton_system *m, int first) {
+    size_t n = n_variables(m);
+    double *column = m->dense + (size_t)m->n_dense * n, whole = co_vector_norm(n, column);
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = first; k < m->n_dense; k++)
+            co_vector_add(n, -co_vector_dot(n, m->dense + (size_t)k * n, column), m->dense + (size_t)k * n, column);
+    double norm = co_vector_norm(n, column);
+    if (!(norm > DEPENDENT * whole) || whole == 0)
+        return;
+    for (size_t i = 0; i < n; i++)
+        column[i] /= norm;
+    m->n_dense++;
+}
+
+static void append_motions(co_newton_system *m, const double *x, int n_motions) {
+    const co_dof_map *r = m->hessian.reduction;
+    for (int k = 0; k < n_motions; k++) {
+        double *column = m->dense + (size_t)m->n_dense * n_variables(m), whole;
+        for (size_t v = 0; v < (size_t)r->n_vertices; v++)
+            motion(k, x + 3 * v, m->full + 3 * v);
+        whole = co_vector_norm(3 * (size_t)r->n_vertices, m->full);
+        co_dof_map_gradient(r, m->full, column);
+        if (co_vector_norm(n_variables(m), column) > ALLOWED * whole) /* else it breaks the symmetry, or slides */
+            append_orthogonal(m, m->n_pair);
+    }
+}
+
+int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
+                                  curvopt_error *error) {
+    const co_dof_map *r = m->hessian.reduction;
+    m->mix = 0;
+    m->rules = kind->rules;
+    m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
+    if (m->n_pair) {
+        double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
+        co_values values;
+        co_assembly_pieces(m->assembly, x, 0, &(co_pieces){.third = third, .area = area}, &values);
+        const co_assembly *a = m->assembly;
+        co_dof_map_gradient_of(r, a->active, a->n_active_cage, area, m->dense);
+        co_dof_map_gradient_of(r, a->active, a->n_active_cage, third, m->dense + n_variables(m));
+    }
+    append_motions(m, x, gauge == CO_GAUGE_NONE ? 0 : gauge == CO_GAUGE_MOEBIUS ? N_MOTIONS : N_SIMILARITIES);
+    int32_t status = co_sparse_hessian_assemble(m->assembly, x, kind, &m->hessian, error);
+    m->stiffness = co_newton_system_mean_diagonal(m);
+    return status;
+}
+
+int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x, curvopt_error *error) {
+    const co_sparse_hessian *h = &m->hessian;
+    if (!m->exact)
+        m->exact = CO_NEW(double, h->n_entries);
+    if (!m->guide)
+        m->guide = CO_NEW(double, h->n_entries);
+    if (!m->exact || !m->guide)
+        return co_status_no_memory(error);
+    memcpy(m->exact, h->value, h->n_entries * sizeof *h->value);
+    co_second_kind kind = {.rules = m->rules == CO_SECOND_USUAL ? CO_SECOND_OWN : m->rules};
+    return co_sparse_hessian_assemble(m->assembly, x, &kind, &m->hessian, error);
+}
+
+void co_newton_system_end_gauss_newton(co_newton_system *m) {
+    memcpy(m->guide, m->hessian.value, m->hessian.n_entries * sizeof *m->guide);
+    m->mix = 1;
+}
+
+void co_newton_system_mix(co_newton_system *m, double mix) {
+    for (size_t e = 0; e < m->hessian.n_entries; e++)
+        m->hessian.value[e] = (1 - mix) * m->exact[e] + mix * m->guide[e];
+    m->mix = mix;
+}
+
+double co_newton_system_mean_diagonal(const co_newton_system *m) {
+    return co_sparse_hessian_mean_diagonal(&m->hessian);
+}
+
+/* ------------------------------------------------------------------------------------------- small matrices -- */
+
+/* Eigenvalues, and vectors in the columns of v, of a symmetric matrix: Jacobi's cyclic rotations. a is spoilt. */
+static void eigen(int n, small_matrix a, double *value, small_matrix v) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            v[i][j] = i == j;
+    for (int sweep = 0; sweep < 60; sweep++)
+        for (int p = 0; p < n; p++)
+            for (int q = p + 1; q < n; q++) {
+                if (a[p][q] == 0)
+                    continue;
+                double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+                double t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
+                double c = 1 / sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < n; k++) {
+                    double x = a[k][p], y = a[k][q];
+                    a[k][p] = c * x - s * y;
+                    a[k][q] = s * x + c * y;
+                }
+                for (int k = 0; k < n; k++) {
+                    double x = a[p][k], y = a[q][k];
+                    a[p][k] = c * x - s * y;
+                    a[q][k] = s * x + c * y;
+                    x = v[k][p];
+                    y = v[k][q];
+                    v[k][p] = c * x - s * y;
+                    v[k][q] = s * x + c * y;
+                }
+            }
+    for (int i = 0; i < n; i++)
+        value[i] = a[i][i];
+}
+
+/* Inverts C^-1 + U^T H^-1 U, whose positive eigenvalues are returned. */
+static int invert_capacity(co_newton_system *m) {
+    size_t n = n_variables(m);
+    small_matrix a = {{0}}, v = {{0}};
+    double value[CO_NEWTON_SYSTEM_DENSE];
+    int positive = 0;
+    for (int i = 0; i < m->n_dense; i++)
+        for (int j = 0; j < m->n_dense; j++)
+            a[i][j] = co_vector_dot(n, m->dense + (size_t)i * n, m->solved + (size_t)j * n);
+    if (m->n_pair) /* C is (0 1; 1 0) there, its own inverse */
+        a[0][1] += 1, a[1][0] += 1;
+    for (int i = m->n_pair; i < m->n_dense; i++)
+        a[i][i] += 1 / m->stiffness;
+    eigen(m->n_dense, a, value, v);
+    memset(m->inverse, 0, sizeof m->inverse);
+    for (int k = 0; k < m->n_dense; k++) {
+        positive += value[k] > 0;
+        for (int i = 0; i < m->n_dense; i++)
+            for (int j = 0; j < m->n_dense; j++)
+                m->inverse[i][j] += v[i][k] * v[j][k] / value[k];
+    }
+    return positive;
+}
+
+/* Of C^-1. */
+static int positive_of_weights(const co_newton_system *m) {
+    return m->n_dense - m->n_pair / 2;
+}
+
+/* --------------------------------------------------------------------------------------------------- solving -- */
+
+int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *positive, curvopt_error *error) {
+    size_t n = n_variables(m);
+    int32_t status = co_sparse_cholesky_factorize(m->factor, shift, positive, error);
+    for (size_t k = 0; k < (size_t)m->n_dense && *positive && status == CURVOPT_OK; k++)
+        status = co_sparse_cholesky_solve(m->factor, m->dense + k * n, m->solved + k * n, error);
+    if (status == CURVOPT_OK && *positive)
+        *positive = invert_capacity(m) == positive_of_weights(m);
+    return status;
+}
+
+int32_t co_newton_system_solve(co_newton_system *m, const double *b, double *x, curvopt_error *error) {
+    size_t n = n_variables(m);
+    double along[CO_NEWTON_SYSTEM_DENSE];
+    int32_t status = co_sparse_cholesky_solve(m->factor, b, x, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (size_t k = 0; k < (size_t)m->n_dense; k++)
+        along[k] = co_vector_dot(n, m->dense + k * n, x);
+    for (size_t i = 0; i < (size_t)m->n_dense; i++) {
+        double sum = 0;
+        for (int j = 0; j < m->n_dense; j++)
+            sum += m->inverse[i][j] * along[j];
+        co_vector_add(n, -sum, m->solved + i * n, x);
+    }
+    return CURVOPT_OK;
+}
+
+void co_newton_system_add_stiffness(const co_newton_system *m, const double *v, double *out) {
+    size_t n = n_variables(m);
+    for (size_t k = (size_t)m->n_pair; k < (size_t)m->n_dense; k++)
+        co_vector_add(n, m->stiffness * co_vector_dot(n, m->dense + k * n, v), m->dense + k * n, out);
+}
+
+int32_t co_newton_system_count_negative(co_newton_system *m, double shift, int32_t *n_negative, curvopt_error *error) {
+    int32_t status =
+        co_sparse_cholesky_count_negative(m->factor, shift, m->n_dense, m->dense, m->solved, n_negative, error);
+    if (status == CURVOPT_OK && *n_negative >= 0)
+        *n_negative += invert_capacity(m) - positive_of_weights(m);
+    return status;
+}

@@ -1,0 +1,76 @@
+/* A quadratic model of the objective over a reduction's variables, factored.
+ *
+ * The sparse matrix is sparse_hessian.h's. Two things are dense. Of an objective S + A T, second order plus area times
+ * third order, the Hessian also has grad A grad T^T + grad T grad A^T. And motions that the objective does not see
+ * (rigid ones, scaling) are made stiff, or rounding would decide whether they are soft or negative. Together the matrix
+ * is M = H + U C U^T with a dozen columns U; it is solved by the formula of Sherman, Morrison and Woodbury, and its
+ * inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_HESSIAN_NEWTON_SYSTEM_H
+#define CO_HESSIAN_NEWTON_SYSTEM_H
+
+#include "hessian/sparse_hessian.h"
+#include "linalg/sparse_cholesky.h"
+
+enum { CO_NEWTON_SYSTEM_DENSE = 12 };
+
+typedef struct co_newton_system {
+    co_assembly *assembly; /* the caller's */
+    co_sparse_hessian hessian;
+    co_sparse_cholesky *factor;
+    double *dense;  /* [CO_NEWTON_SYSTEM_DENSE][n_variables] U */
+    double *solved; /* [CO_NEWTON_SYSTEM_DENSE][n_variables] H^-1 U */
+    double *full;   /* [2][3 n_vertices] work */
+    int n_dense;
+    int n_pair;       /* 2 if the first two columns are grad A, grad T, else 0 */
+    double stiffness; /* of the others, which are orthonormal */
+    double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
+    double *exact, *guide; /* [n_entries] the Hessian and the Gauss-Newton matrix that are mixed; made when first
+                              needed */
+    double mix;            /* part of the second */
+    co_second_rules rules; /* that the matrix was assembled by */
+} co_newton_system;
+
+/* Motions that count as seen by nobody. */
+typedef enum co_gauge {
+    CO_GAUGE_NONE,       /* something is held */
+    CO_GAUGE_SIMILARITY, /* translations, rotations, scaling */
+    CO_GAUGE_MOEBIUS     /* also inversions' infinitesimal ones: of Willmore's energy, but for discretization */
+} co_gauge;
+
+/* Those of an objective with these weights (curvopt_term) where these constraints hold. */
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *hold);
+/* Those of them along which the discrete gradient vanishes, too. */
+static inline co_gauge co_gauge_exact(co_gauge gauge) {
+    return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;
+}
+
+/* assembly and reduction must outlive it; the reduction has variables. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *reduction, co_newton_system *out,
+                                curvopt_error *error);
+void co_newton_system_free(co_newton_system *model);
+/* The matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the Hessian. What was
+ * factored is lost. ERROR_MEMORY. */
+int32_t co_newton_system_assemble(co_newton_system *model, const double *x, const co_second_kind *kind, co_gauge gauge,
+                                  curvopt_error *error);
+/* For co_newton_system_mix(), of a model of the Hessian that was assembled last: sets its values aside, those of the
+ * Gauss-Newton matrix at the same x take their place; and, after what the caller has added, sets these aside, too.
+ * ERROR_MEMORY. */
+int32_t co_newton_system_begin_gauss_newton(co_newton_system *model, const double *x, curvopt_error *error);
+void co_newton_system_end_gauss_newton(co_newton_system *model);
+/* The sparse matrix becomes (1 - mix) times the Hessian's plus mix times the Gauss-Newton matrix, 0 <= mix <= 1. The
+ * dense columns, which are of first derivatives, stay. */
+void co_newton_system_mix(co_newton_system *model, double mix);
+double co_newton_system_mean_diagonal(const co_newton_system *model);
+/* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
+int32_t co_newton_system_factorize(co_newton_system *model, double shift, int *positive, curvopt_error *error);
+/* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
+int32_t co_newton_system_solve(co_newton_system *model, const double *b, double *x, curvopt_error *error);
+/* out += the part of M v that makes motions stiff which the objective does not see. */
+void co_newton_system_add_stiffness(const co_newton_system *model, const double *v, double *out);
+/* Negative eigenvalues of M + shift; -1 if it is singular to rounding. ERROR_MEMORY. */
+int32_t co_newton_system_count_negative(co_newton_system *model, double shift, int32_t *n_negative,
+                                        curvopt_error *error);
+
+#endif

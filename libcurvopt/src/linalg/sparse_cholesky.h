@@ -1,0 +1,27 @@
+/* Sparse Cholesky factorization: CHOLMOD, behind what we need of it. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_LINALG_SPARSE_CHOLESKY_H
+#define CO_LINALG_SPARSE_CHOLESKY_H
+
+#include "base/status.h"
+
+#include <stddef.h>
+
+typedef struct co_sparse_cholesky co_sparse_cholesky;
+
+/* Orders and analyzes the symmetric matrix whose lower triangle is column_start [n + 1], row, value (borrowed: they
+ * must outlive the factor; only values may change). ERROR_MEMORY. */
+int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
+                                  co_sparse_cholesky **out, curvopt_error *error);
+void co_sparse_cholesky_destroy(co_sparse_cholesky *factor);
+/* Factors matrix + shift * identity with the present values. *positive: whether that is positive definite; if not there
+ * is no factor. ERROR_MEMORY. */
+int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *factor, double shift, int *positive, curvopt_error *error);
+/* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization; -1 if
+ * a pivot is zero. On the way solves for n_right right-hand sides: right, solved [n_right][n]. Leaves no factor for
+ * solving. ERROR_MEMORY. */
+int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *factor, double shift, int n_right, const double *right,
+                                          double *solved, int32_t *n_negative, curvopt_error *error);
+/* x [n] = solution of (matrix + shift) x = b [n]; x may be b. ERROR_MEMORY. */
+int32_t co_sparse_cholesky_solve(co_sparse_cholesky *factor, const double *b, double *x, curvopt_error *error);
+
+#endif

@@ -1,0 +1,12 @@
+/* Vectors of doubles. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_LINALG_VECTOR_H
+#define CO_LINALG_VECTOR_H
+
+#include <stddef.h>
+
+double co_vector_dot(size_t n, const double *a, const double *b);
+double co_vector_norm(size_t n, const double *a);
+/* y += s x */
+void co_vector_add(size_t n, double s, const double *x, double *y);
+
+#endif

@@ -1,0 +1,287 @@
+/* Polygons as half-edges: validation and construction in linear time. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "mesh/mesh.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int32_t check_polygons(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                              const int32_t *face_vertices, int32_t *n_corners, curvopt_error *error) {
+    if (!face_sizes || !face_vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "the face arrays are NULL");
+    if (n_vertices < 1 || n_faces < 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "the cage has %d vertices and %d faces", n_vertices,
+                              n_faces);
+    int64_t total = 0;
+    for (int32_t f = 0; f < n_faces; f++) {
+        if (face_sizes[f] < 3)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, f, "face %d has %d corners; at least 3 are needed", f,
+                                  face_sizes[f]);
+        total += face_sizes[f];
+        /* refinement needs V + E + F <= 2^31 and four children a face; stay well inside */
+        if (total > INT32_MAX / 8)
+            return co_status_fail(error, CURVOPT_ERROR_SIZE, f, "more than %d face corners", INT32_MAX / 8);
+    }
+    for (int64_t c = 0, f = 0, end = face_sizes[0]; c < total; c++) {
+        if (c == end)
+            end += face_sizes[++f];
+        if (face_vertices[c] < 0 || face_vertices[c] >= n_vertices)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, (int32_t)f,
+                                  "face %d names vertex %d; the cage has vertices 0 to %d", (int32_t)f,
+                                  face_vertices[c], n_vertices - 1);
+    }
+    *n_corners = (int32_t)total;
+    return CURVOPT_OK;
+}
+
+static int32_t allocate(curvopt_mesh *m, curvopt_error *error) {
+    const curvopt_mesh_info *n = &m->info;
+    m->face_start = CO_NEW(int32_t, n->n_faces + 1);
+    m->corner_vertex = CO_NEW(int32_t, n->n_corners);
+    m->corner_face = CO_NEW(int32_t, n->n_corners);
+    m->twin = CO_NEW(int32_t, n->n_corners);
+    m->edge = CO_NEW(int32_t, n->n_corners);
+    m->vertex_corner = CO_NEW(int32_t, n->n_vertices);
+    m->valence = CO_NEW(int32_t, n->n_vertices);
+    if (!m->face_start || !m->corner_vertex || !m->corner_face || !m->twin || !m->edge || !m->vertex_corner ||
+        !m->valence)
+        return co_status_no_memory(error);
+    return CURVOPT_OK;
+}
+
+/* A vertex twice in one face; `last_face` remembers for each vertex the face that named it last. */
+static int32_t check_repeated_vertices(const curvopt_mesh *m, int32_t *last_face, curvopt_error *error) {
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        last_face[v] = -1;
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        int32_t v = m->corner_vertex[h], f = m->corner_face[h];
+        if (last_face[v] == f)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, f, "face %d names vertex %d twice", f, v);
+        last_face[v] = f;
+    }
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (last_face[v] < 0)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, v, "vertex %d is isolated: no face uses it", v);
+    return CURVOPT_OK;
+}
+
+/* Stable counting sort of half-edges by the larger or smaller of their two vertices; start [n_vertices + 1]. */
+static void sort_by_vertex(const curvopt_mesh *m, int want_larger, const int32_t *in, int32_t *out, int32_t *start) {
+    int32_t n = m->info.n_corners;
+    memset(start, 0, sizeof(int32_t) * ((size_t)m->info.n_vertices + 1));
+    for (int32_t i = 0; i < n; i++) {
+        int32_t h = in ? in[i] : i, a = m->corner_vertex[h], b = co_mesh_destination(m, h);
+        start[((a > b) == want_larger ? a : b) + 1]++;
+    }
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        start[v + 1] += start[v];
+    for (int32_t i = 0; i < n; i++) {
+        int32_t h = in ? in[i] : i, a = m->corner_vertex[h], b = co_mesh_destination(m, h);
+        out[start[(a > b) == want_larger ? a : b]++] = h;
+    }
+}
+
+static int same_edge(const curvopt_mesh *m, int32_t g, int32_t h) {
+    int32_t a = m->corner_vertex[g], b = co_mesh_destination(m, g);
+    int32_t c = m->corner_vertex[h], d = co_mesh_destination(m, h);
+    return (a == c && b == d) || (a == d && b == c);
+}
+
+/* Pairs the half-edges that `sorted` has brought together and numbers the edges. */
+static int32_t pair_half_edges(curvopt_mesh *m, const int32_t *sorted, curvopt_error *error) {
+    int32_t n = m->info.n_corners, n_edges = 0;
+    for (int32_t i = 0; i < n;) {
+        int32_t g = sorted[i], a = m->corner_vertex[g], b = co_mesh_destination(m, g), count = 1;
+        while (i + count < n && same_edge(m, g, sorted[i + count]))
+            count++;
+        if (count > 2)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, m->corner_face[sorted[i + 2]],
+                                  "the edge between vertices %d and %d is not manifold: %d faces meet there", a, b,
+                                  count);
+        m->edge[g] = n_edges;
+        m->twin[g] = -1;
+        if (count == 2) {
+            int32_t h = sorted[i + 1];
+            if (m->corner_vertex[h] == a)
+                return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, m->corner_face[h],
+                                      "faces %d and %d both run from vertex %d to %d: one of them is flipped",
+                                      m->corner_face[g], m->corner_face[h], a, b);
+            m->twin[g] = h;
+            m->twin[h] = g;
+            m->edge[h] = n_edges;
+        } else {
+            m->info.n_boundary_edges++;
+        }
+        n_edges++;
+        i += count;
+    }
+    m->info.n_edges = n_edges;
+    return CURVOPT_OK;
+}
+
+static int32_t build_edges(curvopt_mesh *m, int32_t *work, curvopt_error *error) {
+    int32_t n = m->info.n_corners;
+    int32_t *by_larger = work, *sorted = work + n, *start = work + 2 * (size_t)n;
+    sort_by_vertex(m, 1, NULL, by_larger, start);
+    sort_by_vertex(m, 0, by_larger, sorted, start);
+    int32_t status = pair_half_edges(m, sorted, error);
+    if (status != CURVOPT_OK)
+        return status;
+    m->edge_corner = CO_NEW(int32_t, m->info.n_edges);
+    if (!m->edge_corner)
+        return co_status_no_memory(error);
+    for (int32_t h = n - 1; h >= 0; h--)
+        m->edge_corner[m->edge[h]] = h;
+    return CURVOPT_OK;
+}
+
+/* One walk round every vertex: it must meet all the vertex's corners, unless `loose`. `corners_at` counts them. */
+static int32_t build_fans(curvopt_mesh *m, int loose, int32_t *corners_at, curvopt_error *error) {
+    memset(corners_at, 0, sizeof(int32_t) * (size_t)m->info.n_vertices);
+    for (int32_t h = m->info.n_corners - 1; h >= 0; h--) {
+        corners_at[m->corner_vertex[h]]++;
+        m->vertex_corner[m->corner_vertex[h]] = h;
+    }
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        if (m->twin[h] < 0)
+            m->vertex_corner[m->corner_vertex[h]] = h;
+    for (int32_t v = 0; v < m->info.n_vertices; v++) {
+        int32_t first = m->vertex_corner[v], h = first, met = 0;
+        do {
+            met++;
+            h = co_mesh_rotate(m, h);
+        } while (h >= 0 && h != first);
+        if (met != corners_at[v] && !loose)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, v,
+                                  "vertex %d joins separate fans of faces: %d of its %d faces are connected round it",
+                                  v, met, corners_at[v]);
+        m->valence[v] = met + (h < 0);
+        if (m->valence[v] > m->info.max_valence)
+            m->info.max_valence = m->valence[v];
+        if (h >= 0 && m->valence[v] != 4)
+            m->info.n_extraordinary++;
+        if (h >= 0 && m->valence[v] < 3)
+            return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, v, "vertex %d has valence %d; at least 3 is needed", v,
+                                  m->valence[v]);
+    }
+    return CURVOPT_OK;
+}
+
+/* Connected components by flooding faces; `stack` has room for every face, `seen` too. */
+static void count_components(curvopt_mesh *m, int32_t *stack, int32_t *seen) {
+    memset(seen, 0, sizeof(int32_t) * (size_t)m->info.n_faces);
+    for (int32_t seed = 0; seed < m->info.n_faces; seed++) {
+        if (seen[seed])
+            continue;
+        int32_t depth = 0;
+        m->info.n_components++;
+        seen[seed] = 1;
+        stack[depth++] = seed;
+        while (depth > 0) {
+            int32_t f = stack[--depth];
+            for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
+                int32_t g = m->twin[h] < 0 ? f : m->corner_face[m->twin[h]];
+                if (!seen[g]) {
+                    seen[g] = 1;
+                    stack[depth++] = g;
+                }
+            }
+        }
+    }
+}
+
+static int32_t build(curvopt_mesh *m, int loose, const int32_t *face_sizes, const int32_t *face_vertices,
+                     curvopt_error *error) {
+    int32_t status = allocate(m, error), *work = NULL;
+    if (status != CURVOPT_OK)
+        return status;
+    m->info.all_quads = 1;
+    for (int32_t f = 0, c = 0; f < m->info.n_faces; f++) {
+        m->info.all_quads &= face_sizes[f] == 4;
+        for (int32_t k = 0; k < face_sizes[f]; k++, c++)
+            m->corner_face[c] = f;
+        m->face_start[f + 1] = c;
+    }
+    memcpy(m->corner_vertex, face_vertices, sizeof(int32_t) * (size_t)m->info.n_corners);
+
+    work = CO_NEW(int32_t, 2 * (size_t)m->info.n_corners + (size_t)m->info.n_vertices + 1);
+    if (!work)
+        return co_status_no_memory(error);
+    status = check_repeated_vertices(m, work + 2 * (size_t)m->info.n_corners, error);
+    if (status == CURVOPT_OK)
+        status = build_edges(m, work, error);
+    if (status == CURVOPT_OK)
+        status = build_fans(m, loose, work + 2 * (size_t)m->info.n_corners, error);
+    if (status == CURVOPT_OK) {
+        count_components(m, work, work + m->info.n_corners);
+        m->info.euler = m->info.n_vertices - m->info.n_edges + m->info.n_faces;
+    }
+    free(work);
+    return status;
+}
+
+static int32_t create(int32_t n_vertices, int32_t n_faces, int loose, const int32_t *face_sizes,
+                      const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error) {
+    if (!out)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "out is NULL");
+    *out = NULL;
+    int32_t n_corners = 0;
+    int32_t status = check_polygons(n_vertices, n_faces, face_sizes, face_vertices, &n_corners, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (n_vertices > n_corners) /* before anything is allocated for an absurd count */
+        return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, -1,
+                              "%d vertices but only %d face corners: some vertices are isolated", n_vertices,
+                              n_corners);
+    curvopt_mesh *m = CO_NEW(curvopt_mesh, 1);
+    if (!m)
+        return co_status_no_memory(error);
+    m->info.n_vertices = n_vertices;
+    m->info.n_faces = n_faces;
+    m->info.n_corners = n_corners;
+    status = build(m, loose, face_sizes, face_vertices, error);
+    if (status != CURVOPT_OK) {
+        co_mesh_destroy(m);
+        return status;
+    }
+    *out = m;
+    return CURVOPT_OK;
+}
+
+int32_t co_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes, const int32_t *face_vertices,
+                       curvopt_mesh **out, curvopt_error *error) {
+    return create(n_vertices, n_faces, 0, face_sizes, face_vertices, out, error);
+}
+
+int32_t co_mesh_create_loose(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                             const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error) {
+    return create(n_vertices, n_faces, 1, face_sizes, face_vertices, out, error);
+}
+
+void co_mesh_destroy(curvopt_mesh *m) {
+    if (!m)
+        return;
+    free(m->face_start);
+    free(m->corner_vertex);
+    free(m->corner_face);
+    free(m->twin);
+    free(m->edge);
+    free(m->vertex_corner);
+    free(m->valence);
+    free(m->edge_corner);
+    free(m->edge_sharpness);
+    free(m->vertex_sharpness);
+    free(m);
+}
+
+double co_mesh_mean_edge(const curvopt_mesh *m, const double *x) {
+    double sum = 0;
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        const double *a = x + 3 * (size_t)m->corner_vertex[m->edge_corner[e]];
+        const double *b = x + 3 * (size_t)co_mesh_destination(m, m->edge_corner[e]);
+        sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    }
+    return sum / m->info.n_edges;
+}

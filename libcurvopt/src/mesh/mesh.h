@@ -1,0 +1,59 @@
+/* Polygons as half-edges: one half-edge per face corner, numbered face by face.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_MESH_MESH_H
+#define CO_MESH_MESH_H
+
+#include "base/status.h"
+
+/* Half-edge h runs from corner_vertex[h] to the vertex of the next corner of its face. */
+struct curvopt_mesh {
+    curvopt_mesh_info info;
+    int32_t *face_start;    /* [n_faces + 1] first corner of each face */
+    int32_t *corner_vertex; /* [n_corners] */
+    int32_t *corner_face;   /* [n_corners] */
+    int32_t *twin;          /* [n_corners] opposite half-edge, -1 on the boundary */
+    int32_t *edge;          /* [n_corners] edge of the half-edge */
+    int32_t *vertex_corner; /* [n_vertices] a half-edge leaving the vertex; on a boundary the clockwise-most one */
+    int32_t *valence;       /* [n_vertices] edges at the vertex */
+    int32_t *edge_corner;   /* [n_edges] a half-edge of each edge */
+    /* Creases (crease.h); NULL where there are none. Boundary edges are infinitely sharp whatever stands here. */
+    double *edge_sharpness;   /* [n_edges] */
+    double *vertex_sharpness; /* [n_vertices] */
+    int32_t boundary_rule;    /* curvopt_boundary_rule; what it does has been added to vertex_sharpness */
+};
+
+static inline int32_t co_mesh_next(const curvopt_mesh *m, int32_t h) {
+    int32_t f = m->corner_face[h];
+    return h + 1 == m->face_start[f + 1] ? m->face_start[f] : h + 1;
+}
+static inline int32_t co_mesh_prev(const curvopt_mesh *m, int32_t h) {
+    int32_t f = m->corner_face[h];
+    return h == m->face_start[f] ? m->face_start[f + 1] - 1 : h - 1;
+}
+static inline int32_t co_mesh_destination(const curvopt_mesh *m, int32_t h) {
+    return m->corner_vertex[co_mesh_next(m, h)];
+}
+/* The next half-edge leaving the same vertex, counter-clockwise; -1 across a boundary. */
+static inline int32_t co_mesh_rotate(const curvopt_mesh *m, int32_t h) {
+    return m->twin[co_mesh_prev(m, h)];
+}
+static inline int32_t co_mesh_face_size(const curvopt_mesh *m, int32_t f) {
+    return m->face_start[f + 1] - m->face_start[f];
+}
+static inline int co_mesh_is_boundary_vertex(const curvopt_mesh *m, int32_t v) {
+    return m->twin[m->vertex_corner[v]] < 0;
+}
+
+/* As curvopt_mesh_create, which it implements. */
+int32_t co_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes, const int32_t *face_vertices,
+                       curvopt_mesh **out, curvopt_error *error);
+/* The same for parts of a checked cage: where they leave a vertex in two fans, one of them counts. Such rim vertices
+ * are never evaluated. */
+int32_t co_mesh_create_loose(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
+                             const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
+void co_mesh_destroy(curvopt_mesh *mesh);
+
+/* Mean length of the edges at x [3 n_vertices]. */
+double co_mesh_mean_edge(const curvopt_mesh *mesh, const double *x);
+
+#endif

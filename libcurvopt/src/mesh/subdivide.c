@@ -1,0 +1,228 @@
+/* Catmull-Clark subdivision as rows over the coarse points.
+ *
+ * Follows: Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10(6), 1978;
+ * boundaries and creases as uniform cubic B-spline curves, corners kept; while a sharpness fades below 1, the rules
+ * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "mesh/subdivide.h"
+
+#include "base/memory.h"
+#include "mesh/crease.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Collects one row: entries on the same column are added up. Rows are as short as a one-ring, so a linear search of the
+ * entries that are there would be quadratic at poles; `slot` (one per vertex) finds them at once. */
+typedef struct row_builder {
+    co_sparse_rows *rows;
+    size_t *slot;
+    int32_t row;
+    size_t begin, end;
+} row_builder;
+
+static void row_begin(row_builder *b, int32_t row) {
+    b->row = row;
+    b->begin = b->end = b->rows->start[row];
+}
+
+static void row_add(row_builder *b, int32_t column, double value) {
+    size_t at = b->slot[column];
+    if (at < b->begin || at >= b->end || b->rows->column[at] != column) {
+        at = b->slot[column] = b->end++;
+        b->rows->column[at] = column;
+        b->rows->value[at] = 0;
+    }
+    b->rows->value[at] += value;
+}
+
+static void row_end(row_builder *b) {
+    b->rows->start[b->row + 1] = b->end;
+}
+
+/* `weight` times the centroid of a face. */
+static void row_add_face(row_builder *b, const curvopt_mesh *m, int32_t f, double weight) {
+    double share = weight / co_mesh_face_size(m, f);
+    for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+        row_add(b, m->corner_vertex[h], share);
+}
+
+/* Interior vertex of valence n: (F + 2 R + (n - 3) P) / n with F the mean of face points, R of edge midpoints. */
+static void add_smooth_rule(row_builder *b, const curvopt_mesh *m, int32_t v, double weight) {
+    int32_t first = m->vertex_corner[v], h = first;
+    double n = m->valence[v];
+    row_add(b, v, weight * ((n - 3) / n + 1 / n));
+    do {
+        row_add(b, co_mesh_destination(m, h), weight * (1 / (n * n)));
+        row_add_face(b, m, m->corner_face[h], weight * (1 / (n * n)));
+        h = co_mesh_rotate(m, h);
+    } while (h != first);
+}
+
+/* What is sharp round a vertex, now or one subdivision later. */
+typedef struct sharp_edges {
+    int32_t count;
+    int32_t ends[2]; /* other ends of the first two */
+    int is_corner;
+} sharp_edges;
+
+/* What fades away at a vertex with this subdivision. */
+typedef struct fading {
+    double sum;
+    int32_t count;
+} fading;
+
+static void count_sharp(sharp_edges *s, double sharpness, int32_t end) {
+    if (sharpness > 0) {
+        if (s->count < 2)
+            s->ends[s->count] = end;
+        s->count++;
+    }
+}
+
+static void note_fading(fading *f, double sharpness) {
+    if (sharpness > 0 && co_crease_softened(sharpness) == 0) {
+        f->sum += sharpness;
+        f->count++;
+    }
+}
+
+static void note_edge(double sharpness, int32_t end, sharp_edges state[2], fading *f) {
+    count_sharp(&state[0], sharpness, end);
+    count_sharp(&state[1], co_crease_softened(sharpness), end);
+    note_fading(f, sharpness);
+}
+
+/* state[0] now, state[1] after. */
+static void look_round(const curvopt_mesh *m, int32_t v, sharp_edges state[2], fading *f) {
+    int32_t first = m->vertex_corner[v], h = first, last;
+    double sharpness = co_crease_vertex(m, v);
+    state[0] = (sharp_edges){.is_corner = sharpness > 0};
+    state[1] = (sharp_edges){.is_corner = co_crease_softened(sharpness) > 0};
+    *f = (fading){0};
+    note_fading(f, sharpness);
+    do {
+        note_edge(co_crease_edge(m, h), co_mesh_destination(m, h), state, f);
+        last = h;
+        h = co_mesh_rotate(m, h);
+    } while (h >= 0 && h != first);
+    if (h < 0) /* the boundary edge that arrives */
+        note_edge(CURVOPT_SHARPNESS_INFINITE, m->corner_vertex[co_mesh_prev(m, last)], state, f);
+    for (int i = 0; i < 2; i++)
+        state[i].is_corner |= state[i].count > 2;
+}
+
+static void add_rule(row_builder *b, const curvopt_mesh *m, int32_t v, const sharp_edges *s, double weight) {
+    if (s->is_corner) {
+        row_add(b, v, weight);
+    } else if (s->count == 2) {
+        row_add(b, v, weight * 0.75);
+        row_add(b, s->ends[0], weight * 0.125);
+        row_add(b, s->ends[1], weight * 0.125);
+    } else { /* a dart, where one crease ends, is smooth */
+        add_smooth_rule(b, m, v, weight);
+    }
+}
+
+static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
+    sharp_edges state[2];
+    fading f;
+    if (!m->edge_sharpness && !m->vertex_sharpness && !co_mesh_is_boundary_vertex(m, v)) {
+        add_smooth_rule(b, m, v, 1);
+        return;
+    }
+    look_round(m, v, state, &f);
+    double weight = f.count ? fmin(f.sum / f.count, 1) : 1;
+    add_rule(b, m, v, &state[0], weight);
+    if (weight < 1)
+        add_rule(b, m, v, &state[1], 1 - weight);
+}
+
+static void edge_row(row_builder *b, const curvopt_mesh *m, int32_t h) {
+    double smooth = 1 - fmin(co_crease_edge(m, h), 1), end_weight = 0.5 - 0.25 * smooth;
+    row_add(b, m->corner_vertex[h], end_weight);
+    row_add(b, co_mesh_destination(m, h), end_weight);
+    if (smooth > 0) {
+        row_add_face(b, m, m->corner_face[h], 0.25 * smooth);
+        row_add_face(b, m, m->corner_face[m->twin[h]], 0.25 * smooth);
+    }
+}
+
+/* No more entries than this are ever needed: every face once a vertex, twice an edge, once itself. */
+static size_t entries_bound(const curvopt_mesh *m) {
+    size_t n = (size_t)m->info.n_vertices + 2 * (size_t)m->info.n_edges;
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        size_t size = (size_t)co_mesh_face_size(m, f);
+        n += size * size + size * size + size + size;
+    }
+    return n;
+}
+
+static int32_t build_rows(const curvopt_mesh *m, co_sparse_rows *rows, curvopt_error *error) {
+    const curvopt_mesh_info *n = &m->info;
+    size_t *slot = CO_NEW(size_t, n->n_vertices);
+    if (!slot)
+        return co_status_no_memory(error);
+    int32_t status =
+        co_sparse_rows_allocate(rows, n->n_vertices + n->n_edges + n->n_faces, n->n_vertices, entries_bound(m), error);
+    if (status == CURVOPT_OK) {
+        row_builder b = {.rows = rows, .slot = slot};
+        for (int32_t v = 0; v < n->n_vertices; v++) {
+            row_begin(&b, v);
+            vertex_row(&b, m, v);
+            row_end(&b);
+        }
+        for (int32_t e = 0; e < n->n_edges; e++) {
+            row_begin(&b, n->n_vertices + e);
+            edge_row(&b, m, m->edge_corner[e]);
+            row_end(&b);
+        }
+        for (int32_t f = 0; f < n->n_faces; f++) {
+            row_begin(&b, n->n_vertices + n->n_edges + f);
+            row_add_face(&b, m, f, 1);
+            row_end(&b);
+        }
+    }
+    free(slot);
+    return status;
+}
+
+static int32_t build_faces(const curvopt_mesh *m, curvopt_mesh **fine, curvopt_error *error) {
+    const curvopt_mesh_info *n = &m->info;
+    int32_t status, *sizes = CO_NEW(int32_t, n->n_corners), *vertices = CO_NEW(int32_t, 4 * (size_t)n->n_corners);
+    if (!sizes || !vertices) {
+        status = co_status_no_memory(error);
+        goto done;
+    }
+    for (int32_t h = 0; h < n->n_corners; h++) {
+        sizes[h] = 4;
+        vertices[4 * h] = m->corner_vertex[h];
+        vertices[4 * h + 1] = n->n_vertices + m->edge[h];
+        vertices[4 * h + 2] = n->n_vertices + n->n_edges + m->corner_face[h];
+        vertices[4 * h + 3] = n->n_vertices + m->edge[co_mesh_prev(m, h)];
+    }
+    status = co_mesh_create_loose(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
+done:
+    free(sizes);
+    free(vertices);
+    return status;
+}
+
+int32_t co_subdivide(const curvopt_mesh *mesh, curvopt_mesh **fine, co_sparse_rows *rows, curvopt_error *error) {
+    *fine = NULL;
+    if (mesh->info.n_corners > INT32_MAX / 32)
+        return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d face corners is too large to subdivide",
+                              mesh->info.n_corners);
+    int32_t status = build_faces(mesh, fine, error);
+    if (status == CURVOPT_OK)
+        status = co_crease_soften(mesh, fine, error);
+    if (status == CURVOPT_OK && rows) {
+        status = build_rows(mesh, rows, error);
+        if (status != CURVOPT_OK) {
+            co_mesh_destroy(*fine);
+            *fine = NULL;
+        }
+    }
+    return status;
+}

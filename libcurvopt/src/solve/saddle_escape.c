@@ -1,0 +1,156 @@
+/* Away from saddles that symmetry hides.
+ *
+ * A minimum among cages of some symmetry is stationary among all cages, but need not be a minimum there: the Hessian
+ * may be negative in directions that break the symmetry. What such a direction keeps of it is a subgroup (Golubitsky,
+ * Stewart, Schaeffer, "Singularities and groups in bifurcation theory II", 1988, chapter XIII); the largest ones are
+ * tried first, so that no more symmetry is lost than must be, and no more time. Among those of one order the steepest
+ * way decides: any of them leads down, but often to the next saddle.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/saddle_escape.h"
+
+#include "base/memory.h"
+#include "constraints/subgroups.h"
+#include "mesh/similarity.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a maximal subgroup of a point group: 2 mostly, 3 where an axis of three goes, 4 those that keep one of a cube's.
+ */
+enum { LARGEST_INDEX = 4 };
+
+/* Where to look from. */
+typedef struct place {
+    const co_run_context *frame;
+    const curvopt_mesh *mesh;
+    const co_constraints *constraints; /* within which a way is looked for */
+    co_gauge gauge;
+    const double *xyz;
+    int32_t number;
+} place;
+
+void co_saddle_escape_free(co_way_down *way) {
+    co_symmetry_free(&way->symmetry);
+    free(way->xyz);
+    *way = (co_way_down){0};
+}
+
+/* Looks for a way among cages with this symmetry; if there is one, xyz is some way along, and *gain what that brings.
+ */
+static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, int *found, double *gain,
+                    curvopt_error *error) {
+    size_t n = 3 * (size_t)p->mesh->info.n_vertices;
+    co_level level = {0};
+    co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
+    *found = 0;
+    int32_t status = now.x && now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_level_create(p->frame, p->mesh, symmetry, p->constraints, p->xyz, p->number, &level, now.x, error);
+    if (status == CURVOPT_OK)
+        status = co_level_begin(&level, &now, error);
+    level.gauge = p->gauge;
+    *gain = now.value;
+    if (status == CURVOPT_OK && level.reduction.n_variables && !co_run_context_is_cancelled(p->frame))
+        status = co_level_leave_saddle(&level, &now, found, error);
+    *gain -= now.value;
+    if (status == CURVOPT_OK && *found)
+        co_level_to_user(&level, now.x, level.last.integral[CO_INT_AREA], xyz);
+    co_level_free(&level);
+    free(now.x);
+    free(now.gradient);
+    return status;
+}
+
+static int32_t look_without_symmetry(const place *p, double *xyz, int *found, curvopt_error *error) {
+    co_symmetry none = {0};
+    double gain;
+    int32_t status = co_symmetry_none(p->mesh, &none, error);
+    if (status == CURVOPT_OK)
+        status = look(p, &none, xyz, found, &gain, error);
+    co_symmetry_free(&none);
+    return status;
+}
+
+/* The best of what was found, and a way that is looked at. */
+typedef struct search {
+    co_way_down *best;
+    double gain;
+    double *xyz; /* [3 n_vertices] */
+} search;
+
+/* In one subgroup. */
+static int32_t look_in_subgroup(const place *p, const co_symmetry *symmetry, const uint8_t *member, search *s,
+                                curvopt_error *error) {
+    co_symmetry sub = {0};
+    double gain = 0;
+    int found = 0;
+    int32_t status = co_subgroup_select(symmetry, member, &sub, error);
+    if (status == CURVOPT_OK)
+        status = look(p, &sub, s->xyz, &found, &gain, error);
+    if (status == CURVOPT_OK && found && (!s->best->found || gain > s->gain)) {
+        co_symmetry_free(&s->best->symmetry);
+        s->best->symmetry = sub;
+        s->best->found = 1;
+        s->gain = gain;
+        memcpy(s->best->xyz, s->xyz, 3 * sizeof(double) * (size_t)p->mesh->info.n_vertices);
+    } else {
+        co_symmetry_free(&sub);
+    }
+    return status;
+}
+
+/* In subgroups of an index of at most this, the largest first; of the same order, the one where it goes down most. */
+static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, int32_t largest_index, co_way_down *out,
+                                 curvopt_error *error) {
+    co_subgroups groups = {0};
+    search s = {.best = out, .xyz = CO_NEW(double, 3 * (size_t)p->mesh->info.n_vertices)};
+    int32_t status = s.xyz ? co_subgroups_create(symmetry, &groups, error) : co_status_no_memory(error);
+    for (int32_t k = 0; status == CURVOPT_OK && k < groups.n; k++) {
+        if (groups.order[k] < symmetry->order / largest_index || (out->found && groups.order[k] < out->symmetry.order))
+            break;
+        status = look_in_subgroup(p, symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &s, error);
+    }
+    co_subgroups_free(&groups);
+    free(s.xyz);
+    return status;
+}
+
+/* Planes that the user chose are not given up. Elsewhere a way that keeps less than the largest subgroups do costs more
+ * than it is worth, looked for and gone (worth_of in descent.c); but who asks for an escape from a saddle of the
+ * shape wants to know whether there is one at all. */
+static int32_t largest_index(const curvopt_options *o, const co_symmetry *symmetry, co_saddle_escape_among among) {
+    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
+        return 1;
+    return among == CO_SADDLE_ESCAPE_ALL ? LARGEST_INDEX : symmetry->order;
+}
+
+int32_t co_saddle_escape_find(const co_run_context *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
+                              const co_constraints *constraints, const double *xyz, int32_t number,
+                              co_saddle_escape_among among, co_way_down *out, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    co_constraints held = {0}, lines = {0};
+    co_run_context own = *frame;
+    place p = {.frame = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
+    *out = (co_way_down){.xyz = CO_NEW(double, 3 * n)};
+    int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_all(m, constraints, frame->options->boundary, &held, error);
+    p.gauge = co_gauge_of(frame->options->weights, &held);
+    if (!held.freedom)
+        own.radius = co_similarity_frame(n, xyz, own.centroid);
+    if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS) {
+        p.constraints = &lines;
+        status = co_constraints_to_normals(m, &held, xyz, &lines, error);
+    }
+    int possible = 1;
+    if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS)
+        status = look_without_symmetry(&p, out->xyz, &possible, error);
+    if (status == CURVOPT_OK && possible)
+        status = look_in_subgroups(&p, symmetry, largest_index(frame->options, symmetry, among), out, error);
+    co_constraints_free(&held);
+    co_constraints_free(&lines);
+    if (status != CURVOPT_OK)
+        co_saddle_escape_free(out);
+    return status;
+}

@@ -1,0 +1,484 @@
+/* Quadrature points and basis rows of a kind of face. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/basis_table.h"
+
+#include "base/memory.h"
+#include "surface/gauss_legendre.h"
+#include "surface/patches.h"
+#include "surface/ring_cell.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* How finely a kind of face is sampled: points a side of the face, or of the first ring's cells; and how small a part
+ * of the face the hole round an extraordinary vertex may be. The integral over that hole is not dropped: what happens
+ * in the last ring repeats in the rings inside it with a known ratio (see ring_tail), which its weights take up.
+ *
+ * At the vertex of a wide blend w is flat and the surface all but a polynomial of the chart: nothing happens in a large
+ * hole that the ring round it does not show.
+ *
+ * On `limit` all rings look alike, and count for less and less: each gets one point a side less than the one before it,
+ * down to `least`. A blend varies most where it lets go, in the first ring: its
+ * rings get half as many points each as the one before, down to `least`. (One vertex of valence 3, MVS on `plane`: with
+ * 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5; 12 in the second ring by 1e-5; 6 in the third by
+ * 2e-6 of the whole.) Every rule is finer in all
+ * respects than the one before it, or comparing the two would not tell what is missing. */
+typedef struct rule {
+    int points, least;
+    double hole;
+} rule;
+enum { KIND_REGULAR, KIND_LIMIT, KIND_PLANE, KIND_POLYNOMIAL, KIND_WIDE, N_KINDS };
+static const rule rules[N_KINDS][CO_N_RULES] = {
+    {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}},
+    {{3, 2, 1e-3},
+     {4, 3, 1e-4},
+     {6, 4, 1e-5},
+     {10, 5, 1e-6},
+     {16, 6, 1e-7},
+     {24, 8, 1e-8},
+     {36, 10, 1e-9},
+     {48, 12, 1e-9}},
+    {{8, 3, 1e-3},
+     {16, 4, 1e-4},
+     {24, 4, 1e-5},
+     {36, 6, 1e-6},
+     {48, 6, 1e-7},
+     {72, 8, 1e-8},
+     {96, 8, 1e-8},
+     {120, 10, 1e-8}},
+    {{4, 3, 1e-3},
+     {6, 4, 1e-4},
+     {8, 4, 1e-5},
+     {12, 6, 1e-6},
+     {16, 8, 1e-6},
+     {24, 12, 1e-7},
+     {36, 18, 1e-7},
+     {48, 24, 1e-8}},
+    {{3, 2, 1e-1},
+     {4, 3, 1e-2},
+     {6, 4, 1e-3},
+     {10, 5, 1e-4},
+     {16, 6, 1e-5},
+     {24, 8, 1e-6},
+     {36, 10, 1e-7},
+     {48, 12, 1e-8}}};
+enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
+
+/* Whether a face is one piece, not rings round an extraordinary vertex. */
+static int is_one_piece(int32_t fan) {
+    return co_patches_own_size(fan) == CO_RING_REGULAR; /* no fan has as many */
+}
+/* The vertex's fan. */
+static int32_t fan_of(int32_t kind) {
+    return co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind;
+}
+
+static int kind_of(const co_basis_table *t) {
+    static const int irregular[] = {[CURVOPT_SURFACE_LIMIT] = KIND_LIMIT,
+                                    [CURVOPT_SURFACE_PLANE] = KIND_PLANE,
+                                    [CURVOPT_SURFACE_POLYNOMIAL] = KIND_POLYNOMIAL};
+    if (is_one_piece(t->valence))
+        return KIND_REGULAR;
+    return co_fan_is_wide(t->valence) ? KIND_WIDE : irregular[t->surface];
+}
+
+static int points_of_ring(int kind, const rule *r, int ring) {
+    int blended = kind == KIND_PLANE || kind == KIND_POLYNOMIAL;
+    int points = blended ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points - (ring - 1);
+    points = points > r->least ? points : r->least;
+    int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
+    return (points + splits - 1) / splits * splits;
+}
+
+/* Ratios of successive rings' integrals: of area lambda^2, of squared curvature (mu / lambda^2)^2 lambda^2. */
+typedef struct ring_tail {
+    double area_ratio;
+    double curvature_ratio;
+    int n_rings;
+} ring_tail;
+
+static ring_tail tail_of(const co_stam_disc *disc, int32_t surface, double hole) {
+    double lambda = (double)disc->lambda, mu = (double)disc->mu;
+    ring_tail t = {.area_ratio = lambda * lambda, .curvature_ratio = mu * mu / (lambda * lambda)};
+    if (surface != CURVOPT_SURFACE_LIMIT) /* smooth there: curvature behaves like a constant */
+        t.curvature_ratio = t.area_ratio;
+    t.n_rings = (int)ceill(logl(hole) / logl(fmax(t.area_ratio, t.curvature_ratio)));
+    t.n_rings = t.n_rings < MIN_RINGS ? MIN_RINGS : t.n_rings > MAX_RINGS ? MAX_RINGS : t.n_rings;
+    return t;
+}
+
+void co_basis_table_destroy(co_basis_table *t) {
+    if (!t)
+        return;
+    free(t->support);
+    free(t->area_weight);
+    free(t->weight);
+    free(t->jacobian_scale);
+    free(t->rows);
+    free(t->blend);
+    free(t->masks);
+    free(t);
+}
+
+static int32_t allocate(co_basis_table *t, curvopt_error *error) {
+    size_t samples = (size_t)t->n_samples, points = (size_t)t->n_points;
+    int plane = t->surface == CURVOPT_SURFACE_PLANE && t->valence != CO_FAN_REGULAR;
+    t->area_weight = CO_NEW(double, samples);
+    t->weight = CO_NEW(double, samples);
+    t->jacobian_scale = CO_NEW(double, samples);
+    t->rows = CO_NEW_ALIGNED(double, samples *points *CO_JET);
+    t->blend = plane ? CO_NEW(double, samples *CO_JET) : NULL;
+    t->masks = plane ? CO_NEW(double, 3 * points) : NULL;
+    if (!t->area_weight || !t->weight || !t->jacobian_scale || !t->rows || (plane && (!t->blend || !t->masks)))
+        return co_status_no_memory(error);
+    return CURVOPT_OK;
+}
+
+/* The patch points that rows can be nonzero on. */
+static int32_t choose_support(co_basis_table *t, curvopt_error *error) {
+    int32_t n = co_patches_own_size(t->valence), all = co_patches_size(t->valence);
+    int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->valence); /* the fit, into rows */
+    t->support = CO_NEW(int32_t, all);
+    if (!t->support)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < all; i++)
+        if (i >= n || folded || is_one_piece(t->valence) || co_stam_in_support(fan_of(t->valence), i))
+            t->support[t->n_points++] = i;
+    return CURVOPT_OK;
+}
+
+/* What the samples of one cell, or of a whole regular face (cell NULL), have in common. */
+typedef struct cell_samples {
+    const co_ring_cell *cell;
+    int n_side; /* points a side, in sub-cells of at most MAX_GAUSS each way */
+    double area_factor, curvature_factor, jacobian_scale;
+} cell_samples;
+
+static void regular_rows(co_real u, co_real v, double *rows) {
+    co_real basis[16][CO_JET];
+    co_bspline_bicubic(u, v, basis);
+    for (int i = 0; i < 16; i++)
+        co_jet_store(basis[i], rows + CO_JET * i);
+}
+
+static void store_sample(co_basis_table *t, const cell_samples *c, co_real u, co_real v, co_real weight,
+                         int32_t sample) {
+    double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
+    co_chart chart;
+    chart.jacobian = 1;
+    if (c->cell) {
+        co_ring_cell_rows(c->cell, u, v, t->n_points, t->support, rows, &chart);
+    } else {
+        regular_rows(u, v, rows);
+    }
+    t->area_weight[sample] = (double)weight * chart.jacobian * c->area_factor;
+    t->weight[sample] = (double)weight * chart.jacobian * c->curvature_factor;
+    t->jacobian_scale[sample] = chart.jacobian * c->jacobian_scale;
+    if (t->blend) {
+        co_real jet[CO_JET];
+        double *blend = t->blend + (size_t)sample * CO_JET;
+        co_ring_cell_blend(c->cell, CO_BLEND_SMOOTH, u, v, jet);
+        co_jet_store(jet, blend);
+        co_chart_apply(&chart, blend);
+    }
+}
+
+/* The samples of one cell, from number `sample` on; the next free one. */
+static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sample) {
+    co_real node[MAX_GAUSS], weight[MAX_GAUSS];
+    int splits = (c->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = c->n_side / splits;
+    co_gauss_legendre(gauss, node, weight);
+    for (int j = 0; j < c->n_side; j++)
+        for (int i = 0; i < c->n_side; i++, sample++)
+            store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
+                         weight[i % gauss] * weight[j % gauss] / (splits * splits), sample);
+    return sample;
+}
+
+static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *error) {
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)n_points);
+    if (!masks)
+        return co_status_no_memory(error);
+    co_stam_limit_masks(t->valence, masks);
+    for (int m = 0; m < 3; m++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            t->masks[m * t->n_points + p] = (double)masks[m * n_points + t->support[p]];
+    free(masks);
+    return CURVOPT_OK;
+}
+
+struct co_cached_table {
+    int32_t fan, rule;
+    co_basis_table *table;
+};
+
+struct co_cached_fit {
+    int32_t fan, width;
+    co_blend_fit polynomial;
+};
+
+/* The polynomial of a kind of patch; the fit only where it is folded into rows. */
+static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blend_fit *out, curvopt_error *error) {
+    return co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
+                                : co_blend_fit_create(disc, 1, out, error);
+}
+
+/* What is fitted at this kind's vertex, kept for the next table or point. */
+static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
+    int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
+    for (int32_t i = 0; i < cache->n_fits; i++)
+        if (cache->fit[i].fan == fan && cache->fit[i].width == width) {
+            *out = &cache->fit[i].polynomial;
+            return CURVOPT_OK;
+        }
+    struct co_cached_fit *fit = realloc(cache->fit, sizeof *fit * ((size_t)cache->n_fits + 1));
+    if (!fit)
+        return co_status_no_memory(error);
+    cache->fit = fit;
+    fit += cache->n_fits;
+    *fit = (struct co_cached_fit){.fan = fan, .width = width};
+    co_stam_disc disc;
+    int32_t status = co_stam_disc_create(fan, &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = create_polynomial(&disc, kind, &fit->polynomial, error);
+    co_stam_disc_free(&disc);
+    if (status == CURVOPT_OK) {
+        cache->n_fits++;
+        *out = &fit->polynomial;
+    }
+    return status;
+}
+
+/* polynomial: NULL on other surfaces */
+static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_blend_fit *polynomial, const rule *r,
+                              ring_tail tail, curvopt_error *error) {
+    co_ring_cell cell = {0};
+    int32_t sample = 0, status;
+    co_real *map = CO_NEW(co_real, 2 * (size_t)disc->n_points);
+    const co_real *chart = polynomial ? polynomial->map : co_fan_is_smooth(disc->fan) ? map : NULL;
+    if (!map)
+        return co_status_no_memory(error);
+    if (chart == map)
+        co_stam_characteristic_map(disc, map);
+    status = co_ring_cell_create(disc, polynomial, chart, &cell, error);
+    for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
+        int last = ring == tail.n_rings;
+        cell_samples samples = {.cell = &cell,
+                                .n_side = points_of_ring(kind_of(t), r, ring),
+                                .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
+                                .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
+                                .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
+        for (int c = 0; c < CO_RING_CELLS; c++) {
+            co_ring_cell_set(&cell, disc, c);
+            sample = add_samples(t, &samples, sample);
+        }
+        co_stam_disc_advance(disc);
+    }
+    if (status == CURVOPT_OK && t->masks)
+        status = fill_masks(t, disc->n_points, error);
+    co_ring_cell_free(&cell);
+    free(map);
+    return status;
+}
+
+/* A regular face, or one of a wide disc away from the vertex, with its polynomial. */
+static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial, const rule *r, curvopt_error *error) {
+    co_ring_cell cell = {0};
+    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    int32_t status = CURVOPT_OK;
+    if (co_fan_is_wide(t->valence)) {
+        status =
+            co_ring_cell_create_face(polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
+        whole.cell = &cell;
+    }
+    if (status == CURVOPT_OK)
+        add_samples(t, &whole, 0);
+    co_ring_cell_free(&cell);
+    return status;
+}
+
+static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t rule_number, curvopt_error *error) {
+    const rule *r = &rules[kind_of(t)][rule_number];
+    int one_piece = is_one_piece(t->valence);
+    co_stam_disc disc = {0};
+    ring_tail tail = {0};
+    int32_t status = choose_support(t, error);
+    if (status == CURVOPT_OK && !one_piece)
+        status = co_stam_disc_create(fan_of(t->valence), &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (one_piece)
+        t->n_samples = r->points * r->points;
+    else
+        tail = tail_of(&disc, t->surface, r->hole);
+    for (int ring = 1; ring <= tail.n_rings; ring++)
+        t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
+    status = allocate(t, error);
+    if (status == CURVOPT_OK)
+        status =
+            one_piece ? fill_one_piece(t, polynomial, r, error) : fill_irregular(t, &disc, polynomial, r, tail, error);
+    co_stam_disc_free(&disc);
+    return status;
+}
+
+/* Of the cache's surface, whose fit it takes from there. */
+static int32_t create_table(co_basis_table_cache *cache, int32_t valence, int32_t rule_number, co_basis_table **out,
+                            curvopt_error *error) {
+    const co_blend_fit *polynomial = NULL;
+    *out = NULL;
+    co_basis_table *t = CO_NEW(co_basis_table, 1);
+    if (!t)
+        return co_status_no_memory(error);
+    t->surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
+    t->valence = valence;
+    int32_t status = CURVOPT_OK;
+    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && valence != CO_FAN_REGULAR)
+        status = find_fit(cache, valence, &polynomial, error);
+    if (status == CURVOPT_OK)
+        status = fill(t, polynomial, rule_number, error);
+    if (status != CURVOPT_OK) {
+        co_basis_table_destroy(t);
+        return status;
+    }
+    *out = t;
+    return CURVOPT_OK;
+}
+
+int32_t co_basis_table_create(int32_t surface, int32_t valence, int32_t rule_number, co_basis_table **out,
+                              curvopt_error *error) {
+    co_basis_table_cache cache;
+    co_basis_table_cache_create(surface, &cache);
+    int32_t status = create_table(&cache, valence, rule_number, out, error);
+    co_basis_table_cache_free(&cache);
+    return status;
+}
+
+/* At the vertex itself: its position; derivatives there do not exist. */
+static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, double *rows, curvopt_error *error) {
+    int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_BLEND_DISC_TERMS : 0);
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
+    if (!masks)
+        return co_status_no_memory(error);
+    if (co_fan_is_smooth(disc->fan))
+        co_stam_limit_masks(disc->valence, masks);
+    else
+        co_stam_disc_limit_mask(disc, masks);
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
+        rows[i] = i % CO_JET               ? (double)NAN
+                  : polynomial->width > 1  ? i == n * CO_JET /* the first of the polynomial's points lies there */
+                  : polynomial->width == 1 ? (double)polynomial->fit[i / CO_JET]
+                                           : (double)masks[i / CO_JET];
+    free(masks);
+    return CURVOPT_OK;
+}
+
+/* Rows at (u, v) of a cell of the right ring, (u, v) not both 0; derivatives with respect to u, v. */
+static int32_t ring_rows(co_stam_disc *disc, const co_blend_fit *polynomial, double u, double v, int32_t n_all,
+                         const int32_t *all, double *rows, curvopt_error *error) {
+    co_ring_cell cell;
+    co_chart chart;
+    int32_t status = co_ring_cell_create(disc, polynomial->width ? polynomial : NULL, NULL, &cell, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_real side = 0.5L;
+    for (; u < side && v < side; side /= 2)
+        co_stam_disc_advance(disc);
+    co_ring_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
+    co_ring_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows, &chart);
+    for (int32_t i = 0; i < n_all * CO_JET; i++)
+        rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
+    co_ring_cell_free(&cell);
+    return CURVOPT_OK;
+}
+
+/* Rows of a face of a wide disc, not of that at the vertex. */
+static int32_t wide_rows(const co_blend_fit *polynomial, int32_t kind, double u, double v, const int32_t *all,
+                         double *rows, curvopt_error *error) {
+    co_ring_cell cell;
+    co_chart chart;
+    int32_t status = co_ring_cell_create_face(polynomial, co_fan_wide_i(kind), co_fan_wide_j(kind), &cell, error);
+    if (status == CURVOPT_OK)
+        co_ring_cell_rows(&cell, u, v, co_patches_size(kind), all, rows, &chart);
+    co_ring_cell_free(&cell);
+    return status;
+}
+
+/* Rows of a face at an extraordinary vertex. */
+static int32_t vertex_face_rows(const co_blend_fit *polynomial, int32_t kind, double u, double v, const int32_t *all,
+                                double *rows, curvopt_error *error) {
+    co_stam_disc disc;
+    int32_t status = co_stam_disc_create(fan_of(kind), &disc, error);
+    if (status == CURVOPT_OK)
+        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
+                                  : ring_rows(&disc, polynomial, u, v, co_patches_size(kind), all, rows, error);
+    co_stam_disc_free(&disc);
+    return status;
+}
+
+static int32_t irregular_point(co_basis_table_cache *cache, int32_t surface, int32_t kind, double u, double v,
+                               double *rows, curvopt_error *error) {
+    static const co_blend_fit none = {0};
+    const co_blend_fit *polynomial = &none;
+    int32_t n_all = co_patches_size(kind), *all = CO_NEW(int32_t, n_all);
+    int32_t status = all ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL)
+        status = find_fit(cache, kind, &polynomial, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < n_all; i++)
+        all[i] = i;
+    if (status == CURVOPT_OK)
+        status = (is_one_piece(kind) ? wide_rows : vertex_face_rows)(polynomial, kind, u, v, all, rows, error);
+    free(all);
+    return status;
+}
+
+int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t valence, double u, double v, double *rows,
+                             double *weight, curvopt_error *error) {
+    if (valence == CO_FAN_REGULAR) {
+        regular_rows(u, v, rows);
+        return CURVOPT_OK;
+    }
+    int32_t surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT;
+    if (surface == CURVOPT_SURFACE_PLANE) {
+        co_real jet[CO_JET];
+        co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
+        for (int k = 0; k < CO_JET; k++)
+            weight[k] = (double)jet[k];
+    }
+    return irregular_point(cache, surface, valence, u, v, rows, error);
+}
+
+void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache) {
+    *cache = (co_basis_table_cache){.surface = surface};
+}
+
+void co_basis_table_cache_free(co_basis_table_cache *cache) {
+    for (int32_t i = 0; i < cache->n_tables; i++)
+        co_basis_table_destroy(cache->table[i].table);
+    for (int32_t i = 0; i < cache->n_fits; i++)
+        co_blend_fit_free(&cache->fit[i].polynomial);
+    free(cache->table);
+    free(cache->fit);
+    *cache = (co_basis_table_cache){0};
+}
+
+int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t valence, int32_t rule_number,
+                                 const co_basis_table **out, curvopt_error *error) {
+    *out = NULL;
+    for (int32_t i = 0; i < cache->n_tables; i++)
+        if (cache->table[i].fan == valence && cache->table[i].rule == rule_number) {
+            *out = cache->table[i].table;
+            return CURVOPT_OK;
+        }
+    struct co_cached_table entry = {.fan = valence, .rule = rule_number};
+    size_t bigger = sizeof entry * ((size_t)cache->n_tables + 1);
+    struct co_cached_table *table = realloc(cache->table, bigger);
+    if (!table)
+        return co_status_no_memory(error);
+    cache->table = table;
+    int32_t status = create_table(cache, valence, rule_number, &entry.table, error);
+    if (status == CURVOPT_OK) {
+        cache->table[cache->n_tables++] = entry;
+        *out = entry.table;
+    }
+    return status;
+}

@@ -1,0 +1,260 @@
+/* Wide blends round extraordinary vertices. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/blend_disc.h"
+
+#include "base/memory.h"
+#include "mesh/ring.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { TERMS = CO_BLEND_DISC_TERMS, DISTANCE_PER_WIDTH = 4 };
+
+void co_blend_discs_free(co_blend_discs *w) {
+    for (int32_t i = 0; i < w->n_fits; i++) {
+        free(w->fit[i].matrix);
+        free(w->fit[i].turn);
+    }
+    free(w->fit);
+    free(w->disc);
+    free(w->column);
+    free(w->face);
+    *w = (co_blend_discs){0};
+}
+
+/* ----------------------------------------------------------------------------------------------- finding -- */
+
+typedef struct finder {
+    const curvopt_mesh *mesh;
+    const uint8_t *kind;
+    int32_t *seen; /* [n_vertices] the last vertex from which each was reached */
+    int32_t *queue;
+} finder;
+
+/* Whether v is the smooth vertex of a closed fan of quads, but not of four; two have no characteristic map. */
+static int is_extraordinary(const finder *f, int32_t v) {
+    int32_t h = f->mesh->vertex_corner[v], first;
+    return f->kind[h] == CO_CORNER_EXTRAORDINARY && f->mesh->valence[v] > 2 &&
+           co_fan_type_of(co_ring_fan(f->mesh, h, &first)) == CO_FAN_CLOSED;
+}
+
+/* Rings of faces from v to the nearest other vertex that is not regular, as far as `limit`. */
+static int distance_to_others(const finder *f, int32_t v, int limit) {
+    const curvopt_mesh *m = f->mesh;
+    int32_t head = 0, n = 0;
+    f->seen[v] = v;
+    f->queue[n++] = v;
+    for (int ring = 1; ring <= limit; ring++)
+        for (int32_t end = n; head < end; head++) {
+            int32_t first = m->vertex_corner[f->queue[head]], h = first;
+            do { /* round a vertex with a closed fan of quads */
+                for (int32_t k = 0, g = co_mesh_next(m, h); k < 3; k++, g = co_mesh_next(m, g)) {
+                    int32_t to = m->corner_vertex[g];
+                    if (f->seen[to] == v)
+                        continue;
+                    if (f->kind[m->vertex_corner[to]] != CO_CORNER_REGULAR)
+                        return ring;
+                    f->seen[to] = v;
+                    f->queue[n++] = to;
+                }
+                h = co_mesh_rotate(m, h);
+            } while (h != first);
+        }
+    return limit;
+}
+
+/* The same edge one face further along it, and one face to its left. */
+static int32_t further(const curvopt_mesh *m, int32_t h) {
+    return co_mesh_next(m, m->twin[co_mesh_next(m, h)]);
+}
+static int32_t beside(const curvopt_mesh *m, int32_t h) {
+    return m->twin[co_mesh_next(m, co_mesh_next(m, h))];
+}
+
+/* Marks the disc's faces; 0, and none marked, if it would meet itself, as round a thin tube. */
+static int mark_faces(const curvopt_mesh *m, int32_t v, int width, int32_t disc, co_blend_disc_face *face) {
+    int32_t h = m->vertex_corner[v];
+    int fits = 1;
+    for (int pass = 0; pass < 2 && (pass == 0 || !fits); pass++)
+        for (int32_t s = 0; s < m->valence[v]; s++, h = co_mesh_rotate(m, h))
+            for (int32_t j = 0, row = h; j < width; j++, row = beside(m, row))
+                for (int32_t i = 0, g = row; i < width; i++, g = further(m, g)) {
+                    co_blend_disc_face *at = &face[m->corner_face[g]];
+                    fits &= pass > 0 || at->disc < 0;
+                    if (pass == 0 && at->disc < 0)
+                        *at = (co_blend_disc_face){disc, g, s, i, j};
+                    else if (pass > 0 && at->disc == disc)
+                        at->disc = -1;
+                }
+    return fits;
+}
+
+static void list_points(const curvopt_mesh *m, int32_t v, int width, int32_t *column) {
+    int32_t h = m->vertex_corner[v], valence = m->valence[v];
+    column[0] = v;
+    for (int32_t s = 0; s < valence; s++, h = co_mesh_rotate(m, h))
+        for (int32_t y = 0, row = h; y <= width + 1; y++, row = beside(m, row))
+            for (int32_t x = 1, g = further(m, row); x <= width + 1; x++, g = further(m, g))
+                column[co_blend_fit_index(valence, width, s, x, y)] = m->corner_vertex[g];
+}
+
+/* ------------------------------------------------------------------------------------------------- fits -- */
+
+static void fill_turns(co_blend_disc_fit *f) {
+    co_real turn[TERMS][TERMS];
+    for (int32_t s = 0; s < f->valence; s++) {
+        double *to = f->turn + (size_t)s * TERMS * TERMS;
+        co_blend_fit_turn(f->valence, s, turn);
+        to[0] = 1;
+        for (int a = 1; a < TERMS; a++) { /* q_a = c_0 + c_a, and c_0 does not turn */
+            co_real sum = 0;
+            for (int b = 1; b < TERMS; b++) {
+                to[a * TERMS + b] = (double)turn[a][b];
+                sum += turn[a][b];
+            }
+            to[a * TERMS] = (double)(1 - sum);
+        }
+    }
+}
+
+static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
+    co_blend_fit polynomial = {0};
+    co_stam_disc disc = {0};
+    f->n_points = co_blend_fit_n_points(f->valence, f->width);
+    f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
+    f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
+    if (!f->matrix || !f->turn)
+        return co_status_no_memory(error);
+    int32_t status = co_stam_disc_create(f->valence, &disc, error);
+    if (status == CURVOPT_OK)
+        status = co_blend_fit_create(&disc, f->width, &polynomial, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < f->n_points; i++)
+        for (int a = 0; a < TERMS; a++)
+            f->matrix[a * f->n_points + i] =
+                (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
+    if (status == CURVOPT_OK)
+        fill_turns(f);
+    co_blend_fit_free(&polynomial);
+    co_stam_disc_free(&disc);
+    return status;
+}
+
+static int32_t find_fit(co_blend_discs *w, int32_t valence, int width, int32_t *index, curvopt_error *error) {
+    for (*index = 0; *index < w->n_fits; ++*index)
+        if (w->fit[*index].valence == valence && w->fit[*index].width == width)
+            return CURVOPT_OK;
+    co_blend_disc_fit *fit = realloc(w->fit, sizeof *fit * ((size_t)w->n_fits + 1));
+    if (!fit)
+        return co_status_no_memory(error);
+    w->fit = fit;
+    fit[w->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
+    return fill_fit(&fit[w->n_fits++], error);
+}
+
+static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *w, curvopt_error *error) {
+    w->face = CO_NEW(co_blend_disc_face, m->info.n_faces);
+    if (!w->face)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < m->info.n_faces; i++)
+        w->face[i].disc = -1;
+    return CURVOPT_OK;
+}
+
+static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_columns, co_blend_discs *w,
+                        curvopt_error *error) {
+    int32_t status = w->face ? CURVOPT_OK : start_faces(m, w, error), fit;
+    while (status == CURVOPT_OK && width > 1 && !mark_faces(m, v, width, w->n_discs, w->face))
+        width--;
+    if (status != CURVOPT_OK || width == 1)
+        return status;
+    status = find_fit(w, m->valence[v], width, &fit, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_blend_disc *disc = realloc(w->disc, sizeof *disc * ((size_t)w->n_discs + 1));
+    if (disc)
+        w->disc = disc;
+    size_t more = *n_columns + (size_t)w->fit[fit].n_points;
+    int32_t *column = realloc(w->column, sizeof *column * more);
+    if (column)
+        w->column = column;
+    if (!disc || !column)
+        return co_status_no_memory(error);
+    disc[w->n_discs++] = (co_blend_disc){.fit = fit, .first_point = w->n_points, .column = *n_columns, .is_used = 1};
+    list_points(m, v, width, column + *n_columns);
+    w->n_points += TERMS * m->valence[v];
+    *n_columns = more;
+    return CURVOPT_OK;
+}
+
+int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int widest, co_blend_discs *w,
+                            curvopt_error *error) {
+    int32_t n = m->info.n_vertices, status = CURVOPT_OK;
+    finder f = {m, kind, CO_NEW(int32_t, n), CO_NEW(int32_t, n)};
+    size_t n_columns = 0;
+    *w = (co_blend_discs){0};
+    if (!f.seen || !f.queue)
+        status = co_status_no_memory(error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < n; v++)
+        f.seen[v] = -1;
+    for (int32_t v = 0; status == CURVOPT_OK && v < n; v++) {
+        int width =
+            is_extraordinary(&f, v) ? distance_to_others(&f, v, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH : 1;
+        if (width > 1)
+            status = add_disc(m, v, width, &n_columns, w, error);
+    }
+    free(f.seen);
+    free(f.queue);
+    if (status != CURVOPT_OK)
+        co_blend_discs_free(w);
+    return status;
+}
+
+/* ----------------------------------------------------------------------------------------------- points -- */
+
+/* One sector's points from sector 0's, or with `back` gradients from there to sector 0, added. */
+static void turn_points(const double *turn, int back, double in[TERMS][3], double out[TERMS][3]) {
+    for (int a = 0; a < TERMS; a++)
+        for (int b = 0; b < TERMS; b++)
+            for (int c = 0; c < 3; c++)
+                out[a][c] += (back ? turn[b * TERMS + a] : turn[a * TERMS + b]) * in[b][c];
+}
+
+void co_blend_discs_apply(const co_blend_discs *w, double *points) {
+    for (int32_t k = 0; k < w->n_discs; k++) {
+        const co_blend_disc *d = &w->disc[k];
+        const co_blend_disc_fit *f = co_blend_disc_fit_of(w, d);
+        double first[TERMS][3] = {{0}};
+        if (!d->is_used)
+            continue;
+        for (int a = 0; a < TERMS; a++)
+            for (int32_t i = 0; i < f->n_points; i++) {
+                const double *x = points + 3 * (size_t)w->column[d->column + (size_t)i];
+                for (int c = 0; c < 3; c++)
+                    first[a][c] += f->matrix[a * f->n_points + i] * x[c];
+            }
+        for (int32_t s = 0; s < f->valence; s++) {
+            double sector[TERMS][3] = {{0}};
+            turn_points(f->turn + (size_t)s * TERMS * TERMS, 0, first, sector);
+            memcpy(points + 3 * (size_t)(d->first_point + TERMS * s), sector, sizeof sector);
+        }
+    }
+}
+
+void co_blend_discs_add_transposed(const co_blend_discs *w, const double *point_gradient, double *gradient) {
+    for (int32_t k = 0; k < w->n_discs; k++) {
+        const co_blend_disc *d = &w->disc[k];
+        const co_blend_disc_fit *f = co_blend_disc_fit_of(w, d);
+        double first[TERMS][3] = {{0}}, sector[TERMS][3];
+        if (!d->is_used)
+            continue;
+        for (int32_t s = 0; s < f->valence; s++) {
+            memcpy(sector, point_gradient + 3 * (size_t)(d->first_point + TERMS * s), sizeof sector);
+            turn_points(f->turn + (size_t)s * TERMS * TERMS, 1, sector, first);
+        }
+        for (int32_t i = 0; i < f->n_points; i++) {
+            double *to = gradient + 3 * (size_t)w->column[d->column + (size_t)i];
+            for (int a = 0; a < TERMS; a++)
+                for (int c = 0; c < 3; c++)
+                    to[c] += f->matrix[a * f->n_points + i] * first[a][c];
+        }
+    }
+}

@@ -1,0 +1,266 @@
+/* The `polynomial` surface's fit. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/blend_fit.h"
+
+#include "base/memory.h"
+#include "surface/gauss_legendre.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Points of the fit: Gauss points a side of each cell, rings; and the weight of the face's far parts, where w = 0. */
+enum { FIT_GAUSS = 4, FIT_RINGS = 5 };
+static const co_real FAR_WEIGHT = 1e-3L;
+
+enum { TERMS = CO_BLEND_FIT_TERMS };
+
+static const co_real pi = 3.14159265358979323846264338327950288L;
+
+void co_blend_fit_free(co_blend_fit *p) {
+    free(p->map);
+    free(p->fit);
+    *p = (co_blend_fit){0};
+}
+
+void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], double out[TERMS][CO_JET]) {
+    memset(out[0], 0, sizeof out[0]);
+    out[0][0] = 1;
+    /* degree after degree: x times those of the degree before, then y times the last of them */
+    for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
+        int before = at - degree;
+        for (int i = 0; i < degree; i++)
+            co_jet_multiply(x, out[before + i], out[at + i]);
+        co_jet_multiply(y, out[at - 1], out[at + degree]);
+        at += degree + 1;
+    }
+}
+
+/* Values alone. */
+static void monomial_values(co_real x, co_real y, co_real *out) {
+    out[0] = 1;
+    for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
+        for (int i = 0; i < degree; i++)
+            out[at + i] = x * out[at - degree + i];
+        out[at + degree] = y * out[at - 1];
+        at += degree + 1;
+    }
+}
+
+int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, int y) {
+    if (y < 0)
+        return co_blend_fit_index(valence, width, sector + valence - 1, -y, x);
+    if (x < 0)
+        return co_blend_fit_index(valence, width, sector + 1, y, -x);
+    if (x == 0 && y == 0)
+        return 0;
+    if (x == 0)
+        return co_blend_fit_index(valence, width, sector + 1, y, 0);
+    return 1 + (width + 1) * ((width + 2) * (sector % valence) + y) + x - 1;
+}
+
+int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
+    int32_t sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
+    return i == 0 ? 0 : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
+}
+
+void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERMS]) {
+    const co_real angle = 2 * pi * sector / valence, c = cosl(angle), d = sinl(angle);
+    co_real image[TERMS][TERMS] = {{1}}; /* monomials of c x - d y, d x + c y, by those of x, y */
+    for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
+        int before = at - degree;
+        for (int i = 0; i <= degree; i++) {
+            const co_real *from = image[i < degree ? before + i : at - 1] + before;
+            co_real along_x = i < degree ? c : d, along_y = i < degree ? -d : c;
+            for (int k = 0; k < degree; k++) {
+                image[at + i][at + k] += along_x * from[k];
+                image[at + i][at + k + 1] += along_y * from[k];
+            }
+        }
+        at += degree + 1;
+    }
+    for (int a = 0; a < TERMS; a++)
+        for (int b = 0; b < TERMS; b++)
+            turn[a][b] = image[b][a];
+}
+
+/* A point of the surface over the disc's points: n of them. */
+typedef struct sample {
+    int32_t n;
+    const int32_t *index;
+    const co_real *row;
+} sample;
+
+/* One sample in sector 0, weighted, in every sector by symmetry; of `normal` the lower triangle. */
+static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, co_real *normal) {
+    co_real x = 0, y = 0;
+    int32_t per_sector = (p->n_points - 1) / p->valence;
+    for (int32_t i = 0; i < at->n; i++) {
+        x += at->row[i] * p->map[2 * at->index[i]];
+        y += at->row[i] * p->map[2 * at->index[i] + 1];
+    }
+    for (int32_t s = 0; s < p->valence; s++) {
+        co_real c = cosl(2 * pi * s / p->valence), d = sinl(2 * pi * s / p->valence), value[TERMS];
+        monomial_values(c * x - d * y, c * y + d * x, value);
+        for (int a = 0; a < TERMS; a++)
+            for (int b = 0; b <= a; b++)
+                normal[a * TERMS + b] += weight * value[a] * value[b];
+        for (int32_t i = 0; i < at->n; i++) { /* the point, s sectors on */
+            int32_t point = at->index[i] ? 1 + (at->index[i] - 1 + per_sector * s) % (p->n_points - 1) : 0;
+            co_real w = weight * at->row[i];
+            for (int a = 0; w != 0 && a < TERMS; a++)
+                p->fit[a * p->n_points + point] += w * value[a];
+        }
+    }
+}
+
+/* Solves normal X = right in place of `right` [TERMS][n], by Cholesky's factorization. */
+static void solve(co_real *normal, int32_t n, co_real *right) {
+    for (int j = 0; j < TERMS; j++)
+        for (int i = j; i < TERMS; i++) {
+            co_real sum = normal[i * TERMS + j];
+            for (int k = 0; k < j; k++)
+                sum -= normal[i * TERMS + k] * normal[j * TERMS + k];
+            normal[i * TERMS + j] = i == j ? sqrtl(sum) : sum / normal[j * TERMS + j];
+        }
+    for (int32_t c = 0; c < n; c++) {
+        for (int i = 0; i < TERMS; i++) {
+            for (int k = 0; k < i; k++)
+                right[i * n + c] -= normal[i * TERMS + k] * right[k * n + c];
+            right[i * n + c] /= normal[i * TERMS + i];
+        }
+        for (int i = TERMS - 1; i >= 0; i--) {
+            for (int k = i + 1; k < TERMS; k++)
+                right[i * n + c] -= normal[k * TERMS + i] * right[k * n + c];
+            right[i * n + c] /= normal[i * TERMS + i];
+        }
+    }
+}
+
+/* The samples of one cell of ring `side` of the face at the vertex. cell [16][n] and row [n] are work space, index [n]
+ * says where the two-ring is. */
+static void add_cell(const co_stam_disc *d, int c, co_real side, const co_blend_fit *p, const int32_t *index,
+                     co_real *cell, co_real *row, co_real *normal) {
+    co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET];
+    const sample at = {d->n_points, index, row};
+    co_gauss_legendre(FIT_GAUSS, node, gauss);
+    co_stam_disc_cell(d, c, cell);
+    for (int j = 0; j < FIT_GAUSS; j++)
+        for (int i = 0; i < FIT_GAUSS; i++) {
+            co_bspline_bicubic(node[i], node[j], basis);
+            co_blend_weight(CO_BLEND_POLYNOMIAL, side * (co_stam_cell_place[c][0] + node[i]) / p->width,
+                            side * (co_stam_cell_place[c][1] + node[j]) / p->width, w);
+            for (int32_t q = 0; q < d->n_points; q++) {
+                row[q] = 0;
+                for (int k = 0; k < 16; k++)
+                    row[q] += basis[k][0] * cell[k * d->n_points + q];
+            }
+            add_sample(p, &at, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT), normal);
+        }
+}
+
+/* The samples of face (i, j), not the one at the vertex. */
+static void add_face(const co_blend_fit *p, int i, int j, co_real *normal) {
+    co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET], row[16];
+    int32_t index[16];
+    const sample at = {16, index, row};
+    co_gauss_legendre(FIT_GAUSS, node, gauss);
+    for (int k = 0; k < 16; k++)
+        index[k] = co_blend_fit_index(p->valence, p->width, 0, i + k % 4 - 1, j + k / 4 - 1);
+    for (int n = 0; n < FIT_GAUSS * FIT_GAUSS; n++) {
+        co_real s = node[n % FIT_GAUSS], t = node[n / FIT_GAUSS];
+        co_bspline_bicubic(s, t, basis);
+        co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / p->width, (j + t) / p->width, w);
+        for (int k = 0; k < 16; k++)
+            row[k] = basis[k][0];
+        add_sample(p, &at, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + FAR_WEIGHT), normal);
+    }
+}
+
+/* The cubic B-spline's subdivision along one line: how many of the coarse points, from *first on, a refined one is
+ * made of. */
+static int subdivision_mask(int refined, int *first, co_real *weight) {
+    static const co_real even[3] = {0.125L, 0.75L, 0.125L}, odd[2] = {0.5L, 0.5L};
+    *first = refined % 2 ? refined / 2 : refined / 2 - 1;
+    memcpy(weight, refined % 2 ? odd : even, refined % 2 ? sizeof odd : sizeof even);
+    return refined % 2 ? 2 : 3;
+}
+
+/* The characteristic map from the two-ring outwards: subdivided once it is itself, smaller by lambda, and what is new
+ * at places beyond the second is made of nearer ones by the regular rules. */
+static void extend_map(co_blend_fit *p, co_real lambda) {
+    for (int ring = 3; ring <= p->width + 1; ring++)
+        for (int32_t s = 0; s < p->valence; s++)
+            for (int k = 0; k <= 2 * ring; k++) {
+                int x = k <= ring ? ring : 2 * ring - k, y = k <= ring ? k : ring, first[2], n[2];
+                co_real along_x[3], along_y[3];
+                co_real *to = p->map + 2 * co_blend_fit_index(p->valence, p->width, s, x, y);
+                to[0] = to[1] = 0;
+                n[0] = subdivision_mask(x, &first[0], along_x);
+                n[1] = subdivision_mask(y, &first[1], along_y);
+                for (int i = 0; i < n[0] * n[1]; i++) {
+                    int32_t from =
+                        co_blend_fit_index(p->valence, p->width, s, first[0] + i % n[0], first[1] + i / n[0]);
+                    co_real weight = along_x[i % n[0]] * along_y[i / n[0]] / lambda;
+                    to[0] += weight * p->map[2 * from];
+                    to[1] += weight * p->map[2 * from + 1];
+                }
+            }
+}
+
+int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fit *p, curvopt_error *error) {
+    *p = (co_blend_fit){
+        .valence = disc->valence, .width = width, .n_points = co_blend_fit_n_points(disc->valence, width)};
+    p->map = CO_NEW(co_real, 2 * (size_t)p->n_points);
+    co_real *core = CO_NEW(co_real, 2 * (size_t)disc->n_points), largest = 0;
+    if (!p->map || !core) {
+        free(core);
+        co_blend_fit_free(p);
+        return co_status_no_memory(error);
+    }
+    co_stam_characteristic_map(disc, core);
+    for (int32_t i = 0; i < disc->n_points; i++)
+        memcpy(p->map + 2 * co_blend_fit_index_of_two_ring(p, i), core + 2 * i, 2 * sizeof *core);
+    free(core);
+    extend_map(p, disc->lambda);
+    for (int32_t i = 0; i < p->n_points; i++)
+        largest = fmaxl(largest, hypotl(p->map[2 * i], p->map[2 * i + 1]));
+    for (int32_t i = 0; width > 1 && i < 2 * p->n_points; i++) /* or high powers, as their coefficients, lose digits */
+        p->map[i] /= largest;
+    return CURVOPT_OK;
+}
+
+/* index [n]: of the two-ring's points; work [17 n]. */
+static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work) {
+    co_real side = 1, normal[TERMS * TERMS] = {0};
+    for (int32_t i = 0; i < deeper->n_points; i++)
+        index[i] = co_blend_fit_index_of_two_ring(p, i);
+    for (int ring = 1; ring <= FIT_RINGS; ring++) {
+        side /= 2;
+        for (int c = 0; c < CO_RING_CELLS; c++)
+            add_cell(deeper, c, side, p, index, work, work + 16 * (size_t)deeper->n_points, normal);
+        co_stam_disc_advance(deeper);
+    }
+    for (int k = 1; k < p->width * p->width; k++)
+        add_face(p, k % p->width, k / p->width, normal);
+    solve(normal, p->n_points, p->fit);
+}
+
+int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p, curvopt_error *error) {
+    size_t n = (size_t)disc->n_points;
+    co_stam_disc deeper = {0};
+    int32_t status = co_blend_fit_create_map(disc, width, p, error);
+    if (status != CURVOPT_OK)
+        return status;
+    int32_t *index = CO_NEW(int32_t, n);
+    co_real *work = CO_NEW(co_real, 17 * n);
+    p->fit = CO_NEW(co_real, TERMS * (size_t)p->n_points);
+    status = index && work && p->fit ? co_stam_disc_create(disc->valence, &deeper, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        fit(p, &deeper, index, work);
+    else
+        co_blend_fit_free(p);
+    free(index);
+    free(work);
+    co_stam_disc_free(&deeper);
+    return status;
+}

@@ -1,0 +1,223 @@
+/* Turning of boundaries and creases, for Gauss-Bonnet. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/boundary_turning.h"
+
+#include "base/memory.h"
+#include "mesh/crease.h"
+#include "surface/gauss_legendre.h"
+#include "surface/ring_cell.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Gauss points of a regular patch's side; of a cell's on an extraordinary patch, whose cells shrink by halves. */
+enum { SIDE_GAUSS = 24, CELL_GAUSS = 8, CELL_RINGS = 40 };
+static const double pi = 3.14159265358979323846;
+
+/* Samples along one side of one kind of patch: first and second derivative along it, first derivative across. */
+enum { ALONG, ALONG_TWICE, ACROSS, N_ROWS };
+typedef struct co_boundary_turning_table {
+    int32_t fan, side, n_points, n_samples;
+    double *weight; /* [n_samples] */
+    double *rows;   /* [n_samples][N_ROWS][n_points] */
+} co_boundary_turning_table;
+
+/* ------------------------------------------------------------------------------------------------- tables -- */
+
+/* Side k starts at corner k: along u for even k, v for odd ones; jets there at (u, v). */
+static void side_place(int side, co_real t, co_real *u, co_real *v) {
+    *u = side == 1 ? 1 : side == 3 ? 0 : t;
+    *v = side == 2 ? 1 : side == 0 ? 0 : t;
+}
+
+static void store(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET]) {
+    double *rows = t->rows + (size_t)(sample * N_ROWS) * (size_t)t->n_points + point;
+    rows[ALONG * t->n_points] = jet[t->side % 2 ? 2 : 1];
+    rows[ALONG_TWICE * t->n_points] = jet[t->side % 2 ? 5 : 3];
+    rows[ACROSS * t->n_points] = jet[t->side % 2 ? 1 : 2];
+}
+
+static void fill_regular(co_boundary_turning_table *t) {
+    co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], basis[16][CO_JET], u, v;
+    co_gauss_legendre(SIDE_GAUSS, node, weight);
+    for (int32_t i = 0; i < SIDE_GAUSS; i++) {
+        side_place(t->side, node[i], &u, &v);
+        co_bspline_bicubic(u, v, basis);
+        t->weight[i] = (double)weight[i];
+        for (int32_t p = 0; p < 16; p++) {
+            double jet[CO_JET];
+            for (int k = 0; k < CO_JET; k++)
+                jet[k] = (double)basis[p][k];
+            store(t, i, p, jet);
+        }
+    }
+}
+
+/* Sides 0 and 3 of an extraordinary patch run to the vertex; ring by ring, in each cell's own parameters. */
+static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *error) {
+    co_stam_disc disc = {0};
+    co_ring_cell cell = {0};
+    co_chart chart;
+    co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
+    int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
+    double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
+    int32_t status = all && rows ? co_stam_disc_create(t->fan, &disc, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_ring_cell_create(&disc, NULL, NULL, &cell, error);
+    co_gauss_legendre(CELL_GAUSS, node, weight);
+    for (int32_t p = 0; status == CURVOPT_OK && p < t->n_points; p++)
+        all[p] = p;
+    for (int ring = 1; status == CURVOPT_OK && ring <= CELL_RINGS; ring++) {
+        co_ring_cell_set(&cell, &disc, t->side == 0 ? 0 : 2);
+        for (int i = 0; i < CELL_GAUSS; i++, sample++) {
+            side_place(t->side, node[i], &u, &v);
+            co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
+            t->weight[sample] = (double)weight[i];
+            for (int32_t p = 0; p < t->n_points; p++)
+                store(t, sample, p, rows + (size_t)p * CO_JET);
+        }
+        co_stam_disc_advance(&disc);
+    }
+    co_ring_cell_free(&cell);
+    co_stam_disc_free(&disc);
+    free(all);
+    free(rows);
+    return status;
+}
+
+static int32_t add_table(co_boundary_turning *rim, int32_t fan, int side, int32_t *index, curvopt_error *error) {
+    for (*index = 0; *index < rim->n_tables; ++*index)
+        if (rim->table[*index].fan == fan && rim->table[*index].side == side)
+            return CURVOPT_OK;
+    co_boundary_turning_table *table = realloc(rim->table, sizeof *table * ((size_t)rim->n_tables + 1));
+    if (!table)
+        return co_status_no_memory(error);
+    rim->table = table;
+    co_boundary_turning_table *t = &table[rim->n_tables++];
+    *t = (co_boundary_turning_table){.fan = fan, .side = side, .n_points = co_patches_size(fan)};
+    t->n_samples = fan == CO_FAN_REGULAR ? SIDE_GAUSS : CELL_GAUSS * CELL_RINGS;
+    t->weight = CO_NEW(double, t->n_samples);
+    t->rows = CO_NEW(double, (size_t)(t->n_samples * N_ROWS) * (size_t)t->n_points);
+    if (!t->weight || !t->rows)
+        return co_status_no_memory(error);
+    if (fan != CO_FAN_REGULAR)
+        return fill_extraordinary(t, error);
+    fill_regular(t);
+    return CURVOPT_OK;
+}
+
+/* ----------------------------------------------------------------------------------------------- topology -- */
+
+/* Fans at a vertex once the surface is cut, and whether a cut ends there. */
+static int32_t count_fans(const curvopt_mesh *m, int32_t v, int *is_dart) {
+    int32_t first = m->vertex_corner[v], h = first, cuts = 0;
+    do {
+        cuts += co_crease_is_infinite(co_crease_edge(m, h));
+        h = co_mesh_rotate(m, h);
+    } while (h >= 0 && h != first);
+    *is_dart = h >= 0 && cuts == 1 && !co_crease_is_infinite(co_crease_vertex(m, v));
+    return cuts ? cuts : 1; /* each begins at one */
+}
+
+static double cut_target(const curvopt_mesh *m) {
+    int32_t euler = m->info.n_faces, darts = 0;
+    for (int32_t v = 0; v < m->info.n_vertices; v++) {
+        int is_dart;
+        euler += count_fans(m, v, &is_dart);
+        darts += is_dart;
+    }
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        int32_t h = m->edge_corner[e];
+        euler -= 1 + (m->twin[h] >= 0 && co_crease_is_infinite(co_crease_edge(m, h)));
+    }
+    return 2 * pi * euler + pi * darts;
+}
+
+int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *rim,
+                                   curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    *rim = (co_boundary_turning){.target = cut_target(mesh)};
+    for (int32_t p = 0; p < patches->n_patches; p++)
+        for (int k = 0; k < 4; k++)
+            rim->n_sides += patches->cuts[p] >> k & 1;
+    rim->patch = CO_NEW(int32_t, rim->n_sides);
+    rim->side = CO_NEW(uint8_t, rim->n_sides);
+    rim->table_of = CO_NEW(int32_t, rim->n_sides);
+    if (!rim->patch || !rim->side || !rim->table_of)
+        status = co_status_no_memory(error);
+    for (int32_t p = 0, i = 0; status == CURVOPT_OK && p < patches->n_patches; p++)
+        for (int k = 0; status == CURVOPT_OK && k < 4; k++)
+            if (patches->cuts[p] >> k & 1) {
+                rim->patch[i] = p;
+                rim->side[i] = (uint8_t)k;
+                status = add_table(rim, patches->valence[p], k, &rim->table_of[i], error);
+                i++;
+            }
+    if (status != CURVOPT_OK)
+        co_boundary_turning_free(rim);
+    return status;
+}
+
+void co_boundary_turning_free(co_boundary_turning *rim) {
+    for (int32_t i = 0; i < rim->n_tables; i++) {
+        free(rim->table[i].weight);
+        free(rim->table[i].rows);
+    }
+    free(rim->table);
+    free(rim->table_of);
+    free(rim->patch);
+    free(rim->side);
+    *rim = (co_boundary_turning){0};
+}
+
+/* ------------------------------------------------------------------------------------------------ turning -- */
+
+static double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* int kappa_g ds = int c''.m / |c'| dt with m the unit normal to the curve in the surface, inwards; with e the
+ * derivative across, m = +- (|c'|^2 e - (c'.e) c') / (|c'| |c' x e|). The direction of t does not matter. */
+static double side_turning(const co_boundary_turning_table *t, const int32_t *index, const double *points) {
+    double sum = 0, inward = t->side == 0 || t->side == 3 ? 1 : -1;
+    for (int32_t s = 0; s < t->n_samples; s++) {
+        double d[N_ROWS][3] = {{0}};
+        for (int r = 0; r < N_ROWS; r++) {
+            const double *row = t->rows + (size_t)(s * N_ROWS + r) * (size_t)t->n_points;
+            for (int32_t p = 0; p < t->n_points; p++)
+                for (int c = 0; c < 3; c++)
+                    d[r][c] +=
+                        row[p] * (points[3 * (size_t)index[p] + (size_t)c] - points[3 * (size_t)index[0] + (size_t)c]);
+        }
+        double along = dot(d[ALONG], d[ALONG]), skew = dot(d[ALONG], d[ACROSS]);
+        double area = sqrt(along * dot(d[ACROSS], d[ACROSS]) - skew * skew);
+        double bend = along * dot(d[ALONG_TWICE], d[ACROSS]) - dot(d[ALONG], d[ALONG_TWICE]) * skew;
+        sum += inward * t->weight[s] * bend / (along * area);
+    }
+    return sum;
+}
+
+/* Interior angle at corner k of a regular patch. */
+static double corner_angle(int k, const int32_t *index, const double *points) {
+    co_real basis[16][CO_JET];
+    double d[2][3] = {{0}};
+    co_bspline_bicubic(k == 1 || k == 2, k >= 2, basis);
+    for (int32_t p = 0; p < 16; p++)
+        for (int c = 0; c < 3; c++)
+            for (int i = 0; i < 2; i++)
+                d[i][c] += (double)basis[p][1 + i] * points[3 * (size_t)index[p] + (size_t)c];
+    double cosine = dot(d[0], d[1]) / sqrt(dot(d[0], d[0]) * dot(d[1], d[1]));
+    return acos(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
+}
+
+double co_boundary_turning_total(const co_boundary_turning *rim, const co_patches *patches, const double *weight,
+                                 const double *points) {
+    double sum = 0;
+    for (int32_t i = 0; i < rim->n_sides; i++) {
+        const int32_t *index = patches->points + patches->start[rim->patch[i]];
+        double turning = side_turning(&rim->table[rim->table_of[i]], index, points);
+        if (patches->cuts[rim->patch[i]] >> (4 + rim->side[i]) & 1)
+            turning += pi - corner_angle(rim->side[i], index, points);
+        sum += (weight ? weight[rim->patch[i]] : 1) * turning;
+    }
+    return sum;
+}

@@ -1,0 +1,33 @@
+/* What Gauss and Bonnet add where a surface ends: the geodesic curvature of boundaries and creases, and the angles
+ * there.
+ *
+ * A surface cut along its boundaries and infinitely sharp creases has
+ *     int K dA + int kappa_g ds + sum (pi - angle) = 2 pi chi,
+ * kappa_g with the surface on the left, the angles those of corners (pi along smooth stretches), chi of the cut
+ * surface. At a dart, where a cut ends inside, the angle is 2 pi.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SURFACE_BOUNDARY_TURNING_H
+#define CO_SURFACE_BOUNDARY_TURNING_H
+
+#include "surface/patches.h"
+
+typedef struct co_boundary_turning {
+    double target;   /* 2 pi chi - what darts turn */
+    int32_t n_sides; /* patch sides on cuts */
+    int32_t *patch;  /* [n_sides] */
+    uint8_t *side;   /* [n_sides] number of the corner before it */
+    int32_t n_tables;
+    struct co_boundary_turning_table *table; /* samples along a kind of side */
+    int32_t *table_of;                       /* [n_sides] */
+} co_boundary_turning;
+
+int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *out,
+                                   curvopt_error *error);
+void co_boundary_turning_free(co_boundary_turning *rim);
+/* int kappa_g ds + sum (pi - angle) at positions points [3 n_points] of all points of the patches; weight [n_patches]
+ * or NULL: how often each counts. */
+double co_boundary_turning_total(const co_boundary_turning *rim, const co_patches *patches, const double *weight,
+                                 const double *points);
+
+#endif

@@ -1,0 +1,31 @@
+/* Jets of functions of (u, v) to third order, and the uniform bicubic B-spline basis.
+ *
+ * A jet holds a value and its nine derivatives, in this order everywhere in the library:
+ *   0: f   1: f_u   2: f_v   3: f_uu   4: f_uv   5: f_vv   6: f_uuu   7: f_uuv   8: f_uvv   9: f_vvv
+ * Tables are built from long doubles; what comes after the last difference of nearly equal numbers is double.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SURFACE_BSPLINE_H
+#define CO_SURFACE_BSPLINE_H
+
+enum { CO_JET = 10 };
+
+typedef long double co_real; /* table building only */
+
+/* Order of differentiation of each jet entry with respect to u and v. */
+extern const int co_jet_order_u[CO_JET];
+extern const int co_jet_order_v[CO_JET];
+
+/* Jet of f(u) g(v) from the derivatives f[0..3], g[0..3]. */
+void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]);
+/* out = a b, by Leibniz' rule; out may not alias. */
+void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[CO_JET]);
+/* Rounds. */
+void co_jet_store(const co_real jet[CO_JET], double out[CO_JET]);
+
+/* Uniform cubic B-splines on one segment, t in 0..1: basis[i][k] is the k-th derivative of the i-th of the four. */
+void co_bspline_cubic(co_real t, co_real basis[4][4]);
+/* rows[4 j + i]: jet of the basis function of control point i along u, j along v. */
+void co_bspline_bicubic(co_real u, co_real v, co_real rows[16][CO_JET]);
+
+#endif

@@ -1,0 +1,177 @@
+/* Points of a cage's surface and their derivatives, anywhere on it. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/evaluate.h"
+
+#include "base/memory.h"
+#include "surface/basis_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+typedef struct sampler {
+    const curvopt_mesh *mesh;
+    co_patches patches;
+    int32_t surface;
+    double *points;        /* [3 n_points] cage and derived */
+    int32_t *first, *next; /* patches of each face, chained; -1 ends */
+    double *rows;          /* of the largest patch */
+    co_basis_table_cache tables;
+} sampler;
+
+static void sampler_free(sampler *s) {
+    co_patches_free(&s->patches);
+    free(s->points);
+    free(s->first);
+    free(s->next);
+    free(s->rows);
+    co_basis_table_cache_free(&s->tables);
+}
+
+static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t surface, sampler *s,
+                              curvopt_error *error) {
+    *s = (sampler){.mesh = mesh, .surface = surface};
+    co_basis_table_cache_create(surface, &s->tables);
+    int widest = surface == CURVOPT_SURFACE_POLYNOMIAL ? CO_BLEND_DISC_LARGEST : 1;
+    int32_t status = co_patches_create(mesh, NULL, widest, &s->patches, error), largest = 0;
+    if (status != CURVOPT_OK)
+        return status;
+    const co_patches *p = &s->patches;
+    for (int32_t i = 0; i < p->n_patches; i++) {
+        int32_t size = co_patches_size(p->valence[i]);
+        largest = size > largest ? size : largest;
+    }
+    s->points = CO_NEW(double, 3 * (size_t)p->n_points);
+    s->first = CO_NEW(int32_t, mesh->info.n_faces);
+    s->next = CO_NEW(int32_t, p->n_patches);
+    s->rows = CO_NEW(double, (size_t)largest *CO_JET);
+    if (!s->points || !s->first || !s->next || !s->rows) {
+        sampler_free(s);
+        return co_status_no_memory(error);
+    }
+    for (size_t i = 0; i < 3 * (size_t)p->n_cage; i++)
+        s->points[i] = xyz[i];
+    co_patches_derive(p, s->points);
+    for (int32_t f = 0; f < mesh->info.n_faces; f++)
+        s->first[f] = -1;
+    for (int32_t i = p->n_patches - 1; i >= 0; i--) {
+        s->next[i] = s->first[p->place[i].face];
+        s->first[p->place[i].face] = i;
+    }
+    return CURVOPT_OK;
+}
+
+/* (u, v) of the face in the patch's own coordinates; nonzero if inside. */
+static int to_patch(const co_place *place, const double uv[2], double st[2]) {
+    double scale = 1.0 / (1 << place->level), x = (uv[0] - place->origin[0]) / scale;
+    double y = (uv[1] - place->origin[1]) / scale;
+    for (int turn = 0; turn < place->rotation; turn++) {
+        double old_x = x;
+        x = y;
+        y = -old_x;
+    }
+    st[0] = x;
+    st[1] = y;
+    return x >= 0 && x <= 1 && y >= 0 && y <= 1;
+}
+
+/* Derivatives along the face's u, v from those along the patch's s, t. */
+static void to_face(const co_place *place, co_real jet[3][CO_JET], double *out) {
+    static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, -1, -1, 1}, sign_v[4] = {1, 1, -1, -1};
+    int r = place->rotation;
+    for (int k = 0; k < CO_JET; k++) {
+        int p = co_jet_order_u[k], q = co_jet_order_v[k], order = p + q;
+        int from = order * (order + 1) / 2 + (swaps[r] ? p : q);
+        double factor = (p % 2 ? sign_u[r] : 1) * (q % 2 ? sign_v[r] : 1) * ldexp(1, place->level * order);
+        for (int c = 0; c < 3; c++)
+            out[3 * k + c] = factor * (double)jet[c][from];
+    }
+}
+
+static void limit_frame(const double *points, const int32_t *index, int32_t valence, const co_real *masks,
+                        co_real position[3], co_real normal[3]) {
+    int32_t n = co_ring_two_ring_size(valence);
+    co_real sum[3][3] = {{0}};
+    for (int m = 0; m < 3; m++)
+        for (int32_t i = 0; i < n; i++)
+            for (int c = 0; c < 3; c++)
+                sum[m][c] += masks[m * n + i] * points[3 * (size_t)index[i] + (size_t)c];
+    co_real length = 0;
+    for (int c = 0; c < 3; c++) {
+        int d = (c + 1) % 3, e = (c + 2) % 3;
+        position[c] = sum[0][c];
+        normal[c] = sum[1][d] * sum[2][e] - sum[1][e] * sum[2][d];
+        length += normal[c] * normal[c];
+    }
+    for (int c = 0; c < 3; c++)
+        normal[c] /= sqrtl(length);
+}
+
+/* S' = S - w ((S - V).n) n, jet by jet. */
+static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
+                       curvopt_error *error) {
+    int32_t valence = s->patches.valence[p];
+    co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
+    co_real position[3], normal[3];
+    double height[CO_JET], product[CO_JET];
+    if (!masks)
+        return co_status_no_memory(error);
+    co_stam_limit_masks(valence, masks);
+    limit_frame(s->points, s->patches.points + s->patches.start[p], valence, masks, position, normal);
+    free(masks);
+    for (int k = 0; k < CO_JET; k++) {
+        co_real sum = 0;
+        for (int c = 0; c < 3; c++)
+            sum += (jet[c][k] - (k == 0 ? position[c] : 0)) * normal[c];
+        height[k] = (double)sum;
+    }
+    co_jet_multiply(weight, height, product);
+    for (int k = 0; k < CO_JET; k++)
+        for (int c = 0; c < 3; c++)
+            jet[c][k] -= product[k] * normal[c];
+    return CURVOPT_OK;
+}
+
+static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
+    double weight[CO_JET];
+    int32_t valence = s->patches.valence[p];
+    int32_t status = co_basis_table_point(&s->tables, valence, st[0], st[1], s->rows, weight, error);
+    if (status != CURVOPT_OK)
+        return status;
+    const int32_t *index = s->patches.points + s->patches.start[p];
+    co_real jet[3][CO_JET];
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < CO_JET; k++) {
+            jet[c][k] = 0;
+            for (int32_t i = 0; i < co_patches_size(valence); i++)
+                jet[c][k] += s->rows[i * CO_JET + k] * s->points[3 * (size_t)index[i] + (size_t)c];
+        }
+    if (s->surface == CURVOPT_SURFACE_PLANE && valence != CO_FAN_REGULAR && co_fan_is_smooth(valence))
+        status = flatten(s, p, weight, jet, error);
+    to_face(&s->patches.place[p], jet, out);
+    return status;
+}
+
+int32_t co_evaluate_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n, const int32_t *face,
+                         const int32_t *corner, const double *uv, double *jets, curvopt_error *error) {
+    sampler s;
+    int32_t status = sampler_create(mesh, xyz, surface, &s, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
+        double st[2];
+        if (face[i] < 0 || face[i] >= mesh->info.n_faces) {
+            status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "point %d: face %d of %d", i, face[i],
+                                    mesh->info.n_faces);
+            break;
+        }
+        int32_t p = s.first[face[i]];
+        while (p >= 0 &&
+               !(s.patches.place[p].quarter == corner[i] && to_patch(&s.patches.place[p], uv + 2 * (size_t)i, st)))
+            p = s.next[p];
+        status = p >= 0 ? sample_patch(&s, p, st, jets + 30 * (size_t)i, error)
+                        : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                         "point %d: corner %d, u = %g, v = %g is not on face %d", i, corner[i],
+                                         uv[2 * (size_t)i], uv[2 * (size_t)i + 1], face[i]);
+    }
+    sampler_free(&s);
+    return status;
+}

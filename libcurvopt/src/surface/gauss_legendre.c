@@ -1,0 +1,35 @@
+/* Gauss-Legendre rules on 0..1. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/gauss_legendre.h"
+
+#include <math.h>
+
+/* Legendre polynomial of degree n and its derivative at x, by the three-term recurrence. */
+static void legendre(int n, co_real x, co_real *value, co_real *slope) {
+    co_real p0 = 1, p1 = x;
+    for (int k = 2; k <= n; k++) {
+        co_real p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+        p0 = p1;
+        p1 = p2;
+    }
+    *value = p1;
+    *slope = n * (x * p1 - p0) / (x * x - 1);
+}
+
+void co_gauss_legendre(int n, co_real *nodes, co_real *weights) {
+    const co_real pi = 3.14159265358979323846264338327950288L;
+    if (n == 1) {
+        nodes[0] = 0.5L;
+        weights[0] = 1;
+        return;
+    }
+    for (int i = 0; i < n; i++) {
+        co_real x = -cosl(pi * (i + 0.75L) / (n + 0.5L)), value, slope;
+        for (int step = 0; step < 8; step++) { /* Newton; quadratic from Tricomi's start */
+            legendre(n, x, &value, &slope);
+            x -= value / slope;
+        }
+        legendre(n, x, &value, &slope);
+        nodes[i] = (1 + x) / 2;
+        weights[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+}

@@ -1,0 +1,183 @@
+/* One cell of a ring round an extraordinary vertex. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/ring_cell.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void co_ring_cell_free(co_ring_cell *cell) {
+    free(cell->points);
+    free(cell->weights);
+    *cell = (co_ring_cell){0};
+}
+
+static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
+    cell->points = CO_NEW(co_real, 16 * (size_t)cell->n_points);
+    cell->weights = CO_NEW(double, CO_RING_CELL_GENERATORS *(size_t)cell->n_points);
+    if (cell->points && cell->weights)
+        return CURVOPT_OK;
+    co_ring_cell_free(cell);
+    return co_status_no_memory(error);
+}
+
+int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
+                            co_ring_cell *cell, curvopt_error *error) {
+    *cell = (co_ring_cell){.n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
+    return allocate(cell, error);
+}
+
+static void set_map(co_ring_cell *cell, co_real map[16][2]) {
+    for (int i = 0; i < 16; i++)
+        for (int c = 0; c < 2; c++)
+            cell->map[i][c] = (double)map[i][c];
+}
+
+/* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c_0 + sum of (c_i - c_0) B_i: deep in the
+ * rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i if that is not one of long doubles. */
+static void set_weights(co_ring_cell *cell) {
+    const co_blend_fit *folded = cell->polynomial && cell->polynomial->width == 1 ? cell->polynomial : NULL;
+    for (int32_t p = 0; p < cell->n_points; p++) {
+        double *to = cell->weights + (size_t)p * CO_RING_CELL_GENERATORS;
+        co_real first = cell->points[p];
+        to[0] = (double)first;
+        for (int i = 0; i < 16; i++)
+            to[1 + i] = (double)(cell->points[i * cell->n_points + p] - first);
+        for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
+            to[17 + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
+    }
+}
+
+void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
+    co_real map[16][2] = {{0}};
+    cell->side = ldexpl(1, -disc->ring);
+    for (int c = 0; c < 2; c++)
+        cell->origin[c] = cell->side * co_stam_cell_place[which][c];
+    co_stam_disc_cell(disc, which, cell->points);
+    for (int32_t p = 0; (cell->polynomial || cell->chart) && p < cell->n_points; p++) {
+        const co_real *at = cell->polynomial
+                                ? cell->polynomial->map + 2 * co_blend_fit_index_of_two_ring(cell->polynomial, p)
+                                : cell->chart + 2 * p;
+        for (int i = 0; i < 16; i++)
+            for (int c = 0; c < 2; c++)
+                map[i][c] += cell->points[i * cell->n_points + p] * at[c];
+    }
+    set_map(cell, map);
+    set_weights(cell);
+}
+
+int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, co_ring_cell *cell,
+                                 curvopt_error *error) {
+    *cell = (co_ring_cell){.n_points = 16, .origin = {i, j}, .side = 1, .polynomial = polynomial};
+    int32_t status = allocate(cell, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_real map[16][2];
+    for (int k = 0; k < 16; k++) {
+        int32_t from = co_blend_fit_index(polynomial->valence, polynomial->width, 0, i + k % 4 - 1, j + k / 4 - 1);
+        cell->points[17 * k] = 1;
+        memcpy(map[k], polynomial->map + 2 * from, sizeof map[k]);
+    }
+    set_map(cell, map);
+    set_weights(cell);
+    return CURVOPT_OK;
+}
+
+/* Jets of the characteristic map. */
+static void map_jets(const co_ring_cell *cell, double basis[16][CO_JET], double chi[2][CO_JET]) {
+    memset(chi, 0, 2 * sizeof *chi);
+    for (int i = 0; i < 16; i++)
+        for (int k = 0; k < CO_JET; k++)
+            for (int c = 0; c < 2; c++)
+                chi[c][k] += cell->map[i][c] * basis[i][k];
+}
+
+void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s, co_real t, co_real jet[CO_JET]) {
+    int width = cell->polynomial ? cell->polynomial->width : 1;
+    co_real side = cell->side / width;
+    co_blend_weight(blend, cell->origin[0] / width + side * s, cell->origin[1] / width + side * t, jet);
+    const co_real scale[4] = {1, side, side * side, side * side * side};
+    for (int k = 0; k < CO_JET; k++)
+        jet[k] *= scale[co_jet_order_u[k] + co_jet_order_v[k]];
+}
+
+/* Jets of what rows are made of: of 1 (blended: 1 - w), of the patch's basis (times 1 - w), of the polynomial's
+ * monomials times w. */
+typedef double generators[CO_RING_CELL_GENERATORS][CO_JET];
+
+/* w, basis, chi: jets with respect to what rows' derivatives are. rest: of 1 - w */
+static void blend_generators(const double w[CO_JET], const double rest[CO_JET], double basis[16][CO_JET],
+                             double chi[2][CO_JET], generators g) {
+    double monomial[CO_BLEND_FIT_TERMS][CO_JET];
+    memcpy(g[0], rest, sizeof g[0]);
+    for (int i = 0; i < 16; i++)
+        co_jet_multiply(rest, basis[i], g[1 + i]);
+    co_blend_fit_monomials(chi[0], chi[1], monomial);
+    for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
+        co_jet_multiply(w, monomial[i], g[17 + i]);
+}
+
+/* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
+static void find_generators(const co_ring_cell *cell, co_real s, co_real t, generators g, co_chart *chart) {
+    co_real exact[16][CO_JET], blend[CO_JET];
+    double basis[16][CO_JET], w[CO_JET], rest[CO_JET], chi[2][CO_JET];
+    co_bspline_bicubic(s, t, exact);
+    for (int i = 0; i < 16; i++)
+        co_jet_store(exact[i], basis[i]);
+    if (cell->polynomial || cell->chart)
+        map_jets(cell, basis, chi);
+    chart->jacobian = 1;
+    if (cell->chart) {
+        co_chart_create(chi[0], chi[1], chart);
+        for (int i = 0; i < 16; i++)
+            co_chart_apply(chart, basis[i]);
+        for (int c = 0; c < 2; c++)
+            for (int k = 1; k < CO_JET; k++)
+                chi[c][k] = k == 1 + c;
+    }
+    if (!cell->polynomial) {
+        memset(g[0], 0, sizeof g[0]);
+        g[0][0] = 1;
+        memcpy(g[1], basis, sizeof basis);
+        return;
+    }
+    co_ring_cell_blend(cell, CO_BLEND_POLYNOMIAL, s, t, blend);
+    co_jet_store(blend, w);
+    if (cell->chart)
+        co_chart_apply(chart, w);
+    for (int k = 0; k < CO_JET; k++)
+        rest[k] = k ? -w[k] : (double)(1 - blend[0]);
+    blend_generators(w, rest, basis, chi, g);
+}
+
+/* Of one of the cell's points: through the patch's control points, and through the fit where that is folded in. */
+static void point_row(const co_ring_cell *cell, generators g, int32_t point, double *row) {
+    const double *weight = cell->weights + (size_t)point * CO_RING_CELL_GENERATORS;
+    int n = cell->polynomial && cell->polynomial->width == 1 ? CO_RING_CELL_GENERATORS : 1 + 16;
+    double sum[CO_JET] = {0};
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < CO_JET; k++)
+            sum[k] += weight[i] * g[i][k];
+    for (int k = 0; k < CO_JET; k++)
+        row[k] = sum[k];
+}
+
+/* Of the polynomial's point number `term`. */
+static void term_row(generators g, int term, double *row) {
+    memcpy(row, g[17 + term], sizeof g[17 + term]);
+    for (int i = 1; term == 0 && i < CO_BLEND_FIT_TERMS; i++)
+        for (int k = 0; k < CO_JET; k++)
+            row[k] -= g[17 + i][k];
+}
+
+void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support,
+                       double *rows, co_chart *chart) {
+    generators g;
+    find_generators(cell, s, t, g, chart);
+    for (int32_t p = 0; p < n_support; p++, rows += CO_JET)
+        if (support[p] < cell->n_points)
+            point_row(cell, g, support[p], rows);
+        else
+            term_row(g, support[p] - cell->n_points, rows);
+}

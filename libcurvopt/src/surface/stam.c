@@ -1,0 +1,319 @@
+/* The limit surface near an extraordinary vertex, as rows over its two-ring. SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "surface/stam.h"
+
+#include "base/memory.h"
+#include "mesh/crease.h"
+#include "mesh/subdivide.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const int co_stam_cell_place[CO_RING_CELLS][2] = {{1, 0}, {1, 1}, {0, 1}};
+
+static const co_real pi = 3.14159265358979323846264338327950288L;
+
+/* The sharp edges and vertices that make the fan what it is; open ones need no creases, being cut out. */
+static int32_t sharpen(curvopt_mesh *mesh, int32_t fan, curvopt_error *error) {
+    const int32_t along = co_fan_index(fan, 0, 1, 0), far = co_fan_index(fan, 0, 2, 0), vertex = 0;
+    const int32_t dart[4] = {vertex, along, along, far};
+    const double sharpness[2] = {CURVOPT_SHARPNESS_INFINITE, CURVOPT_SHARPNESS_INFINITE};
+    co_fan_type type = co_fan_type_of(fan);
+    curvopt_creases creases = {.crease_vertices = dart,
+                               .crease_sharpness = sharpness,
+                               .corner_vertices = &vertex,
+                               .corner_sharpness = sharpness,
+                               .n_creases = type == CO_FAN_DART ? 2 : 0,
+                               .n_corners = type == CO_FAN_CORNER || type == CO_FAN_CONE};
+    return creases.n_creases || creases.n_corners ? co_crease_set(mesh, &creases, error) : CURVOPT_OK;
+}
+
+/* The two-ring as an open mesh: four quads a sector, vertices numbered as in fan.h. */
+static int32_t disc_mesh(int32_t fan, curvopt_mesh **mesh, curvopt_error *error) {
+    int32_t n_faces = 4 * co_fan_sectors(fan), status;
+    int32_t *sizes = CO_NEW(int32_t, n_faces), *vertices = CO_NEW(int32_t, 4 * (size_t)n_faces);
+    if (!sizes || !vertices) {
+        status = co_status_no_memory(error);
+        goto done;
+    }
+    for (int32_t f = 0; f < n_faces; f++) {
+        int32_t s = f / 4;
+        int x = f % 2, y = f / 2 % 2;
+        sizes[f] = 4;
+        vertices[4 * f] = co_fan_index(fan, s, x, y);
+        vertices[4 * f + 1] = co_fan_index(fan, s, x + 1, y);
+        vertices[4 * f + 2] = co_fan_index(fan, s, x + 1, y + 1);
+        vertices[4 * f + 3] = co_fan_index(fan, s, x, y + 1);
+    }
+    status = co_mesh_create(co_fan_n_points(fan), n_faces, sizes, vertices, mesh, error);
+    if (status == CURVOPT_OK)
+        status = sharpen(*mesh, fan, error);
+done:
+    free(sizes);
+    free(vertices);
+    return status;
+}
+
+/* Index of the refined point at place (x, y) of sector s in half units; -1 <= x, y <= 3, not both negative. */
+static int32_t refined_index(const curvopt_mesh *m, int32_t valence, int32_t s, int x, int y) {
+    if (y < 0)
+        return refined_index(m, valence, s + valence - 1, -y, x);
+    if (x < 0)
+        return refined_index(m, valence, s + 1, y, -x);
+    int cell_x = x > 1, cell_y = y > 1, odd_x = x % 2, odd_y = y % 2;
+    int32_t f = 4 * (s % valence) + 2 * cell_y + cell_x, h = m->face_start[f], n_v = m->info.n_vertices;
+    if (odd_x && odd_y)
+        return n_v + m->info.n_edges + f;
+    if (odd_x)
+        return n_v + m->edge[h];
+    if (odd_y)
+        return n_v + m->edge[h + 3];
+    return m->corner_vertex[h];
+}
+
+/* The 16 points of a cell; beyond the fan's sharp edges they are phantoms (ring.h). */
+static void place_cell(const curvopt_mesh *m, int32_t fan, const int place[2], int32_t *cell, int32_t *mirrored) {
+    int32_t n = co_fan_sectors(fan), s = co_fan_sector(fan);
+    for (int k = 0; k < 16; k++) {
+        int x = place[0] + k % 4 - 1, y = place[1] + k / 4 - 1;
+        int below = y < 0 && s == 0 && co_fan_is_cut(fan), beside = x < 0 && s == n - 1 && co_fan_is_cut(fan);
+        cell[k] = refined_index(m, n, s, beside ? 0 : x, below ? 0 : y);
+        mirrored[k] = below || beside ? refined_index(m, n, s, beside ? 1 : x, below ? 1 : y) : -1;
+    }
+}
+
+/* Eigenvalues of the one-ring's subdivision, by frequency (Stam 1998; Ball and Storry 1988): for frequency k > 0
+ * (5 + c +- sqrt((c + 9)(c + 1))) / 16 with c = cos(2 pi k / N); for k = 0, besides 1, the roots of a quadratic. */
+static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
+    co_real n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
+    co_real half_sum = (alpha - 0.25L) / 2, product = (alpha - beta + gamma) / 16;
+    co_real c = cosl(2 * pi / n), discriminant = half_sum * half_sum - product;
+    *lambda = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+    *mu = discriminant > 0 ? half_sum + sqrtl(discriminant) : sqrtl(product);
+    if (valence > 3) {
+        c = cosl(4 * pi / n);
+        co_real second = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+        *mu = second > *mu ? second : *mu;
+    }
+}
+
+/* out [n] = in [n] subdivided once. */
+static void subdivide_vector(const co_stam_disc *d, const co_real *in, co_real *out) {
+    for (int32_t i = 0; i < d->n_points; i++) {
+        int32_t r = d->inner[i];
+        out[i] = 0;
+        for (size_t e = d->refine.start[r]; e < d->refine.start[r + 1]; e++)
+            out[i] += d->refine.value[e] * in[d->refine.column[e]];
+    }
+}
+
+/* The largest eigenvalues of a fan for which no formula is at hand, all real: orthogonal iteration. vectors [2][4][n]
+ * is work space. */
+static void iterate_eigenvalues(const co_stam_disc *d, co_real *vectors, co_real *lambda, co_real *mu) {
+    enum { N_EIGEN = 4, STEPS = 1500 }; /* high valences have theirs close together */
+    size_t n = (size_t)d->n_points;
+    co_real value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n, change = 1;
+    for (size_t i = 0; i < N_EIGEN * n; i++) /* of no symmetry */
+        vectors[i] = i < n ? 1 : sinl((co_real)(i * i % 1009));
+    for (int step = 0; step < STEPS && change > 1e-14L; step++) {
+        change = 0;
+        for (size_t k = 0; k < N_EIGEN; k++) {
+            co_real *x = vectors + k * n, square = 0;
+            subdivide_vector(d, x, image);
+            for (size_t j = 0; j < k; j++) {
+                co_real dot = 0;
+                for (size_t i = 0; i < n; i++)
+                    dot += image[i] * vectors[j * n + i];
+                for (size_t i = 0; i < n; i++)
+                    image[i] -= dot * vectors[j * n + i];
+            }
+            for (size_t i = 0; i < n; i++)
+                square += image[i] * image[i];
+            change = fmaxl(change, fabsl(sqrtl(square) - value[k]));
+            value[k] = sqrtl(square);
+            for (size_t i = 0; i < n; i++)
+                x[i] = image[i] / value[k];
+        }
+    }
+    co_real a = value[1], b = value[2], c = value[3];
+    *lambda = sqrtl(a * b);
+    *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
+}
+
+/* Tables of indices, from the disc's mesh. */
+static void place_points(co_stam_disc *d, const curvopt_mesh *mesh) {
+    for (int32_t s = 0; s < d->valence; s++)
+        for (int x = 0; x <= 2; x++)
+            for (int y = 0; y <= 2; y++)
+                d->inner[co_fan_index(d->fan, s, x, y)] = refined_index(mesh, d->valence, s, x, y);
+    for (int c = 0; c < CO_RING_CELLS; c++)
+        place_cell(mesh, d->fan, co_stam_cell_place[c], d->cell[c], d->mirrored[c]);
+}
+
+int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) {
+    curvopt_mesh *mesh = NULL, *fine = NULL;
+    size_t n = (size_t)co_fan_n_points(fan);
+    *d = (co_stam_disc){.fan = fan, .valence = co_fan_sectors(fan), .n_points = (int32_t)n, .ring = 1};
+    int32_t status = disc_mesh(fan, &mesh, error);
+    if (status == CURVOPT_OK)
+        status = co_subdivide(mesh, &fine, &d->refine, error);
+    if (status != CURVOPT_OK)
+        goto done;
+    d->inner = CO_NEW(int32_t, n);
+    d->power = CO_NEW(co_real, n * n);
+    d->next_power = CO_NEW(co_real, n * n);
+    if (!d->inner || !d->power || !d->next_power) {
+        status = co_status_no_memory(error);
+        goto done;
+    }
+    place_points(d, mesh);
+    for (size_t i = 0; i < n; i++)
+        d->power[i * n + i] = 1;
+    if (co_fan_is_smooth(fan))
+        eigenvalues(d->valence, &d->lambda, &d->mu);
+    else /* at least 9 points: the five vectors of work space fit */
+        iterate_eigenvalues(d, d->next_power, &d->lambda, &d->mu);
+done:
+    co_mesh_destroy(mesh);
+    co_mesh_destroy(fine);
+    if (status != CURVOPT_OK)
+        co_stam_disc_free(d);
+    return status;
+}
+
+void co_stam_disc_free(co_stam_disc *d) {
+    co_sparse_rows_free(&d->refine);
+    free(d->inner);
+    free(d->power);
+    free(d->next_power);
+    *d = (co_stam_disc){0};
+}
+
+/* out [n] = row r of the refinement times the current power. */
+static void refined_row(const co_stam_disc *d, int32_t r, co_real *out) {
+    size_t n = (size_t)d->n_points;
+    memset(out, 0, n * sizeof *out);
+    for (size_t e = d->refine.start[r]; e < d->refine.start[r + 1]; e++) {
+        const co_real *from = d->power + n * (size_t)d->refine.column[e];
+        for (size_t i = 0; i < n; i++)
+            out[i] += d->refine.value[e] * from[i];
+    }
+}
+
+void co_stam_disc_advance(co_stam_disc *d) {
+    size_t n = (size_t)d->n_points;
+    for (size_t i = 0; i < n; i++)
+        refined_row(d, d->inner[i], d->next_power + n * i);
+    co_real *swap = d->power;
+    d->power = d->next_power;
+    d->next_power = swap;
+    d->ring++;
+}
+
+void co_stam_disc_cell(const co_stam_disc *d, int cell, co_real *out) {
+    size_t n = (size_t)d->n_points;
+    for (size_t k = 0; k < 16; k++) {
+        co_real *row = out + k * n;
+        if (d->mirrored[cell][k] >= 0) { /* 2 P - Q */
+            refined_row(d, d->mirrored[cell][k], d->next_power);
+            refined_row(d, d->cell[cell][k], row);
+            for (size_t i = 0; i < n; i++)
+                row[i] = 2 * row[i] - d->next_power[i];
+        } else {
+            refined_row(d, d->cell[cell][k], row);
+        }
+    }
+}
+
+void co_stam_disc_limit_mask(co_stam_disc *d, co_real *mask) {
+    enum { DEEP = 120 }; /* the slowest vertices converge like 0.66^n */
+    while (d->ring < DEEP)
+        co_stam_disc_advance(d);
+    memcpy(mask, d->power, sizeof *mask * (size_t)d->n_points);
+}
+
+void co_stam_limit_masks(int32_t valence, co_real *masks) {
+    int32_t n_points = co_ring_two_ring_size(valence);
+    co_real n = valence, *position = masks, *cosine = masks + n_points, *sine = cosine + n_points;
+    co_real edge = 1 + cosl(2 * pi / n) + cosl(pi / n) * sqrtl(2 * (9 + cosl(2 * pi / n)));
+    memset(masks, 0, sizeof *masks * 3 * (size_t)n_points);
+    position[0] = n / (n + 5);
+    for (int32_t s = 0; s < valence; s++) {
+        int32_t e = co_ring_two_ring_index(valence, s, 1, 0), f = co_ring_two_ring_index(valence, s, 1, 1);
+        co_real here = 2 * pi * s / n, there = 2 * pi * (s + 1) / n;
+        position[e] = 4 / (n * (n + 5));
+        position[f] = 1 / (n * (n + 5));
+        cosine[e] = edge * cosl(here);
+        cosine[f] = cosl(here) + cosl(there);
+        sine[e] = edge * sinl(here);
+        sine[f] = sinl(here) + sinl(there);
+    }
+}
+
+int co_stam_in_support(int32_t fan, int32_t i) {
+    int32_t n = co_fan_sectors(fan), here = co_fan_sector(fan), next = here + 1, before = here - 1;
+    if (i == 0)
+        return 1;
+    if (!co_fan_is_open(fan)) {
+        next %= n;
+        before = (before + n) % n;
+    }
+    int32_t sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
+    if (place == 0 || place == 2 || sector == here) /* the one-ring, and this sector */
+        return 1;
+    if (sector == next)
+        return place == 1 || place == 3;   /* (0,2) and (-1,2) of this sector */
+    return sector == before && place == 4; /* (2,-1) */
+}
+
+/* Rotates the average of all sectors, turned back, into each: keeps frequency 1, in which the map lives, and nothing
+ * else; rounding would otherwise let the constant, whose eigenvalue is 1, take over. */
+static void keep_frequency_one(int32_t valence, co_real *xy) {
+    co_real mean[CO_RING_SECTOR][2] = {{0}};
+    for (int turn = 0; turn < 2; turn++)
+        for (int32_t s = 0; s < valence; s++) {
+            co_real c = cosl(2 * pi * s / valence), d = sinl(2 * pi * s / valence);
+            for (int i = 0; i < CO_RING_SECTOR; i++) {
+                co_real *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
+                if (turn == 0) {
+                    m[0] += (c * p[0] + d * p[1]) / valence;
+                    m[1] += (c * p[1] - d * p[0]) / valence;
+                } else {
+                    p[0] = c * m[0] - d * m[1];
+                    p[1] = c * m[1] + d * m[0];
+                }
+            }
+        }
+    xy[0] = xy[1] = 0;
+}
+
+void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
+    enum { STEPS = 100 }; /* other eigenvalues of frequency 1 are below lambda / 1.6 */
+    int32_t n = d->n_points;
+    for (int32_t i = 0; i < n; i++)
+        xy[2 * i] = xy[2 * i + 1] = 0;
+    for (int32_t s = 0; s < d->valence; s++)
+        for (int x = 0; x <= 2; x++)
+            for (int y = 0; y <= 2; y++) {
+                co_real angle = 2 * pi * (s + (x + y > 0 ? (co_real)y / (x + y) : 0)) / d->valence;
+                int32_t i = co_ring_two_ring_index(d->valence, s, x, y);
+                xy[2 * i] = (x + y) * cosl(angle);
+                xy[2 * i + 1] = (x + y) * sinl(angle);
+            }
+    for (int step = 0; step < STEPS; step++) {
+        co_real *image = d->next_power; /* work space of at least 2 n */
+        for (int32_t i = 0; i < n; i++) {
+            int32_t r = d->inner[i];
+            image[2 * i] = image[2 * i + 1] = 0;
+            for (size_t e = d->refine.start[r]; e < d->refine.start[r + 1]; e++) {
+                image[2 * i] += d->refine.value[e] * xy[2 * d->refine.column[e]];
+                image[2 * i + 1] += d->refine.value[e] * xy[2 * d->refine.column[e] + 1];
+            }
+        }
+        co_real scale = 1 / hypotl(image[2], image[3]); /* point 1 is the first edge point */
+        for (int32_t i = 0; i < 2 * n; i++)
+            xy[i] = image[i] * scale;
+        keep_frequency_one(d->valence, xy);
+    }
+}

@@ -1,0 +1,99 @@
+/* What TAO's solvers are told of the objective. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "tao_solver.h"
+
+#include <string.h>
+
+enum { LARGEST_FACTORED = 30000 };
+
+static PetscErrorCode value_and_gradient(Tao tao, Vec x, PetscReal *value, Vec gradient, void *context) {
+    PetscFunctionBeginUser;
+    (void)tao;
+    PetscCall(energy_evaluate(context, x, value, gradient));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode value_alone(Tao tao, Vec x, PetscReal *value, void *context) {
+    PetscFunctionBeginUser;
+    (void)tao;
+    PetscCall(energy_evaluate(context, x, value, NULL));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode assemble(Tao tao, Vec x, Mat full, Mat guide, void *context) {
+    PetscFunctionBeginUser;
+    (void)tao;
+    PetscCall(energy_hessian(context, x, &full, &guide));
+    PetscCall(MatAssemblyBegin(full, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(full, MAT_FINAL_ASSEMBLY));
+    PetscFunctionReturn(0);
+}
+
+/* A default that the user's options override. */
+static PetscErrorCode set_default(const char *prefix, const char *name, const char *value) {
+    char whole[128];
+    PetscBool is_set;
+    PetscFunctionBeginUser;
+    PetscCall(PetscSNPrintf(whole, sizeof whole, "-%s%s", prefix, name));
+    PetscCall(PetscOptionsHasName(NULL, NULL, whole, &is_set));
+    if (!is_set)
+        PetscCall(PetscOptionsSetValue(NULL, whole, value));
+    PetscFunctionReturn(0);
+}
+
+PetscErrorCode newton_set_preconditioner(const char *prefix, PetscInt whole) {
+    static const char *const small[][2] = {{"pc_type", "redundant"},
+                                           {"redundant_pc_type", "cholesky"},
+                                           {"redundant_pc_factor_mat_ordering_type", "nd"},
+                                           {"redundant_pc_factor_shift_type", "positive_definite"}};
+    static const char *const large[][2] = {{"pc_type", "bjacobi"},
+                                           {"sub_pc_type", "icc"},
+                                           {"sub_pc_factor_mat_ordering_type", "nd"},
+                                           {"sub_pc_factor_shift_type", "positive_definite"}};
+    const char *const(*option)[2] = whole <= LARGEST_FACTORED ? small : large;
+    PetscFunctionBeginUser;
+    for (size_t k = 0; k < sizeof small / sizeof *small; k++)
+        PetscCall(set_default(prefix, option[k][0], option[k][1]));
+    PetscFunctionReturn(0);
+}
+
+/* Truncated conjugate gradients. */
+static PetscErrorCode set_linear_defaults(const char *prefix, const char *type, PetscInt whole) {
+    char own[64];
+    PetscFunctionBeginUser;
+    PetscCall(PetscSNPrintf(own, sizeof own, "%stao_%s_", prefix, type));
+    PetscCall(set_default(own, "ksp_max_it", "300"));
+    PetscCall(set_default(own, "ksp_rtol", "1e-3"));
+    PetscCall(newton_set_preconditioner(own, whole));
+    PetscFunctionReturn(0);
+}
+
+static int is_newton(const char *type) {
+    static const char *const types[] = {"nls", "ntr", "ntl", "bnls", "bntr", "bntl"};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (!strcmp(type, types[i]))
+            return 1;
+    return 0;
+}
+
+PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *type, Vec x, Tao *out) {
+    char option[64], used[64];
+    Mat full = NULL, guide = NULL;
+    PetscFunctionBeginUser;
+    PetscCall(PetscStrncpy(used, type, sizeof used));
+    PetscCall(PetscSNPrintf(option, sizeof option, "-%stao_type", prefix));
+    PetscCall(PetscOptionsGetString(NULL, NULL, option, used, sizeof used, NULL));
+    PetscCall(TaoCreate(e->on->comm, out));
+    PetscCall(TaoSetOptionsPrefix(*out, prefix));
+    PetscCall(TaoSetType(*out, type));
+    PetscCall(set_default(prefix, "tao_ls_type", "armijo")); /* knows what to do about values that are infinite */
+    PetscCall(TaoSetObjective(*out, value_alone, e));
+    PetscCall(TaoSetObjectiveAndGradient(*out, NULL, value_and_gradient, e));
+    if (is_newton(used)) {
+        PetscCall(set_linear_defaults(prefix, used, 3 * e->on->whole_vertices));
+        PetscCall(energy_hessian(e, x, &full, &guide));
+        PetscCall(TaoSetHessian(*out, full, guide, assemble, e));
+        PetscCall(MatDestroy(&guide));
+        PetscCall(MatDestroy(&full));
+    }
+    PetscFunctionReturn(0);
+}

@@ -1,0 +1,340 @@
+/* The command line. SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 200809L
+#include "curvopt.h"
+
+#include "arguments.h"
+#include "atomic_file.h"
+#include "obj_cage.h"
+#include "pins.h"
+#include "report_json.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char help_text[] =
+    "curvopt - the fairest surface of a control cage\n"
+    "\n"
+    "usage: curvopt evaluate CAGE.obj [options]              energies of a cage's limit surface\n"
+    "       curvopt minimize CAGE.obj -o OUT.obj [options]   the cage that minimizes one\n"
+    "       curvopt --version | --help\n"
+    "\n"
+    "CAGE.obj is a polygon mesh, closed or open (any face sizes, any valence from 3); `-` reads standard input. "
+    "Creases\n"
+    "are tags as in OpenSubdiv's shapes, vertices counted from 0: t crease 2/1/0 A B SHARPNESS, t corner 1/1/0 V "
+    "SHARPNESS\n"
+    "(from 10 on infinitely sharp).\n"
+    "\n"
+    "options\n"
+    "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, or a mix by\n"
+    "                       weights such as mvs:1,willmore:0.1 (default willmore)\n"
+    "  --surface S          limit: the Catmull-Clark limit surface (default for willmore alone); polynomial: smoothed "
+    "at\n"
+    "                       extraordinary vertices (default with third-order energies); plane: flattened there, the\n"
+    "                       report's\n"
+    "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
+    "  --boundary-rule R    boundary vertices of one face are smooth (default) or corners, as in Blender's modifier\n"
+    "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to 8 (default); they take a\n"
+    "                       quarter of the way to the next vertex that is not regular\n"
+    "  --threads N          default all cores\n"
+    "  --json FILE|-        write all figures as JSON\n"
+    "  --quiet              print nothing but errors\n"
+    "for minimize\n"
+    "  -o, --output FILE    the optimized cage, written whole or not at all\n"
+    "  --boundary B         what an open surface keeps: position of its boundary (default), also tangent planes along "
+    "it,\n"
+    "                       also curvature and how it changes, or free: nothing. All but free keep vertices on "
+    "infinitely\n"
+    "                       sharp creases\n"
+    "  --levels N           optimizations, the cage being subdivided between them (default 4; 1 keeps the cage's own\n"
+    "                       vertices)\n"
+    "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
+    "                       matrix, then Newton's method with the Hessian (default); lmvm: without these, the\n"
+    "                       report's\n"
+    "  --max-iterations N   a level (default 3000)\n"
+    "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
+    "                       there are third-order terms only as far as it pays, and with lmvm not at all (default);\n"
+    "                       rotations: those that mirror nothing; none: not looked for; x, y, z or several with\n"
+    "                       commas: these mirror planes and no others, refused if the cage does not have them\n"
+    "  --escape             leave a shape that is a saddle, downwards, on levels of up to 5000 vertices\n"
+    "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
+    "                       along a direction, V plane X Y Z across one; a number behind that, 0 to 1, says how\n"
+    "                       firmly: 1 exactly, less by a spring that draws the vertex there\n"
+    "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
+    "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
+    "                       rule that nothing checks\n"
+    "\n"
+    "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
+    "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
+
+static int usage_error(const char *message) {
+    fprintf(stderr, "curvopt: %s (see curvopt --help)\n", message);
+    return ARGUMENTS_USAGE;
+}
+
+static int could_not(const char *path, const char *message) {
+    fprintf(stderr, "curvopt: %s: %s\n", path, message);
+    return ARGUMENTS_COULD_NOT;
+}
+
+/* ----------------------------------------------------------------------------------------------- reporting -- */
+
+/* The report, staged if there is to be one. */
+static int stage_json(const arguments *a, const json_report *report, staged *out) {
+    *out = (staged){0};
+    if (!a->json)
+        return ARGUMENTS_DONE;
+    int failed = staged_open(out, a->json);
+    if (!failed) {
+        json_write(out->file, report);
+        failed = staged_close(out);
+        if (failed)
+            staged_discard(out);
+    }
+    return failed ? could_not(a->json, strerror(failed)) : ARGUMENTS_DONE;
+}
+
+static int commit(staged *out) {
+    int failed = out->path ? staged_commit(out) : 0;
+    return failed ? could_not(out->path, strerror(failed)) : ARGUMENTS_DONE;
+}
+
+static void print_number(const char *name, double value, double error) {
+    if (!isfinite(value))
+        printf("%-22s -\n", name);
+    else if (error > 0)
+        printf("%-22s %.10g  (quadrature error %.1e)\n", name, value, error);
+    else
+        printf("%-22s %.10g\n", name, value);
+}
+
+static void print_energies(const curvopt_mesh_info *info, const curvopt_energies *e) {
+    printf("%-22s %d vertices, %d faces, Euler characteristic %d\n", "cage", info->n_vertices, info->n_faces,
+           info->euler);
+    printf("%-22s %s\n", "surface", json_surface_name[e->surface]);
+    print_number("area", e->area, e->area_error);
+    for (int t = 0; t < CURVOPT_TERM_AREA; t++)
+        print_number(json_term_name[t], e->term[t], e->term_error[t]);
+    print_number("integral of H^2", e->h2, 0);
+    print_number("integral of K", e->gauss, 0);
+    print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
+}
+
+/* Says to people, not to programs, what the run did. */
+static void print_run(const curvopt_summary *s, const char *energy) {
+    printf("%s: %.10g -> %.10g in %.2f s, %s (by its Hessian: %s)\n", energy, s->start.objective, s->end.objective,
+           s->seconds, curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
+}
+
+/* ------------------------------------------------------------------------------------------------ commands -- */
+
+static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
+    char message[256];
+    curvopt_error error;
+    *mesh = NULL;
+    if (obj_read(a->input, cage, message, sizeof message))
+        return could_not(a->input, message);
+    curvopt_creases creases = obj_creases(cage, a->boundary_rule);
+    if (curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, &creases,
+                                    mesh, &error) == CURVOPT_OK)
+        return ARGUMENTS_DONE;
+    obj_free(cage);
+    return could_not(a->input, error.message);
+}
+
+static int run_evaluate(const arguments *a) {
+    obj_cage cage;
+    curvopt_mesh *mesh;
+    curvopt_problem *problem = NULL;
+    curvopt_energies energies;
+    curvopt_error error;
+    int result = load(a, &cage, &mesh);
+    if (result != ARGUMENTS_DONE)
+        return result;
+    if (curvopt_problem_create(mesh, &a->options, &problem, &error) != CURVOPT_OK ||
+        curvopt_problem_evaluate(problem, cage.xyz, &energies, NULL, &error) != CURVOPT_OK) {
+        result = could_not(a->input, error.message);
+    } else {
+        staged json;
+        curvopt_mesh_info info;
+        curvopt_mesh_get_info(mesh, &info);
+        if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
+            print_energies(&info, &energies);
+        result = stage_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy}, &json);
+        if (result == ARGUMENTS_DONE)
+            result = commit(&json);
+    }
+    curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    obj_free(&cage);
+    return result;
+}
+
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int number) {
+    interrupted = 1;
+    signal(number, SIG_DFL);
+}
+
+static int32_t on_progress(const curvopt_progress *p, void *user) {
+    const arguments *a = user;
+    if (!a->quiet && isatty(STDERR_FILENO))
+        fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", p->level, p->levels,
+                p->iteration, p->energy, p->gradient_norm, p->seconds);
+    return interrupted;
+}
+
+/* The result as a cage; 0 if memory is out. */
+static int take_result(const curvopt_result *result, const curvopt_mesh_info *info, obj_cage *cage) {
+    const curvopt_mesh *mesh = curvopt_result_mesh(result);
+    *cage = (obj_cage){.n_vertices = info->n_vertices, .n_faces = info->n_faces};
+    curvopt_mesh_count_creases(mesh, &cage->n_creases, &cage->n_corners);
+    cage->xyz = malloc(sizeof(double) * 3 * (size_t)info->n_vertices);
+    cage->face_sizes = malloc(sizeof(int32_t) * (size_t)info->n_faces);
+    cage->face_vertices = malloc(sizeof(int32_t) * (size_t)info->n_corners);
+    cage->crease_vertices = malloc(sizeof(int32_t) * (2 * (size_t)cage->n_creases + 1));
+    cage->crease_sharpness = malloc(sizeof(double) * ((size_t)cage->n_creases + 1));
+    cage->corner_vertices = malloc(sizeof(int32_t) * ((size_t)cage->n_corners + 1));
+    cage->corner_sharpness = malloc(sizeof(double) * ((size_t)cage->n_corners + 1));
+    if (!cage->xyz || !cage->face_sizes || !cage->face_vertices || !cage->crease_vertices || !cage->crease_sharpness ||
+        !cage->corner_vertices || !cage->corner_sharpness) {
+        obj_free(cage);
+        return 0;
+    }
+    curvopt_result_get_positions(result, cage->xyz);
+    curvopt_mesh_get_faces(mesh, cage->face_sizes, cage->face_vertices);
+    curvopt_mesh_get_creases(mesh, cage->crease_vertices, cage->crease_sharpness, cage->corner_vertices,
+                             cage->corner_sharpness);
+    return 1;
+}
+
+/* The optimized cage, staged. */
+static int stage_cage(const arguments *a, const curvopt_result *result, const curvopt_mesh_info *info, staged *out) {
+    obj_cage cage;
+    int failed = take_result(result, info, &cage) ? staged_open(out, a->output) : ENOMEM;
+    if (!failed) {
+        obj_write(out->file, &cage);
+        failed = staged_close(out);
+        if (failed)
+            staged_discard(out);
+    }
+    obj_free(&cage);
+    return failed ? could_not(a->output, strerror(failed)) : ARGUMENTS_DONE;
+}
+
+/* Cage and report: both are complete before either is put in its place. */
+static int deliver(const arguments *a, const curvopt_result *result) {
+    staged cage, json;
+    curvopt_mesh_info info;
+    curvopt_summary summary;
+    curvopt_level_report levels[12]; /* as many as the options allow */
+    curvopt_mesh_get_info(curvopt_result_mesh(result), &info);
+    curvopt_result_get_summary(result, &summary);
+    for (int32_t i = 0; i < summary.n_levels; i++)
+        curvopt_result_get_level(result, i, &levels[i], NULL);
+    json_report report = {.info = &info,
+                          .energies = &summary.end,
+                          .summary = &summary,
+                          .levels = levels,
+                          .energy = a->energy,
+                          .method = method_name[summary.method]};
+    int status = stage_cage(a, result, &info, &cage);
+    if (status != ARGUMENTS_DONE)
+        return status;
+    status = stage_json(a, &report, &json);
+    if (status != ARGUMENTS_DONE) {
+        staged_discard(&cage);
+        return status;
+    }
+    status = commit(&cage);
+    if (status != ARGUMENTS_DONE) {
+        staged_discard(&json);
+        return status;
+    }
+    if (!a->quiet && !(a->json && !strcmp(a->json, "-")) && strcmp(a->output, "-") != 0)
+        print_run(&summary, a->energy);
+    return commit(&json);
+}
+
+/* Pins into the options, if there are to be any. */
+static int load_pins(arguments *a, pin_list *pins) {
+    char message[256];
+    *pins = (pin_list){0};
+    if (!a->pins)
+        return ARGUMENTS_DONE;
+    if (pins_read(a->pins, pins, message, sizeof message))
+        return could_not(a->pins, message);
+    a->constraints = (curvopt_constraints){.vertices = pins->vertices,
+                                           .freedom = pins->freedom,
+                                           .directions = pins->directions,
+                                           .n = pins->n,
+                                           .weights = pins->weights};
+    a->options.constraints = &a->constraints;
+    return ARGUMENTS_DONE;
+}
+
+static int run_minimize(arguments *a) {
+    obj_cage cage;
+    curvopt_mesh *mesh;
+    curvopt_result *result = NULL;
+    curvopt_error error;
+    pin_list pins;
+    int status = load_pins(a, &pins);
+    if (status != ARGUMENTS_DONE)
+        return status;
+    status = load(a, &cage, &mesh);
+    if (status != ARGUMENTS_DONE) {
+        pins_free(&pins);
+        return status;
+    }
+    signal(SIGINT, on_interrupt);
+    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, a, NULL, &result, &error) != CURVOPT_OK)
+        status = could_not(a->input, error.message);
+    if (!a->quiet && isatty(STDERR_FILENO))
+        fprintf(stderr, "\n");
+    if (status == ARGUMENTS_DONE)
+        status = deliver(a, result);
+    curvopt_result_destroy(result);
+    curvopt_mesh_destroy(mesh);
+    obj_free(&cage);
+    pins_free(&pins);
+    return status;
+}
+
+/* GNU OpenMP's threads wait for each other by spinning, which on a busy machine costs up to 60 times the run. It reads
+ * its policy when it is loaded, before main: so set it and start over, unless the user has chosen. */
+static void wait_passively(char **argv) {
+    if (!getenv("OMP_WAIT_POLICY") && setenv("OMP_WAIT_POLICY", "passive", 0) == 0)
+        execv("/proc/self/exe", argv); /* returns only if it cannot; then go on as we are */
+}
+
+static int run(int argc, char **argv) {
+    arguments a;
+    char message[512];
+    if (argc < 2)
+        return usage_error("no command");
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
+        return fputs(help_text, stdout) < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
+    if (!strcmp(argv[1], "--version")) {
+        printf("curvopt %s\n", curvopt_version());
+        return ARGUMENTS_DONE;
+    }
+    int status = arguments_parse(argc, argv, &a, message, sizeof message);
+    if (status != ARGUMENTS_DONE) {
+        usage_error(message);
+        return status;
+    }
+    return strcmp(a.command, "minimize") ? run_evaluate(&a) : run_minimize(&a);
+}
+
+int main(int argc, char **argv) {
+    wait_passively(argv);
+    int status = run(argc, argv);
+    if (fflush(stdout) != 0 || ferror(stdout)) /* figures that nobody got are not done */
+        return status == ARGUMENTS_DONE ? could_not("standard output", strerror(errno)) : status;
+    return status;
+}

@@ -1,0 +1,225 @@
+/* Wide blends round extraordinary vertices. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "check.h"
+#include "mesh/crease.h"
+#include "surface/patches.h"
+
+/* Patches with wide blends; frees the cage. */
+static co_patches patches_of(curvopt_mesh *mesh) {
+    co_patches patches;
+    curvopt_error error;
+    CHECK_OK(co_patches_create(mesh, NULL, CO_BLEND_DISC_LARGEST, &patches, &error), &error);
+    return patches;
+}
+
+static int32_t width_of(const co_blend_discs *w, int32_t disc) {
+    return co_blend_disc_fit_of(w, &w->disc[disc])->width;
+}
+
+/* Each disc's faces, of every place in every sector one; and each patch's points. */
+static void check_faces(const curvopt_mesh *m, const co_patches *p) {
+    const co_blend_discs *w = &p->wide;
+    int32_t wanted = 0, found = 0, *times = calloc((size_t)m->info.n_faces, sizeof *times);
+    CHECK_TRUE(times != NULL);
+    for (int32_t k = 0; k < w->n_discs; k++)
+        wanted += co_blend_disc_fit_of(w, &w->disc[k])->valence * width_of(w, k) * width_of(w, k);
+    for (int32_t i = 0; i < p->n_patches; i++) {
+        int32_t kind = p->valence[i], size = (int32_t)(p->start[i + 1] - p->start[i]);
+        times[p->place[i].face]++;
+        CHECK_INT(size, co_patches_size(kind));
+        for (int32_t j = 0; j < size; j++) {
+            int32_t point = p->points[p->start[i] + (size_t)j];
+            int is_wide = co_fan_is_wide(kind) && j >= size - CO_BLEND_DISC_TERMS;
+            CHECK_BETWEEN(point, is_wide ? p->n_points - w->n_points : 0, is_wide ? p->n_points - 1 : p->n_cage - 1);
+        }
+        found += co_fan_is_wide(kind);
+    }
+    CHECK_INT(found, wanted);
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        CHECK_INT(times[f], 1);
+    free(times);
+}
+
+static void test_width_is_a_quarter_of_the_distance(void **state) {
+    (void)state;
+    static const int width[7] = {[3] = 2, [4] = 4, [5] = 8, [6] = 8}; /* 2^halvings faces from vertex to vertex */
+    for (int halvings = 2; halvings <= 6; halvings++) {
+        cage c = cage_refined(cage_cube(), halvings);
+        curvopt_mesh *mesh = cage_mesh(&c);
+        co_patches p = patches_of(mesh);
+        CHECK_INT(p.wide.n_discs, halvings > 2 ? 8 : 0);
+        CHECK_INT(p.wide.n_fits, halvings > 2);
+        for (int32_t k = 0; k < p.wide.n_discs; k++)
+            CHECK_INT(width_of(&p.wide, k), width[halvings]);
+        if (p.wide.n_discs)
+            check_faces(mesh, &p);
+        co_patches_free(&p);
+        curvopt_mesh_destroy(mesh);
+        cage_free(&c);
+    }
+}
+
+static void test_regular_and_other_surfaces_have_none(void **state) {
+    (void)state;
+    cage torus = cage_torus(40, 40, 1, 0.4), cube = cage_refined(cage_cube(), 3);
+    curvopt_mesh *mesh[2] = {cage_mesh(&torus), cage_mesh(&cube)};
+    co_patches without, p = patches_of(mesh[0]);
+    curvopt_error error;
+    CHECK_OK(co_patches_create(mesh[1], NULL, 1, &without, &error), &error);
+    CHECK_INT(p.wide.n_discs, 0);
+    CHECK_INT(without.wide.n_discs, 0);
+    CHECK_INT(without.n_points, without.n_cage);
+    co_patches_free(&p);
+    co_patches_free(&without);
+    for (int i = 0; i < 2; i++)
+        curvopt_mesh_destroy(mesh[i]);
+    cage_free(&torus);
+    cage_free(&cube);
+}
+
+/* One sharp edge in the middle of a side of the cube: 8 faces from that side's corners, 16 and more from the others. */
+static void test_creases_leave_less_room(void **state) {
+    (void)state;
+    cage c = cage_refined(cage_cube(), 4);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    int32_t centre = 0, edge[2], narrow = 0, wide = 0;
+    double sharpness = 2.5;
+    curvopt_error error;
+    for (int32_t v = 1; v < c.n_vertices; v++)
+        if (fabs(c.xyz[3 * v + 1]) + fabs(c.xyz[3 * v + 2]) - c.xyz[3 * v] <
+            fabs(c.xyz[3 * centre + 1]) + fabs(c.xyz[3 * centre + 2]) - c.xyz[3 * centre])
+            centre = v;
+    edge[0] = centre;
+    edge[1] = co_mesh_destination(mesh, mesh->vertex_corner[centre]);
+    curvopt_creases creases = {.crease_vertices = edge, .crease_sharpness = &sharpness, .n_creases = 1};
+    CHECK_OK(co_crease_set(mesh, &creases, &error), &error);
+    co_patches p = patches_of(mesh);
+    for (int32_t k = 0; k < p.wide.n_discs; k++) {
+        int32_t v = p.wide.column[p.wide.disc[k].column];
+        narrow += c.xyz[3 * v] > 0 && width_of(&p.wide, k) == 2;
+        wide += c.xyz[3 * v] < 0 && width_of(&p.wide, k) == 4;
+    }
+    CHECK_INT(p.wide.n_discs, 8);
+    CHECK_INT(narrow, 4);
+    CHECK_INT(wide, 4);
+    co_patches_free(&p);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* A tube of n faces round, open at its far end, whose other end goes on as a quarter of the plane glued to itself: one
+ * vertex of valence 5 on the seam, all others regular. Ring k > 0 of the plane has n + 2 k vertices, its corner first.
+ */
+enum { LENGTH = 24 };
+static curvopt_mesh *funnel(int32_t n) {
+    int32_t n_faces = 0, n_vertices = 0, first[2 * LENGTH + 1], *faces = calloc(4 * 2 * LENGTH * 80, sizeof *faces);
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    CHECK_TRUE(faces != NULL && n + 2 * LENGTH < 80);
+    for (int ring = -LENGTH; ring <= LENGTH; ring++) {
+        first[ring + LENGTH] = n_vertices;
+        n_vertices += n + (ring > 0 ? 2 * ring : 0);
+    }
+    for (int ring = -LENGTH; ring < LENGTH; ring++) {
+        int32_t size = n + (ring > 0 ? 2 * ring : 0), here = first[ring + LENGTH], next = first[ring + LENGTH + 1];
+        int32_t turn = ring >= 0, next_size = size + 2 * turn;
+        for (int32_t i = 0; i < size + turn; i++) {
+            int32_t *f = faces + 4 * n_faces++;
+            f[0] = here + i % size;
+            f[1] = i == size ? next + 1 : here + (i + 1) % size;
+            f[2] = i == size ? next : next + (i + turn + 1) % next_size;
+            f[3] = i == size ? next + next_size - 1 : next + (i + turn) % next_size;
+        }
+    }
+    int32_t *sizes = calloc((size_t)n_faces, sizeof *sizes);
+    CHECK_TRUE(sizes != NULL);
+    for (int32_t f = 0; f < n_faces; f++)
+        sizes[f] = 4;
+    CHECK_OK(curvopt_mesh_create(n_vertices, n_faces, sizes, faces, &mesh, &error), &error);
+    CHECK_INT(mesh->info.n_extraordinary, 1);
+    free(sizes);
+    free(faces);
+    return mesh;
+}
+
+static void test_discs_do_not_meet_themselves_round_a_tube(void **state) {
+    (void)state;
+    for (int32_t n = 3; n <= 14; n++) {
+        curvopt_mesh *mesh = funnel(n);
+        co_patches p = patches_of(mesh);
+        int32_t width = n / 2 < LENGTH / 4 ? n / 2 : LENGTH / 4;
+        CHECK_INT(p.wide.n_discs, width > 1);
+        if (width > 1)
+            CHECK_INT(width_of(&p.wide, 0), width);
+        co_patches_free(&p);
+        curvopt_mesh_destroy(mesh);
+    }
+}
+
+static void test_points_of_the_polynomial_are_affine_in_the_disc(void **state) {
+    (void)state;
+    cage c = cage_refined(cage_trapezohedron(5), 3);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_patches p = patches_of(mesh);
+    CHECK_TRUE(p.wide.n_discs > 0);
+    for (int32_t k = 0; k < p.wide.n_fits; k++) {
+        const co_blend_disc_fit *f = &p.wide.fit[k];
+        for (int a = 0; a < CO_BLEND_DISC_TERMS; a++) {
+            double sum = 0;
+            for (int32_t i = 0; i < f->n_points; i++)
+                sum += f->matrix[a * f->n_points + i];
+            CHECK_NEAR(sum, 1, 1e-13);
+            for (int32_t s = 0; s < f->valence; s++) {
+                sum = 0;
+                for (int b = 0; b < CO_BLEND_DISC_TERMS; b++)
+                    sum += f->turn[(s * CO_BLEND_DISC_TERMS + a) * CO_BLEND_DISC_TERMS + b];
+                CHECK_NEAR(sum, 1, 1e-13);
+            }
+        }
+    }
+    co_patches_free(&p);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* x.A^T y = y.A x for the map from the cage to the polynomials' points, and of its size. */
+static void test_gradients_go_back_by_the_transpose(void **state) {
+    (void)state;
+    cage c = cage_refined(cage_cube(), 3);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_patches p = patches_of(mesh);
+    size_t n = 3 * (size_t)p.n_points;
+    double *points = calloc(n, sizeof *points), *slope = calloc(n, sizeof *slope), *back = calloc(n, sizeof *back);
+    double there = 0, here = 0;
+    CHECK_TRUE(points && slope && back);
+    for (size_t i = 0; i < n; i++) {
+        points[i] = i < 3 * (size_t)p.n_cage ? c.xyz[i] : 0;
+        slope[i] = i < 3 * (size_t)p.n_cage ? 0 : sin(1.3 * (double)i);
+    }
+    co_patches_derive(&p, points);
+    co_patches_add_derived(&p, slope, back);
+    for (size_t i = 0; i < n; i++) {
+        there += slope[i] * points[i];
+        here += i < 3 * (size_t)p.n_cage ? back[i] * c.xyz[i] : 0;
+    }
+    CHECK_TRUE(fabs(there) > 0.1);
+    CHECK_NEAR(here, there, 1e-12 * fabs(there));
+    free(points);
+    free(slope);
+    free(back);
+    co_patches_free(&p);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_width_is_a_quarter_of_the_distance),
+        cmocka_unit_test(test_regular_and_other_surfaces_have_none),
+        cmocka_unit_test(test_creases_leave_less_room),
+        cmocka_unit_test(test_discs_do_not_meet_themselves_round_a_tube),
+        cmocka_unit_test(test_points_of_the_polynomial_are_affine_in_the_disc),
+        cmocka_unit_test(test_gradients_go_back_by_the_transpose),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

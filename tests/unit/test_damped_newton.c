@@ -1,0 +1,309 @@
+/* Newton's method with a damped matrix: what it finds, how fast, and what it asks for. SPDX-License-Identifier:
+ * GPL-3.0-or-later */
+#include "check.h"
+#include "curvopt.h"
+
+#include "optimize/damped_newton.h"
+#include "optimize/step_control.h"
+
+/* Functions of two variables, their second derivatives, and a record of what the method did. */
+typedef enum shape { ROSENBROCK, SADDLE, QUARTIC } shape;
+
+typedef struct problem {
+    shape shape;
+    co_step_verdict verdict; /* said at step verdict_at */
+    int verdict_at, cancel_at, fail_at;
+    int settles, assembled, factorized;
+    int mixed;      /* steps that were settled with some of G in the matrix, */
+    int lengthened; /* and such that are longer than the first trial by their matrix that brought anything */
+    int restless;   /* steps that were settled although another one that was evaluated was lower */
+    double best;    /* least value since the matrix was assembled, */
+    double at;      /* value where it was assembled */
+    double reach;   /* length of the first trial that brought anything; 0: none yet */
+    co_damping damping;
+    double start[2], last[2]; /* of the step that was settled last: where it began, where it led */
+    double longest;           /* step that was evaluated */
+    int wrong_before;         /* calls of assemble whose `before` is not what it must be */
+    int rejected;             /* the last step was */
+    double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
+    double now[2];
+} problem;
+
+static double value_of(problem *p, const double *x, double *g) {
+    double a = x[1] - x[0] * x[0], b = 1 - x[0];
+    switch (p->shape) {
+    case ROSENBROCK:
+        g[0] = -400 * a * x[0] - 2 * b;
+        g[1] = 200 * a;
+        return 1 + 100 * a * a + b * b;
+    case SADDLE:
+        g[0] = x[0] * x[0] * x[0] - x[0];
+        g[1] = x[1];
+        return 1 + 0.25 * x[0] * x[0] * x[0] * x[0] - 0.5 * x[0] * x[0] + 0.5 * x[1] * x[1];
+    default:
+        g[0] = 4 * x[0] * x[0] * x[0];
+        g[1] = 2e6 * x[1];
+        return 1 + x[0] * x[0] * x[0] * x[0] + 1e6 * x[1] * x[1];
+    }
+}
+
+static double step_length(void *context, const double *d) {
+    (void)context;
+    return fmax(fabs(d[0]), fabs(d[1]));
+}
+
+static double reach_of(const problem *p, const double *x) {
+    return step_length(NULL, (double[]){x[0] - p->now[0], x[1] - p->now[1]});
+}
+
+static double evaluate(void *context, const double *x, double *g) {
+    problem *p = context;
+    double value = value_of(p, x, g);
+    p->longest = fmax(p->longest, reach_of(p, x));
+    p->best = fmin(p->best, value);
+    if (value < p->at && p->reach == 0)
+        p->reach = reach_of(p, x);
+    return value;
+}
+
+static co_step_verdict settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
+    problem *p = context;
+    (void)iteration;
+    p->mixed += p->damping.mix > 0;
+    p->lengthened += reach_of(p, now->x) > p->reach;
+    p->restless += now->value > p->best;
+    int says = ++p->settles == p->verdict_at;
+    p->rejected = says && (p->verdict == CO_STEP_REJECT || p->verdict == CO_STEP_STOP);
+    if (p->rejected) {
+        memcpy(now->x, before->x, 2 * sizeof(double));
+        memcpy(now->gradient, before->gradient, 2 * sizeof(double));
+        now->value = before->value;
+    }
+    memcpy(p->start, before->x, sizeof p->start);
+    memcpy(p->last, now->x, sizeof p->last);
+    memcpy(p->now, now->x, sizeof p->now);
+    return says ? p->verdict : CO_STEP_KEEP;
+}
+
+static int assemble(void *context, const co_iterate *now, const double *before) {
+    problem *p = context;
+    const double *x = now->x;
+    int wants = p->settles > 0 && !p->rejected && p->shape != SADDLE;
+    if (p->shape != SADDLE)
+        p->wrong_before += wants ? !before || memcmp(before, p->start, sizeof p->start) != 0 : before != NULL;
+    switch (p->shape) {
+    case ROSENBROCK:
+        p->H[0] = 1200 * x[0] * x[0] - 400 * x[1] + 2;
+        p->G[0] = 800 * x[0] * x[0] + 2;
+        p->H[1] = p->G[1] = -400 * x[0];
+        p->H[2] = p->G[2] = 200;
+        break;
+    case SADDLE:
+        p->H[0] = 3 * x[0] * x[0] - 1;
+        p->G[0] = 3 * x[0] * x[0];
+        p->H[1] = p->G[1] = 0;
+        p->H[2] = p->G[2] = 1;
+        break;
+    default:
+        p->H[0] = p->G[0] = 12 * x[0] * x[0];
+        p->H[1] = p->G[1] = 0;
+        p->H[2] = p->G[2] = 2e6;
+    }
+    p->best = p->at = now->value;
+    p->reach = 0;
+    return ++p->assembled == p->fail_at;
+}
+
+static int factorize(void *context, const co_damping *damping, int *positive) {
+    problem *p = context;
+    p->factorized++;
+    p->damping = *damping;
+    for (int i = 0; i < 3; i++)
+        p->M[i] = (1 - damping->mix) * p->H[i] + damping->mix * p->G[i] + (i == 1 ? 0 : damping->shift);
+    *positive = p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
+    return 0;
+}
+
+static int solve(void *context, const double *in, double *out) {
+    const problem *p = context;
+    double det = p->M[0] * p->M[2] - p->M[1] * p->M[1];
+    double x = (p->M[2] * in[0] - p->M[1] * in[1]) / det, y = (p->M[0] * in[1] - p->M[1] * in[0]) / det;
+    out[0] = x;
+    out[1] = y;
+    return 0;
+}
+
+static double least_shift(void *context, const co_iterate *now) {
+    (void)context;
+    (void)now;
+    return 1e-9;
+}
+
+static int negative_curvature(void *context, const co_iterate *now, double *d) {
+    const problem *p = context;
+    (void)now;
+    d[0] = 3;
+    d[1] = 0;
+    return p->H[0] < 0;
+}
+
+static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
+    (void)now;
+    (void)evaluations;
+    return iteration == ((problem *)context)->cancel_at;
+}
+
+static const co_damped_newton_options usual = {.max_iterations = 200,
+                                               .decrement_tolerance = 1e-14,
+                                               .settled_steps = 50,
+                                               .settled_decrease = 1e-16,
+                                               .max_step = 10};
+
+static co_outcome run(problem *p, co_damped_newton_options o, double x, double y, double at[2], double *value) {
+    co_objective f = {.context = p,
+                      .n = 2,
+                      .evaluate = evaluate,
+                      .step_length = step_length,
+                      .review_step = settle,
+                      .precondition = solve,
+                      .assemble = assemble,
+                      .factorize = factorize,
+                      .least_shift = least_shift,
+                      .negative_curvature = negative_curvature,
+                      .report = report};
+    double g[2];
+    co_iterate now = {.x = at, .gradient = g};
+    co_outcome outcome;
+    curvopt_error error;
+    p->now[0] = at[0] = x;
+    p->now[1] = at[1] = y;
+    now.value = value_of(p, at, g);
+    CHECK_OK(co_damped_newton(&f, &o, &now, &outcome, &error), &error);
+    CHECK_TRUE(now.x == at && now.gradient == g); /* the caller's arrays, whatever happened inside */
+    *value = now.value;
+    CHECK_INT(p->wrong_before, 0);
+    if (p->shape != SADDLE) /* the way away from a saddle is the first that will do */
+        CHECK_INT(p->restless, 0);
+    return outcome;
+}
+
+static void test_curved_valley(void **state) {
+    (void)state;
+    problem p = {.shape = ROSENBROCK};
+    double x[2], value;
+    co_outcome end = run(&p, usual, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(end.iterations, 8, 40);
+    CHECK_NEAR(x[0], 1, 1e-9);
+    CHECK_NEAR(x[1], 1, 1e-9);
+}
+
+/* By one matrix as far as it leads: of most steps here a shorter one was good, too. A start where the Hessian is
+ * indefinite, as it is on the far side of the valley's floor: some of the Gauss-Newton matrix makes it positive, and no
+ * shift has to (the least eigenvalue is -137), which would make steps along the valley as short as those across it. */
+static void test_damping(void **state) {
+    (void)state;
+    double x[2], value;
+    problem far = {.shape = ROSENBROCK};
+    co_damped_newton_options o = usual;
+    o.max_step = 0.05;
+    CHECK_INT(run(&far, o, -1.2, 1, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(far.lengthened, 20, far.settles);
+    problem indefinite = {.shape = ROSENBROCK, .cancel_at = 1};
+    run(&indefinite, usual, -0.5, 0.8, x, &value);
+    CHECK_INT(indefinite.settles, 1);
+    CHECK_INT(indefinite.mixed, 1);
+    CHECK_BETWEEN(indefinite.damping.shift, 0, 10);
+    problem convex = {.shape = QUARTIC};
+    run(&convex, usual, 1, 1, x, &value);
+    CHECK_INT(convex.mixed, 0);
+}
+
+/* The gradient does not point along the way down: it has to be looked for. */
+static void test_saddle_is_left(void **state) {
+    (void)state;
+    problem p = {.shape = SADDLE};
+    double x[2], value;
+    co_outcome end = run(&p, usual, 0, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_NEAR(fabs(x[0]), 1, 1e-6);
+    CHECK_NEAR(value, 0.75, 1e-12);
+}
+
+/* Indefinite at first, and a hundred thousand times softer one way than the other. */
+static void test_stiff_and_soft(void **state) {
+    (void)state;
+    problem p = {.shape = QUARTIC};
+    double x[2], value;
+    co_outcome end = run(&p, usual, 1, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(end.iterations, 10,
+                  60); /* a third is gone with each step of Newton's, and 1e-14 of the value is left */
+    CHECK_NEAR(value, 1, 1e-12);
+}
+
+static void test_steps_keep_to_the_cap(void **state) {
+    (void)state;
+    problem p = {.shape = ROSENBROCK};
+    double x[2], value;
+    co_damped_newton_options o = usual;
+    o.max_step = 0.05;
+    co_outcome end = run(&p, o, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(p.longest, 0.03, 0.05);
+    CHECK_BETWEEN(end.iterations, 40, 200);
+}
+
+/* After a step that was taken back the matrix knows of none. (`before` is looked at in assemble.) */
+static void test_rejected_step(void **state) {
+    (void)state;
+    problem p = {.shape = ROSENBROCK, .verdict = CO_STEP_REJECT, .verdict_at = 3};
+    double x[2], value;
+    co_outcome end = run(&p, usual, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_INT(end.iterations, p.settles - 1);
+    CHECK_NEAR(x[0], 1, 1e-9);
+}
+
+static void test_ends(void **state) {
+    (void)state;
+    double x[2], value;
+    problem stopped = {.shape = ROSENBROCK, .verdict = CO_STEP_STOP, .verdict_at = 4};
+    CHECK_INT(run(&stopped, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_UNRESOLVED);
+    CHECK_NEAR(x[0], stopped.last[0], 0);
+    problem cancelled = {.shape = ROSENBROCK, .cancel_at = 3};
+    co_outcome end = run(&cancelled, usual, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CANCELLED);
+    CHECK_INT(end.iterations, 3);
+    CHECK_NEAR(x[0], cancelled.last[0], 0);
+    problem failing = {.shape = ROSENBROCK, .fail_at = 2};
+    CHECK_INT(run(&failing, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_SETTLED);
+    CHECK_INT(failing.settles, 1);
+    problem limited = {.shape = ROSENBROCK};
+    co_damped_newton_options o = usual;
+    o.max_iterations = 5;
+    end = run(&limited, o, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_LIMIT);
+    CHECK_INT(end.iterations, 5);
+    problem settling = {.shape = ROSENBROCK};
+    o = usual;
+    o.settled_steps = 2;
+    o.settled_decrease = 10;
+    end = run(&settling, o, -1.2, 1, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_SETTLED);
+    CHECK_INT(end.iterations, 2);
+    problem there = {.shape = ROSENBROCK};
+    o = usual;
+    o.gradient_tolerance = 1e-8;
+    CHECK_INT(run(&there, o, 1, 1, x, &value).iterations, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_curved_valley),  cmocka_unit_test(test_saddle_is_left),
+        cmocka_unit_test(test_stiff_and_soft), cmocka_unit_test(test_steps_keep_to_the_cap),
+        cmocka_unit_test(test_rejected_step),  cmocka_unit_test(test_damping),
+        cmocka_unit_test(test_ends),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,200 @@
+/* One sweep, several instruction sets, the same results. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "check.h"
+#include "energy/element_kernel.h"
+#include "surface/stam.h"
+
+#include <stdlib.h>
+
+enum { N_FACES = 11, MOST_POINTS = 31 };
+
+static const char *const names[] = {"portable", "avx2", "avx512"};
+enum { N_KERNELS = sizeof names / sizeof *names };
+
+/* Faces of one kind, each with points of its own; face number N_FACES has NAN for points. */
+typedef struct faces {
+    co_basis_table *table;
+    double xyz[(N_FACES + 1) * MOST_POINTS * 3];
+} faces;
+
+typedef struct results {
+    double sums[N_FACES][CO_N_SUMS];
+    double gradients[N_FACES][MOST_POINTS][2][3];
+} results;
+
+static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *out) {
+    curvopt_error error;
+    co_stam_disc disc;
+    co_real xy[2 * (6 * 8 + 1)];
+    uint64_t seed = 4711;
+    CHECK_OK(co_basis_table_create(surface, valence, rule, &out->table, &error), &error);
+    CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);
+    co_stam_characteristic_map(&disc, xy);
+    co_stam_disc_free(&disc);
+    int32_t n = out->table->n_points;
+    CHECK_TRUE(n <= MOST_POINTS);
+    for (int32_t f = 0; f <= N_FACES; f++)
+        for (int32_t p = 0; p < n; p++) {
+            double *x = out->xyz + 3 * (f * n + p), at[2];
+            int32_t point = out->table->support[p];
+            at[0] = valence == 4 ? point % 4 : (double)xy[2 * point];
+            at[1] = valence == 4 ? point / 4 : (double)xy[2 * point + 1];
+            x[0] = 50 + at[0] + 0.1 * check_random(&seed);
+            x[1] = -20 + at[1] + 0.1 * check_random(&seed);
+            x[2] = 0.3 * at[0] * at[0] - 0.1 * at[1] * at[1] + 0.1 * check_random(&seed);
+            for (int c = 0; c < 3 && f == N_FACES; c++)
+                x[c] = (double)NAN;
+        }
+}
+
+/* All faces through one kernel. Lanes left over take the block's first face, or the one of NANs. */
+static void run(const co_element_kernel *kernel, const faces *in, int third, int bad_padding, results *out) {
+    int32_t n = in->table->n_points, lanes = kernel->lanes;
+    size_t work_size = sizeof(double) * 9 * (size_t)(n * lanes);
+    int32_t points[MOST_POINTS * CO_MAX_LANES];
+    double sums[CO_N_SUMS * CO_MAX_LANES], gradients[MOST_POINTS * 6 * CO_MAX_LANES];
+    double *work = aligned_alloc(64, (work_size + 63) / 64 * 64);
+    CHECK_TRUE(work != NULL);
+    memset(out, 0, sizeof *out);
+    for (int32_t first = 0; first < N_FACES; first += lanes) {
+        for (int32_t l = 0; l < lanes; l++) {
+            int32_t f = first + l < N_FACES ? first + l : bad_padding ? N_FACES : first;
+            for (int32_t p = 0; p < n; p++)
+                points[p * lanes + l] = f * n + p;
+        }
+        co_element_block sweep = {.table = in->table,
+                                  .points = points,
+                                  .xyz = in->xyz,
+                                  .eps4 = 1e-6,
+                                  .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4},
+                                  .third = third,
+                                  .gradient = 1,
+                                  .area_gradient = 1,
+                                  .sums = sums,
+                                  .gradients = gradients,
+                                  .work = work};
+        kernel->run(&sweep);
+        for (int32_t l = 0; l < lanes && first + l < N_FACES; l++) {
+            for (int i = 0; i < CO_N_SUMS; i++)
+                out->sums[first + l][i] = sums[i * lanes + l];
+            for (int32_t p = 0; p < n; p++)
+                for (int k = 0; k < 6; k++)
+                    out->gradients[first + l][p][k / 3][k % 3] = gradients[(p * 6 + k) * lanes + l];
+        }
+    }
+    free(work);
+}
+
+static double largest(const double *x, int n) {
+    double most = 0;
+    for (int i = 0; i < n; i++) {
+        CHECK_TRUE(isfinite(x[i]));
+        most = fmax(most, fabs(x[i]));
+    }
+    return most;
+}
+
+static void check_same(const results *a, const results *b, double tolerance) {
+    for (int f = 0; f < N_FACES; f++) {
+        double scale = largest(&b->gradients[f][0][0][0], MOST_POINTS * 6);
+        CHECK_TRUE(b->sums[f][CO_INT_AREA] > 0.05);
+        for (int i = 0; i < CO_N_SUMS; i++)
+            CHECK_NEAR(a->sums[f][i], b->sums[f][i], tolerance * fmax(1, fabs(b->sums[f][i])));
+        for (int i = 0; i < MOST_POINTS * 6; i++)
+            CHECK_NEAR((&a->gradients[f][0][0][0])[i], (&b->gradients[f][0][0][0])[i], tolerance * scale);
+    }
+}
+
+typedef struct kind {
+    int32_t surface, valence, rule;
+    int third;
+} kind;
+
+static const kind kinds[] = {{CURVOPT_SURFACE_LIMIT, 4, 1, 1}, {CURVOPT_SURFACE_LIMIT, 4, 0, 0},
+                             {CURVOPT_SURFACE_LIMIT, 5, 0, 0}, {CURVOPT_SURFACE_PLANE, 3, 0, 1},
+                             {CURVOPT_SURFACE_PLANE, 7, 0, 1}, {CURVOPT_SURFACE_POLYNOMIAL, 5, 0, 1}};
+enum { N_KINDS = sizeof kinds / sizeof *kinds };
+
+static void test_all_kernels_agree(void **state) {
+    (void)state;
+    static faces in;
+    static results portable, other;
+    for (int k = 0; k < N_KINDS; k++) {
+        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
+        run(co_element_kernel_select("portable"), &in, kinds[k].third, 0, &portable);
+        for (int i = 0; i < N_KERNELS; i++) {
+            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
+            if (!kernel) /* this processor has not got it */
+                continue;
+            assert_string_equal(kernel->name, names[i]);
+            run(kernel, &in, kinds[k].third, 0, &other);
+            check_same(&other, &portable, 1e-12);
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
+static void test_padding_lanes_do_not_matter(void **state) {
+    (void)state;
+    static faces in;
+    static results good, bad;
+    for (int k = 0; k < N_KINDS; k++) {
+        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
+        for (int i = 0; i < N_KERNELS; i++) {
+            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
+            if (!kernel)
+                continue;
+            CHECK_TRUE(N_FACES % kernel->lanes != 0); /* so that there is padding */
+            run(kernel, &in, kinds[k].third, 0, &good);
+            run(kernel, &in, kinds[k].third, 1, &bad);
+            check_same(&bad, &good, 0);
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
+static void test_gradient_is_the_slope_of_the_sums(void **state) {
+    (void)state;
+    static faces in;
+    static results at, plus, minus;
+    const double h = 1e-4;
+    for (int k = 0; k < N_KINDS; k++) {
+        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
+        run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &at);
+        for (int i = 0; i < 9; i++) {
+            int32_t point = i * 7 % in.table->n_points;
+            double scale = largest(&at.gradients[3][0][0][0], MOST_POINTS * 6);
+            double *x = &in.xyz[3 * (3 * in.table->n_points + point) + i % 3], slope[2] = {0, 0};
+            static const double weight[CO_N_SUMS] = {
+                [CO_INT_AREA] = 0.2, [CO_INT_H2] = 0.3, [CO_INT_F1] = 0.5, [CO_INT_F3] = 0.7, [CO_INT_X] = 0.4};
+            *x += h;
+            run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &plus);
+            *x -= 2 * h;
+            run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &minus);
+            *x += h;
+            for (int s = 0; s < CO_N_INTEGRALS; s++)
+                slope[0] += weight[s] * (plus.sums[3][s] - minus.sums[3][s]) / (2 * h);
+            slope[1] = (plus.sums[3][CO_INT_AREA] - minus.sums[3][CO_INT_AREA]) / (2 * h);
+            for (int g = 0; g < 2; g++)
+                CHECK_NEAR(at.gradients[3][point][g][i % 3], slope[g], 1e-5 * scale);
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
+static void test_unknown_kernel_is_not_found(void **state) {
+    (void)state;
+    CHECK_TRUE(co_element_kernel_select("abacus") == NULL);
+    CHECK_TRUE(co_element_kernel_select("portable") != NULL);
+    CHECK_TRUE(co_element_kernel_select(NULL) != NULL);
+    CHECK_BETWEEN(co_element_kernel_select(NULL)->lanes, 1, CO_MAX_LANES);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_all_kernels_agree),
+        cmocka_unit_test(test_padding_lanes_do_not_matter),
+        cmocka_unit_test(test_gradient_is_the_slope_of_the_sums),
+        cmocka_unit_test(test_unknown_kernel_is_not_found),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
