@@ -3,8 +3,12 @@
 
 #include "check.h"
 
-const co_lbfgs_options usual_options = {
-    .memory = 12, .max_iterations = 1000, .gradient_tolerance = 1e-10, .max_step = 1e3, .settled_steps = 15};
+const co_method_options usual_options = {.tuning = &co_tuning_defaults,
+                                         .memory = 12,
+                                         .max_iterations = 1000,
+                                         .gradient_tolerance = 1e-10,
+                                         .max_step = 1e3,
+                                         .settled_steps = 15};
 
 static double quadratic(const problem *p, const double *x, double *gradient) {
     double value = 1;
@@ -54,6 +58,10 @@ double problem_evaluate(void *context, const double *x, double *gradient) {
     return p->undefined_after && p->reports >= p->undefined_after ? (double)NAN : value;
 }
 
+void problem_evaluate_at(void *context, co_iterate *at) {
+    at->value = problem_evaluate(context, at->x, at->gradient);
+}
+
 double problem_step_length(void *context, const double *d) {
     double length = 0;
     for (int i = 0; i < ((problem *)context)->n; i++)
@@ -78,21 +86,21 @@ co_step_verdict problem_settle(void *context, const co_iterate *before, co_itera
     return verdict;
 }
 
-int problem_report(void *context, const co_iterate *now, int iteration, int evaluations) {
+int problem_report(void *context, const co_iterate *now, const co_step_record *record) {
     problem *p = context;
     p->reports++;
-    CHECK_INT(iteration, p->reports);
-    CHECK_INT(evaluations, p->calls - 1); /* but for the one at the start */
+    CHECK_INT(record->iteration, p->reports);
+    CHECK_INT(record->evaluations, p->calls - 1); /* but for the one at the start */
     CHECK_TRUE(now->value <= p->value + 1e-13 * fabs(p->value));
     p->value = now->value;
-    return iteration == p->cancel_at;
+    return record->iteration == p->cancel_at;
 }
 
 void problem_minimize(problem *p, run *r) {
     curvopt_error error;
     co_objective f = {.context = p,
                       .n = (size_t)p->n,
-                      .evaluate = problem_evaluate,
+                      .evaluate = problem_evaluate_at,
                       .step_length = problem_step_length,
                       .review_step = problem_settle,
                       .report = problem_report};

@@ -27,19 +27,20 @@ typedef struct problem {
 } problem;
 
 typedef struct run {
-    co_lbfgs_options options;
+    co_method_options options;
     co_outcome result;
     double x[MOST], g[MOST];
     co_iterate now;
 } run;
 
-extern const co_lbfgs_options usual_options;
+extern const co_method_options usual_options;
 
 double problem_evaluate(void *context, const double *x, double *gradient);
+void problem_evaluate_at(void *context, co_iterate *at);
 /* Largest coordinate. */
 double problem_step_length(void *context, const double *d);
 co_step_verdict problem_settle(void *context, const co_iterate *before, co_iterate *now, int iteration);
-int problem_report(void *context, const co_iterate *now, int iteration, int evaluations);
+int problem_report(void *context, const co_iterate *now, const co_step_record *record);
 
 /* How far d is from the line along the last settled gradient, relative to its length. */
 double problem_off_gradient(const problem *p, const double *d);

@@ -56,14 +56,14 @@ static double reach_of(const problem *p, const double *x) {
     return step_length(NULL, (double[]){x[0] - p->now[0], x[1] - p->now[1]});
 }
 
-static double evaluate(void *context, const double *x, double *g) {
+static void evaluate(void *context, co_iterate *at) {
     problem *p = context;
-    double value = value_of(p, x, g);
+    const double *x = at->x;
+    double value = at->value = value_of(p, x, at->gradient);
     p->longest = fmax(p->longest, reach_of(p, x));
     p->best = fmin(p->best, value);
     if (value < p->at && p->reach == 0)
         p->reach = reach_of(p, x);
-    return value;
 }
 
 static co_step_verdict settle(void *context, const co_iterate *before, co_iterate *now, int iteration) {
@@ -147,19 +147,19 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
     return p->H[0] < 0;
 }
 
-static int report(void *context, const co_iterate *now, int iteration, int evaluations) {
+static int report(void *context, const co_iterate *now, const co_step_record *record) {
     (void)now;
-    (void)evaluations;
-    return iteration == ((problem *)context)->cancel_at;
+    return record->iteration == ((problem *)context)->cancel_at;
 }
 
-static const co_damped_newton_options usual = {.max_iterations = 200,
-                                               .decrement_tolerance = 1e-14,
-                                               .settled_steps = 50,
-                                               .settled_decrease = 1e-16,
-                                               .max_step = 10};
+static const co_method_options usual = {.tuning = &co_tuning_defaults,
+                                        .max_iterations = 200,
+                                        .decrement_tolerance = 1e-14,
+                                        .settled_steps = 50,
+                                        .settled_decrease = 1e-16,
+                                        .max_step = 10};
 
-static co_outcome run(problem *p, co_damped_newton_options o, double x, double y, double at[2], double *value) {
+static co_outcome run(problem *p, co_method_options o, double x, double y, double at[2], double *value) {
     co_objective f = {.context = p,
                       .n = 2,
                       .evaluate = evaluate,
@@ -205,7 +205,7 @@ static void test_damping(void **state) {
     (void)state;
     double x[2], value;
     problem far = {.shape = ROSENBROCK};
-    co_damped_newton_options o = usual;
+    co_method_options o = usual;
     o.max_step = 0.05;
     CHECK_INT(run(&far, o, -1.2, 1, x, &value).stop, CURVOPT_STOP_CONVERGED);
     CHECK_BETWEEN(far.lengthened, 20, far.settles);
@@ -246,7 +246,7 @@ static void test_steps_keep_to_the_cap(void **state) {
     (void)state;
     problem p = {.shape = ROSENBROCK};
     double x[2], value;
-    co_damped_newton_options o = usual;
+    co_method_options o = usual;
     o.max_step = 0.05;
     co_outcome end = run(&p, o, -1.2, 1, x, &value);
     CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
@@ -265,6 +265,36 @@ static void test_rejected_step(void **state) {
     CHECK_NEAR(x[0], 1, 1e-9);
 }
 
+/* A step that is taken back says nothing of whether the function still falls: whichever it is, also the very first, the
+ * method goes on with shorter ones. */
+static void test_rejected_step_is_no_settled_one(void **state) {
+    (void)state;
+    for (int at = 1; at <= 12; at++) {
+        problem p = {.shape = ROSENBROCK, .verdict = CO_STEP_REJECT, .verdict_at = at};
+        double x[2], value;
+        co_method_options o = usual;
+        o.settled_steps = 5;
+        co_outcome end = run(&p, o, -1.2, 1, x, &value);
+        CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_INT(end.rejected, 1);
+        CHECK_INT(end.iterations, p.settles - 1);
+        CHECK_NEAR(x[0], 1, 1e-6);
+    }
+}
+
+/* Nobody has said of an iterate that the method was thrown back to that it is a minimum. */
+static void test_rejected_step_has_not_converged(void **state) {
+    (void)state;
+    problem p = {.shape = ROSENBROCK, .verdict = CO_STEP_REJECT, .verdict_at = 1};
+    double x[2], value;
+    co_method_options o = usual;
+    o.decrement_tolerance = 1e-10;
+    co_outcome end = run(&p, o, 1 + 1e-6, 1 + 2e-6, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_INT(end.rejected, 1);
+    CHECK_INT(end.iterations, 1);
+}
+
 static void test_ends(void **state) {
     (void)state;
     double x[2], value;
@@ -280,7 +310,7 @@ static void test_ends(void **state) {
     CHECK_INT(run(&failing, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_SETTLED);
     CHECK_INT(failing.settles, 1);
     problem limited = {.shape = ROSENBROCK};
-    co_damped_newton_options o = usual;
+    co_method_options o = usual;
     o.max_iterations = 5;
     end = run(&limited, o, -1.2, 1, x, &value);
     CHECK_INT(end.stop, CURVOPT_STOP_LIMIT);
@@ -300,9 +330,14 @@ static void test_ends(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_curved_valley),  cmocka_unit_test(test_saddle_is_left),
-        cmocka_unit_test(test_stiff_and_soft), cmocka_unit_test(test_steps_keep_to_the_cap),
-        cmocka_unit_test(test_rejected_step),  cmocka_unit_test(test_damping),
+        cmocka_unit_test(test_curved_valley),
+        cmocka_unit_test(test_saddle_is_left),
+        cmocka_unit_test(test_stiff_and_soft),
+        cmocka_unit_test(test_steps_keep_to_the_cap),
+        cmocka_unit_test(test_rejected_step),
+        cmocka_unit_test(test_rejected_step_is_no_settled_one),
+        cmocka_unit_test(test_rejected_step_has_not_converged),
+        cmocka_unit_test(test_damping),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -32,7 +32,7 @@ static void test_no_trial_is_longer_than_the_cap(void **state) {
     curvopt_error error;
     co_objective f = {.context = &p,
                       .n = 10,
-                      .evaluate = problem_evaluate,
+                      .evaluate = problem_evaluate_at,
                       .step_length = problem_step_length,
                       .review_step = settle_watching_the_cap,
                       .report = problem_report};
@@ -104,6 +104,10 @@ static double almost_linear(void *context, const double *x, double *gradient) {
     return 10 - x[0];
 }
 
+static void almost_linear_at(void *context, co_iterate *at) {
+    at->value = almost_linear(context, at->x, at->gradient);
+}
+
 static co_step_verdict settle_far_away(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     (void)context;
     (void)before;
@@ -114,11 +118,10 @@ static co_step_verdict settle_far_away(void *context, const co_iterate *before, 
     return CO_STEP_KEEP;
 }
 
-static int report_nothing(void *context, const co_iterate *now, int iteration, int evaluations) {
+static int report_nothing(void *context, const co_iterate *now, const co_step_record *record) {
     (void)context;
     (void)now;
-    (void)iteration;
-    (void)evaluations;
+    (void)record;
     return 0;
 }
 
@@ -127,12 +130,12 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
     problem p = {.n = 2};
     double x[2] = {0, 0}, g[2];
     co_iterate now = {.x = x, .gradient = g, .value = almost_linear(&p, x, g)};
-    co_lbfgs_options options = usual_options;
+    co_method_options options = usual_options;
     co_outcome result;
     curvopt_error error;
     co_objective f = {.context = &p,
                       .n = 2,
-                      .evaluate = almost_linear,
+                      .evaluate = almost_linear_at,
                       .step_length = problem_step_length,
                       .review_step = settle_far_away,
                       .report = report_nothing};

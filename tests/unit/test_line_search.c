@@ -45,9 +45,16 @@ static function random_function(uint64_t *seed) {
     return f;
 }
 
+/* As a co_objective has it. */
+#define AS_OBJECTIVE(name)                                                                                             \
+    static void name##_at(void *context, co_iterate *at) {                                                             \
+        at->value = name(context, at->x, at->gradient);                                                                \
+    }
+AS_OBJECTIVE(evaluate)
+
 typedef struct search {
     function f;
-    co_objective minimand;
+    co_objective objective;
     double x[N], g[N], d[N], to_x[N], to_g[N], slope, slope_after;
     co_iterate from, to;
     co_line_search line;
@@ -55,8 +62,8 @@ typedef struct search {
 
 /* From random x along a random descent direction. */
 static void prepare(search *s, const function *f, uint64_t *seed) {
-    *s = (search){.f = *f, .line = {.step = 1, .max_step = 1e6}};
-    s->minimand = (co_objective){.context = &s->f, .n = N, .evaluate = evaluate};
+    *s = (search){.f = *f, .line = {.tuning = &co_tuning_defaults, .step = 1, .max_step = 1e6}};
+    s->objective = (co_objective){.context = &s->f, .n = N, .evaluate = evaluate_at};
     s->from = (co_iterate){.x = s->x, .gradient = s->g};
     s->to = (co_iterate){.x = s->to_x, .gradient = s->to_g};
     for (int i = 0; i < N; i++)
@@ -72,7 +79,7 @@ static void prepare(search *s, const function *f, uint64_t *seed) {
 }
 
 static int run(search *s) {
-    int found = co_line_search_wolfe(&s->minimand, &s->from, s->d, &s->line, &s->to);
+    int found = co_line_search_wolfe(&s->objective, &s->from, s->d, &s->line, &s->to);
     s->slope_after = 0;
     for (int i = 0; i < N; i++)
         s->slope_after += s->d[i] * s->to_g[i];
@@ -161,11 +168,12 @@ static double flat_but_higher(void *context, const double *x, double *gradient) 
     gradient[0] = -(1 - t) * (1 - 3 * t) + t / 250;
     return -t * (1 - t) * (1 - t) + t * t / 500;
 }
+AS_OBJECTIVE(flat_but_higher)
 
 static void test_flat_step_without_decrease_is_not_taken(void **state) {
     (void)state;
-    search s = {.line = {.step = 1, .max_step = 1}, .d = {1}, .slope = -1};
-    s.minimand = (co_objective){.context = &s.f, .n = N, .evaluate = flat_but_higher};
+    search s = {.line = {.tuning = &co_tuning_defaults, .step = 1, .max_step = 1}, .d = {1}, .slope = -1};
+    s.objective = (co_objective){.context = &s.f, .n = N, .evaluate = flat_but_higher_at};
     s.from = (co_iterate){.x = s.x, .gradient = s.g};
     s.to = (co_iterate){.x = s.to_x, .gradient = s.to_g};
     s.from.value = flat_but_higher(&s.f, s.x, s.g);
@@ -184,12 +192,13 @@ static double lying(void *context, const double *x, double *gradient) {
         gradient[i] = -gradient[i];
     return value + step_up;
 }
+AS_OBJECTIVE(lying)
 
 static int search_in_vain(search *s) {
     uint64_t seed = 9;
     function f = {.q = {1, 1, 1, 1}, .wall = INFINITY};
     prepare(s, &f, &seed);
-    s->minimand.evaluate = lying;
+    s->objective.evaluate = lying_at;
     for (int i = 0; i < N; i++) {
         s->d[i] = s->g[i];
         s->g[i] = -s->g[i];
@@ -212,6 +221,7 @@ static void test_search_without_any_decrease_gives_up(void **state) {
 static double lifted(void *context, const double *x, double *gradient) {
     return 1e6 + evaluate(context, x, gradient);
 }
+AS_OBJECTIVE(lifted)
 
 static void test_search_near_a_minimum_succeeds_by_slopes(void **state) {
     (void)state;
@@ -219,7 +229,7 @@ static void test_search_near_a_minimum_succeeds_by_slopes(void **state) {
     function f = {.q = {1, 1, 1, 1}, .wall = INFINITY};
     search s;
     prepare(&s, &f, &seed);
-    s.minimand.evaluate = lifted;
+    s.objective.evaluate = lifted_at;
     for (int i = 0; i < N; i++)
         s.x[i] = 1e-7 * (i + 1);
     s.from.value = lifted(&s.f, s.x, s.g);

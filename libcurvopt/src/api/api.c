@@ -311,7 +311,7 @@ int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curv
     if (status != CURVOPT_OK)
         return status;
     curvopt_options settled = settle_options(options);
-    return co_multilevel_minimize(mesh, xyz, &settled, progress, user, cancel, out, error);
+    return co_multilevel_minimize(mesh, xyz, &settled, co_tuning_of_runs(), progress, user, cancel, out, error);
 }
 
 void curvopt_result_destroy(curvopt_result *result) {

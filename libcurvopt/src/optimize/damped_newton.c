@@ -13,46 +13,35 @@
 
 #include "base/memory.h"
 #include "linalg/vector.h"
-#include "optimize/step_control.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A step stands that brings so much of what the model said; from a good one on the shift falls, from a poor one it
- * rises, and far off twice as much. */
-static const double STANDS = 0.01, GOOD = 0.5, POOR = 0.1, FAR = -30, CHANGE = 3;
-static const double EXACT = 0.9, FALL = 8;       /* from such a step on it falls like this */
-static const double RAISE = 4, RAISE_MOST = 100; /* of a shift that leaves the matrix indefinite, or steps too long */
-static const double MIXED = 1.0 / 3;             /* the first mixture, the second is all; */
-static const double STIFF = 1.1;                 /* more than the model said: there is too much in it */
-/* From such a step on longer ones are tried, by damping that is softer by so much at least. */
-static const double PROMISING = 0.7, SOFTER = 1.3;
-static const double ROUNDING = 1e-15; /* of the value */
-enum { MOST_RAISES = 60, MOST_LONGER = 2, HALVINGS = 12 };
-
 typedef struct solver {
     const co_objective *f;
-    const co_damped_newton_options *options;
+    const co_method_options *options;
+    const co_tuning *tuning;
     co_outcome *outcome;
-    co_iterate trial, other;
+    co_iterate trial; /* the step that was tried last */
+    co_iterate other; /* the best one before it by the same matrix */
     double *direction;
-    co_step_control pace;
-    double shift;        /* for the next matrix */
-    co_damping used;     /* that of the last direction; */
-    co_damping too_soft; /* what was found to be too little; 0: not known */
-    double predicted;    /* decrease by the last direction */
-    int indefinite;      /* the matrix at hand, with the least shift */
+    co_step_control control; /* its length and predicted decrease are those of the last direction */
+    double shift;            /* the first one for the next matrix */
+    co_damping used;         /* damping of the last direction */
+    co_damping too_soft;     /* damping that was found to be too little; 0 where none is known */
+    int indefinite;          /* whether the matrix at hand is, with the least shift */
 } solver;
 
-typedef enum found { FOUND, FOUND_NOTHING, FOUND_FAILURE } found;
+typedef enum search { FOUND, FOUND_NOTHING, FOUND_FAILURE } search;
 
 /* M with the shift, or with so much more damping that it is positive; nonzero if there is none. */
 static int factorize(solver *s, double least) {
+    const co_tuning *t = s->tuning;
     int positive = 0;
     s->used = (co_damping){.shift = fmax(s->shift, least)};
     s->too_soft.mix = 0;
-    for (int k = 0; k < MOST_RAISES; k++) {
+    for (int k = 0; k < t->newton_raises; k++) {
         if (s->f->factorize(s->f->context, &s->used, &positive))
             return 1;
         if (positive)
@@ -60,9 +49,9 @@ static int factorize(solver *s, double least) {
         s->indefinite = 1;
         s->too_soft.mix = s->used.mix;
         if (s->used.mix < 1)
-            s->used.mix = s->used.mix > 0 ? 1 : MIXED;
+            s->used.mix = s->used.mix > 0 ? 1 : t->newton_mix;
         else
-            s->used.shift *= RAISE;
+            s->used.shift *= t->newton_raise;
     }
     return 1;
 }
@@ -75,14 +64,15 @@ static double find_direction(solver *s, const co_iterate *now) {
         d[i] = -now->gradient[i];
     if (s->f->precondition(s->f->context, d, d))
         return (double)NAN;
-    s->predicted = 0.5 * (s->used.shift * co_vector_dot(n, d, d) - co_vector_dot(n, d, now->gradient));
-    return s->f->step_length(s->f->context, d);
+    s->control.predicted = 0.5 * (s->used.shift * co_vector_dot(n, d, d) - co_vector_dot(n, d, now->gradient));
+    s->control.length = s->f->step_length(s->f->context, d);
+    return s->control.length;
 }
 
 static void try_step(solver *s, const co_iterate *now, double scale) {
     memcpy(s->trial.x, now->x, s->f->n * sizeof *now->x);
     co_vector_add(s->f->n, scale, s->direction, s->trial.x);
-    s->trial.value = s->f->evaluate(s->f->context, s->trial.x, s->trial.gradient);
+    s->f->evaluate(s->f->context, &s->trial);
     s->outcome->evaluations++;
 }
 
@@ -92,87 +82,93 @@ static void exchange(co_iterate *a, co_iterate *b) {
     *b = was;
 }
 
-/* Damping for a longer step than that of s->used, of which this share came true; 0 if there is none worth a trial. */
-static int soften(const solver *s, double share, double least, co_damping *out) {
+/* Damping for a longer step than that by s->used, which had this gain ratio; 0 if there is none worth a trial. */
+static int soften(const solver *s, double gain_ratio, double least, co_damping *out) {
+    const co_tuning *t = s->tuning;
     *out = s->used;
-    if (s->used.mix > 0 && (share > STIFF || s->used.shift < SOFTER * least)) {
-        out->mix = s->too_soft.mix > 0 ? sqrt(s->used.mix * s->too_soft.mix) : s->used.mix / 4;
-        return s->used.mix > SOFTER * out->mix;
+    if (s->used.mix > 0 && (gain_ratio > t->newton_stiff || s->used.shift < t->newton_softer * least)) {
+        out->mix = s->too_soft.mix > 0 ? sqrt(s->used.mix * s->too_soft.mix) : s->used.mix / t->newton_mix_fall;
+        return s->used.mix > t->newton_softer * out->mix;
     }
-    double lower = s->used.shift / (share > EXACT ? FALL : CHANGE);
+    double lower = s->used.shift / (gain_ratio > t->newton_exact ? t->newton_fall : t->newton_change);
     out->shift = fmax(least, s->too_soft.shift > 0 ? sqrt(s->used.shift * s->too_soft.shift) : lower);
-    return s->used.shift > SOFTER * out->shift;
+    return s->used.shift > t->newton_softer * out->shift;
 }
 
-/* The step with the damping s->used into s->trial, and what share of it came true; -INFINITY if it cannot be made. */
+/* The step with the damping s->used into s->trial, and its gain ratio; -INFINITY if it cannot be made. */
 static double probe(solver *s, const co_iterate *now) {
     int positive = 0;
-    if (s->f->factorize(s->f->context, &s->used, &positive) || !positive || !(find_direction(s, now) <= s->pace.cap))
+    if (s->f->factorize(s->f->context, &s->used, &positive) || !positive || !(find_direction(s, now) <= s->control.cap))
         return -(double)INFINITY;
     try_step(s, now, 1);
-    return (now->value - s->trial.value) / s->predicted;
+    return (now->value - s->trial.value) / s->control.predicted;
 }
 
-/* Of a step in s->trial that stands, longer ones as long as they bring more. The share of the last. */
-static double lengthen(solver *s, const co_iterate *now, double share, double least) {
+/* From a step in s->trial that stands to longer ones, as long as they bring more. The gain ratio of the last. */
+static double lengthen(solver *s, const co_iterate *now, double gain_ratio, double least) {
+    const co_tuning *t = s->tuning;
     co_damping softer;
-    for (int k = 0; k < MOST_LONGER && share > PROMISING && soften(s, share, least, &softer); k++) {
+    for (int k = 0; k < t->newton_longer && gain_ratio > t->newton_longer_from && soften(s, gain_ratio, least, &softer);
+         k++) {
         const co_damping used = s->used;
-        const double predicted = s->predicted;
+        const double predicted = s->control.predicted, length = s->control.length;
         exchange(&s->trial, &s->other);
         s->used = softer;
         double longer = probe(s, now);
         if (longer > -INFINITY && s->trial.value < s->other.value) {
-            share = longer;
+            gain_ratio = longer;
             continue;
         }
         exchange(&s->trial, &s->other);
         s->used = used;
-        s->predicted = predicted;
+        s->control.predicted = predicted;
+        s->control.length = length;
         if (softer.mix < used.mix)
             s->too_soft.mix = softer.mix;
         else
             s->too_soft.shift = softer.shift;
     }
-    return share;
+    return gain_ratio;
 }
 
 static int is_small(const solver *s, const co_iterate *now) {
-    return s->predicted <= s->options->decrement_tolerance * fabs(now->value);
+    return s->control.predicted <= s->options->decrement_tolerance * fabs(now->value);
 }
 
 /* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. */
-static found find_step(solver *s, const co_iterate *now) {
+static search find_step(solver *s, const co_iterate *now) {
+    const co_tuning *t = s->tuning;
     double least = s->f->least_shift(s->f->context, now);
     s->indefinite = 0;
     s->too_soft.shift = 0;
-    for (int k = 0; k < MOST_RAISES; k++) {
+    for (int k = 0; k < t->newton_raises; k++) {
         if (factorize(s, least))
             return FOUND_FAILURE;
         double length = find_direction(s, now);
         if (!(length < INFINITY))
             return FOUND_FAILURE;
         s->shift = s->used.shift;
-        if (length > s->pace.cap) {
+        if (length > s->control.cap) {
             s->too_soft.shift = s->shift;
-            s->shift *= fmin(fmax(length / s->pace.cap, CHANGE), RAISE_MOST);
+            s->shift *= fmin(fmax(length / s->control.cap, t->newton_change), t->newton_raise_most);
             continue;
         }
         try_step(s, now, 1);
-        double share = (now->value - s->trial.value) / s->predicted;
-        if (share > STANDS) {
+        double gain_ratio = (now->value - s->trial.value) / s->control.predicted;
+        if (gain_ratio > t->newton_accept) {
             if (!is_small(s, now))
-                share = lengthen(s, now, share, least);
-            s->shift = s->used.shift * (share > EXACT  ? 1 / FALL
-                                        : share > GOOD ? 1 / CHANGE
-                                        : share < POOR ? CHANGE
-                                                       : 1);
+                gain_ratio = lengthen(s, now, gain_ratio, least);
+            s->shift = s->used.shift * (gain_ratio > t->newton_exact  ? 1 / t->newton_fall
+                                        : gain_ratio > t->newton_good ? 1 / t->newton_change
+                                        : gain_ratio < t->newton_poor ? t->newton_change
+                                                                      : 1);
             return FOUND;
         }
-        if (s->predicted <= ROUNDING * fabs(now->value))
+        if (s->control.predicted <= t->newton_rounding * fabs(now->value))
             return FOUND_NOTHING;
         s->too_soft.shift = s->shift;
-        s->shift *= share > FAR ? CHANGE : CHANGE * CHANGE; /* also if it is not a number */
+        /* the second also where the gain ratio is not a number */
+        s->shift *= gain_ratio > t->newton_far ? t->newton_change : t->newton_change * t->newton_change;
     }
     return FOUND_NOTHING;
 }
@@ -180,12 +176,15 @@ static found find_step(solver *s, const co_iterate *now) {
 /* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
  * decrease worth the name. */
 static int leave_saddle(solver *s, const co_iterate *now) {
+    const co_tuning *t = s->tuning;
     double least = s->options->decrement_tolerance * fabs(now->value);
     if (!s->f->negative_curvature(s->f->context, now, s->direction))
         return 0;
-    double scale = s->pace.cap / s->f->step_length(s->f->context, s->direction);
-    for (int halving = 0; halving < HALVINGS; halving++, scale *= 0.5) {
+    double length = s->f->step_length(s->f->context, s->direction), scale = s->control.cap / length;
+    s->control.predicted = (double)NAN;
+    for (int halving = 0; halving < t->saddle_halvings; halving++, scale *= 0.5) {
         try_step(s, now, scale);
+        s->control.length = scale * length;
         if (s->trial.value < now->value - least)
             return 1;
     }
@@ -195,21 +194,21 @@ static int leave_saddle(solver *s, const co_iterate *now) {
 /* *before is where the step began if the lifted matrix is to know it, else NULL. As co_step_control_take. */
 static int take_step(solver *s, co_iterate *now, const double **before) {
     co_step_verdict verdict;
-    int stop = co_step_control_take(&s->pace, s->f, now, &s->trial, s->outcome, &verdict);
-    *before = verdict == CO_STEP_KEEP || verdict == CO_STEP_CHANGED ? s->trial.x : NULL;
+    int stop = co_step_control_take(&s->control, s->f, CO_METHOD_NEWTON, now, &s->trial, s->outcome, &verdict);
+    *before = co_step_stands(verdict) ? s->trial.x : NULL;
     return stop;
 }
 
 static int has_settled(solver *s, const co_iterate *now) {
-    const co_damped_newton_options *o = s->options;
-    return co_step_control_has_settled(&s->pace, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
+    const co_method_options *o = s->options;
+    return co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
     if (s->f->assemble(s->f->context, now, *before))
         return CURVOPT_STOP_SETTLED;
-    found found = find_step(s, now);
+    search found = find_step(s, now);
     int small = is_small(s, now);
     if (found == FOUND_FAILURE)
         return CURVOPT_STOP_SETTLED;
@@ -224,7 +223,7 @@ static int step(solver *s, co_iterate *now, const double **before) {
         return small ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
     double least = s->f->least_shift(s->f->context, now);
     int stop = take_step(s, now, before);
-    if (stop < 0 && small && s->used.shift <= least)
+    if (stop < 0 && s->control.last_stands && small && s->used.shift <= least)
         return CURVOPT_STOP_CONVERGED;
     if (small) /* short steps need no shift but one that makes the matrix positive */
         s->shift = 0;
@@ -244,13 +243,17 @@ static int iterate(solver *s, co_iterate *now) {
     }
 }
 
-int32_t co_damped_newton(const co_objective *f, const co_damped_newton_options *options, co_iterate *now,
-                         co_outcome *outcome, curvopt_error *error) {
+int32_t co_damped_newton(const co_objective *f, const co_method_options *options, co_iterate *now, co_outcome *outcome,
+                         curvopt_error *error) {
     size_t n = f->n;
     int32_t status = CURVOPT_OK;
     double *work = CO_NEW(double, 5 * n), *x = now->x, *gradient = now->gradient;
     *outcome = (co_outcome){0};
-    solver s = {.f = f, .options = options, .outcome = outcome, .pace = co_step_control_begin(options->max_step, now)};
+    solver s = {.f = f,
+                .options = options,
+                .tuning = options->tuning,
+                .outcome = outcome,
+                .control = co_step_control_begin(options->tuning, options->max_step, now)};
     if (!work) {
         status = co_status_no_memory(error);
     } else {

@@ -10,14 +10,10 @@
 #include "base/memory.h"
 #include "linalg/vector.h"
 #include "optimize/line_search.h"
-#include "optimize/step_control.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const double SHORT_SHARE = 0.5; /* of a direction: less of it stands only if the model is too soft */
-enum { SMALL_STEPS = 4 };
 
 typedef struct history {
     int memory, n_pairs, newest;
@@ -28,19 +24,20 @@ typedef struct history {
 
 typedef struct solver {
     const co_objective *f;
-    const co_lbfgs_options *options;
-    co_outcome *result;
+    const co_method_options *options;
+    co_outcome *outcome;
     history h;
     co_iterate trial;
     double *direction;
-    co_step_control pace;
-    double slope;     /* gradient.direction */
-    double overshoot; /* overshoot_of() the last direction */
-    int stale_steps;  /* since the preconditioner was renewed */
-    int small_steps;  /* in a row whose predicted decrease is below the tolerance */
+    co_step_control control;
+    double slope;       /* gradient.direction */
+    double step_excess; /* step_excess_of() the last direction */
+    int stale_steps;    /* steps since the preconditioner was updated */
+    int small_steps;    /* steps in a row whose predicted decrease is below the tolerance */
 } solver;
 
-static void history_update(history *h, size_t n, const co_iterate *before, const co_iterate *after) {
+static void history_update(history *h, size_t n, double least_curvature, const co_iterate *before,
+                           const co_iterate *after) {
     if (h->memory == 0)
         return;
     int slot = h->n_pairs ? (h->newest + 1) % h->memory : 0;
@@ -50,7 +47,7 @@ static void history_update(history *h, size_t n, const co_iterate *before, const
         y[i] = after->gradient[i] - before->gradient[i];
     }
     double sy = co_vector_dot(n, s, y);
-    if (!(sy > 1e-12 * co_vector_norm(n, s) * co_vector_norm(n, y)))
+    if (!(sy > least_curvature * co_vector_norm(n, s) * co_vector_norm(n, y)))
         return; /* would spoil positive definiteness; can happen at the step cap */
     h->inverse_sy[slot] = 1 / sy;
     h->newest = slot;
@@ -71,7 +68,7 @@ static void apply_initial(const solver *s, double *d) {
         scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
     } else {
         double length = s->f->step_length(s->f->context, d);
-        scale = length > 0 ? 0.1 * s->pace.cap / length : 1;
+        scale = length > 0 ? s->options->tuning->lbfgs_first_step * s->control.cap / length : 1;
     }
     for (size_t i = 0; i < n; i++)
         d[i] *= scale;
@@ -97,17 +94,18 @@ static void find_direction(solver *s, const double *gradient) {
     s->slope = co_vector_dot(n, d, gradient);
 }
 
-/* Renews the preconditioner when it has gone stale; its pairs told of a function that has not changed, and stay. */
+/* Updates the preconditioner when it has gone stale. The pairs tell of the function, which has not changed: they stay.
+ */
 static void keep_fresh(solver *s, const co_iterate *now) {
-    if (s->f->update_preconditioner && s->stale_steps++ % s->options->renew_every == 0)
-        s->f->update_preconditioner(s->f->context, now, s->overshoot);
+    if (s->f->update_preconditioner && s->stale_steps++ % s->options->update_every == 0)
+        s->f->update_preconditioner(s->f->context, now, s->step_excess);
 }
 
 /* How many times longer than it ought to have been the last direction was: than the cap, or than what of it stood.
  * Where the model is trusted too far, step after step is cut back in the search, at several evaluations each. */
-static double overshoot_of(const solver *s, double length, double step) {
-    double cut = step < SHORT_SHARE ? 1 / step : 0;
-    return fmax(length / s->pace.cap, cut);
+static double step_excess_of(const solver *s, double length, double step) {
+    double cut = step < s->options->tuning->lbfgs_short_share ? 1 / step : 0;
+    return fmax(length / s->control.cap, cut);
 }
 
 /* One accepted step into s->trial; 0 if there is none to be had. */
@@ -117,10 +115,12 @@ static int find_step(solver *s, const co_iterate *now) {
         find_direction(s, now->gradient);
         if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
-            co_line_search search = {.step = 1, .max_step = s->pace.cap / length};
+            co_line_search search = {.tuning = s->options->tuning, .step = 1, .max_step = s->control.cap / length};
             int ok = co_line_search_wolfe(s->f, now, s->direction, &search, &s->trial);
-            s->result->evaluations += search.evaluations;
-            s->overshoot = overshoot_of(s, length, ok ? search.step : 1);
+            s->outcome->evaluations += search.evaluations;
+            s->step_excess = step_excess_of(s, length, ok ? search.step : 1);
+            s->control.length = search.step * length;
+            s->control.predicted = -search.step * (1 - 0.5 * search.step) * s->slope;
             if (ok)
                 return 1;
         }
@@ -129,16 +129,16 @@ static int find_step(solver *s, const co_iterate *now) {
         s->h.n_pairs = 0;
         s->stale_steps = 0;
         keep_fresh(s, now);
-        s->result->restarts++;
+        s->outcome->restarts++;
     }
 }
 
 /* As co_step_control_take, and what the step means for the history. */
 static int take_step(solver *s, co_iterate *now) {
     co_step_verdict verdict;
-    int stop = co_step_control_take(&s->pace, s->f, now, &s->trial, s->result, &verdict);
+    int stop = co_step_control_take(&s->control, s->f, CO_METHOD_LBFGS, now, &s->trial, s->outcome, &verdict);
     if (verdict == CO_STEP_KEEP)
-        history_update(&s->h, s->f->n, &s->trial, now);
+        history_update(&s->h, s->f->n, s->options->tuning->lbfgs_pair_curvature, &s->trial, now);
     else
         s->h.n_pairs = 0;
     return stop;
@@ -150,9 +150,9 @@ static int is_small(const solver *s, const co_iterate *now) {
 }
 
 static int has_settled(solver *s, const co_iterate *now) {
-    const co_lbfgs_options *o = s->options;
+    const co_method_options *o = s->options;
     return s->f->precondition &&
-           co_step_control_has_settled(&s->pace, now, s->result->iterations, o->settled_steps, o->settled_decrease);
+           co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
 static int iterate(solver *s, co_iterate *now) {
@@ -161,14 +161,14 @@ static int iterate(solver *s, co_iterate *now) {
         double norm = co_vector_norm(s->f->n, now->gradient);
         if (norm <= s->options->gradient_tolerance * fabs(now->value))
             return CURVOPT_STOP_CONVERGED;
-        if (s->result->iterations >= s->options->max_iterations)
+        if (s->outcome->iterations >= s->options->max_iterations)
             return CURVOPT_STOP_LIMIT;
         keep_fresh(s, now);
         if (find_step(s, now)) {
             /* several in a row: one may be short because the preconditioner was stiffened */
             s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
             stop = take_step(s, now);
-            if (stop < 0 && s->small_steps >= SMALL_STEPS)
+            if (stop < 0 && s->control.last_stands && s->small_steps >= s->options->tuning->lbfgs_small_steps)
                 stop = CURVOPT_STOP_CONVERGED;
         } else { /* of a small step rounding may hide what it would bring */
             stop = is_small(s, now) ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
@@ -180,12 +180,15 @@ static int iterate(solver *s, co_iterate *now) {
     }
 }
 
-int32_t co_lbfgs(const co_objective *f, const co_lbfgs_options *options, co_iterate *now, co_outcome *result,
+int32_t co_lbfgs(const co_objective *f, const co_method_options *options, co_iterate *now, co_outcome *outcome,
                  curvopt_error *error) {
     size_t n = f->n, memory = (size_t)options->memory;
     int32_t status = CURVOPT_OK;
-    *result = (co_outcome){0};
-    solver s = {.f = f, .options = options, .result = result, .pace = co_step_control_begin(options->max_step, now)};
+    *outcome = (co_outcome){0};
+    solver s = {.f = f,
+                .options = options,
+                .outcome = outcome,
+                .control = co_step_control_begin(options->tuning, options->max_step, now)};
     s.h = (history){.memory = options->memory,
                     .s = CO_NEW(double, memory *n),
                     .y = CO_NEW(double, memory *n),
@@ -197,7 +200,7 @@ int32_t co_lbfgs(const co_objective *f, const co_lbfgs_options *options, co_iter
     if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction) {
         status = co_status_no_memory(error);
     } else {
-        result->stop = iterate(&s, now);
+        outcome->stop = iterate(&s, now);
         co_iterate_hand_back(n, now, x, gradient);
     }
     free(s.h.s);

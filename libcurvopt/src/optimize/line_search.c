@@ -7,19 +7,18 @@
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "optimize/line_search.h"
+
 #include "linalg/vector.h"
 
 #include <math.h>
 #include <string.h>
-
-static const double SUFFICIENT_DECREASE = 1e-4, CURVATURE = 0.9, ROUNDING = 1e-14;
-enum { MAX_TRIALS = 30 };
 
 typedef struct trial {
     double step, value, slope;
 } trial;
 
 typedef struct search_state {
+    const co_tuning *tuning;
     const co_objective *f;
     const co_iterate *from;
     const double *d;
@@ -32,7 +31,7 @@ static trial try_step(search_state *s, double step) {
     size_t n = s->f->n;
     memcpy(s->to->x, s->from->x, n * sizeof(double));
     co_vector_add(n, step, s->d, s->to->x);
-    s->to->value = s->f->evaluate(s->f->context, s->to->x, s->to->gradient);
+    s->f->evaluate(s->f->context, s->to);
     s->evaluations++;
     return (trial){step, s->to->value, co_vector_dot(n, s->to->gradient, s->d)};
 }
@@ -41,13 +40,14 @@ static int decreases(const search_state *s, const trial *t) {
     const trial *o = &s->start;
     if (!isfinite(t->value) || !isfinite(t->slope))
         return 0;
-    if (t->value <= o->value + SUFFICIENT_DECREASE * t->step * o->slope)
+    if (t->value <= o->value + s->tuning->wolfe_decrease * t->step * o->slope)
         return 1;
-    return t->value <= o->value + ROUNDING * fabs(o->value) && t->slope <= (2 * SUFFICIENT_DECREASE - 1) * o->slope;
+    return t->value <= o->value + s->tuning->search_rounding * fabs(o->value) &&
+           t->slope <= (2 * s->tuning->wolfe_decrease - 1) * o->slope;
 }
 
 static int is_flat(const search_state *s, const trial *t) {
-    return fabs(t->slope) <= -CURVATURE * s->start.slope;
+    return fabs(t->slope) <= -s->tuning->wolfe_curvature * s->start.slope;
 }
 
 /* Minimizer of the cubic through both ends, kept off the ends. */
@@ -67,11 +67,11 @@ static double interpolate(const trial *a, const trial *b) {
 
 /* `low` has the lower value and decreases; the wanted step lies between it and `high`. */
 static int zoom(search_state *s, trial low, trial high, trial *found) {
-    while (s->evaluations < MAX_TRIALS && low.step != high.step) {
+    while (s->evaluations < s->tuning->search_trials && low.step != high.step) {
         trial t = try_step(s, interpolate(&low, &high));
         if (t.step == low.step || t.step == high.step)
             break; /* the bracket is exhausted in floating point */
-        if (!decreases(s, &t) || (t.value > low.value + ROUNDING * fabs(low.value))) {
+        if (!decreases(s, &t) || (t.value > low.value + s->tuning->search_rounding * fabs(low.value))) {
             high = t;
             continue;
         }
@@ -91,12 +91,12 @@ static int zoom(search_state *s, trial low, trial high, trial *found) {
 
 int co_line_search_wolfe(const co_objective *f, const co_iterate *from, const double *d, co_line_search *search,
                          co_iterate *to) {
-    search_state s = {.f = f, .from = from, .d = d, .to = to};
+    search_state s = {.tuning = search->tuning, .f = f, .from = from, .d = d, .to = to};
     s.start = (trial){0, from->value, co_vector_dot(f->n, from->gradient, d)};
     trial before = s.start, found = s.start;
     int ok = 0;
     double step = fmin(search->step, search->max_step);
-    while (s.start.slope < 0 && s.evaluations < MAX_TRIALS) {
+    while (s.start.slope < 0 && s.evaluations < s.tuning->search_trials) {
         trial t = try_step(&s, step);
         if (!decreases(&s, &t) || (s.evaluations > 1 && t.value >= before.value)) {
             ok = zoom(&s, before, t, &found);
@@ -111,7 +111,7 @@ int co_line_search_wolfe(const co_objective *f, const co_iterate *from, const do
             break;
         }
         before = t;
-        step = fmin(4 * step, search->max_step);
+        step = fmin(s.tuning->search_growth * step, search->max_step);
     }
     search->step = found.step;
     search->evaluations = s.evaluations;

@@ -2,9 +2,11 @@
 #ifndef CO_OPTIMIZE_LINE_SEARCH_H
 #define CO_OPTIMIZE_LINE_SEARCH_H
 
+#include "base/tuning.h"
 #include "optimize/objective.h"
 
 typedef struct co_line_search {
+    const co_tuning *tuning;
     double step;     /* in: first trial; out: step taken */
     double max_step; /* never exceeded */
     int evaluations; /* out */

@@ -15,39 +15,55 @@ void co_iterate_hand_back(size_t n, co_iterate *now, double *x, double *gradient
     now->gradient = gradient;
 }
 
-static const double SHORTEST_CAP = 1e-7; /* of the first one */
-static const double STALLED_DECREASE = 1e-15;
-enum { STALLED_STEPS = 10 };
-
-co_step_control co_step_control_begin(double max_step, const co_iterate *now) {
-    return (co_step_control){.max_step = max_step, .cap = max_step, .mark = now->value};
+co_step_control co_step_control_begin(const co_tuning *tuning, double max_step, const co_iterate *now) {
+    return (co_step_control){.tuning = tuning,
+                             .max_step = max_step,
+                             .cap = max_step,
+                             .mark = now->value,
+                             .length = (double)NAN,
+                             .predicted = (double)NAN};
 }
 
-int co_step_control_take(co_step_control *p, const co_objective *f, co_iterate *now, co_iterate *trial,
-                         co_outcome *outcome, co_step_verdict *verdict) {
+static int report(const co_step_control *c, const co_objective *f, co_method method, const co_iterate *now,
+                  double decrease, const co_outcome *outcome) {
+    const co_step_record record = {.method = method,
+                                   .iteration = outcome->iterations,
+                                   .evaluations = outcome->evaluations,
+                                   .rejected = outcome->rejected,
+                                   .length = c->length,
+                                   .predicted = c->predicted,
+                                   .gain_ratio = decrease / c->predicted};
+    return f->report(f->context, now, &record);
+}
+
+int co_step_control_take(co_step_control *c, const co_objective *f, co_method method, co_iterate *now,
+                         co_iterate *trial, co_outcome *outcome, co_step_verdict *verdict) {
+    const co_tuning *t = c->tuning;
     double before = now->value;
     *verdict = f->review_step(f->context, now, trial, outcome->iterations + 1);
     co_iterate swap = *now;
     *now = *trial;
     *trial = swap;
+    c->last_stands = co_step_stands(*verdict);
+    outcome->rejected += !c->last_stands;
     if (*verdict == CO_STEP_STOP)
         return CURVOPT_STOP_UNRESOLVED;
     if (*verdict == CO_STEP_REJECT) {
-        p->cap *= 0.25;
-        return p->cap < SHORTEST_CAP * p->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
+        c->cap *= t->cap_rejected;
+        return c->cap < t->cap_least * c->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
     }
-    p->cap = fmin(2 * p->cap, p->max_step);
+    c->cap = fmin(t->cap_accepted * c->cap, c->max_step);
     outcome->iterations++;
-    p->quiet_steps = before - now->value > STALLED_DECREASE * fabs(before) ? 0 : p->quiet_steps + 1;
-    if (f->report(f->context, now, outcome->iterations, outcome->evaluations))
+    c->quiet_steps = before - now->value > t->stalled_decrease * fabs(before) ? 0 : c->quiet_steps + 1;
+    if (report(c, f, method, now, before - now->value, outcome))
         return CURVOPT_STOP_CANCELLED;
-    return p->quiet_steps >= STALLED_STEPS ? CURVOPT_STOP_STALLED : -1;
+    return c->quiet_steps >= t->stalled_steps ? CURVOPT_STOP_STALLED : -1;
 }
 
-int co_step_control_has_settled(co_step_control *p, const co_iterate *now, int iterations, int steps, double decrease) {
-    if (iterations % steps != 0)
+int co_step_control_has_settled(co_step_control *c, const co_iterate *now, int iterations, int steps, double decrease) {
+    if (!c->last_stands || iterations % steps != 0)
         return 0;
-    int settled = p->mark - now->value < decrease * fabs(now->value);
-    p->mark = now->value;
+    int settled = c->mark - now->value < decrease * fabs(now->value);
+    c->mark = now->value;
     return settled;
 }

@@ -16,24 +16,30 @@
 /* What motion along normals says at a cage. */
 typedef struct co_certificate_shape {
     double decrement; /* NAN where the Hessian has negative directions */
-    double
-        difference_decrement;    /* the same by conjugate gradients on finite differences of the gradient, as the report
-                                    verified its minima; NAN where that meets a negative direction, or was not asked for */
-    int32_t negative_directions; /* -1 if there are too many variables to count them */
+    /* The same by conjugate gradients on finite differences of the gradient, as the report verified its minima; NAN
+     * where that meets a negative direction, or was not asked for. */
+    double difference_decrement;
+    int32_t negative_directions; /* -1 if they cannot be counted */
 } co_certificate_shape;
 
 /* At xyz [3 n_vertices], in the user's units, with this symmetry kept; by the quadrature rules of `solved`, which has
- * the same symmetry, or, if that is NULL, by new ones. As co_level_create. */
-int32_t co_certificate_check_shape(const co_run_context *frame, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+ * the same symmetry, or, if that is NULL, by new ones. `differences`: whether the decrement by differences is wanted.
+ * As co_level_create. */
+int32_t co_certificate_check_shape(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                                    const co_constraints *constraints, const double *xyz, const co_level *solved,
                                    int differences, co_certificate_shape *out, curvopt_error *error);
 
-/* The decrement over all variables of a level at `now`, whose value and gradient are renewed. ERROR_MEMORY. */
-int32_t co_certificate_decrement(co_level *level, co_iterate *now, double *decrement, curvopt_error *error);
+/* The decrement over all variables of a level where it stands; its value and gradient are evaluated again.
+ * ERROR_MEMORY. */
+int32_t co_certificate_decrement(co_level *level, double *decrement, curvopt_error *error);
 
 /* Negative directions over everything that constraints leave free, no symmetry kept. As co_level_create. */
-int32_t co_certificate_count_negative(const co_run_context *frame, const curvopt_mesh *mesh,
+int32_t co_certificate_count_negative(const co_run_context *run, const curvopt_mesh *mesh,
                                       const co_constraints *constraints, const double *xyz, int32_t *n_negative,
                                       curvopt_error *error);
+
+/* curvopt_verdict on a cage of this objective: `decrement` is that over all variables. */
+int32_t co_certificate_verdict(const co_tuning *tuning, double objective, double decrement,
+                               const co_certificate_shape *shape);
 
 #endif

@@ -15,30 +15,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LARGEST_CERTIFIED = 50000 };
-static const double STATIONARY = 1e-6; /* decrement, of the energy */
+enum { LARGEST_CERTIFIED = 50000 }; /* vertices */
 
 /* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
 static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     co_assembly assembly;
     int resolved, changed;
     curvopt_energies *start = &r->result->summary.start;
-    double tolerance = r->frame.options->as_report ? (double)INFINITY : r->frame.options->tolerance;
-    int32_t status = co_assembly_create(mesh, r->frame.options, r->frame.tables, NULL, &assembly, error);
+    double tolerance = r->context.options->as_report ? (double)INFINITY : r->context.options->tolerance;
+    int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, NULL, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_adaptive_quadrature_resolve(&assembly, r->xyz, tolerance, CO_TERMS_REPORT, start, &resolved, &changed,
-                                            error);
-    if (status == CURVOPT_OK && !r->frame.options->as_report)
+    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, tolerance, CO_TERMS_REPORT, start, &resolved,
+                                            &changed, error);
+    if (status == CURVOPT_OK && !r->context.options->as_report)
         status = co_adaptive_quadrature_check(&assembly, start, error);
     r->start_energy = start->objective;
-    r->frame.area = start->area;
+    r->context.area = start->area;
     co_assembly_free(&assembly);
     return status;
-}
-
-static int is_stationary(const co_run *r, double decrement) {
-    return decrement <= STATIONARY * fabs(r->result->summary.end.objective + r->pull);
 }
 
 /* What is asked for besides: the shape without its symmetries, everything without them. */
@@ -48,62 +43,59 @@ static int32_t verify_without_symmetry(co_run *r, const curvopt_mesh *mesh, curv
     co_certificate_shape shape;
     int32_t status = co_symmetry_none(mesh, &none, error);
     if (status == CURVOPT_OK)
-        status = co_certificate_check_shape(&r->frame, mesh, &none, &r->constraints, r->xyz, NULL, 0, &shape, error);
+        status =
+            co_certificate_check_shape(&r->context, mesh, &none, &r->constraints, r->at.xyz, NULL, 0, &shape, error);
     co_symmetry_free(&none);
     if (status != CURVOPT_OK)
         return status;
     summary->free_negative_directions = shape.negative_directions;
-    return co_certificate_count_negative(&r->frame, mesh, &r->constraints, r->xyz, &summary->all_negative_directions,
-                                         error);
+    return co_certificate_count_negative(&r->context, mesh, &r->constraints, r->at.xyz,
+                                         &summary->all_negative_directions, error);
 }
 
 /* The verdict on where the run ended. */
-static int32_t certify(co_run *r, co_level *l, co_iterate *now, curvopt_error *error) {
+static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_certificate_shape shape;
-    int verify = r->frame.options->verify;
-    int32_t status = co_certificate_decrement(l, now, &summary->newton_decrement, error);
-    if (status == CURVOPT_OK && co_run_context_is_cancelled(&r->frame)) /* what was found stands; there is no verdict */
+    int verify = r->context.options->verify;
+    int32_t status = co_certificate_decrement(l, &summary->newton_decrement, error);
+    if (status == CURVOPT_OK &&
+        co_run_context_is_cancelled(&r->context)) /* what was found stands; there is no verdict */
         return CURVOPT_OK;
     if (status == CURVOPT_OK)
-        status = co_certificate_check_shape(&r->frame, l->mesh, &r->symmetry, &r->constraints, r->xyz, l, verify,
-                                            &shape, error);
+        status = co_certificate_check_shape(&r->context, l->objective.mesh, &r->at.symmetry, &r->constraints, r->at.xyz,
+                                            l, verify, &shape, error);
     if (status != CURVOPT_OK)
         return status;
     summary->shape_decrement = shape.decrement;
     summary->difference_decrement = shape.difference_decrement;
     summary->negative_directions = shape.negative_directions;
-    if (shape.negative_directions < 0 || isnan(summary->newton_decrement))
-        summary->verdict = CURVOPT_VERDICT_UNKNOWN;
-    else if (!is_stationary(r, summary->newton_decrement))
-        summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
-    else if (shape.negative_directions > 0)
-        summary->verdict = CURVOPT_VERDICT_SADDLE;
-    else
-        summary->verdict = is_stationary(r, shape.decrement) ? CURVOPT_VERDICT_MINIMUM : CURVOPT_VERDICT_NOT_STATIONARY;
-    return verify ? verify_without_symmetry(r, l->mesh, error) : CURVOPT_OK;
+    summary->verdict = co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
+                                              summary->newton_decrement, &shape);
+    return verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
 
 /* Whether the level was the run's last, and one to look at more closely. */
-static int wants_certificate(const co_run *r, int32_t number) {
-    return !r->frame.options->as_report && r->result->level[number - 1].stop != CURVOPT_STOP_CANCELLED &&
+static int wants_certificate(const co_run *r) {
+    return !r->context.options->as_report && r->at.report.stop != CURVOPT_STOP_CANCELLED &&
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
 static int ends_run(const co_run *r, int32_t number) {
-    return number == r->frame.options->levels || co_run_stopped_early(r, number);
+    return co_run_context_is_last(&r->context, number) || co_run_stopped_early(r);
 }
 
 static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
-    co_symmetry_reduction d = {0};
-    int32_t status = co_symmetry_reduction_solve(r, number, &d, error);
-    if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r, number))
-        status = certify(r, &d.now->level, &d.now->now, error);
-    co_symmetry_reduction_free(&d);
+    co_level *level = NULL;
+    int32_t status = co_symmetry_reduction_solve(r, number, &level, error);
+    r->result->level[number - 1] = r->at.report;
+    if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r))
+        status = certify(r, level, error);
+    co_level_destroy(level);
     return status;
 }
 
-/* The next level's cage: r->result->mesh, r->xyz and what goes with them, subdivided. */
+/* The next level's cage: r->result->mesh, r->at.xyz and what goes with them, subdivided. */
 static int32_t subdivide(co_run *r, curvopt_error *error) {
     curvopt_mesh *fine = NULL;
     co_sparse_rows rows = {0};
@@ -115,22 +107,22 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
         status = xyz && start ? CURVOPT_OK : co_status_no_memory(error);
     }
     if (status == CURVOPT_OK) {
-        co_sparse_rows_apply(&rows, r->xyz, xyz);
+        co_sparse_rows_apply(&rows, r->at.xyz, xyz);
         status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     }
     if (status == CURVOPT_OK)
-        status = co_symmetry_subdivide(&r->symmetry, error);
+        status = co_symmetry_subdivide(&r->at.symmetry, error);
     if (status != CURVOPT_OK) {
         free(xyz);
         free(start);
         co_mesh_destroy(fine);
     } else {
         memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
-        free(r->xyz);
-        free(r->level_start);
+        free(r->at.xyz);
+        free(r->at.start);
         co_mesh_destroy(r->result->mesh);
-        r->xyz = xyz;
-        r->level_start = start;
+        r->at.xyz = xyz;
+        r->at.start = start;
         r->result->mesh = fine;
     }
     co_sparse_rows_free(&rows);
@@ -139,41 +131,43 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
 
 static int32_t run_levels(co_run *r, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
-    for (int32_t number = 1; number <= r->frame.options->levels; number++) {
+    for (int32_t number = 1; number <= r->context.options->levels; number++) {
         int32_t status = number > 1 ? subdivide(r, error) : CURVOPT_OK;
         if (status == CURVOPT_OK)
             status = solve_level(r, number, error);
         if (status != CURVOPT_OK)
             return status;
-        summary->stop = r->result->level[number - 1].stop;
+        summary->n_levels = number;
         if (ends_run(r, number))
             break;
     }
+    summary->end = r->at.energies;
+    summary->stop = r->at.report.stop;
     summary->seconds = co_now_seconds() - r->started;
     summary->n_vertices = r->result->mesh->info.n_vertices;
     summary->n_faces = r->result->mesh->info.n_faces;
-    summary->method = r->frame.options->method;
-    summary->symmetry_order = r->symmetry.order;
+    summary->method = r->context.options->method;
+    summary->symmetry_order = r->at.symmetry.order;
     return CURVOPT_OK;
 }
 
 /* The mirror planes that were chosen; where nothing is held, the first level starts from a cage that has them exactly.
  */
 static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
-    const curvopt_options *o = r->frame.options;
+    const curvopt_options *o = r->context.options;
     co_constraints all = {0};
-    int32_t status = co_mirror_planes_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->symmetry, error);
+    int32_t status = co_mirror_planes_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
     if (status == CURVOPT_OK && !all.freedom)
-        status = co_mirror_planes_symmetrize(mesh, &r->symmetry, r->level_start, error);
+        status = co_mirror_planes_symmetrize(mesh, &r->at.symmetry, r->at.start, error);
     co_constraints_free(&all);
     return status;
 }
 
 /* Constraints and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
-    const curvopt_options *o = r->frame.options;
+    const curvopt_options *o = r->context.options;
     int32_t status = co_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
     if (status != CURVOPT_OK)
         return status;
@@ -189,17 +183,17 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
     if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
-        return co_symmetry_none(mesh, &r->symmetry, error);
-    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->symmetry,
+        return co_symmetry_none(mesh, &r->at.symmetry, error);
+    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
                               error);
 }
 
 static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     r->result = CO_NEW(curvopt_result, 1);
-    r->xyz = CO_NEW(double, n);
-    r->level_start = CO_NEW(double, n);
-    if (!r->result || !r->xyz || !r->level_start)
+    r->at.xyz = CO_NEW(double, n);
+    r->at.start = CO_NEW(double, n);
+    if (!r->result || !r->at.xyz || !r->at.start)
         return co_status_no_memory(error);
     r->result->summary.newton_decrement = (double)NAN;
     r->result->summary.shape_decrement = (double)NAN;
@@ -207,12 +201,12 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
     r->result->summary.negative_directions = -1;
     r->result->summary.all_negative_directions = -1;
     r->result->summary.free_negative_directions = -1;
-    r->result->level = CO_NEW(curvopt_level_report, r->frame.options->levels);
+    r->result->level = CO_NEW(curvopt_level_report, r->context.options->levels);
     if (!r->result->level)
         return co_status_no_memory(error);
-    memcpy(r->xyz, xyz, n * sizeof(double));
-    memcpy(r->level_start, xyz, n * sizeof(double));
-    r->frame.radius = co_similarity_frame(n / 3, xyz, r->frame.centroid);
+    memcpy(r->at.xyz, xyz, n * sizeof(double));
+    memcpy(r->at.start, xyz, n * sizeof(double));
+    r->context.radius = co_similarity_frame(n / 3, xyz, r->context.centroid);
     int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
     if (status == CURVOPT_OK)
         status = find_structure(r, mesh, xyz, error);
@@ -220,29 +214,29 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
 }
 
 int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
-                               curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
-                               curvopt_result **out, curvopt_error *error) {
-    co_run r = {.frame = {.options = options, .cancel = cancel, .keeps_still = options->escape},
+                               const co_tuning *tuning, curvopt_progress_fn progress, void *user,
+                               const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error) {
+    co_run r = {.context = {.options = options, .tuning = tuning, .cancel = cancel},
+                .prospect = {.expects_saddle = options->escape},
                 .progress = progress,
                 .user = user,
                 .started = co_now_seconds()};
     co_basis_table_cache_create(options->surface, &r.tables);
-    r.frame.tables = &r.tables;
+    r.context.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);
     if (status == CURVOPT_OK)
         status = run_levels(&r, error);
-    free(r.level_start);
-    co_constraints_free(&r.constraints);
-    co_symmetry_free(&r.symmetry);
-    co_basis_table_cache_free(&r.tables);
-    if (status != CURVOPT_OK) {
-        free(r.xyz);
+    if (status == CURVOPT_OK) {
+        r.result->xyz = r.at.xyz;
+        r.at.xyz = NULL;
+        *out = r.result;
+    } else {
         co_multilevel_result_destroy(r.result);
-        return status;
     }
-    r.result->xyz = r.xyz;
-    *out = r.result;
-    return CURVOPT_OK;
+    co_level_result_free(&r.at);
+    co_constraints_free(&r.constraints);
+    co_basis_table_cache_free(&r.tables);
+    return status;
 }
 
 void co_multilevel_result_destroy(curvopt_result *result) {

@@ -6,8 +6,8 @@
 
 /* As curvopt_minimize, whose arguments have been checked; options->surface is not AUTO. */
 int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
-                               curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
-                               curvopt_result **out, curvopt_error *error);
+                               const co_tuning *tuning, curvopt_progress_fn progress, void *user,
+                               const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error);
 void co_multilevel_result_destroy(curvopt_result *result);
 
 #endif

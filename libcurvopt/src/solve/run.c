@@ -1,9 +1,7 @@
-/* One level of a run. SPDX-License-Identifier: GPL-3.0-or-later */
+/* How a level of a run is solved. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/run.h"
 
-#include "base/memory.h"
-#include "optimize/step_control.h"
-
+#include <math.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -13,79 +11,78 @@ double co_now_seconds(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int report(const co_level *l, const co_iterate *now, int iteration, int evaluations, void *user) {
+void co_level_result_free(co_level_result *at) {
+    co_symmetry_free(&at->symmetry);
+    free(at->start);
+    free(at->xyz);
+    *at = (co_level_result){0};
+}
+
+static int report(const co_level *l, const co_step_record *record, void *user) {
     co_run *r = user;
-    if (co_run_context_is_cancelled(&r->frame))
+    const co_level_objective *o = &l->objective;
+    if (co_run_context_is_cancelled(&r->context))
         return 1;
     if (!r->progress)
         return 0;
-    co_level_to_user(l, now->x, l->last.integral[CO_INT_AREA], r->xyz);
-    curvopt_progress progress = {.energy = co_level_energy(l, now),
-                                 .start_energy = r->start_energy,
-                                 .gradient_norm = co_level_relative_gradient(l, now),
-                                 .seconds = co_now_seconds() - r->started,
-                                 .xyz = r->xyz,
-                                 .mesh = l->mesh,
-                                 .level = l->number,
-                                 .levels = r->frame.options->levels,
-                                 .iteration = iteration,
-                                 .evaluations = evaluations + 1, /* the level's first */
-                                 .n_vertices = l->mesh->info.n_vertices};
+    co_level_objective_to_user(o, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
+    const curvopt_progress progress = {.energy = co_level_objective_energy(o, &l->now),
+                                       .start_energy = r->start_energy,
+                                       .gradient_norm = co_level_objective_relative_gradient(o, &l->now),
+                                       .seconds = co_now_seconds() - r->started,
+                                       .xyz = r->at.xyz,
+                                       .mesh = o->mesh,
+                                       .level = l->number,
+                                       .levels = r->context.options->levels,
+                                       .iteration = record->iteration,
+                                       .evaluations = record->evaluations + 1, /* the level's first */
+                                       .n_vertices = o->mesh->info.n_vertices};
     return r->progress(&progress, r->user) != 0;
 }
 
-/* Energies at the level's end, and its cage into r->xyz. */
-static int32_t end_level(co_run *r, co_level *l, const co_iterate *now, const co_outcome *solved, double started,
-                         curvopt_error *error) {
+/* Energies at the level's end, and its cage. */
+static int32_t end_level(co_run *r, co_level *l, const co_outcome *outcome, double started, curvopt_error *error) {
     int resolved;
-    curvopt_energies *end = &r->result->summary.end;
-    int32_t status = co_level_finish(l, now, r->xyz, end, &resolved, error);
+    co_level_result *at = &r->at;
+    int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
-    r->pull = co_penalty_value(&l->pull, now->x, NULL);
-    r->result->summary.n_levels = l->number;
-    r->result->level[l->number - 1] = (curvopt_level_report){.energy = end->objective,
-                                                             .gradient_norm = co_level_relative_gradient(l, now),
-                                                             .level = l->number,
-                                                             .n_vertices = l->mesh->info.n_vertices,
-                                                             .iterations = solved->iterations,
-                                                             .evaluations = solved->evaluations + 1,
-                                                             .stop = resolved ? solved->stop : CURVOPT_STOP_UNRESOLVED,
-                                                             .seconds = co_now_seconds() - started};
+    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
+    at->report = (curvopt_level_report){.energy = at->energies.objective,
+                                        .gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now),
+                                        .level = l->number,
+                                        .n_vertices = l->objective.mesh->info.n_vertices,
+                                        .iterations = outcome->iterations,
+                                        .evaluations = outcome->evaluations + 1,
+                                        .stop = resolved ? outcome->stop : CURVOPT_STOP_UNRESOLVED,
+                                        .seconds = co_now_seconds() - started};
     return CURVOPT_OK;
 }
 
-int co_run_stopped_early(const co_run *r, int32_t number) {
-    int32_t stop = r->result->level[number - 1].stop;
+int co_run_stopped_early(const co_run *r) {
+    int32_t stop = r->at.report.stop;
     return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
-void co_attempt_free(co_attempt *a) {
-    co_level_free(&a->level);
-    free(a->now.x);
-    free(a->now.gradient);
-    *a = (co_attempt){0};
-}
-
-int32_t co_run_solve(co_run *r, int32_t number, const double *start, co_attempt *a, curvopt_error *error) {
-    const curvopt_mesh *mesh = r->result->mesh;
-    size_t n = 3 * (size_t)mesh->info.n_vertices;
+int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_now_seconds();
-    co_outcome solved;
-    *a = (co_attempt){.now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)}};
-    int32_t status = a->now.x && a->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    co_outcome outcome;
+    co_level *l = NULL;
+    int32_t status =
+        co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, r->at.start, number, &l, error);
+    if (status == CURVOPT_OK) {
+        l->report = report;
+        l->user = r;
+        status = co_level_begin(l, error);
+    }
     if (status == CURVOPT_OK)
-        status =
-            co_level_create(&r->frame, mesh, &r->symmetry, &r->constraints, start, number, &a->level, a->now.x, error);
-    a->level.report = report;
-    a->level.user = r;
+        status = co_level_solve(l, &r->prospect, &outcome, error);
     if (status == CURVOPT_OK)
-        status = co_level_begin(&a->level, &a->now, error);
-    if (status == CURVOPT_OK)
-        status = co_level_schedule_solve(&a->level, &a->now, &solved, error);
-    if (status == CURVOPT_OK)
-        status = end_level(r, &a->level, &a->now, &solved, started, error);
-    if (status != CURVOPT_OK)
-        co_attempt_free(a);
+        status = end_level(r, l, &outcome, started, error);
+    if (status != CURVOPT_OK) {
+        co_level_destroy(l);
+        l = NULL;
+    }
+    *out = l;
     return status;
 }

@@ -1,8 +1,11 @@
-/* A run: what all of its levels share, and how one of them is solved. SPDX-License-Identifier: GPL-3.0-or-later */
+/* A run: what all of its levels share, what the present level has come to, and how a level is solved.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_RUN_H
 #define CO_SOLVE_RUN_H
 
-#include "solve/level_schedule.h"
+#include "constraints/constraints.h"
+#include "constraints/symmetry.h"
+#include "solve/level.h"
 
 struct curvopt_result {
     curvopt_mesh *mesh;
@@ -11,36 +14,37 @@ struct curvopt_result {
     curvopt_level_report *level; /* [options.levels] */
 };
 
-/* What the run shows of a level is what was solved last. */
+/* What a level has come to. */
+typedef struct co_level_result {
+    co_symmetry symmetry; /* that was kept */
+    double *start;        /* [3 n_vertices] what the level began with, in the user's units */
+    double *xyz;          /* [3 n_vertices] where it ended */
+    curvopt_energies energies;
+    double penalty; /* what springs add to the objective */
+    curvopt_level_report report;
+} co_level_result;
+
 typedef struct co_run {
-    co_run_context frame;
+    co_run_context context;
     curvopt_progress_fn progress;
     void *user;
-    double started;
-    double start_energy;
-    double pull;        /* what springs add to the objective of the result */
-    int keeps_symmetry; /* giving some up was not worth it, and is not tried again on finer levels, where it costs more
-                         */
-    curvopt_result *result;
-    co_symmetry symmetry; /* of the present level's mesh, which is the result's */
-    co_constraints constraints;
+    double started;      /* seconds */
+    double start_energy; /* of the input cage */
     co_basis_table_cache tables;
-    double *xyz;         /* of the present level, in the user's units */
-    double *level_start; /* what the level began with */
+    co_constraints constraints; /* of the present mesh */
+    co_level_prospect prospect; /* of the levels to come */
+    int keeps_symmetry;         /* giving some up was not worth it, and is not tried again on finer levels */
+    co_level_result at;         /* the present level */
+    curvopt_result *result;     /* its mesh is the present one */
 } co_run;
 
-/* One solution of a level's problem, and what it was solved with. */
-typedef struct co_attempt {
-    co_level level;
-    co_iterate now;
-} co_attempt;
+/* Solves the present mesh from run->at.start, with the symmetry that is kept, by the level `number`; the figures and
+ * positions go into run->at. *level is the caller's to destroy, NULL after a failure. As curvopt_minimize. */
+int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
 
-/* The present mesh from `start`, with the symmetry that is kept; figures and positions into r. As curvopt_minimize. */
-int32_t co_run_solve(co_run *r, int32_t number, const double *start, co_attempt *attempt, curvopt_error *error);
-void co_attempt_free(co_attempt *attempt);
-
-/* Whether it was cancelled at this level, or the level could not be resolved. */
-int co_run_stopped_early(const co_run *r, int32_t number);
+/* Whether the present level was cancelled or could not be resolved. */
+int co_run_stopped_early(const co_run *run);
+void co_level_result_free(co_level_result *result);
 double co_now_seconds(void);
 
 #endif

@@ -16,13 +16,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a maximal subgroup of a point group: 2 mostly, 3 where an axis of three goes, 4 those that keep one of a cube's.
- */
-enum { LARGEST_INDEX = 4 };
-
 /* Where to look from. */
 typedef struct place {
-    const co_run_context *frame;
+    const co_run_context *run;
     const curvopt_mesh *mesh;
     const co_constraints *constraints; /* within which a way is looked for */
     co_gauge gauge;
@@ -40,25 +36,23 @@ void co_saddle_escape_free(co_way_down *way) {
  */
 static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, int *found, double *gain,
                     curvopt_error *error) {
-    size_t n = 3 * (size_t)p->mesh->info.n_vertices;
-    co_level level = {0};
-    co_iterate now = {.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
+    co_level *level = NULL;
+    double before = 0;
     *found = 0;
-    int32_t status = now.x && now.gradient ? CURVOPT_OK : co_status_no_memory(error);
+    *gain = 0;
+    int32_t status = co_level_create(p->run, p->mesh, symmetry, p->constraints, p->xyz, p->number, &level, error);
     if (status == CURVOPT_OK)
-        status = co_level_create(p->frame, p->mesh, symmetry, p->constraints, p->xyz, p->number, &level, now.x, error);
-    if (status == CURVOPT_OK)
-        status = co_level_begin(&level, &now, error);
-    level.gauge = p->gauge;
-    *gain = now.value;
-    if (status == CURVOPT_OK && level.reduction.n_variables && !co_run_context_is_cancelled(p->frame))
-        status = co_level_leave_saddle(&level, &now, found, error);
-    *gain -= now.value;
-    if (status == CURVOPT_OK && *found)
-        co_level_to_user(&level, now.x, level.last.integral[CO_INT_AREA], xyz);
-    co_level_free(&level);
-    free(now.x);
-    free(now.gradient);
+        status = co_level_begin(level, error);
+    if (status == CURVOPT_OK && co_level_objective_n(&level->objective) && !co_run_context_is_cancelled(p->run)) {
+        level->objective.gauge = p->gauge;
+        before = level->now.value;
+        status = co_level_leave_saddle(level, found, error);
+    }
+    if (status == CURVOPT_OK && *found) {
+        *gain = before - level->now.value;
+        co_level_objective_to_user(&level->objective, level->now.x, level->now.found[CO_FOUND_AREA], xyz);
+    }
+    co_level_destroy(level);
     return status;
 }
 
@@ -117,26 +111,27 @@ static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, in
 }
 
 /* Planes that the user chose are not given up. Elsewhere a way that keeps less than the largest subgroups do costs more
- * than it is worth, looked for and gone (worth_of in descent.c); but who asks for an escape from a saddle of the
+ * than it is worth, looked for and gone (symmetry_reduction.c); but who asks for an escape from a saddle of the
  * shape wants to know whether there is one at all. */
-static int32_t largest_index(const curvopt_options *o, const co_symmetry *symmetry, co_saddle_escape_among among) {
+static int32_t largest_index(const curvopt_options *o, const co_tuning *t, const co_symmetry *symmetry,
+                             co_saddle_escape_among among) {
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return 1;
-    return among == CO_SADDLE_ESCAPE_ALL ? LARGEST_INDEX : symmetry->order;
+    return among == CO_SADDLE_ESCAPE_ALL ? t->escape_index : symmetry->order;
 }
 
-int32_t co_saddle_escape_find(const co_run_context *frame, const curvopt_mesh *m, const co_symmetry *symmetry,
+int32_t co_saddle_escape_find(const co_run_context *run, const curvopt_mesh *m, const co_symmetry *symmetry,
                               const co_constraints *constraints, const double *xyz, int32_t number,
                               co_saddle_escape_among among, co_way_down *out, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     co_constraints held = {0}, lines = {0};
-    co_run_context own = *frame;
-    place p = {.frame = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
+    co_run_context own = *run;
+    place p = {.run = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
     *out = (co_way_down){.xyz = CO_NEW(double, 3 * n)};
     int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_constraints_all(m, constraints, frame->options->boundary, &held, error);
-    p.gauge = co_gauge_of(frame->options->weights, &held);
+        status = co_constraints_all(m, constraints, run->options->boundary, &held, error);
+    p.gauge = co_gauge_of(run->options->weights, &held);
     if (!held.freedom)
         own.radius = co_similarity_frame(n, xyz, own.centroid);
     if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS) {
@@ -147,7 +142,7 @@ int32_t co_saddle_escape_find(const co_run_context *frame, const curvopt_mesh *m
     if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS)
         status = look_without_symmetry(&p, out->xyz, &possible, error);
     if (status == CURVOPT_OK && possible)
-        status = look_in_subgroups(&p, symmetry, largest_index(frame->options, symmetry, among), out, error);
+        status = look_in_subgroups(&p, symmetry, largest_index(run->options, run->tuning, symmetry, among), out, error);
     co_constraints_free(&held);
     co_constraints_free(&lines);
     if (status != CURVOPT_OK)

@@ -18,7 +18,7 @@ typedef struct co_way_down {
 } co_way_down;
 
 /* Looks for one at xyz [3 n_vertices], a cage of this symmetry in the user's units. As co_level_create. */
-int32_t co_saddle_escape_find(const co_run_context *frame, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+int32_t co_saddle_escape_find(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                               const co_constraints *constraints, const double *xyz, int32_t number,
                               co_saddle_escape_among among, co_way_down *out, curvopt_error *error);
 void co_saddle_escape_free(co_way_down *way);

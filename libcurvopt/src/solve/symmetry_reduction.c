@@ -1,5 +1,4 @@
-/* Down from saddles that symmetry hides, as far as that is worth its price. SPDX-License-Identifier: GPL-3.0-or-later
- */
+/* Down from saddles that symmetry hides. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/symmetry_reduction.h"
 
 #include "base/memory.h"
@@ -7,66 +6,25 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-enum { LARGEST_ESCAPE = 5000 };
-/* Vertices of levels on which symmetries may be given up. Ways down on coarser ones are of their few lines, not of the
- * shape: what begins without symmetries there falls in a long valley on the fine levels, and is not done in it. */
-enum { SMALLEST_LOOSENED = 100, LARGEST_LOOSENED = 2000 };
-/* Half of the symmetries is twice the work: it must bring this much of the energy. Going on with the same ones, this.
- */
-static const double WORTH_HALF = 0.06, WORTH_SAME = 0.01;
-
-/* Among what ways down from a level's result are looked for; 0: they are not. */
-static int wants_escape(const co_run *r, const co_attempt *a, int32_t number, co_saddle_escape_among *among) {
-    const curvopt_options *o = r->frame.options;
-    int32_t n = r->result->mesh->info.n_vertices;
-    int loosen = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->symmetry.order > 1 && !r->keeps_symmetry &&
-                 a->level.assembly.functional.has_third && n >= SMALLEST_LOOSENED && n <= LARGEST_LOOSENED;
-    *among = loosen ? CO_SADDLE_ESCAPE_ALL : CO_SADDLE_ESCAPE_NORMALS;
-    int32_t stop = r->result->level[number - 1].stop;
-    return a->level.has_model && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
-           (loosen || (o->escape && n <= LARGEST_ESCAPE));
-}
-
-/* What giving up symmetries must bring, of the energy. */
-static double worth_of(int32_t order, int32_t left) {
-    double worth = order == left ? WORTH_SAME : 0;
+double co_symmetry_reduction_worth(const co_tuning *t, int32_t order, int32_t left) {
+    double worth = order == left ? t->loosen_same : 0;
     for (; order > left; order = (order + 1) / 2)
-        worth += WORTH_HALF;
+        worth += t->loosen_half;
     return worth;
 }
 
-static co_record record_of(const co_run *r, int32_t number) {
-    return (co_record){r->result->summary.end, r->result->level[number - 1], r->pull, r->xyz, r->symmetry,
-                       r->level_start};
-}
-
-static void record_free(co_record *to) {
-    free(to->xyz);
-    free(to->start);
-    co_symmetry_free(&to->symmetry);
-}
-
-/* To what the level had come to with the symmetry that it has. */
-static void take_back(co_run *r, int32_t number, const co_record *to) {
-    free(r->xyz);
-    r->xyz = to->xyz;
-    r->pull = to->pull;
-    r->result->summary.end = to->end;
-    r->result->level[number - 1] = to->level;
-}
-
-/* The same with the symmetry that it had, and what it had begun with. A run that was cancelled since stays so. */
-static void go_back(co_run *r, int32_t number, const co_record *to) {
-    int32_t stop = r->result->level[number - 1].stop;
-    take_back(r, number, to);
-    if (stop == CURVOPT_STOP_CANCELLED)
-        r->result->level[number - 1].stop = stop;
-    co_symmetry_free(&r->symmetry);
-    free(r->level_start);
-    r->symmetry = to->symmetry;
-    r->level_start = to->start;
+/* Among what ways down from a level's result are looked for; 0: they are not. */
+static int wants_escape(const co_run *r, const co_level *l, co_saddle_escape_among *among) {
+    const curvopt_options *o = r->context.options;
+    const co_tuning *t = r->context.tuning;
+    int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
+    int loosens = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 && !r->keeps_symmetry &&
+                  l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices &&
+                  n <= t->loosen_most_vertices;
+    *among = loosens ? CO_SADDLE_ESCAPE_ALL : CO_SADDLE_ESCAPE_NORMALS;
+    return l->hessian.exists && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
+           (loosens || (o->escape && n <= t->escape_vertices));
 }
 
 /* The level has its new figures; what led to them counts. */
@@ -76,130 +34,132 @@ static void add_work(curvopt_level_report *level, const curvopt_level_report *be
     level->seconds += before->seconds;
 }
 
-/* Goes on from some way along, with less symmetry, as `next`. What was there before is the caller's, who has a record
- * of it. */
-static int32_t go_down(co_run *r, int32_t number, co_way_down *way, co_attempt *next, curvopt_error *error) {
-    curvopt_level_report before = r->result->level[number - 1];
-    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
-    r->symmetry = way->symmetry;
-    r->level_start = way->xyz;
-    *way = (co_way_down){0};
-    r->frame.keeps_still = 0;
-    r->frame.is_patient = 1;
-    int32_t status = r->xyz ? co_run_solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
-    add_work(&r->result->level[number - 1], &before);
-    return status;
-}
+typedef enum worth { NOT_WORTH_IT, PERHAPS, WORTH_IT } worth;
 
-typedef enum opinion { NOT_WORTH_IT, PERHAPS, WORTH_IT } opinion;
-
-/* Of going down from there to here. What brings half of what is asked for may be the first of two steps. */
-static opinion opinion_of(const co_run *r, int32_t number, const co_record *from, co_saddle_escape_among among) {
-    const curvopt_level_report *level = &r->result->level[number - 1];
-    double worth = among == CO_SADDLE_ESCAPE_ALL ? worth_of(from->symmetry.order, r->symmetry.order) : 0;
-    double gain = (from->level.energy + from->pull - level->energy - r->pull) / fabs(from->level.energy);
-    if (level->stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
+/* Whether going down from there to here was worth it. A step that brings half of what it should may be the first of
+ * two: of a torus of 8 x 4 vertices the first brings 10 % and the second 69 %. */
+static worth worth_of(const co_run *r, const co_level_result *from, co_saddle_escape_among among) {
+    const co_level_result *at = &r->at;
+    const co_tuning *t = r->context.tuning;
+    double least =
+        among == CO_SADDLE_ESCAPE_ALL ? co_symmetry_reduction_worth(t, from->symmetry.order, at->symmetry.order) : 0;
+    double gain = (from->report.energy + from->penalty - at->report.energy - at->penalty) / fabs(from->report.energy);
+    if (at->report.stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
         return NOT_WORTH_IT;
-    if (level->stop == CURVOPT_STOP_CANCELLED)
+    if (at->report.stop == CURVOPT_STOP_CANCELLED)
         return gain > 0 ? WORTH_IT : NOT_WORTH_IT;
-    return gain > worth ? WORTH_IT : gain > worth / 2 ? PERHAPS : NOT_WORTH_IT;
+    return gain > least ? WORTH_IT : gain > t->loosen_perhaps * least ? PERHAPS : NOT_WORTH_IT;
 }
 
-/* A last level on which no way down was found: what it comes to where none is looked for, as `next`; *changed: not if
- * that was cancelled before it got as far. */
-static int32_t solve_as_ever(co_run *r, int32_t number, co_attempt *next, int *changed, curvopt_error *error) {
-    curvopt_level_report *level = &r->result->level[number - 1];
-    co_record before = record_of(r, number);
-    r->frame.keeps_still = 0;
-    r->xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
-    int32_t status = r->xyz ? co_run_solve(r, number, r->level_start, next, error) : co_status_no_memory(error);
-    *changed = status == CURVOPT_OK &&
-               (level->stop != CURVOPT_STOP_CANCELLED || level->energy + r->pull <= before.level.energy + before.pull);
-    if (*changed) {
-        free(before.xyz);
-        add_work(level, &before.level);
-    } else {
-        int32_t stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.level.stop;
-        take_back(r, number, &before);
-        level->stop = stop;
-    }
+/* A level's way down. */
+typedef struct descent {
+    co_level *now;    /* what run->at is of */
+    co_level *before; /* NULL, or the level to go back to if the next step does not make the last one worth it */
+    co_level_result fallback; /* what that level has come to */
+} descent;
+
+static void forget_fallback(descent *d) {
+    co_level_destroy(d->before);
+    d->before = NULL;
+    co_level_result_free(&d->fallback);
+}
+
+/* The run is again where it was before, and what it was at since is gone. A run that was cancelled since stays so. */
+static void go_back(co_run *r, co_level_result *before) {
+    int32_t stop = r->at.report.stop;
+    co_level_result_free(&r->at);
+    r->at = *before;
+    *before = (co_level_result){0};
+    if (stop == CURVOPT_STOP_CANCELLED)
+        r->at.report.stop = stop;
+}
+
+/* Solves the level again from some way along; what it was at before moves into *before. */
+static int32_t solve_along(co_run *r, int32_t number, co_way_down *way, co_level_result *before, co_level **next,
+                           curvopt_error *error) {
+    *before = r->at;
+    r->at = (co_level_result){.symmetry = way->symmetry,
+                              .start = way->xyz,
+                              .xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices)};
+    *way = (co_way_down){0};
+    r->prospect = (co_level_prospect){.expects_plateau = 1};
+    int32_t status = r->at.xyz ? co_run_solve(r, number, next, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        add_work(&r->at.report, &before->report);
     return status;
 }
 
-static co_attempt *spare_of(co_symmetry_reduction *d) {
-    co_attempt *spare = d->slot;
-    while (spare == d->now || spare == d->sure)
-        spare++;
-    return spare;
-}
-
-static void give_way(co_attempt **old, co_attempt *next) {
-    co_attempt_free(*old);
-    *old = next;
-}
-
-/* A step down, if there is a way; *on: whether to look for another. */
-static int32_t step_down(co_run *r, int32_t number, co_saddle_escape_among among, co_symmetry_reduction *d, int *on,
+/* A step down, if there is a way that is worth going; *on: whether another may be looked for. */
+static int32_t step_down(co_run *r, int32_t number, co_saddle_escape_among among, descent *d, int *on,
                          curvopt_error *error) {
-    co_way_down way = {0};
+    co_way_down way;
     *on = 0;
-    int32_t status = co_saddle_escape_find(&r->frame, r->result->mesh, &r->symmetry, &r->constraints, r->xyz, number,
-                                           among, &way, error);
+    int32_t status = co_saddle_escape_find(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, r->at.xyz,
+                                           number, among, &way, error);
     if (status == CURVOPT_OK && way.found) {
-        co_attempt *next = spare_of(d);
-        co_record last = record_of(r, number);
-        status = go_down(r, number, &way, next, error);
-        opinion worth =
-            status == CURVOPT_OK ? opinion_of(r, number, d->sure ? &d->before : &last, among) : NOT_WORTH_IT;
-        *on = worth == WORTH_IT || (worth == PERHAPS && !d->sure);
+        co_level *next = NULL;
+        co_level_result last;
+        status = solve_along(r, number, &way, &last, &next, error);
+        worth worth = status == CURVOPT_OK ? worth_of(r, d->before ? &d->fallback : &last, among) : NOT_WORTH_IT;
+        *on = worth == WORTH_IT || (worth == PERHAPS && !d->before);
         if (!*on) {
-            go_back(r, number, &last);
-            co_attempt_free(next);
+            go_back(r, &last);
+            co_level_destroy(next);
             r->keeps_symmetry |= among == CO_SADDLE_ESCAPE_ALL;
         } else if (worth == PERHAPS) {
-            d->sure = d->now;
-            d->before = last;
+            d->before = d->now;
+            d->fallback = last;
             d->now = next;
         } else {
-            give_way(&d->now, next);
-            record_free(&last);
-            if (d->sure) {
-                co_attempt_free(d->sure);
-                d->sure = NULL;
-                record_free(&d->before);
-            }
+            forget_fallback(d);
+            co_level_result_free(&last);
+            co_level_destroy(d->now);
+            d->now = next;
         }
     }
     co_saddle_escape_free(&way);
     return status;
 }
 
-int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_symmetry_reduction *d, curvopt_error *error) {
-    co_saddle_escape_among among = CO_SADDLE_ESCAPE_NORMALS;
-    int on = 1;
-    d->now = d->slot;
-    int32_t status = co_run_solve(r, number, r->level_start, d->now, error);
-    while (status == CURVOPT_OK && on && wants_escape(r, d->now, number, &among))
-        status = step_down(r, number, among, d, &on, error);
-    if (d->sure) {
-        go_back(r, number, &d->before);
-        give_way(&d->now, d->sure);
-        d->sure = NULL;
-        r->keeps_symmetry |= among == CO_SADDLE_ESCAPE_ALL;
-    }
-    if (status == CURVOPT_OK && r->frame.keeps_still && number == r->frame.options->levels &&
-        !d->now->level.assembly.functional.has_third && !co_run_stopped_early(r, number)) {
-        co_attempt *next = spare_of(d);
-        status = solve_as_ever(r, number, next, &on, error);
-        if (on)
-            give_way(&d->now, next);
-        else
-            co_attempt_free(next);
+/* A last level on which no way down was found goes on to what it comes to where none is looked for: vertices slide. Not
+ * if that is cancelled before it gets as far. */
+static int32_t slide_after_all(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
+    co_level *next = NULL;
+    const co_level_result before = r->at;
+    r->prospect.expects_saddle = 0;
+    r->at.xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
+    int32_t status = r->at.xyz ? co_run_solve(r, number, &next, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK && (r->at.report.stop != CURVOPT_STOP_CANCELLED ||
+                                 r->at.report.energy + r->at.penalty <= before.report.energy + before.penalty)) {
+        add_work(&r->at.report, &before.report);
+        free(before.xyz);
+        co_level_destroy(*level);
+        *level = next;
+    } else {
+        free(r->at.xyz);
+        co_level_destroy(next);
+        r->at = before;
+        r->at.report.stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.report.stop;
     }
     return status;
 }
 
-void co_symmetry_reduction_free(co_symmetry_reduction *d) {
-    for (int k = 0; k < 3; k++)
-        co_attempt_free(&d->slot[k]);
+int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
+    co_saddle_escape_among among = CO_SADDLE_ESCAPE_NORMALS;
+    descent d = {0};
+    int on = 1;
+    int32_t status = co_run_solve(r, number, &d.now, error);
+    while (status == CURVOPT_OK && on && wants_escape(r, d.now, &among))
+        status = step_down(r, number, among, &d, &on, error);
+    if (d.before) {
+        go_back(r, &d.fallback);
+        co_level_destroy(d.now);
+        d.now = d.before;
+        r->keeps_symmetry |= among == CO_SADDLE_ESCAPE_ALL;
+    }
+    if (status == CURVOPT_OK && r->prospect.expects_saddle && co_run_context_is_last(&r->context, number) &&
+        !d.now->objective.assembly.functional.has_third && !co_run_stopped_early(r))
+        status = slide_after_all(r, number, &d.now, error);
+    *level = d.now;
+    return status;
 }

@@ -1,31 +1,16 @@
-/* Down from saddles that symmetry hides. SPDX-License-Identifier: GPL-3.0-or-later */
+/* A level's minimum, and further down from saddles that symmetry hides, as far as that is worth its price.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_SYMMETRY_REDUCTION_H
 #define CO_SOLVE_SYMMETRY_REDUCTION_H
 
 #include "solve/run.h"
 
-/* What a level has come to, to go back to. */
-typedef struct co_record {
-    curvopt_energies end;
-    curvopt_level_report level;
-    double pull;
-    double *xyz;
-    co_symmetry symmetry;
-    double *start;
-} co_record;
+/* What giving up symmetries, from `order` to `left` of them, must bring, relative to the energy. */
+double co_symmetry_reduction_worth(const co_tuning *tuning, int32_t order, int32_t left);
 
-/* A level's way down. */
-typedef struct co_symmetry_reduction {
-    co_attempt slot[3];
-    co_attempt *now;  /* what the run shows */
-    co_attempt *sure; /* NULL, or where the last step began, for that is gone back to if the next one does not make it
-                      worth while, */
-    co_record before; /* and what the run showed there */
-} co_symmetry_reduction;
-
-/* A level's minimum into d->now, and further down as long as symmetries are worth giving up, or, with options.escape,
- * there is a way. d is zero before, and to be freed whatever comes of it. As curvopt_minimize. */
-int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_symmetry_reduction *d, curvopt_error *error);
-void co_symmetry_reduction_free(co_symmetry_reduction *d);
+/* The present level's minimum with the symmetry that is kept; then, as long as symmetries are worth giving up or, with
+ * options.escape, there is a way down, the minimum beyond that. The results go into run->at; *level is the level that
+ * they are of, the caller's to destroy, also after a failure. As curvopt_minimize. */
+int32_t co_symmetry_reduction_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
 
 #endif

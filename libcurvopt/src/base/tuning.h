@@ -1,0 +1,136 @@
+/* Every heuristic number of the optimizers and of the solver, in one table.
+ *
+ * A number stands here if another value would also give a correct program, slower or faster, to the same or another
+ * minimum. Numbers that define the surface, its quadrature rules or a limit of memory stand where they are used. A
+ * number is named once, here; code reads it through a `const co_tuning *`, so that a test or an experiment can change
+ * one (tests/corpus/sensitivity.py halves and doubles each). `note` is the file of libcurvopt/notes that has the
+ * experiment; "textbook" numbers are those of the source that the code cites.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_BASE_TUNING_H
+#define CO_BASE_TUNING_H
+
+#include <stddef.h>
+
+/* X(type, name, default, least, largest, unit, why, note): type is int or double. */
+#define CO_TUNING_LIST(X)                                                                                              \
+    /* Length of steps: optimize/step_control.c. */                                                                    \
+    X(double, cap_rejected, 0.25, 0.05, 0.9, "factor", "the step cap falls by this when a step is taken back", "50")   \
+    X(double, cap_accepted, 2, 1, 16, "factor", "the step cap grows by this after a step, up to max_step", "50")       \
+    X(double, cap_least, 1e-7, 1e-12, 1e-3, "of max_step", "with a shorter cap a level is unresolved", "50")           \
+    X(double, stalled_decrease, 1e-15, 1e-17, 1e-12, "of the value", "a smaller decrease is rounding", "50")           \
+    X(int, stalled_steps, 10, 1, 1000, "steps", "so many without a decrease in a row: stalled", "50")                  \
+    /* Line search: optimize/line_search.c. */                                                                         \
+    X(double, wolfe_decrease, 1e-4, 1e-8, 0.4, "of the slope", "sufficient decrease, textbook", "50")                  \
+    X(double, wolfe_curvature, 0.9, 0.1, 0.99, "of the slope", "strong Wolfe condition, textbook", "50")               \
+    X(double, search_rounding, 1e-14, 1e-16, 1e-10, "of the value", "values that agree to it tell nothing", "50")      \
+    X(double, search_growth, 4, 1.1, 100, "factor", "the step grows by this while it may be longer", "50")             \
+    X(int, search_trials, 30, 5, 1000, "evaluations", "most for one line search", "50")                                \
+    /* L-BFGS: optimize/lbfgs.c. */                                                                                    \
+    X(int, lbfgs_memory, 12, 1, 100, "pairs", "more bring nothing with a preconditioner", "50")                        \
+    X(int, lbfgs_update_every, 5, 1, 100, "steps", "between updates of the preconditioner", "46")                      \
+    X(double, lbfgs_short_share, 0.5, 0.01, 1, "of a direction", "a shorter step says that the matrix is too soft",    \
+      "51")                                                                                                            \
+    X(double, lbfgs_pair_curvature, 1e-12, 1e-16, 1e-4, "cosine", "a pair with less curvature would spoil positivity", \
+      "50")                                                                                                            \
+    X(double, lbfgs_first_step, 0.1, 0.001, 1, "of the cap", "length of the first step along the gradient", "50")      \
+    X(int, lbfgs_small_steps, 4, 1, 100, "steps", "one may be small because the matrix was stiffened", "50")           \
+    /* Damped Newton: optimize/damped_newton.c. Gain ratio: actual over predicted decrease. */                         \
+    X(double, newton_accept, 0.01, 1e-8, 0.5, "gain ratio", "from here on a step stands", "55")                        \
+    X(double, newton_poor, 0.1, 1e-4, 0.5, "gain ratio", "below, the shift rises by newton_change", "55")              \
+    X(double, newton_good, 0.5, 0.1, 0.9, "gain ratio", "above, the shift falls by newton_change", "55")               \
+    X(double, newton_exact, 0.9, 0.5, 1, "gain ratio", "above, the shift falls by newton_fall", "55")                  \
+    X(double, newton_far, -30, -1e6, -0.1, "gain ratio", "below, the shift rises by newton_change twice", "55")        \
+    X(double, newton_change, 3, 1.1, 100, "factor", "of the shift", "55")                                              \
+    X(double, newton_fall, 8, 1.1, 100, "factor", "of the shift", "55")                                                \
+    X(double, newton_raise, 4, 1.1, 100, "factor", "of a shift that leaves the matrix indefinite", "55")               \
+    X(double, newton_raise_most, 100, 2, 1e6, "factor", "of a shift that leaves steps too long", "55")                 \
+    X(int, newton_raises, 60, 5, 1000, "factorizations", "most for one step", "55")                                    \
+    X(double, newton_mix, 1.0 / 3, 0.01, 1, "part", "first mixture with the Gauss-Newton matrix; the second is 1",     \
+      "57")                                                                                                            \
+    X(double, newton_mix_fall, 4, 1.1, 100, "factor", "of the mixture where a longer step is tried", "57")             \
+    X(double, newton_stiff, 1.1, 1, 10, "gain ratio", "above, the mixture is too stiff", "57")                         \
+    X(double, newton_longer_from, 0.7, 0.1, 1, "gain ratio", "from here on a longer step is tried", "56")              \
+    X(double, newton_softer, 1.3, 1.01, 10, "factor", "damping that is softer by less is not worth a trial", "56")     \
+    X(int, newton_longer, 2, 0, 20, "trials", "most longer steps by one matrix", "56")                                 \
+    X(double, newton_rounding, 1e-15, 1e-17, 1e-12, "of the value", "a smaller predicted decrease is rounding", "55")  \
+    X(int, saddle_halvings, 12, 1, 60, "halvings", "of a step along negative curvature", "65")                         \
+    /* The matrix of a level: solve/level_hessian.c. */                                                                \
+    X(double, shift_least, 0.1, 1e-6, 10, "of the energy by vertices",                                                 \
+      "curvature that counts as none; defines the certificate, too", "70")                                             \
+    X(double, shift_raise, 4, 1.1, 100, "factor", "of a shift that leaves L-BFGS' matrix indefinite", "51")            \
+    X(double, shift_away, 2, 1, 100, "factor", "beyond the least shift that makes an indefinite matrix positive",      \
+      "52")                                                                                                            \
+    X(double, stiffen_much, 4, 1, 100, "step excess", "above, the shift grows by the excess itself", "51")             \
+    X(double, stiffen_most, 10, 1, 1000, "factor", "most for the shift in one update", "51")                           \
+    X(double, stiffen_from, 1.5, 0.5, 100, "step excess", "above, the shift grows by stiffen_factor", "51")            \
+    X(double, stiffen_factor, 2, 1, 100, "factor", "of the shift", "51")                                               \
+    X(double, soften_below, 0.7, 0.01, 2, "step excess", "below, the shift falls by soften_factor", "51")              \
+    X(double, soften_factor, 1.0 / 3, 0.01, 1, "factor", "of the shift", "51")                                         \
+    X(int, inverse_iterations, 30, 1, 1000, "solves", "for the direction of most negative curvature", "65")            \
+    X(double, saddle_gain, 2e-7, 1e-12, 1e-2, "of the energy", "what a step away from a saddle must bring", "65")      \
+    X(double, hessian_noise, 1e-9, 1e-15, 1e-4, "of the mean diagonal", "digits that differences leave unknown", "70") \
+    X(double, allowed_motion, 0.1, 1e-6, 1, "length", "part of a motion that must be free for it to be an invariance", \
+      "70")                                                                                                            \
+    /* Review of a step: solve/step_review.c. */                                                                       \
+    X(int, review_every_plain, 20, 1, 1000, "steps", "without a Hessian: quadrature is checked", "25")                 \
+    X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
+    X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
+    X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
+    X(double, defect_floor, 1e-3, 1e-9, 1, "radians", "defects below are rounding of the rules", "25")                 \
+    X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature of levels before the last one", "25")       \
+    /* Schedule of a level: solve/level_schedule.c. */                                                                 \
+    X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
+    X(double, final_decrement, 2e-7, 1e-14, 1e-1, "of the energy", "the last level is done", "59")                     \
+    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the last level",    \
+      "59")                                                                                                            \
+    X(double, final_settled, 2e-6, 1e-12, 1, "of the energy", "settled: less in slow_steps, at the last level", "59")  \
+    X(double, shape_settled, 0.1, 1e-4, 10, "of the energy", "less in quick_steps: Newton's method takes over", "58")  \
+    X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \
+    X(int, quick_steps, 5, 1, 1000, "steps", "the same where another method follows", "58")                            \
+    X(int, many_variables, 5000, 1, 1000000, "variables", "above, factors of the Hessian cost more than all the rest", \
+      "58")                                                                                                            \
+    X(double, round_settled, 4, 1, 1000, "divisor", "of the settled decrease, for each further round", "59")           \
+    X(int, rounds, 5, 0, 100, "rounds", "most, while the certificate is not met", "59")                                \
+    X(double, stationary_margin, 0.8, 0.01, 1, "of certificate_stationary", "to be met by more than rounding", "53")   \
+    X(double, sliding_settled, 1e-5, 1e-10, 1, "of the energy", "settled: vertices that slide in the surface", "53")   \
+    X(int, sliding_steps, 100, 1, 10000, "steps", "most until sliding has settled", "53")                              \
+    X(int, sliding_more_steps, 30, 1, 10000, "steps", "most after that", "53")                                         \
+    X(double, sliding_nothing, 1e-12, 1e-16, 1e-4, "of the energy", "nothing is left to gain", "53")                   \
+    X(double, sliding_great, 1e-2, 1e-6, 1, "of the decrement", "a step that leaves more is not a great one", "53")    \
+    X(double, sliding_distorted, 0.5, 1e-3, 1, "of the least Jacobian", "a cage with less is too distorted", "53")     \
+    /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
+    X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \
+    X(int, escape_vertices, 5000, 1, 1000000, "vertices", "above, --escape is not tried", "65")                        \
+    X(int, loosen_least_vertices, 100, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")        \
+    X(int, loosen_most_vertices, 2000, 1, 1000000, "vertices", "above, a run with less symmetry takes too long", "62") \
+    X(double, loosen_half, 0.06, 1e-6, 1, "of the energy", "what giving up half of the symmetries must bring", "64")   \
+    X(double, loosen_same, 0.01, 1e-6, 1, "of the energy", "what another way with the same order must bring", "64")    \
+    X(double, loosen_perhaps, 0.5, 0.01, 1, "of that", "enough for a first of two steps", "64")                        \
+    /* Certificate: solve/certificate.c. */                                                                            \
+    X(double, certificate_stationary, 1e-6, 1e-12, 1e-2, "of the energy", "most of the Newton decrement", "70")        \
+    X(int, certificate_iterations, 60, 1, 10000, "products", "most of conjugate gradients", "71")                      \
+    X(double, certificate_residual, 1e-3, 1e-12, 0.5, "of the first", "conjugate gradients end", "71")                 \
+    X(double, certificate_difference, 1e-3, 1e-8, 1, "mean edges", "step of differences of the gradient", "71")
+
+#define CO_TUNING_MEMBER(type, name, ...) type name;
+typedef struct co_tuning {
+    CO_TUNING_LIST(CO_TUNING_MEMBER)
+} co_tuning;
+#undef CO_TUNING_MEMBER
+
+/* A row of the table, for experiments and documents. */
+typedef struct co_tuning_entry {
+    const char *name, *unit, *why, *note;
+    size_t offset; /* in co_tuning */
+    double value, least, largest;
+    int is_integer;
+} co_tuning_entry;
+
+extern const co_tuning co_tuning_defaults;
+/* The defaults, as a run takes them: an experiment's program replaces this function. */
+const co_tuning *co_tuning_of_runs(void);
+/* All rows; *n of them. */
+const co_tuning_entry *co_tuning_table(size_t *n);
+
+#endif

@@ -1,0 +1,167 @@
+/* The matrices of one level. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/level_hessian.h"
+
+#include <math.h>
+
+enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
+
+static const co_tuning *tuning_of(const co_level_hessian *h) {
+    return h->objective->run->tuning;
+}
+
+static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
+    int32_t status = co_newton_system_create(&h->objective->assembly, &h->objective->reduction, &h->system, error);
+    h->exists = status == CURVOPT_OK;
+    return status;
+}
+
+int32_t co_level_hessian_create(co_level_objective *objective, int is_last, co_level_hessian *h, curvopt_error *error) {
+    const curvopt_options *o = objective->run->options;
+    /* The Hessian of a level that is not the last may be by coarser rules: it only leads to where the next begins. */
+    *h = (co_level_hessian){.objective = objective, .leading = is_last ? CO_SECOND_OWN : CO_SECOND_COARSER};
+    return o->method != CURVOPT_METHOD_LMVM && co_level_objective_n(objective) ? create_system(h, error) : CURVOPT_OK;
+}
+
+void co_level_hessian_free(co_level_hessian *h) {
+    co_newton_system_free(&h->system);
+    *h = (co_level_hessian){0};
+}
+
+double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
+    return tuning_of(h)->shift_least * fabs(value) / h->objective->mesh->info.n_vertices;
+}
+
+/* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */
+static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind kind, co_gauge gauge,
+                           curvopt_error *error) {
+    co_level_objective *o = h->objective;
+    int32_t status = h->exists ? CURVOPT_OK : create_system(h, error);
+    const double *before = kind.before;
+    kind.before = before ? o->point_gradient : NULL;
+    co_level_objective_place(o, z);
+    if (before)
+        co_dof_map_expand(&o->reduction, before, o->point_gradient);
+    if (status == CURVOPT_OK)
+        status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
+    if (status == CURVOPT_OK)
+        co_penalty_add_hessian(&o->penalty, &h->system.hessian);
+    return status;
+}
+
+int32_t co_level_hessian_factorize_shifted(co_level_hessian *h, double shift, curvopt_error *error) {
+    double stiffest = co_newton_system_mean_diagonal(&h->system);
+    int32_t status = CURVOPT_OK;
+    int positive = 0;
+    h->shift = shift;
+    while (!positive && status == CURVOPT_OK && h->shift <= stiffest) {
+        status = co_newton_system_factorize(&h->system, h->shift, &positive, error);
+        h->shift *= positive ? 1 : tuning_of(h)->shift_raise;
+    }
+    h->has_factor = positive && status == CURVOPT_OK;
+    return status;
+}
+
+/* How the shift changes after a step that was so many times too long. */
+static double shift_change(const co_tuning *t, double excess) {
+    if (excess > t->stiffen_much)
+        return fmin(excess, t->stiffen_most);
+    return excess > t->stiffen_from ? t->stiffen_factor : excess > t->soften_below ? 1 : t->soften_factor;
+}
+
+/* With a shift just above -lambda_min the matrix is nearly singular, and rounding dominates the step. Hence more. */
+static int32_t keep_away_from_singular(co_level_hessian *h, curvopt_error *error) {
+    int positive;
+    h->shift *= tuning_of(h)->shift_away;
+    int32_t status = co_newton_system_factorize(&h->system, h->shift, &positive, error);
+    h->has_factor = status == CURVOPT_OK && positive;
+    return status;
+}
+
+int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, curvopt_error *error) {
+    const co_second_kind kind = {.exact = h->preconditions_exact};
+    double least = co_level_hessian_least_shift(h, now->value);
+    h->has_factor = 0; /* factorizing spoils the old one, even if it fails */
+    if (co_run_context_is_cancelled(h->objective->run))
+        return CURVOPT_OK;
+    int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+    if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
+        return status;
+    double wanted = h->shift * shift_change(tuning_of(h), step_excess);
+    status = co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);
+    if (status == CURVOPT_OK && h->preconditions_exact && h->has_factor && h->shift > least)
+        status = keep_away_from_singular(h, error);
+    return status;
+}
+
+int32_t co_level_hessian_assemble(co_level_hessian *h, const co_iterate *now, const double *before,
+                                  curvopt_error *error) {
+    const co_second_kind kind = {.exact = 1, .rules = h->leading, .before = before};
+    h->has_factor = h->has_gauss_newton = 0;
+    h->assembled = now->x;
+    return assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+}
+
+/* The system's matrix becomes the Hessian with so much of the Gauss-Newton matrix, which is assembled when first asked
+ * for. */
+static int32_t mix_with_gauss_newton(co_level_hessian *h, double mix, curvopt_error *error) {
+    if (mix == h->system.mix)
+        return CURVOPT_OK;
+    if (!h->has_gauss_newton) {
+        co_level_objective_place(h->objective, h->assembled);
+        int32_t status = co_newton_system_begin_gauss_newton(&h->system, h->objective->positions, error);
+        if (status != CURVOPT_OK)
+            return status;
+        co_penalty_add_hessian(&h->objective->penalty, &h->system.hessian);
+        co_newton_system_end_gauss_newton(&h->system);
+        h->has_gauss_newton = 1;
+    }
+    co_newton_system_mix(&h->system, mix);
+    return CURVOPT_OK;
+}
+
+int32_t co_level_hessian_factorize(co_level_hessian *h, const co_damping *damping, int *positive,
+                                   curvopt_error *error) {
+    h->shift = damping->shift;
+    int32_t status = mix_with_gauss_newton(h, damping->mix, error);
+    if (status == CURVOPT_OK)
+        status = co_newton_system_factorize(&h->system, damping->shift, positive, error);
+    h->has_factor = status == CURVOPT_OK && *positive;
+    return status;
+}
+
+int32_t co_level_hessian_solve(co_level_hessian *h, const double *in, double *out, curvopt_error *error) {
+    return co_newton_system_solve(&h->system, in, out, error);
+}
+
+int32_t co_level_hessian_factorize_at(co_level_hessian *h, const co_iterate *now, int exact, int *positive,
+                                      curvopt_error *error) {
+    const co_second_kind kind = {.exact = exact};
+    int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+    return status == CURVOPT_OK
+               ? co_newton_system_factorize(&h->system, co_level_hessian_least_shift(h, now->value), positive, error)
+               : status;
+}
+
+int32_t co_level_hessian_assemble_exact(co_level_hessian *h, const co_iterate *now, co_gauge gauge,
+                                        curvopt_error *error) {
+    return assemble_at(h, now->x, (co_second_kind){.exact = 1}, gauge, error);
+}
+
+int32_t co_level_hessian_unmix(co_level_hessian *h, const co_iterate *now, curvopt_error *error) {
+    int32_t status = mix_with_gauss_newton(h, 0, error);
+    return status == CURVOPT_OK
+               ? co_level_hessian_factorize_shifted(h, co_level_hessian_least_shift(h, now->value), error)
+               : status;
+}
+
+int32_t co_level_hessian_count_negative(co_level_hessian *h, const co_iterate *now, int32_t *n_negative,
+                                        curvopt_error *error) {
+    size_t n = co_level_objective_n(h->objective);
+    *n_negative = n > LARGEST_COUNT ? -1 : 0;
+    if (n == 0 || *n_negative < 0)
+        return CURVOPT_OK;
+    int32_t status = co_level_hessian_assemble_exact(h, now, h->objective->gauge, error);
+    return status == CURVOPT_OK ? co_newton_system_count_negative(
+                                      &h->system, co_level_hessian_least_shift(h, now->value), n_negative, error)
+                                : status;
+}

@@ -1,0 +1,58 @@
+/* The matrices of one level: the Hessian and the Gauss-Newton matrix of its function, their shift and their factor.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SOLVE_LEVEL_HESSIAN_H
+#define CO_SOLVE_LEVEL_HESSIAN_H
+
+#include "solve/level_objective.h"
+
+typedef struct co_level_hessian {
+    co_level_objective *objective;
+    co_newton_system system;
+    int exists;              /* whether `system` has been made */
+    int has_factor;          /* whether it can solve */
+    int has_gauss_newton;    /* whether there is a Gauss-Newton matrix to mix with, at the same point */
+    const double *assembled; /* [n_variables] where the Hessian was assembled; the caller's */
+    int preconditions_exact; /* whether L-BFGS is preconditioned by the Hessian, not by the Gauss-Newton matrix */
+    co_second_rules leading; /* quadrature of the Hessian that Newton's method follows */
+    double shift;            /* multiple of the unit matrix that was added last */
+} co_level_hessian;
+
+/* objective must outlive it and stay where it is; `is_last`: of the run's levels. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_level_hessian_create(co_level_objective *objective, int is_last, co_level_hessian *out,
+                                curvopt_error *error);
+void co_level_hessian_free(co_level_hessian *hessian);
+
+/* The least shift, of a displacement of all vertices by the surface's size costing tuning.shift_least times the energy:
+ * curvature below it counts as none. */
+double co_level_hessian_least_shift(const co_level_hessian *hessian, double value);
+
+/* For L-BFGS: the matrix at `now`, shifted (Levenberg 1944, Marquardt 1963). The shift is no less than the least one,
+ * so that what the matrix does not see (sliding in the surface, rigid motion) is not infinitely soft, and as much more
+ * as keeps steps near the cap: `step_excess` is how many times too long the last one was. ERROR_MEMORY. */
+int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess,
+                                curvopt_error *error);
+/* For Newton's method: as co_objective's assemble and factorize. ERROR_MEMORY. */
+int32_t co_level_hessian_assemble(co_level_hessian *hessian, const co_iterate *now, const double *before,
+                                  curvopt_error *error);
+int32_t co_level_hessian_factorize(co_level_hessian *hessian, const co_damping *damping, int *positive,
+                                   curvopt_error *error);
+/* out = M^-1 in, [n_variables] both. ERROR_MEMORY. */
+int32_t co_level_hessian_solve(co_level_hessian *hessian, const double *in, double *out, curvopt_error *error);
+
+/* The Hessian, or with `exact` 0 the Gauss-Newton matrix, at `now`, factored with the least shift. `gauge`: motions
+ * that are made stiff. *positive: as co_newton_system_factorize. ERROR_MEMORY. */
+int32_t co_level_hessian_factorize_at(co_level_hessian *hessian, const co_iterate *now, int exact, int *positive,
+                                      curvopt_error *error);
+/* The same with a shift that is raised until the matrix is positive, if the Hessian is not. ERROR_MEMORY. */
+int32_t co_level_hessian_factorize_shifted(co_level_hessian *hessian, double shift, curvopt_error *error);
+/* The Hessian at `now`, not factored, motions of `gauge` stiff. ERROR_MEMORY. */
+int32_t co_level_hessian_assemble_exact(co_level_hessian *hessian, const co_iterate *now, co_gauge gauge,
+                                        curvopt_error *error);
+/* The matrix that Newton's method assembled, unmixed, with the least shift that makes it positive. ERROR_MEMORY. */
+int32_t co_level_hessian_unmix(co_level_hessian *hessian, const co_iterate *now, curvopt_error *error);
+/* Negative directions of the Hessian at `now`; -1 if they cannot be counted: there are too many variables, or rounding
+ * leaves the count unknown. ERROR_MEMORY. */
+int32_t co_level_hessian_count_negative(co_level_hessian *hessian, const co_iterate *now, int32_t *n_negative,
+                                        curvopt_error *error);
+
+#endif

@@ -1,0 +1,153 @@
+/* One level's function. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/level_objective.h"
+
+#include "base/memory.h"
+#include "linalg/vector.h"
+#include "mesh/similarity.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int is_fixed(const co_level_objective *o) {
+    return o->held.freedom != NULL;
+}
+
+void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
+    const co_assembly *a = &o->assembly;
+    const double *z = is_fixed(o) ? at->x : o->normalized;
+    const co_request request = {.gradient = at->gradient ? o->point_gradient : NULL};
+    co_values values;
+    double radius = is_fixed(o) ? 1 : co_dof_map_normalize(&o->reduction, at->x, o->normalized);
+    co_dof_map_expand_some(&o->reduction, a->active, a->n_active_cage, z, o->positions);
+    co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
+    o->worst_face = values.worst_face;
+    at->found[CO_FOUND_AREA] = values.integral[CO_INT_AREA];
+    at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);
+    at->found[CO_FOUND_MIN_JACOBIAN] = values.min_jacobian;
+    if (at->gradient) {
+        co_dof_map_gradient_of(&o->reduction, a->active, a->n_active_cage, o->point_gradient, at->gradient);
+        if (!is_fixed(o))
+            co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
+    }
+    at->value = values.objective + co_penalty_value(&o->penalty, at->x, at->gradient);
+}
+
+double co_level_objective_value(co_level_objective *o, const double *z) {
+    co_iterate at = {.x = (double *)z};
+    co_level_objective_evaluate(o, &at);
+    return at.value;
+}
+
+double co_level_objective_length(const co_level_objective *o, const double *d) {
+    return co_dof_map_longest(&o->reduction, d) / o->edge;
+}
+
+double co_level_objective_distance(co_level_objective *o, const double *from, const double *to) {
+    for (size_t k = 0; k < co_level_objective_n(o); k++)
+        o->step[k] = to[k] - from[k];
+    return co_level_objective_length(o, o->step);
+}
+
+void co_level_objective_place(co_level_objective *o, const double *z) {
+    co_dof_map_expand(&o->reduction, z, o->positions);
+}
+
+void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
+    size_t n = co_level_objective_n(o);
+    if (!is_fixed(o)) {
+        double radius = co_dof_map_normalize(&o->reduction, now->x, o->normalized);
+        memcpy(now->x, o->normalized, n * sizeof *now->x);
+        for (size_t k = 0; k < n; k++)
+            now->gradient[k] *= radius;
+    }
+    co_level_objective_place(o, now->x);
+    o->edge = co_mesh_mean_edge(o->mesh, o->positions);
+}
+
+void co_level_objective_to_user(const co_level_objective *o, const double *z, double normalized_area, double *xyz) {
+    const co_run_context *run = o->run;
+    size_t n = (size_t)o->mesh->info.n_vertices;
+    co_dof_map_expand(&o->reduction, z, xyz);
+    if (is_fixed(o)) {
+        for (size_t i = 0; i < 3 * n; i++)
+            xyz[i] =
+                o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->start[i] : run->centroid[i % 3] + run->radius * xyz[i];
+        return;
+    }
+    double scale = sqrt(run->area / normalized_area);
+    for (size_t i = 0; i < 3 * n; i++)
+        xyz[i] *= scale;
+    co_similarity_align(n, o->start, xyz);
+}
+
+double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {
+    return co_vector_norm(co_level_objective_n(o), now->gradient) / fabs(now->value);
+}
+
+double co_level_objective_energy(const co_level_objective *o, const co_iterate *now) {
+    return now->value - co_penalty_value(&o->penalty, now->x, NULL);
+}
+
+/* --------------------------------------------------------------------------------------- creation -- */
+
+/* Positions, variables, springs and the energy, of constraints that are known. */
+static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, double *z, curvopt_error *error) {
+    const co_run_context *run = o->run;
+    const curvopt_options *options = run->options;
+    size_t n = (size_t)o->mesh->info.n_vertices;
+    double centroid[3], radius = co_similarity_frame(n, o->start, centroid), *face_weight = NULL;
+    const double *origin = is_fixed(o) ? run->centroid : centroid;
+    double unit = is_fixed(o) ? run->radius : radius;
+    for (size_t i = 0; i < 3 * n; i++)
+        o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
+    o->edge = co_mesh_mean_edge(o->mesh, o->positions);
+    int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
+    if (status == CURVOPT_OK)
+        co_dof_map_variables(&o->reduction, o->positions, z);
+    if (status == CURVOPT_OK)
+        status = co_penalty_create(&o->held.springs, &o->reduction, origin, unit,
+                                   co_penalty_stiffness(options->weights), &o->penalty, error);
+    if (status == CURVOPT_OK && symmetry->order > 1)
+        status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
+    if (status == CURVOPT_OK)
+        status = co_assembly_create(o->mesh, options, run->tables, face_weight, &o->assembly, error);
+    free(face_weight);
+    o->assembly.is_normalized = 1; /* co_level_objective_evaluate() normalizes */
+    return status;
+}
+
+int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+                                  const co_constraints *constraints, const double *start, co_level_objective *o,
+                                  double *z, curvopt_error *error) {
+    size_t n = 3 * (size_t)mesh->info.n_vertices;
+    *o = (co_level_objective){.run = run,
+                              .mesh = mesh,
+                              .start = start,
+                              .positions = CO_NEW(double, n),
+                              .point_gradient = CO_NEW(double, n),
+                              .normalized = CO_NEW(double, n),
+                              .step = CO_NEW(double, n)};
+    int32_t status =
+        o->positions && o->point_gradient && o->normalized && o->step ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_all(mesh, constraints, run->options->boundary, &o->held, error);
+    o->gauge = co_gauge_of(run->options->weights, &o->held);
+    if (status == CURVOPT_OK)
+        status = create_parts(o, symmetry, z, error);
+    if (status != CURVOPT_OK)
+        co_level_objective_free(o);
+    return status;
+}
+
+void co_level_objective_free(co_level_objective *o) {
+    co_assembly_free(&o->assembly);
+    co_dof_map_free(&o->reduction);
+    co_penalty_free(&o->penalty);
+    co_constraints_free(&o->held);
+    free(o->positions);
+    free(o->point_gradient);
+    free(o->normalized);
+    free(o->step);
+    *o = (co_level_objective){0};
+}

@@ -1,0 +1,74 @@
+/* One level's function: the energy of a cage, and what springs add, over the variables that constraints and symmetry
+ * leave.
+ *
+ * Where nothing is held the function is invariant under similarities: it is that of the cage normalized to centroid 0
+ * and root mean square radius 1. Where something is held, positions are normalized once, by the input cage's frame.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SOLVE_LEVEL_OBJECTIVE_H
+#define CO_SOLVE_LEVEL_OBJECTIVE_H
+
+#include "energy/assembly.h"
+#include "hessian/newton_system.h"
+#include "hessian/penalty.h"
+#include "optimize/objective.h"
+#include "solve/run_context.h"
+
+/* co_iterate.found. */
+enum {
+    CO_FOUND_AREA,        /* of the normalized surface */
+    CO_FOUND_DEFECT,      /* Gauss-Bonnet's, in radians */
+    CO_FOUND_MIN_JACOBIAN /* least |S_u x S_v| of all samples, normalized */
+};
+
+typedef struct co_level_objective {
+    const co_run_context *run;
+    const curvopt_mesh *mesh;
+    const double *start;    /* [3 n_vertices] the level's first cage, in the user's units */
+    co_constraints held;    /* pins and boundary */
+    co_dof_map reduction;   /* variables -> positions */
+    co_assembly assembly;   /* the energy */
+    co_penalty penalty;     /* what springs add */
+    co_gauge gauge;         /* motions that the function does not see */
+    double edge;            /* mean edge length of the cage that was normalized last */
+    double *positions;      /* [3 n_vertices] of the point that was expanded last */
+    double *point_gradient; /* [3 n_vertices] work */
+    double *normalized;     /* [n_variables] work */
+    double *step;           /* [n_variables] work */
+    int32_t worst_face;     /* the face with the least Jacobian, at the point that was evaluated last */
+} co_level_objective;
+
+/* Borrows mesh and start; constraints are copied. z [3 n_vertices at most] gets the variables of `start`.
+ * As curvopt_minimize. */
+int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+                                  const co_constraints *constraints, const double *start, co_level_objective *out,
+                                  double *z, curvopt_error *error);
+void co_level_objective_free(co_level_objective *objective);
+
+static inline size_t co_level_objective_n(const co_level_objective *o) {
+    return (size_t)o->reduction.n_variables;
+}
+
+/* Value and findings at at->x, and the gradient unless at->gradient is NULL. */
+void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
+/* The value alone, at z [n_variables]. */
+double co_level_objective_value(co_level_objective *objective, const double *z);
+/* The longest displacement of a vertex by d [n_variables], in mean edges. */
+double co_level_objective_length(const co_level_objective *objective, const double *d);
+/* The same from one point to another. */
+double co_level_objective_distance(co_level_objective *objective, const double *from, const double *to);
+/* Back to centroid 0 and radius 1 where nothing is held: the function is the same there, and the gradient scales.
+ * objective->positions become the cage, objective->edge its mean edge. */
+void co_level_objective_normalize(co_level_objective *objective, co_iterate *now);
+/* objective->positions become those of z. */
+void co_level_objective_place(co_level_objective *objective, const double *z);
+/* Positions xyz [3 n_vertices] as the user sees them: in the frame of the input where something is held; else the area
+ * is the input's, and the cage lies as the level's first one did. */
+void co_level_objective_to_user(const co_level_objective *objective, const double *z, double normalized_area,
+                                double *xyz);
+/* |gradient| / |value| */
+double co_level_objective_relative_gradient(const co_level_objective *objective, const co_iterate *now);
+/* The surface's part of the value at `now`. */
+double co_level_objective_energy(const co_level_objective *objective, const co_iterate *now);
+
+#endif
