@@ -74,7 +74,7 @@ def test_symmetric_mvs_ends_at_a_minimum(name, bound):
     ("tetrahedral_g3", "mvs_cross")])
 def test_steps_do_not_grow_with_the_level(name, energy, capsys):
     """Level 4 takes at most twice the steps of level 2, and ends at a minimum. With the Gauss-Newton matrix alone
-    third-order energies take up to 40 times as many, by Newton's method with nothing but a shift up to 8 (tests/bench)."""
+    third-order energies take up to 40 times as many, by Newton's method with nothing but a shift up to 8 (notes 54, 56)."""
     result = solved(name, energy)
     steps = [level.iterations for level in result.levels]
     with capsys.disabled():
