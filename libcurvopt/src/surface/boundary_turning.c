@@ -88,7 +88,7 @@ static int32_t add_table(co_boundary_turning *rim, int32_t fan, int side, int32_
     for (*index = 0; *index < rim->n_tables; ++*index)
         if (rim->table[*index].fan == fan && rim->table[*index].side == side)
             return CURVOPT_OK;
-    co_boundary_turning_table *table = realloc(rim->table, sizeof *table * ((size_t)rim->n_tables + 1));
+    co_boundary_turning_table *table = CO_RESIZED(rim->table, (size_t)rim->n_tables + 1);
     if (!table)
         return co_status_no_memory(error);
     rim->table = table;
