@@ -18,6 +18,16 @@ endforeach()
 # The serial BLAS: small dense blocks do not pay for threads, and the threaded ones need a newer C library to load.
 curvopt_find_archive(blas openblas openblas-serial)
 
+# CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: a copy of the archive calls
+# co_sparse_cholesky_parallel where the original calls GCC's OpenMP run time. A CHOLMOD without OpenMP has neither name.
+if(NOT CMAKE_OBJCOPY)
+  message(FATAL_ERROR "objcopy was not found (Debian: binutils)")
+endif()
+set(serial_cholmod ${CMAKE_CURRENT_BINARY_DIR}/libcholmod_serial.a)
+execute_process(COMMAND ${CMAKE_OBJCOPY} --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel ${CURVOPT_cholmod}
+                        ${serial_cholmod} COMMAND_ERROR_IS_FATAL ANY)
+list(TRANSFORM archives REPLACE "^${CURVOPT_cholmod}$" ${serial_cholmod})
+
 # OpenBLAS has LAPACK in it, and that Fortran's run time.
 foreach(name gfortran quadmath)
   execute_process(COMMAND gcc -print-file-name=lib${name}.a OUTPUT_VARIABLE path OUTPUT_STRIP_TRAILING_WHITESPACE)
@@ -28,5 +38,5 @@ endforeach()
 
 add_library(curvopt_cholmod INTERFACE)
 target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} -Wl,--end-group ${blas} ${fortran} m)
-# Debian has no static METIS. CHOLMOD only calls it for orderings that we do not ask for (cholesky.c asks for AMD).
+# Debian has no static METIS. CHOLMOD only calls it for orderings that we do not ask for (sparse_cholesky.c asks for AMD).
 target_link_options(curvopt_cholmod INTERFACE -Wl,--defsym=METIS_NodeND=0 -Wl,--defsym=METIS_ComputeVertexSeparator=0)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The shared library from outside: what it exports, what it needs.
-#   check_library.sh symbols|versions|needed LIBRARY
+#   check_library.sh symbols|versions|needed|settings LIBRARY
 set -euo pipefail
 library=$2
 folder=$(dirname "$0")
@@ -38,8 +38,16 @@ needed) # what every Linux has, and no place of this machine
         exit 1
     fi
     ;;
+settings) # OpenMP's settings are the program's, and process-wide in older run times: the library changes none
+    imported=$(nm -D --undefined-only "$library")
+    [[ $imported == *omp_get_num_threads* ]] # or this has looked at nothing
+    if grep -E 'omp_set_' <<<"$imported"; then
+        echo "the library changes a setting of the whole process" >&2
+        exit 1
+    fi
+    ;;
 *)
-    echo "usage: check_library.sh symbols|versions|needed LIBRARY" >&2
+    echo "usage: check_library.sh symbols|versions|needed|settings LIBRARY" >&2
     exit 2
     ;;
 esac

@@ -18,3 +18,11 @@ void *co_memory_aligned(size_t count, size_t size) {
     size_t bytes = (count * size + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
     return aligned_alloc(CACHE_LINE, bytes);
 }
+
+void *co_memory_resize(void *p, size_t count, size_t size) {
+    if (count == 0)
+        count = 1;
+    if (count > SIZE_MAX / size)
+        return NULL;
+    return realloc(p, count * size); /* unlike calloc, it cannot check the product itself */
+}

@@ -2,6 +2,7 @@
 #include "constraints/dof_map.h"
 
 #include "base/memory.h"
+#include "linalg/small_dense.h"
 #include "linalg/vector.h"
 #include "optimize/objective.h"
 
@@ -39,12 +40,6 @@ int32_t co_dof_map_identity(int32_t n, co_dof_map *r, curvopt_error *error) {
             r->basis[9 * (size_t)v + 4 * (size_t)c] = 1;
     }
     return CURVOPT_OK;
-}
-
-static void multiply(const double a[9], const double b[9], double out[9]) {
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            out[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
 }
 
 /* Orthonormal columns that span a projector's range, by Gram and Schmidt; their number. Axes are tried first, so that
@@ -87,7 +82,7 @@ static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const c
         mean[k] /= stabilizer;
     co_freedom_projector(hold->freedom ? hold->freedom[v] : CO_FREEDOM_ALL,
                          hold->freedom ? hold->direction + 3 * (size_t)v : NULL, own);
-    multiply(mean, own, projector);
+    co_small_dense_multiply_3(mean, own, projector);
     *size = s->order / stabilizer;
 }
 
@@ -105,7 +100,7 @@ static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_cons
         if (r->node[w] != UNSEEN)
             continue;
         r->node[w] = n ? r->n_nodes : FIXED;
-        multiply(s->matrix + 9 * (size_t)g, basis, to);
+        co_small_dense_multiply_3(s->matrix + 9 * (size_t)g, basis, to);
         for (int k = 0; k < 9; k++)
             to[k] *= stretch;
     }

@@ -8,6 +8,7 @@
 #include "constraints/symmetry.h"
 
 #include "base/memory.h"
+#include "linalg/small_dense.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
 
@@ -69,15 +70,10 @@ static double distance(const double *a, const double *b) {
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-static void apply(const double matrix[9], const double *x, double *out) {
-    for (int i = 0; i < 3; i++)
-        out[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2];
-}
-
 /* Whether the motion takes vertex v to vertex w. */
 static int goes_to(const search *s, const double matrix[9], int32_t v, int32_t w) {
     double at[3];
-    apply(matrix, s->x + 3 * (size_t)v, at);
+    co_small_dense_apply_3(matrix, s->x + 3 * (size_t)v, at);
     return distance(at, s->x + 3 * (size_t)w) <= s->tolerance;
 }
 
@@ -175,7 +171,7 @@ static int keeps_direction(const search *s, const double *direction, int freedom
     if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
         return 1;
     const double *to = direction + 3 * (size_t)w;
-    apply(matrix, direction + 3 * (size_t)v, at);
+    co_small_dense_apply_3(matrix, direction + 3 * (size_t)v, at);
     return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - s->tolerance * s->tolerance;
 }
 

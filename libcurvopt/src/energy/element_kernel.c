@@ -106,9 +106,7 @@ CO_SIMD_INLINE void plane_end(const co_basis_table *t, const plane_state *m, lan
             lane_add_scaled(G[p], lane_all(t->masks[i * t->n_points + p]), bar[i]);
 }
 
-/* Orders of jet entries and binomials of Leibniz' rule, as bspline.h numbers them. */
-static const int order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
-static const int order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
+/* Binomials of Leibniz' rule. */
 static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
 
 CO_SIMD_INLINE int jet_index(int p, int q) {
@@ -120,10 +118,10 @@ CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane i
     for (int k = 0; k < CO_JET; k++)
         out[k] = lane_all(0);
     for (int k = 0; k < CO_JET; k++)
-        for (int i = 0; i <= order_u[k]; i++)
-            for (int j = 0; j <= order_v[k]; j++) {
-                int from = jet_index(i, j), with = jet_index(order_u[k] - i, order_v[k] - j);
-                double factor = binomial[order_u[k]][i] * binomial[order_v[k]][j] * w[with];
+        for (int i = 0; i <= co_jet_order_u[k]; i++)
+            for (int j = 0; j <= co_jet_order_v[k]; j++) {
+                int from = jet_index(i, j), with = jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
+                double factor = binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with];
                 if (transposed)
                     out[from] += factor * in[k];
                 else

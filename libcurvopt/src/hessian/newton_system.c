@@ -2,6 +2,7 @@
 #include "hessian/newton_system.h"
 
 #include "base/memory.h"
+#include "linalg/small_dense.h"
 #include "linalg/vector.h"
 #include "optimize/objective.h"
 
@@ -158,39 +159,7 @@ double co_newton_system_mean_diagonal(const co_newton_system *m) {
     return co_sparse_hessian_mean_diagonal(&m->hessian);
 }
 
-/* ------------------------------------------------------------------------------------------- small matrices -- */
-
-/* Eigenvalues, and vectors in the columns of v, of a symmetric matrix: Jacobi's cyclic rotations. a is spoilt. */
-static void eigen(int n, small_matrix a, double *value, small_matrix v) {
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            v[i][j] = i == j;
-    for (int sweep = 0; sweep < 60; sweep++)
-        for (int p = 0; p < n; p++)
-            for (int q = p + 1; q < n; q++) {
-                if (a[p][q] == 0)
-                    continue;
-                double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-                double t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
-                double c = 1 / sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < n; k++) {
-                    double x = a[k][p], y = a[k][q];
-                    a[k][p] = c * x - s * y;
-                    a[k][q] = s * x + c * y;
-                }
-                for (int k = 0; k < n; k++) {
-                    double x = a[p][k], y = a[q][k];
-                    a[p][k] = c * x - s * y;
-                    a[q][k] = s * x + c * y;
-                    x = v[k][p];
-                    y = v[k][q];
-                    v[k][p] = c * x - s * y;
-                    v[k][q] = s * x + c * y;
-                }
-            }
-    for (int i = 0; i < n; i++)
-        value[i] = a[i][i];
-}
+/* --------------------------------------------------------------------------------------------- capacity matrix -- */
 
 /* Inverts C^-1 + U^T H^-1 U, whose positive eigenvalues are returned. */
 static int invert_capacity(co_newton_system *m) {
@@ -205,7 +174,7 @@ static int invert_capacity(co_newton_system *m) {
         a[0][1] += 1, a[1][0] += 1;
     for (int i = m->n_pair; i < m->n_dense; i++)
         a[i][i] += 1 / m->stiffness;
-    eigen(m->n_dense, a, value, v);
+    co_small_dense_eigen(m->n_dense, CO_NEWTON_SYSTEM_DENSE, a[0], value, v[0]);
     memset(m->inverse, 0, sizeof m->inverse);
     for (int k = 0; k < m->n_dense; k++) {
         positive += value[k] > 0;

@@ -1,20 +1,20 @@
 /* What springs add to the objective. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/penalty.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 
 #include <stdlib.h>
 
 double co_penalty_stiffness(const double weights[CURVOPT_N_TERMS]) {
-    static const double pi = 3.14159265358979323846;
     static const double stiffness[CURVOPT_N_TERMS] = {
-        [CURVOPT_TERM_WILLMORE] = 24 * pi,
+        [CURVOPT_TERM_WILLMORE] = 24 * CO_PI,
         [CURVOPT_TERM_MVS] = 2979.1973808604575,
         [CURVOPT_TERM_MVS_CROSS] = 3332.0428103998247,
         [CURVOPT_TERM_VARIATION] = 4033.476572667407,
         [CURVOPT_TERM_MEHLUM_TARROU] = 2979.1973808604575,
-        [CURVOPT_TERM_AREA] = 24 * pi / 5,
-        [CURVOPT_TERM_MEAN] = 6 * pi,
+        [CURVOPT_TERM_AREA] = 24 * CO_PI / 5,
+        [CURVOPT_TERM_MEAN] = 6 * CO_PI,
     };
     double sum = 0;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)

@@ -1,14 +1,17 @@
 /* Sparse Cholesky factorization: CHOLMOD, behind what we need of it.
  *
  * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. Ordered by AMD; supernodal where
- * that pays, which CHOLMOD decides.
+ * CHOLMOD's own rule says so (40 operations an entry of L). Inertia is counted from an L D L^T without pivots, and the
+ * count is checked afterwards: see check_count().
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/sparse_cholesky.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
+#include "linalg/vector.h"
 
-#include <omp.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <suitesparse/cholmod.h>
@@ -63,19 +66,26 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
     free(f);
 }
 
-/* CHOLMOD 3 takes four threads for loops over a few hundred numbers, however many there are: waking them costs a tenth
- * of a factor of such a size and brings nothing to larger ones. */
-static void factorize_alone(co_sparse_cholesky *f, cholmod_factor *factor, double shift) {
+/* CHOLMOD's parallel loops. CHOLMOD 3 has no setting for them: it asks for four threads for loops over 64 numbers or
+ * more, however many processors there are, and waking them costs a tenth of a factor of such a size and brings nothing
+ * to larger ones. So its archive is linked with GOMP_parallel renamed to this function (cholmod.cmake), which gives
+ * each loop to the calling thread. OpenMP's settings, which the caller's program shares, are left alone. */
+void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags);
+void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags) {
+    (void)n_threads;
+    (void)flags;
+#pragma omp parallel num_threads(1)
+    body(data);
+}
+
+static void factorize(co_sparse_cholesky *f, cholmod_factor *factor, double shift) {
     double beta[2] = {shift, 0};
-    int levels = omp_get_max_active_levels();
-    omp_set_max_active_levels(0);
     cholmod_factorize_p(&f->matrix, beta, NULL, 0, factor, &f->common);
-    omp_set_max_active_levels(levels);
 }
 
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
-    factorize_alone(f, f->factor, shift);
+    factorize(f, f->factor, shift);
     if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
         return co_status_no_memory(error);
     *positive = f->common.status == CHOLMOD_OK && f->factor->minor == f->factor->n;
@@ -99,21 +109,106 @@ static int32_t solve_with(co_sparse_cholesky *f, cholmod_factor *factor, const d
     return CURVOPT_OK;
 }
 
+/* ------------------------------------------------------------------------------------------------- inertia -- */
+
+/* Probes: the count below is wrong and believed with a probability of at most 10^-PROBES. */
+enum { PROBES = 6 };
+
+/* Normally distributed numbers: Box and Muller 1958, from Marsaglia's xorshift, the same in every run. logl
+ * because log needs a newer C library than we ask for. */
+static void draw_normal(size_t n, uint64_t *state, double *out) {
+    for (size_t i = 0; i < n; i++) {
+        double uniform[2];
+        for (int k = 0; k < 2; k++) {
+            *state ^= *state << 13;
+            *state ^= *state >> 7;
+            *state ^= *state << 17;
+            uniform[k] = ((double)(*state >> 11) + 0.5) * 0x1p-53; /* inside 0..1 */
+        }
+        out[i] = sqrt(-2 * (double)logl(uniform[0])) * cos(2 * CO_PI * uniform[1]);
+    }
+}
+
+/* out [n] = (matrix + shift) v */
+static void multiply_matrix(const co_sparse_cholesky *f, double shift, const double *v, double *out) {
+    const int *start = f->matrix.p, *row = f->matrix.i;
+    const double *value = f->matrix.x;
+    for (size_t j = 0; j < f->matrix.ncol; j++)
+        out[j] = shift * v[j];
+    for (size_t j = 0; j < f->matrix.ncol; j++)
+        for (int e = start[j]; e < start[j + 1]; e++) {
+            out[row[e]] += value[e] * v[j];
+            if ((size_t)row[e] != j)
+                out[j] += value[e] * v[row[e]];
+        }
+}
+
+/* out [n] = P^T L D L^T P v for a simplicial factor, whose columns begin with D; work [n]. */
+static void multiply_factors(const cholmod_factor *ldl, const double *v, double *work, double *out) {
+    const int *start = ldl->p, *row = ldl->i, *length = ldl->nz, *order = ldl->Perm;
+    const double *value = ldl->x;
+    for (size_t j = 0; j < ldl->n; j++)
+        work[j] = v[order[j]];
+    for (size_t j = 0; j < ldl->n; j++) { /* D L^T: column j needs the entries below it, still untouched */
+        for (int e = start[j] + 1; e < start[j] + length[j]; e++)
+            work[j] += value[e] * work[row[e]];
+        work[j] *= value[start[j]];
+    }
+    for (size_t j = ldl->n; j-- > 0;) /* L: column j gives to entries below it, which need nothing of it any more */
+        for (int e = start[j] + 1; e < start[j] + length[j]; e++)
+            work[row[e]] += value[e] * work[j];
+    for (size_t j = 0; j < ldl->n; j++)
+        out[order[j]] = work[j];
+}
+
+/* Whether the signs of D count the negative eigenvalues of A = matrix + shift.
+ *
+ * The computed factors are exact for some B = A + E, and B has as many negative eigenvalues as D (Sylvester's law of
+ * inertia). So has A if |B^-1 E| < 1 in the 2-norm: then B - t E = B (I - t B^-1 E) is singular for no t from 0 to 1,
+ * and no eigenvalue passes 0 between B and A. Without pivots nothing bounds E beforehand: it is as large as rounding
+ * times |L| |D| |L^T|, which may be anything for an indefinite matrix (Bunch, Kaufman, Math. Comp. 31, 1977; Higham,
+ * "Accuracy and Stability of Numerical Algorithms", 2nd ed. 2002, chapter 11). So the norm is estimated afterwards, by
+ * random probes: for normally distributed w_1 .. w_k, |X| <= 10 sqrt(2 / pi) max |X w_i| but with probability 10^-k
+ * (Halko, Martinsson, Tropp, SIAM Review 53, 2011, lemma 4.1).
+ *
+ * Example: A = (d 1 3; 1 1 .2; 3 .2 1) has one negative eigenvalue. With d first, D = (d, 1 - 1/d, ...). For d = 1e-3
+ * that costs three digits: |B^-1 E| = 1e-13, believed. For d = 1e-20 the 1 is lost in 1 - 1e20, and the third pivot
+ * is what rounding leaves of -9e20 + 9e20: |B^-1 E| is 1 or more, not believed, whatever the third sign. */
+static int32_t check_count(co_sparse_cholesky *f, cholmod_factor *ldl, double shift, int *holds, curvopt_error *error) {
+    size_t n = f->matrix.nrow;
+    uint64_t state = 88172645463325252u;
+    double *work = CO_NEW(double, 4 * n), *probe = work + n, *by_matrix = work + 2 * n, *off = work + 3 * n;
+    int32_t status = work ? CURVOPT_OK : co_status_no_memory(error);
+    *holds = 1;
+    for (int k = 0; status == CURVOPT_OK && k < PROBES; k++) {
+        draw_normal(n, &state, probe);
+        multiply_matrix(f, shift, probe, by_matrix);
+        multiply_factors(ldl, probe, work, off);
+        co_vector_add(n, -1, by_matrix, off);
+        status = solve_with(f, ldl, off, off, error);
+        *holds &= 10 * sqrt(2 / CO_PI) * co_vector_norm(n, off) < 1; /* false for NAN */
+    }
+    free(work);
+    return status;
+}
+
 int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *f, double shift, int n_right, const double *right,
                                           double *solved, int32_t *n_negative, curvopt_error *error) {
     size_t n = f->matrix.nrow;
-    int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK;
+    int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK, holds = 0;
     *n_negative = -1;
     f->common.supernodal = CHOLMOD_SIMPLICIAL;
     f->common.final_ll = 0;
     cholmod_factor *ldl = cholmod_analyze(&f->matrix, &f->common);
     if (ldl)
-        factorize_alone(f, ldl, shift);
+        factorize(f, ldl, shift);
     f->common.supernodal = supernodal;
     f->common.final_ll = final_ll;
-    if (!ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY) {
+    if (!ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY)
         status = co_status_no_memory(error);
-    } else if (ldl->minor == ldl->n) {
+    else if (ldl->minor == ldl->n)
+        status = check_count(f, ldl, shift, &holds, error);
+    if (status == CURVOPT_OK && holds) {
         const int *column_start = ldl->p;
         const double *value = ldl->x;
         *n_negative = 0;

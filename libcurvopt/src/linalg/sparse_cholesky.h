@@ -16,9 +16,11 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *factor);
 /* Factors matrix + shift * identity with the present values. *positive: whether that is positive definite; if not there
  * is no factor. ERROR_MEMORY. */
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *factor, double shift, int *positive, curvopt_error *error);
-/* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization; -1 if
- * a pivot is zero. On the way solves for n_right right-hand sides: right, solved [n_right][n]. Leaves no factor for
- * solving. ERROR_MEMORY. */
+/* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization
+ * without pivots. *n_negative is -1, unknown, if a pivot is zero or if rounding errors may have changed the count: the
+ * errors and the distance to a singular matrix are estimated afterwards. On the way solves for n_right right-hand
+ * sides: right, solved [n_right][n], undefined if the count is unknown. Leaves no factor for solving. Costs one
+ * simplicial factorization and 6 + n_right solutions. ERROR_MEMORY. */
 int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *factor, double shift, int n_right, const double *right,
                                           double *solved, int32_t *n_negative, curvopt_error *error);
 /* x [n] = solution of (matrix + shift) x = b [n]; x may be b. ERROR_MEMORY. */

@@ -1,6 +1,8 @@
 /* Where a cage lies: rigid motions and scale, which energies do not see. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh/similarity.h"
 
+#include "linalg/small_dense.h"
+
 #include <math.h>
 
 static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
@@ -19,24 +21,15 @@ double co_similarity_frame(size_t n, const double *xyz, double centroid[3]) {
     return sqrt(squares[0] + squares[1] + squares[2]);
 }
 
-static double cofactor(double m[3][3], int i, int j) {
-    int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
-    return m[a][c] * m[b][d] - m[a][d] * m[b][c];
-}
-
-static double determinant(double m[3][3]) {
-    return m[0][0] * cofactor(m, 0, 0) + m[0][1] * cofactor(m, 0, 1) + m[0][2] * cofactor(m, 0, 2);
-}
-
 /* Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986). */
 int co_similarity_orthogonal_factor(double m[3][3]) {
     for (int step = 0; step < 60; step++) {
-        double next[3][3], change = 0, det = determinant(m);
+        double next[3][3], change = 0, det = co_small_dense_determinant_3(m);
         if (!(fabs(det) > 1e-12))
             return 0;
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) {
-                next[i][j] = (m[i][j] + cofactor(m, i, j) / det) / 2;
+                next[i][j] = (m[i][j] + co_small_dense_cofactor_3(m, i, j) / det) / 2;
                 change = fmax(change, fabs(next[i][j] - m[i][j]));
             }
         for (int i = 0; i < 9; i++)
@@ -54,7 +47,7 @@ void co_similarity_align(size_t n, const double *reference, double *xyz) {
         for (size_t i = 0; i < 3; i++)
             for (size_t j = 0; j < 3; j++)
                 m[i][j] += (reference[3 * p + i] - to[i]) * (xyz[3 * p + j] - from[j]) / (scale * (double)n);
-    int turn = determinant(m) > 0 && co_similarity_orthogonal_factor(m);
+    int turn = co_small_dense_determinant_3(m) > 0 && co_similarity_orthogonal_factor(m);
     for (size_t p = 0; p < n; p++) {
         double x[3] = {xyz[3 * p] - from[0], xyz[3 * p + 1] - from[1], xyz[3 * p + 2] - from[2]};
         for (size_t i = 0; i < 3; i++)

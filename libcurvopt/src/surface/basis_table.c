@@ -230,7 +230,7 @@ static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blen
             *out = &cache->fit[i].polynomial;
             return CURVOPT_OK;
         }
-    struct co_cached_fit *fit = realloc(cache->fit, sizeof *fit * ((size_t)cache->n_fits + 1));
+    struct co_cached_fit *fit = CO_RESIZED(cache->fit, (size_t)cache->n_fits + 1);
     if (!fit)
         return co_status_no_memory(error);
     cache->fit = fit;
@@ -470,8 +470,7 @@ int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t valence, i
             return CURVOPT_OK;
         }
     struct co_cached_table entry = {.fan = valence, .rule = rule_number};
-    size_t bigger = sizeof entry * ((size_t)cache->n_tables + 1);
-    struct co_cached_table *table = realloc(cache->table, bigger);
+    struct co_cached_table *table = CO_RESIZED(cache->table, (size_t)cache->n_tables + 1);
     if (!table)
         return co_status_no_memory(error);
     cache->table = table;

@@ -142,7 +142,7 @@ static int32_t find_fit(co_blend_discs *w, int32_t valence, int width, int32_t *
     for (*index = 0; *index < w->n_fits; ++*index)
         if (w->fit[*index].valence == valence && w->fit[*index].width == width)
             return CURVOPT_OK;
-    co_blend_disc_fit *fit = realloc(w->fit, sizeof *fit * ((size_t)w->n_fits + 1));
+    co_blend_disc_fit *fit = CO_RESIZED(w->fit, (size_t)w->n_fits + 1);
     if (!fit)
         return co_status_no_memory(error);
     w->fit = fit;
@@ -169,11 +169,11 @@ static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_c
     status = find_fit(w, m->valence[v], width, &fit, error);
     if (status != CURVOPT_OK)
         return status;
-    co_blend_disc *disc = realloc(w->disc, sizeof *disc * ((size_t)w->n_discs + 1));
+    co_blend_disc *disc = CO_RESIZED(w->disc, (size_t)w->n_discs + 1);
     if (disc)
         w->disc = disc;
     size_t more = *n_columns + (size_t)w->fit[fit].n_points;
-    int32_t *column = realloc(w->column, sizeof *column * more);
+    int32_t *column = CO_RESIZED(w->column, more);
     if (column)
         w->column = column;
     if (!disc || !column)

@@ -1,6 +1,7 @@
 /* The `polynomial` surface's fit. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_fit.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "surface/gauss_legendre.h"
 
@@ -13,8 +14,6 @@ enum { FIT_GAUSS = 4, FIT_RINGS = 5 };
 static const co_real FAR_WEIGHT = 1e-3L;
 
 enum { TERMS = CO_BLEND_FIT_TERMS };
-
-static const co_real pi = 3.14159265358979323846264338327950288L;
 
 void co_blend_fit_free(co_blend_fit *p) {
     free(p->map);
@@ -64,7 +63,7 @@ int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
 }
 
 void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERMS]) {
-    const co_real angle = 2 * pi * sector / valence, c = cosl(angle), d = sinl(angle);
+    const co_real angle = 2 * CO_PI_LONG * sector / valence, c = cosl(angle), d = sinl(angle);
     co_real image[TERMS][TERMS] = {{1}}; /* monomials of c x - d y, d x + c y, by those of x, y */
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
         int before = at - degree;
@@ -99,7 +98,7 @@ static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, 
         y += at->row[i] * p->map[2 * at->index[i] + 1];
     }
     for (int32_t s = 0; s < p->valence; s++) {
-        co_real c = cosl(2 * pi * s / p->valence), d = sinl(2 * pi * s / p->valence), value[TERMS];
+        co_real c = cosl(2 * CO_PI_LONG * s / p->valence), d = sinl(2 * CO_PI_LONG * s / p->valence), value[TERMS];
         monomial_values(c * x - d * y, c * y + d * x, value);
         for (int a = 0; a < TERMS; a++)
             for (int b = 0; b <= a; b++)

@@ -1,6 +1,7 @@
 /* Turning of boundaries and creases, for Gauss-Bonnet. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/boundary_turning.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "surface/gauss_legendre.h"
@@ -11,7 +12,6 @@
 
 /* Gauss points of a regular patch's side; of a cell's on an extraordinary patch, whose cells shrink by halves. */
 enum { SIDE_GAUSS = 24, CELL_GAUSS = 8, CELL_RINGS = 40 };
-static const double pi = 3.14159265358979323846;
 
 /* Samples along one side of one kind of patch: first and second derivative along it, first derivative across. */
 enum { ALONG, ALONG_TWICE, ACROSS, N_ROWS };
@@ -88,7 +88,7 @@ static int32_t add_table(co_boundary_turning *rim, int32_t fan, int side, int32_
     for (*index = 0; *index < rim->n_tables; ++*index)
         if (rim->table[*index].fan == fan && rim->table[*index].side == side)
             return CURVOPT_OK;
-    co_boundary_turning_table *table = realloc(rim->table, sizeof *table * ((size_t)rim->n_tables + 1));
+    co_boundary_turning_table *table = CO_RESIZED(rim->table, (size_t)rim->n_tables + 1);
     if (!table)
         return co_status_no_memory(error);
     rim->table = table;
@@ -129,7 +129,7 @@ static double cut_target(const curvopt_mesh *m) {
         int32_t h = m->edge_corner[e];
         euler -= 1 + (m->twin[h] >= 0 && co_crease_is_infinite(co_crease_edge(m, h)));
     }
-    return 2 * pi * euler + pi * darts;
+    return 2 * CO_PI * euler + CO_PI * darts;
 }
 
 int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *rim,
@@ -216,7 +216,7 @@ double co_boundary_turning_total(const co_boundary_turning *rim, const co_patche
         const int32_t *index = patches->points + patches->start[rim->patch[i]];
         double turning = side_turning(&rim->table[rim->table_of[i]], index, points);
         if (patches->cuts[rim->patch[i]] >> (4 + rim->side[i]) & 1)
-            turning += pi - corner_angle(rim->side[i], index, points);
+            turning += CO_PI - corner_angle(rim->side[i], index, points);
         sum += (weight ? weight[rim->patch[i]] : 1) * turning;
     }
     return sum;

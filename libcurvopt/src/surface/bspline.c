@@ -1,9 +1,6 @@
 /* Jets and the uniform bicubic B-spline basis. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/bspline.h"
 
-const int co_jet_order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
-const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
-
 void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]) {
     for (int k = 0; k < CO_JET; k++)
         jet[k] = f[co_jet_order_u[k]] * g[co_jet_order_v[k]];

@@ -12,9 +12,10 @@ enum { CO_JET = 10 };
 
 typedef long double co_real; /* table building only */
 
-/* Order of differentiation of each jet entry with respect to u and v. */
-extern const int co_jet_order_u[CO_JET];
-extern const int co_jet_order_v[CO_JET];
+/* Order of differentiation of each jet entry with respect to u and v. Not extern: element_kernel.c's loops over them
+ * are unrolled by the compiler, which must see the numbers. */
+static const int co_jet_order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
+static const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
 /* Jet of f(u) g(v) from the derivatives f[0..3], g[0..3]. */
 void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]);

@@ -2,43 +2,12 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/chart.h"
 
-#include <math.h>
+#include "linalg/small_dense.h"
+
 #include <string.h>
 
 enum { LARGEST_BLOCK = 4 };
 static const int block_start[4] = {0, 1, 3, 6}; /* derivatives of order 0, 1, 2, 3 */
-
-/* Inverts a [n][n] by Gauss's and Jordan's elimination with pivots. */
-static void invert(int n, double a[LARGEST_BLOCK][LARGEST_BLOCK], double out[LARGEST_BLOCK][LARGEST_BLOCK]) {
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            out[i][j] = i == j;
-    for (int k = 0; k < n; k++) {
-        int pivot = k;
-        for (int i = k + 1; i < n; i++)
-            if (fabs(a[i][k]) > fabs(a[pivot][k]))
-                pivot = i;
-        for (int j = 0; j < n; j++) {
-            double x = a[k][j], y = out[k][j];
-            a[k][j] = a[pivot][j];
-            a[pivot][j] = x;
-            out[k][j] = out[pivot][j];
-            out[pivot][j] = y;
-        }
-        double scale = 1 / a[k][k];
-        for (int j = 0; j < n; j++) {
-            a[k][j] *= scale;
-            out[k][j] *= scale;
-        }
-        for (int i = 0; i < n; i++) {
-            double factor = a[i][k];
-            for (int j = 0; j < n && i != k; j++) {
-                a[i][j] -= factor * a[k][j];
-                out[i][j] -= factor * out[k][j];
-            }
-        }
-    }
-}
 
 void co_chart_create(const double x[CO_JET], const double y[CO_JET], co_chart *chart) {
     double d[2][CO_JET];
@@ -63,7 +32,7 @@ void co_chart_create(const double x[CO_JET], const double y[CO_JET], co_chart *c
         for (int j = 0; j < n; j++)
             for (int k = 0; k < n; k++)
                 block[j][k] = chart->monomial[first + k][first + j];
-        invert(n, block, chart->inverse[order]);
+        co_small_dense_invert(n, LARGEST_BLOCK, block[0], chart->inverse[order][0]);
     }
     chart->jacobian = x[1] * y[2] - x[2] * y[1];
 }

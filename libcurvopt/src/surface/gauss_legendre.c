@@ -1,6 +1,8 @@
 /* Gauss-Legendre rules on 0..1. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/gauss_legendre.h"
 
+#include "base/constants.h"
+
 #include <math.h>
 
 /* Legendre polynomial of degree n and its derivative at x, by the three-term recurrence. */
@@ -16,14 +18,13 @@ static void legendre(int n, co_real x, co_real *value, co_real *slope) {
 }
 
 void co_gauss_legendre(int n, co_real *nodes, co_real *weights) {
-    const co_real pi = 3.14159265358979323846264338327950288L;
     if (n == 1) {
         nodes[0] = 0.5L;
         weights[0] = 1;
         return;
     }
     for (int i = 0; i < n; i++) {
-        co_real x = -cosl(pi * (i + 0.75L) / (n + 0.5L)), value, slope;
+        co_real x = -cosl(CO_PI_LONG * (i + 0.75L) / (n + 0.5L)), value, slope;
         for (int step = 0; step < 8; step++) { /* Newton; quadratic from Tricomi's start */
             legendre(n, x, &value, &slope);
             x -= value / slope;

@@ -179,7 +179,7 @@ static int32_t add_kind(co_patches *p, int32_t fan, curvopt_error *error) {
     int32_t at = co_patches_kind(p, fan);
     if (at < p->n_kinds && p->kinds[at] == fan)
         return CURVOPT_OK;
-    int32_t *kinds = realloc(p->kinds, sizeof(int32_t) * ((size_t)p->n_kinds + 1));
+    int32_t *kinds = CO_RESIZED(p->kinds, (size_t)p->n_kinds + 1);
     if (!kinds)
         return co_status_no_memory(error);
     memmove(kinds + at + 1, kinds + at, sizeof(int32_t) * (size_t)(p->n_kinds - at));
@@ -190,19 +190,19 @@ static int32_t add_kind(co_patches *p, int32_t fan, curvopt_error *error) {
 }
 
 static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt_error *error) {
-    int32_t *valence = realloc(out->valence, sizeof(int32_t) * (size_t)(n_patches + 1));
+    int32_t *valence = CO_RESIZED(out->valence, (size_t)n_patches + 1);
     if (valence)
         out->valence = valence;
-    size_t *start = realloc(out->start, sizeof(size_t) * ((size_t)n_patches + 1));
+    size_t *start = CO_RESIZED(out->start, (size_t)n_patches + 1);
     if (start)
         out->start = start;
-    int32_t *points = realloc(out->points, sizeof(int32_t) * (n_points + 1));
+    int32_t *points = CO_RESIZED(out->points, n_points + 1);
     if (points)
         out->points = points;
-    co_place *place = realloc(out->place, sizeof(co_place) * (size_t)(n_patches + 1));
+    co_place *place = CO_RESIZED(out->place, (size_t)n_patches + 1);
     if (place)
         out->place = place;
-    uint8_t *cuts = realloc(out->cuts, (size_t)n_patches + 1);
+    uint8_t *cuts = CO_RESIZED(out->cuts, (size_t)n_patches + 1);
     if (cuts)
         out->cuts = cuts;
     return valence && start && points && place && cuts ? CURVOPT_OK : co_status_no_memory(error);

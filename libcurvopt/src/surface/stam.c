@@ -2,6 +2,7 @@
  */
 #include "surface/stam.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "mesh/subdivide.h"
@@ -11,8 +12,6 @@
 #include <string.h>
 
 const int co_stam_cell_place[CO_RING_CELLS][2] = {{1, 0}, {1, 1}, {0, 1}};
-
-static const co_real pi = 3.14159265358979323846264338327950288L;
 
 /* The sharp edges and vertices that make the fan what it is; open ones need no creases, being cut out. */
 static int32_t sharpen(curvopt_mesh *mesh, int32_t fan, curvopt_error *error) {
@@ -88,11 +87,11 @@ static void place_cell(const curvopt_mesh *m, int32_t fan, const int place[2], i
 static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
     co_real n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
     co_real half_sum = (alpha - 0.25L) / 2, product = (alpha - beta + gamma) / 16;
-    co_real c = cosl(2 * pi / n), discriminant = half_sum * half_sum - product;
+    co_real c = cosl(2 * CO_PI_LONG / n), discriminant = half_sum * half_sum - product;
     *lambda = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
     *mu = discriminant > 0 ? half_sum + sqrtl(discriminant) : sqrtl(product);
     if (valence > 3) {
-        c = cosl(4 * pi / n);
+        c = cosl(4 * CO_PI_LONG / n);
         co_real second = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
         *mu = second > *mu ? second : *mu;
     }
@@ -236,12 +235,12 @@ void co_stam_disc_limit_mask(co_stam_disc *d, co_real *mask) {
 void co_stam_limit_masks(int32_t valence, co_real *masks) {
     int32_t n_points = co_ring_two_ring_size(valence);
     co_real n = valence, *position = masks, *cosine = masks + n_points, *sine = cosine + n_points;
-    co_real edge = 1 + cosl(2 * pi / n) + cosl(pi / n) * sqrtl(2 * (9 + cosl(2 * pi / n)));
+    co_real edge = 1 + cosl(2 * CO_PI_LONG / n) + cosl(CO_PI_LONG / n) * sqrtl(2 * (9 + cosl(2 * CO_PI_LONG / n)));
     memset(masks, 0, sizeof *masks * 3 * (size_t)n_points);
     position[0] = n / (n + 5);
     for (int32_t s = 0; s < valence; s++) {
         int32_t e = co_ring_two_ring_index(valence, s, 1, 0), f = co_ring_two_ring_index(valence, s, 1, 1);
-        co_real here = 2 * pi * s / n, there = 2 * pi * (s + 1) / n;
+        co_real here = 2 * CO_PI_LONG * s / n, there = 2 * CO_PI_LONG * (s + 1) / n;
         position[e] = 4 / (n * (n + 5));
         position[f] = 1 / (n * (n + 5));
         cosine[e] = edge * cosl(here);
@@ -273,7 +272,7 @@ static void keep_frequency_one(int32_t valence, co_real *xy) {
     co_real mean[CO_RING_SECTOR][2] = {{0}};
     for (int turn = 0; turn < 2; turn++)
         for (int32_t s = 0; s < valence; s++) {
-            co_real c = cosl(2 * pi * s / valence), d = sinl(2 * pi * s / valence);
+            co_real c = cosl(2 * CO_PI_LONG * s / valence), d = sinl(2 * CO_PI_LONG * s / valence);
             for (int i = 0; i < CO_RING_SECTOR; i++) {
                 co_real *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
                 if (turn == 0) {
@@ -296,7 +295,7 @@ void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
     for (int32_t s = 0; s < d->valence; s++)
         for (int x = 0; x <= 2; x++)
             for (int y = 0; y <= 2; y++) {
-                co_real angle = 2 * pi * (s + (x + y > 0 ? (co_real)y / (x + y) : 0)) / d->valence;
+                co_real angle = 2 * CO_PI_LONG * (s + (x + y > 0 ? (co_real)y / (x + y) : 0)) / d->valence;
                 int32_t i = co_ring_two_ring_index(d->valence, s, x, y);
                 xy[2 * i] = (x + y) * cosl(angle);
                 xy[2 * i + 1] = (x + y) * sinl(angle);
