@@ -34,7 +34,7 @@ static int is_fixed(const co_level *l) {
 
 static double value_at(co_level *l, const double *z, double *gradient) {
     const co_assembly *a = &l->assembly;
-    co_request request = {.gradient = gradient ? l->gx : NULL};
+    co_request request = {.is_normalized = 1, .gradient = gradient ? l->gx : NULL};
     double radius = 1;
     if (!is_fixed(l))
         radius = co_dof_map_normalize(&l->reduction, z, l->normalized);
@@ -91,8 +91,9 @@ co_step_verdict co_level_check(co_level *l, co_iterate *now) {
     curvopt_energies energies;
     int resolved, changed;
     co_dof_map_expand(&l->reduction, now->x, l->x);
-    l->failed = co_adaptive_quadrature_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE, &energies,
-                                               &resolved, &changed, l->error);
+    l->failed = co_adaptive_quadrature_resolve(&l->assembly, l->x,
+                                               &(co_quadrature_goal){l->working_tolerance, CO_TERMS_OBJECTIVE, 1},
+                                               &energies, &resolved, &changed, l->error);
     if (l->failed != CURVOPT_OK)
         return step_back(l, now, CO_STEP_STOP);
     if (!resolved)
@@ -330,7 +331,6 @@ static int32_t create_parts(co_level *l, const co_symmetry *symmetry, double *z,
     if (status == CURVOPT_OK)
         status = co_assembly_create(l->mesh, f->options, f->tables, face_weight, &l->assembly, error);
     free(face_weight);
-    l->assembly.is_normalized = 1; /* evaluate() normalizes */
     if (status == CURVOPT_OK && f->options->method != CURVOPT_METHOD_LMVM && l->reduction.n_variables)
         status = create_model(l, error);
     return status;
@@ -385,7 +385,8 @@ int32_t co_level_begin(co_level *l, co_iterate *now, curvopt_error *error) {
     curvopt_energies energies;
     int resolved, changed;
     co_dof_map_expand(&l->reduction, now->x, l->x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->assembly, l->x, l->working_tolerance, CO_TERMS_OBJECTIVE,
+    int32_t status = co_adaptive_quadrature_resolve(&l->assembly, l->x,
+                                                    &(co_quadrature_goal){l->working_tolerance, CO_TERMS_OBJECTIVE, 1},
                                                     &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
@@ -418,8 +419,9 @@ int32_t co_level_finish(co_level *l, const co_iterate *now, double *xyz, curvopt
                         curvopt_error *error) {
     int changed;
     co_dof_map_expand(&l->reduction, now->x, l->x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, energies,
-                                                    resolved, &changed, error);
+    int32_t status =
+        co_adaptive_quadrature_resolve(&l->assembly, l->x, &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1},
+                                       energies, resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     co_level_to_user(l, now->x, energies->area, xyz);

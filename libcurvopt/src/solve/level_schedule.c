@@ -263,8 +263,9 @@ static int32_t keep_best(co_level *l, co_iterate *now, int *stop, curvopt_error 
     double *const others[2] = {l->safe, l->first};
     size_t bytes = sizeof(double) * (size_t)l->reduction.n_variables;
     co_dof_map_expand(&l->reduction, now->x, l->x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->assembly, l->x, l->tolerance, CO_TERMS_REPORT, &energies,
-                                                    &resolved, &changed, error);
+    int32_t status =
+        co_adaptive_quadrature_resolve(&l->assembly, l->x, &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1},
+                                       &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     double least = co_level_evaluate(l, now->x, NULL);

@@ -27,8 +27,8 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     int32_t status = co_assembly_create(mesh, r->frame.options, r->frame.tables, NULL, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_adaptive_quadrature_resolve(&assembly, r->xyz, tolerance, CO_TERMS_REPORT, start, &resolved, &changed,
-                                            error);
+    status = co_adaptive_quadrature_resolve(&assembly, r->xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
+                                            start, &resolved, &changed, error);
     if (status == CURVOPT_OK && !r->frame.options->as_report)
         status = co_adaptive_quadrature_check(&assembly, start, error);
     r->start_energy = start->objective;
