@@ -238,7 +238,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
     co_element_block sweep = {.table = block->table,
                               .points = l->points + block->points,
                               .xyz = a->points,
-                              .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                              .eps4 = co_functional_eps4(),
                               .integrand = *integrand,
                               .third = third,
                               .gradient = gradient,

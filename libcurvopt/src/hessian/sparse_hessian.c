@@ -358,7 +358,7 @@ static void sweep_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int
                                     .points = h->layout.points + b->points,
                                     .xyz = a->points,
                                     .before = before,
-                                    .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                                    .eps4 = co_functional_eps4(),
                                     .integrand = *integrand,
                                     .third = a->functional.has_third,
                                     .exact = exact,
