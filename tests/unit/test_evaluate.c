@@ -200,7 +200,7 @@ static void test_limit_gives_no_third_order_at_extraordinary_vertices(void **sta
     curvopt_options o = options_for(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     curvopt_problem *problem = (curvopt_problem *)(void *)mesh;
     curvopt_error error;
-    CHECK_REFUSED(curvopt_problem_create(mesh, &o, &problem, &error), &error, CURVOPT_ERROR_SURFACE, -1,
+    CHECK_REFUSED(curvopt_problem_create(mesh, &o, &problem, &error), &error, CURVOPT_ERROR_SURFACE, 0,
                   "`limit` surface has no finite third-order energy");
     CHECK_TRUE(problem == NULL);
     o = options_for(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);

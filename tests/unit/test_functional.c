@@ -82,6 +82,19 @@ static void test_terms_that_do_not_exist_are_nan(void **state) {
         CHECK_INT(isnan(term[t]) != 0, t >= CURVOPT_N_TERMS);
 }
 
+static void test_third_order_terms_are_those_with_derivatives_of_curvature(void **state) {
+    (void)state;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+        double weights[CURVOPT_N_TERMS] = {0};
+        weights[t] = 1;
+        co_functional f = co_functional_of_weights(weights);
+        CHECK_INT(co_functional_is_third_order(t), is_third(t));
+        CHECK_INT(f.has_third, is_third(t));
+        CHECK_INT(f.has_second, !is_third(t));
+    }
+    CHECK_NEAR(co_functional_eps4(), 1.6e-7, 1e-22);
+}
+
 static void test_value_is_the_weighted_sum_of_terms(void **state) {
     (void)state;
     uint64_t seed = 29;
@@ -119,6 +132,7 @@ int main(void) {
         cmocka_unit_test(test_terms_are_their_definitions_in_the_principal_frame),
         cmocka_unit_test(test_third_order_terms_carry_the_area_and_willmore_does_not),
         cmocka_unit_test(test_terms_that_do_not_exist_are_nan),
+        cmocka_unit_test(test_third_order_terms_are_those_with_derivatives_of_curvature),
         cmocka_unit_test(test_value_is_the_weighted_sum_of_terms),
         cmocka_unit_test(test_unwanted_integrals_do_not_matter),
     };

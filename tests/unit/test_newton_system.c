@@ -38,7 +38,6 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
     CHECK_OK(co_dof_map_create(p.mesh, &p.symmetry, &p.hold, p.x, &p.reduction, &error), &error);
     CHECK_OK(co_dof_map_face_weights(p.mesh, &p.symmetry, &weight, &error), &error);
     CHECK_OK(co_assembly_create(p.mesh, o, p.tables, symmetric ? weight : NULL, &p.assembly, &error), &error);
-    p.assembly.is_normalized = 1;
     co_dof_map_variables(&p.reduction, p.x, p.z);
     p.n = p.reduction.n_variables;
     free(weight);
@@ -62,7 +61,7 @@ static void problem_free(problem *p) {
 static void gradient_at(problem *p, const double *z, double *g) {
     co_values values;
     co_dof_map_expand(&p->reduction, z, p->x);
-    co_assembly_evaluate(&p->assembly, p->x, &(co_request){.gradient = p->gx}, &values);
+    co_assembly_evaluate(&p->assembly, p->x, &(co_request){.is_normalized = 1, .gradient = p->gx}, &values);
     co_dof_map_gradient(&p->reduction, p->gx, g);
 }
 

@@ -251,8 +251,8 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "the problem is of a part: curvopt_problem_sum");
     int32_t status = co_similarity_check(a->patches.n_cage, xyz, error);
     if (status == CURVOPT_OK)
-        status = co_adaptive_quadrature_resolve(a, xyz, problem->tolerance, CO_TERMS_ALL, &energies, &resolved,
-                                                &changed, error);
+        status = co_adaptive_quadrature_resolve(a, xyz, &(co_quadrature_goal){problem->tolerance, CO_TERMS_ALL, 0},
+                                                &energies, &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     status = isinf(problem->tolerance) ? CURVOPT_OK : co_adaptive_quadrature_check(a, &energies, error);
@@ -437,10 +437,6 @@ int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, in
     if (!hessian || !xyz)
         return null_argument(error, hessian ? "xyz" : "hessian");
     co_assembly *a = &hessian->problem->assembly;
-    int held = a->is_normalized;
-    a->is_normalized = 1;
-    int32_t status = co_sparse_hessian_assemble(
-        a, xyz, &(co_second_kind){.exact = exact, .whole = &(co_whole){area, third}}, &hessian->hessian, error);
-    a->is_normalized = held;
-    return status;
+    return co_sparse_hessian_assemble(a, xyz, &(co_second_kind){.exact = exact, .whole = &(co_whole){area, third}},
+                                      &hessian->hessian, error);
 }

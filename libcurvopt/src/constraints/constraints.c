@@ -55,7 +55,7 @@ static int same_constraint(const co_constraints *hold, int32_t v, int32_t w) {
     if (freedom != hold->freedom[w])
         return 0;
     return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
-           co_same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
+           co_freedom_same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
 }
 
 /* weight [n_vertices]: UNSEEN where there is no constraint yet. */
@@ -86,7 +86,7 @@ static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *
     for (int c = 0; c < 3 && length > 0; c++)
         direction[c] /= length;
     if (weight[v] != UNSEEN && (weight[v] != firm || hold->freedom[v] != freedom ||
-                                (length > 0 && !co_same_direction(direction, hold->direction + 3 * (size_t)v))))
+                                (length > 0 && !co_freedom_same_direction(direction, hold->direction + 3 * (size_t)v))))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
     weight[v] = firm;
     hold->freedom[v] = (uint8_t)freedom;

@@ -7,24 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SAME_DIRECTION = 1e-9; /* sine of the angle */
 static const double SAME_STIFFNESS = 1e-9; /* relative: sums over a patch and its mirror image differ by rounding */
-
-int co_same_direction(const double *a, const double *b) {
-    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    return sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]) <= SAME_DIRECTION;
-}
-
-void co_freedom_projector(int freedom, const double *d, double projector[9]) {
-    memset(projector, 0, 9 * sizeof *projector);
-    for (int k = 0; k < 3; k++)
-        projector[4 * k] = freedom == CO_FREEDOM_ALL || freedom == CO_FREEDOM_PLANE;
-    if (freedom != CO_FREEDOM_LINE && freedom != CO_FREEDOM_PLANE)
-        return;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            projector[3 * i + j] += (freedom == CO_FREEDOM_LINE ? 1 : -1) * d[i] * d[j];
-}
 
 static int32_t allocate(int32_t n_vertices, co_soft_constraints *s, curvopt_error *error) {
     size_t n = (size_t)n_vertices;
@@ -136,7 +119,7 @@ static int is_held_face(const curvopt_mesh *m, const co_soft_constraints *s, int
         if (s->stiffness[v] == 0 || s->freedom[v] != s->freedom[first])
             return 0;
         if (s->freedom[v] != CO_FREEDOM_NONE &&
-            !co_same_direction(s->direction + 3 * (size_t)v, s->direction + 3 * (size_t)first))
+            !co_freedom_same_direction(s->direction + 3 * (size_t)v, s->direction + 3 * (size_t)first))
             return 0;
     }
     return 1;

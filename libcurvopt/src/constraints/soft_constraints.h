@@ -2,10 +2,9 @@
 #ifndef CO_CONSTRAINTS_SOFT_CONSTRAINTS_H
 #define CO_CONSTRAINTS_SOFT_CONSTRAINTS_H
 
+#include "constraints/freedom.h"
 #include "linalg/sparse_rows.h"
 #include "mesh/mesh.h"
-
-enum { CO_FREEDOM_NONE = 0, CO_FREEDOM_LINE = 1, CO_FREEDOM_PLANE = 2, CO_FREEDOM_ALL = 3 };
 
 /* The term that they add to the objective, with R the radius of the input cage and K the stiffness of the objective
  * (penalty.h), is
@@ -44,10 +43,5 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_me
 
 /* Whether vertices v and w are held alike, but for directions. */
 int co_soft_constraints_alike(const co_soft_constraints *springs, int32_t v, int32_t w);
-
-/* Whether unit vectors span the same line. */
-int co_same_direction(const double *a, const double *b);
-/* Onto the directions that a constraint leaves: by rows. */
-void co_freedom_projector(int freedom, const double *direction, double projector[9]);
 
 #endif

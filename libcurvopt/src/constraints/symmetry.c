@@ -172,7 +172,7 @@ static int keeps_direction(const search *s, const double *direction, int freedom
         return 1;
     const double *to = direction + 3 * (size_t)w;
     co_small_dense_apply_3(matrix, direction + 3 * (size_t)v, at);
-    return fabs(at[0] * to[0] + at[1] * to[1] + at[2] * to[2]) >= 1 - s->tolerance * s->tolerance;
+    return co_freedom_sine(at, to) <= s->tolerance;
 }
 
 /* Whether `map` is the motion, and keeps the constraints' directions. */

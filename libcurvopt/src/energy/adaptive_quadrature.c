@@ -242,8 +242,10 @@ static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
     return all ? CURVOPT_OK : co_status_no_memory(error);
 }
 
-int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, double tolerance, co_terms terms,
+int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
+    const double tolerance = goal->tolerance;
+    const co_terms terms = goal->terms;
     size_t n = (size_t)a->patches.n_patches;
     int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
     double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
@@ -252,7 +254,7 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, double
     if (status == CURVOPT_OK && !a->layout.n_blocks) /* memory was out last time */
         status = co_assembly_update_batches(a, error);
     while (status == CURVOPT_OK) {
-        co_request request = {.all_terms = third};
+        co_request request = {.is_normalized = goal->is_normalized, .all_terms = third};
         co_values values, finer;
         double difference = 0;
         co_assembly_evaluate(a, xyz, &request, &values);

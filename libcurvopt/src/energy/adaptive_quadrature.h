@@ -11,11 +11,18 @@ typedef enum co_terms {
     CO_TERMS_ALL        /* all must meet the tolerance */
 } co_terms;
 
-/* Refines rules where needed until the estimated relative errors are below `tolerance`, or rules are at their finest.
- * An assembly that met it once is left alone while errors stay within a small multiple, so that energies are continuous
- * functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether the error
- * is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
-int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, double tolerance, co_terms terms,
+/* What co_adaptive_quadrature_resolve() is asked for. */
+typedef struct co_quadrature_goal {
+    double tolerance; /* wanted relative error */
+    co_terms terms;
+    int is_normalized; /* as in co_request */
+} co_quadrature_goal;
+
+/* Refines rules where needed until the estimated relative errors are below goal->tolerance, or rules are at their
+ * finest. An assembly that met it once is left alone while errors stay within a small multiple, so that energies are
+ * continuous functions of the cage but for rare steps. `energies` gets values and error estimates; *resolved whether
+ * the error is acceptable, if not below the tolerance then below 1 %; *changed whether any rule was. */
+int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 
 /* Rules grow with the bad shapes that a run passes through; this takes back what is not needed any more: after

@@ -1,12 +1,13 @@
 /* Which surface can carry which energies on a cage's fans. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/admissibility.h"
 
-/* The cage's vertex at (0, 0) of a patch with a sharp fan: subdivision makes no new ones of that kind. */
+/* The cage's vertex at (0, 0) of a patch with an irregular fan, or -1 where that is the centre of a face that is no
+ * quad: subdivision makes no others. */
 static int32_t vertex_of(const curvopt_mesh *m, const co_place *place) {
     int32_t first = m->face_start[place->face];
-    if (co_mesh_face_size(m, place->face) != 4)
-        return m->corner_vertex[first + place->quarter];
     int right = place->origin[0] > 0.5, up = place->origin[1] > 0.5;
+    if (co_mesh_face_size(m, place->face) != 4)
+        return right && up ? -1 : m->corner_vertex[first + place->quarter];
     return m->corner_vertex[first + (up ? 3 - right : right)];
 }
 
@@ -15,6 +16,29 @@ static int32_t first_patch_of(const co_patches *p, int32_t fan) {
     while (p->valence[i] != fan)
         i++;
     return i;
+}
+
+/* Names the extraordinary vertex of the least number, or the first face that has one at its centre. */
+static int32_t refuse_limit(const curvopt_mesh *m, const co_patches *p, curvopt_error *error) {
+    int32_t vertex = -1, face = -1;
+    for (int32_t i = 0; i < p->n_patches; i++) {
+        if (p->valence[i] == CO_FAN_REGULAR)
+            continue;
+        int32_t v = vertex_of(m, &p->place[i]), f = p->place[i].face;
+        if (v >= 0 && (vertex < 0 || v < vertex))
+            vertex = v;
+        if (v < 0 && (face < 0 || f < face))
+            face = f;
+    }
+    if (vertex >= 0)
+        return co_status_fail(error, CURVOPT_ERROR_SURFACE, vertex,
+                              "the `limit` surface has no finite third-order energy at extraordinary vertices, and "
+                              "vertex %d is one; use another surface",
+                              vertex);
+    return co_status_fail(error, CURVOPT_ERROR_SURFACE, -1,
+                          "the `limit` surface has no finite third-order energy at the centre of face %d, which has %d "
+                          "sides; use another surface",
+                          face, co_mesh_face_size(m, face));
 }
 
 static int32_t refuse_infinite(int32_t v, int32_t fan, curvopt_error *error) {
@@ -58,10 +82,7 @@ int32_t co_admissibility_check(const curvopt_mesh *mesh, const co_patches *p, co
                                   "surface of this build has a finite third-order energy there",
                                   v);
         if (f->has_third && surface == CURVOPT_SURFACE_LIMIT)
-            return co_status_fail(error, CURVOPT_ERROR_SURFACE, -1,
-                                  "the `limit` surface has no finite third-order energy at extraordinary vertices, and "
-                                  "this cage has %d; use another surface",
-                                  mesh->info.n_extraordinary);
+            return refuse_limit(mesh, p, error);
         *third_allowed &= smooth && surface != CURVOPT_SURFACE_LIMIT;
     }
     return CURVOPT_OK;

@@ -168,13 +168,13 @@ int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_
     return co_assembly_take_rules(a, from->rule, error);
 }
 
-double co_assembly_place(co_assembly *a, const double *xyz) {
+double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     size_t n = (size_t)a->patches.n_cage;
     double radius = 1;
-    if (a->is_normalized && a->active) {
+    if (is_normalized && a->active) {
         for (int32_t i = 0; i < a->n_active_cage; i++)
             memcpy(a->points + 3 * (size_t)a->active[i], xyz + 3 * (size_t)a->active[i], 3 * sizeof *xyz);
-    } else if (a->is_normalized) {
+    } else if (is_normalized) {
         memcpy(a->points, xyz, 3 * n * sizeof *xyz);
     } else {
         double centroid[3];
@@ -238,7 +238,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
     co_element_block sweep = {.table = block->table,
                               .points = l->points + block->points,
                               .xyz = a->points,
-                              .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                              .eps4 = co_functional_eps4(),
                               .integrand = *integrand,
                               .third = third,
                               .gradient = gradient,
@@ -356,7 +356,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     int third = f->has_third || (request->all_terms && a->third_allowed);
     co_integrand integrand = f->has_third ? f->third : f->second;
     double factor = 1, area_factor = 0;
-    double radius = a->radius = co_assembly_place(a, xyz);
+    double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
         run_blocks(a, &a->layout, &f->second, 0, 0);
         total(a, &a->layout, out);
@@ -374,16 +374,14 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
     }
     collect_gradient(a, factor, area_factor, request->gradient);
-    if (!a->is_normalized)
+    if (!request->is_normalized)
         gradient_of_normalized(a, radius, request->gradient);
 }
 
 void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co_pieces *gradients, co_values *out) {
     const co_functional *f = &a->functional;
-    int third = f->has_third || (all_terms && a->third_allowed), held = a->is_normalized;
-    a->is_normalized = 1;
-    a->radius = co_assembly_place(a, x);
-    a->is_normalized = held;
+    int third = f->has_third || (all_terms && a->third_allowed);
+    a->radius = co_assembly_place(a, x, 1);
     if (gradients->second && f->has_second) {
         run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);
         collect_gradient(a, 1, 0, gradients->second);

@@ -28,14 +28,13 @@ typedef struct co_assembly {
     int32_t *active; /* [n_active] points that patches are made of, ascending; NULL where that is all of them */
     int32_t n_active, n_active_cage; /* and those of them that are the cage's, which come first */
     int met;                         /* the tolerance has been met before */
-    int is_normalized;         /* positions are normalized by the caller, once and for all, and taken as they are */
-    int third_allowed;         /* the surface can carry third-order energies */
-    double *weight;            /* [n_patches] how often each counts; NULL: once */
-    uint8_t *rule;             /* [n_patches] 0 .. CO_FINEST_RULE */
-    int32_t rules_version;     /* counts their changes */
-    co_element_batches layout; /* of these rules */
-    co_element_batches finer;  /* of rules one step finer, values only; made when first needed */
-    double *points;            /* [3 n_points] */
+    int third_allowed;               /* the surface can carry third-order energies */
+    double *weight;                  /* [n_patches] how often each counts; NULL: once */
+    uint8_t *rule;                   /* [n_patches] 0 .. CO_FINEST_RULE */
+    int32_t rules_version;           /* counts their changes */
+    co_element_batches layout;       /* of these rules */
+    co_element_batches finer;        /* of rules one step finer, values only; made when first needed */
+    double *points;                  /* [3 n_points] */
     double *point_gradient;
     double *point_shares;          /* [6 n_points] the integrand's gradient and the area's, summed over patches */
     double radius;                 /* of the positions evaluated last */
@@ -54,8 +53,10 @@ typedef struct co_assembly {
 
 /* What an evaluation is asked for. */
 typedef struct co_request {
-    int all_terms;    /* third-order integrals even if the objective has none */
-    double *gradient; /* [3 n_cage] or NULL */
+    int is_normalized; /* positions have centroid 0 and radius 1 already, and are taken as they are; so is the gradient
+                        */
+    int all_terms;     /* third-order integrals are wanted even if the objective has none */
+    double *gradient;  /* [3 n_cage] or NULL */
 } co_request;
 
 typedef struct co_values {
@@ -88,9 +89,9 @@ int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curv
  */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
-/* a->points from xyz [3 n_cage]: the cage's, normalized, and what is derived from them. The radius that was divided by.
- */
-double co_assembly_place(co_assembly *assembly, const double *xyz);
+/* Sets assembly->points from xyz [3 n_cage]: the cage's, normalized unless they are so already, and what is derived
+ * from them. Returns the radius that was divided by. */
+double co_assembly_place(co_assembly *assembly, const double *xyz, int is_normalized);
 
 /* Gradients [3 n_cage] of what an objective is made of: second + area * third. NULL: not wanted; `third` and `area`
  * only together. Where the objective has no such terms they are not written. */

@@ -430,6 +430,7 @@ CO_SIMD_INLINE void sweep_hessian(const co_element_hessian *s, lane (*P)[3], lan
         gather(t->n_points, s->points, s->before, before);
     for (int32_t i = 0; i < t->n_samples; i++) {
         const double *rows = rows_of(t, mixed, i);
+        const sample_integrand at = {&s->integrand, s->eps4, t->weight[i], t->area_weight[i]};
         lane S[CO_JET][3];
         sample_core core;
         curvature_derivative C;
@@ -441,9 +442,9 @@ CO_SIMD_INLINE void sweep_hessian(const co_element_hessian *s, lane (*P)[3], lan
         lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2]));
         for (int d = 0; d < 3; d++)
             for (int k = 1; k < 6; k++)
-                core_column(s, i, third, step, k, d, &C, S, core[d][k]);
+                core_column(&at, third, &(difference){k, d, step}, &C, S, core[d][k]);
         if (third)
-            core_of_third(s, i, &C, core);
+            core_of_third(&at, &C, core);
         for (int d = 0; d < 3; d++) {
             for (int k = 1; k <= last; k++) {
                 lane *column = V + (k - 1) * size;

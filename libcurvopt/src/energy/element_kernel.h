@@ -32,7 +32,7 @@ typedef struct co_element_hessian {
     const co_basis_table *table;
     const int32_t *points; /* as in co_element_block */
     const double *xyz;
-    const double *before; /* as xyz, or NULL: the step that led from there has left a remainder (sweep.c) */
+    const double *before; /* as xyz, or NULL: the step that led from there has left a remainder (element_kernel.c) */
     double eps4;
     co_integrand integrand;
     int third;      /* whether it has third-order parts */

@@ -15,8 +15,9 @@ static const co_integrand term_integrand[CURVOPT_N_TERMS] = {
     [CURVOPT_TERM_MEAN] = {.h2 = 0.25, .gauss = 0.5}, /* H^2 = (h2 + 2 K) / 4 */
 };
 
-static int is_third(int term) {
-    return term != CURVOPT_TERM_WILLMORE && term != CURVOPT_TERM_AREA && term != CURVOPT_TERM_MEAN;
+int co_functional_is_third_order(int term) {
+    const co_integrand *w = &term_integrand[term];
+    return w->f1 != 0 || w->f3 != 0 || w->x != 0;
 }
 
 double co_functional_integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
@@ -36,16 +37,16 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
     co_functional f = {0};
     for (int t = 0; t < CURVOPT_N_TERMS; t++) {
-        co_integrand_add(is_third(t) ? &f.third : &f.second, weights[t], &term_integrand[t]);
+        co_integrand_add(co_functional_is_third_order(t) ? &f.third : &f.second, weights[t], &term_integrand[t]);
         if (weights[t] > 0)
-            *(is_third(t) ? &f.has_third : &f.has_second) = 1;
+            *(co_functional_is_third_order(t) ? &f.has_third : &f.has_second) = 1;
     }
     return f;
 }
 
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]) {
     for (int t = 0; t < 8; t++) {
-        int third = t < CURVOPT_N_TERMS && is_third(t);
+        int third = t < CURVOPT_N_TERMS && co_functional_is_third_order(t);
         term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
                       ? (double)NAN
                       : (third ? integral[CO_INT_AREA] : 1) * co_functional_integrate(&term_integrand[t], integral);

@@ -18,9 +18,16 @@
 
 #include "base/status.h"
 
+/* Length at radius 1, 2e-2, 0 to 1: where curvatures differ by less than this, X is smoothed
+ * (libcurvopt/notes/15-umbilics.md). */
 #define CO_UMBILIC 2e-2
 
-/* What a sweep integrates. */
+/* eps^4 of the regularization, in units of the normalized cage's curvature. */
+static inline double co_functional_eps4(void) {
+    return CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC;
+}
+
+/* What the element kernels integrate. */
 typedef enum co_integral {
     CO_INT_AREA, /* dA */
     CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */
@@ -45,6 +52,8 @@ typedef struct co_functional {
 
 /* to += factor * from */
 void co_integrand_add(co_integrand *to, double factor, const co_integrand *from);
+/* Whether a term (curvopt_term) has derivatives of curvature. Its integral is then multiplied by the area. */
+int co_functional_is_third_order(int term);
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
 /* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);

@@ -1,4 +1,4 @@
-/* The integrands as sums of squares, for Gauss-Newton. Included by sweep.c only, as kernel_gradient.h.
+/* The integrands as sums of squares, for Gauss-Newton. Included by element_kernel.c only, as kernel_gradient.h.
  *
  * a h2 + b K is (a / 2 + b / 4) (h11 + h22)^2 + (a / 2 - b / 4) (h11 - h22)^2 + (2 a - b) h12^2. A third-order
  * integrand a |F1|^2 + b |F3|^2 + c X is, with M F3 = (P A3 + R B3, R A3 - P B3), P + i R = q^2 |q|^2 / (|q|^4 + eps^4)

@@ -1,5 +1,5 @@
 /* One sample of a surface in each lane: derivatives -> fundamental forms, C = grad h, invariants; and the adjoint of
- * all this, by hand. Included by sweep.c only, once per instruction set.
+ * all this, by hand. Included by element_kernel.c only, once per instruction set.
  *
  * The frame is e1 = S_u / |S_u|, e2 = n x e1. With alpha = |S_u|, J = |S_u x S_v| and tau = S_u.S_v / alpha^2, a
  * second- order array X (uu, uv, vv) has the frame components s^2 X_uu,   s t (X_uv - tau X_uu),   t^2 (X_vv - 2 tau

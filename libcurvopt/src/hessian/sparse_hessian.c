@@ -358,7 +358,7 @@ static void sweep_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int
                                     .points = h->layout.points + b->points,
                                     .xyz = a->points,
                                     .before = before,
-                                    .eps4 = CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC,
+                                    .eps4 = co_functional_eps4(),
                                     .integrand = *integrand,
                                     .third = a->functional.has_third,
                                     .exact = exact,
@@ -438,7 +438,7 @@ static int32_t place_before(co_assembly *a, const double *x, co_sparse_hessian *
     h->before = h->before ? h->before : CO_NEW(double, n);
     if (!h->before)
         return co_status_no_memory(error);
-    co_assembly_place(a, x);
+    co_assembly_place(a, x, 1);
     memcpy(h->before, a->points, n * sizeof *h->before);
     return CURVOPT_OK;
 }
@@ -456,7 +456,7 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
     const co_functional *f = &a->functional;
     memset(h->value, 0, h->n_entries * sizeof(double));
     co_blend_disc_hessian_clear(&h->wide);
-    co_assembly_evaluate(a, x, &(co_request){0}, &values); /* sets the points, gives the integrals */
+    co_assembly_evaluate(a, x, &(co_request){.is_normalized = 1}, &values); /* sets the points, gives the integrals */
     double area = whole ? whole->area : values.integral[CO_INT_AREA];
     double third = whole ? whole->third : co_functional_integrate(&f->third, values.integral);
     co_integrand integrand = f->second;

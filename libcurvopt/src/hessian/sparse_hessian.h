@@ -47,8 +47,9 @@ typedef enum co_second_rules {
 
 /* Which matrix. */
 typedef struct co_second_kind {
-    int exact;             /* the Hessian, not the Gauss-Newton matrix, */
-    const double *before;  /* and if not NULL, as the lifted Newton method wants it after a step from here (sweep.c) */
+    int exact; /* the Hessian, not the Gauss-Newton matrix, */
+    const double
+        *before; /* and if not NULL, as the lifted Newton method wants it after a step from here (element_kernel.c) */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
     co_second_rules rules;
 } co_second_kind;

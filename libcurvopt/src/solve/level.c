@@ -37,9 +37,9 @@ static int32_t resolve(void *context, const double *x, int *resolved, int *chang
     co_level *l = context;
     curvopt_energies energies;
     co_level_objective_place(&l->objective, x);
-    int32_t status =
-        co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions, l->working_tolerance,
-                                       CO_TERMS_OBJECTIVE, &energies, resolved, changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
+                                                    &(co_quadrature_goal){l->working_tolerance, CO_TERMS_OBJECTIVE, 1},
+                                                    &energies, resolved, changed, error);
     if (status == CURVOPT_OK)
         *defect = energies.gauss_bonnet_defect;
     return status;
@@ -263,8 +263,9 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
     int resolved, changed;
     const double *others[2] = {l->review.safe, l->review.first};
     co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions, l->tolerance,
-                                                    CO_TERMS_REPORT, &energies, &resolved, &changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
+                                                    &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, &energies,
+                                                    &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     double least = co_level_objective_value(&l->objective, l->now.x);
@@ -378,8 +379,9 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
     const co_run_context *run = l->objective.run;
     int changed, is_fixed = l->objective.held.freedom != NULL;
     co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions, l->tolerance,
-                                                    CO_TERMS_REPORT, energies, resolved, &changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
+                                                    &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, energies,
+                                                    resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, energies->area, xyz);

@@ -16,7 +16,7 @@ static int is_fixed(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     const co_assembly *a = &o->assembly;
     const double *z = is_fixed(o) ? at->x : o->normalized;
-    const co_request request = {.gradient = at->gradient ? o->point_gradient : NULL};
+    const co_request request = {.is_normalized = 1, .gradient = at->gradient ? o->point_gradient : NULL};
     co_values values;
     double radius = is_fixed(o) ? 1 : co_dof_map_normalize(&o->reduction, at->x, o->normalized);
     co_dof_map_expand_some(&o->reduction, a->active, a->n_active_cage, z, o->positions);
@@ -113,7 +113,6 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     if (status == CURVOPT_OK)
         status = co_assembly_create(o->mesh, options, run->tables, face_weight, &o->assembly, error);
     free(face_weight);
-    o->assembly.is_normalized = 1; /* co_level_objective_evaluate() normalizes */
     return status;
 }
 

@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/multilevel.h"
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/mirror_planes.h"
 #include "mesh/similarity.h"
@@ -26,8 +27,8 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, NULL, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, tolerance, CO_TERMS_REPORT, start, &resolved,
-                                            &changed, error);
+    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
+                                            start, &resolved, &changed, error);
     if (status == CURVOPT_OK && !r->context.options->as_report)
         status = co_adaptive_quadrature_check(&assembly, start, error);
     r->start_energy = start->objective;
@@ -143,7 +144,7 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
     }
     summary->end = r->at.energies;
     summary->stop = r->at.report.stop;
-    summary->seconds = co_now_seconds() - r->started;
+    summary->seconds = co_clock_seconds() - r->started;
     summary->n_vertices = r->result->mesh->info.n_vertices;
     summary->n_faces = r->result->mesh->info.n_faces;
     summary->method = r->context.options->method;
@@ -220,7 +221,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
                 .prospect = {.expects_saddle = options->escape},
                 .progress = progress,
                 .user = user,
-                .started = co_now_seconds()};
+                .started = co_clock_seconds()};
     co_basis_table_cache_create(options->surface, &r.tables);
     r.context.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);

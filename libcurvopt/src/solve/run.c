@@ -1,15 +1,10 @@
 /* How a level of a run is solved. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/run.h"
 
+#include "base/clock.h"
+
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
-
-double co_now_seconds(void) {
-    struct timespec t;
-    timespec_get(&t, TIME_UTC);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 void co_level_result_free(co_level_result *at) {
     co_symmetry_free(&at->symmetry);
@@ -29,7 +24,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
     const curvopt_progress progress = {.energy = co_level_objective_energy(o, &l->now),
                                        .start_energy = r->start_energy,
                                        .gradient_norm = co_level_objective_relative_gradient(o, &l->now),
-                                       .seconds = co_now_seconds() - r->started,
+                                       .seconds = co_clock_seconds() - r->started,
                                        .xyz = r->at.xyz,
                                        .mesh = o->mesh,
                                        .level = l->number,
@@ -55,7 +50,7 @@ static int32_t end_level(co_run *r, co_level *l, const co_outcome *outcome, doub
                                         .iterations = outcome->iterations,
                                         .evaluations = outcome->evaluations + 1,
                                         .stop = resolved ? outcome->stop : CURVOPT_STOP_UNRESOLVED,
-                                        .seconds = co_now_seconds() - started};
+                                        .seconds = co_clock_seconds() - started};
     return CURVOPT_OK;
 }
 
@@ -65,7 +60,7 @@ int co_run_stopped_early(const co_run *r) {
 }
 
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
-    double started = co_now_seconds();
+    double started = co_clock_seconds();
     co_outcome outcome;
     co_level *l = NULL;
     int32_t status =

@@ -45,6 +45,5 @@ int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_erro
 /* Whether the present level was cancelled or could not be resolved. */
 int co_run_stopped_early(const co_run *run);
 void co_level_result_free(co_level_result *result);
-double co_now_seconds(void);
 
 #endif
