@@ -140,29 +140,6 @@ class CSummary(C.Structure):
     ]
 
 
-class CSums(C.Structure):
-    """curvopt_sums"""
-
-    _fields_ = [
-        *((name, C.c_double) for name in "area second third gauss turning".split()),
-        ("term", C.c_double * MAX_TERMS),
-        ("samples", C.c_double),
-        ("min_jacobian", C.c_double),
-    ]
-
-
-class CMatrix(C.Structure):
-    """curvopt_matrix"""
-
-    _fields_ = [
-        ("column_start", C.POINTER(C.c_int32)),
-        ("row", C.POINTER(C.c_int32)),
-        ("value", C.POINTER(C.c_double)),
-        ("n", C.c_int32),
-        ("reserved", C.c_int32),
-    ]
-
-
 # Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
 STRUCT_SIZES = {
     CError: 256,
@@ -174,8 +151,6 @@ STRUCT_SIZES = {
     CProgress: 72,
     CLevelReport: 48,
     CSummary: 472,
-    CSums: 120,
-    CMatrix: 32,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -218,15 +193,4 @@ SIGNATURES = {
     "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
     "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary))),
     "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _ERROR)),
-    "curvopt_mesh_part": (_I, (_HANDLE, REALS, _OUT, INTS, INTS, _ERROR)),
-    "curvopt_mesh_create_part": (_I, (_I, _I, INTS, INTS, C.POINTER(CCreases), _OUT, _ERROR)),
-    "curvopt_problem_create_part": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
-    "curvopt_problem_sum": (_I, (_HANDLE, REALS, _I, REALS, C.POINTER(CSums), _ERROR)),
-    "curvopt_problem_get_rules": (None, (_HANDLE, INTS)),
-    "curvopt_problem_set_rules": (_I, (_HANDLE, INTS, _ERROR)),
-    "curvopt_problem_face_errors": (_I, (_HANDLE, REALS, C.c_double, C.c_double, REALS, _ERROR)),
-    "curvopt_hessian_create": (_I, (_HANDLE, _OUT, _ERROR)),
-    "curvopt_hessian_destroy": (None, (_HANDLE,)),
-    "curvopt_hessian_get": (None, (_HANDLE, C.POINTER(CMatrix))),
-    "curvopt_hessian_assemble": (_I, (_HANDLE, REALS, _I, C.c_double, C.c_double, _ERROR)),
 }

@@ -1,7 +1,10 @@
 /* The header as other people's compilers see it: sizes and places of every field, no padding, every function there.
  * Included by one file per language. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "curvopt.h"
-#include "curvopt.h" /* twice: it must not mind */
+#include "curvopt_experimental.h"
+/* twice: they must not mind */
+#include "curvopt.h"
+#include "curvopt_experimental.h"
 
 #include <stddef.h>
 #include <stdio.h>
