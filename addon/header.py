@@ -107,13 +107,12 @@ class CProgress(C.Structure):
     """curvopt_progress"""
 
     _fields_ = [
-        ("energy", C.c_double),
-        ("start_energy", C.c_double),
-        ("gradient_norm", C.c_double),
-        ("seconds", C.c_double),
+        *((name, C.c_int32) for name in "struct_size level levels iteration evaluations n_vertices".split()),
+        *((name, C.c_int32) for name in "samples method rejected reserved".split()),
         ("xyz", C.POINTER(C.c_double)),
         ("mesh", C.c_void_p),
-        *((name, C.c_int32) for name in "level levels iteration evaluations n_vertices reserved".split()),
+        *((name, C.c_double) for name in "energy start_energy gradient_norm seconds".split()),
+        *((name, C.c_double) for name in "decrement shift gain_ratio step".split()),
     ]
 
 
@@ -148,7 +147,7 @@ STRUCT_SIZES = {
     CConstraints: 40,
     COptions: 152,
     CEnergies: 200,
-    CProgress: 72,
+    CProgress: 120,
     CLevelReport: 48,
     CSummary: 472,
 }

@@ -322,21 +322,39 @@ typedef enum curvopt_stop {
 /* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
-/* Shown to the callback at the start of every level (iteration 0) and after every accepted step; pointers are valid
- * during the call only. The cage is the one that cancelling would return. */
+/* The method that made a step. */
+typedef enum curvopt_step {
+    CURVOPT_STEP_NONE = 0,  /* no step: the start of a level */
+    CURVOPT_STEP_LBFGS = 1, /* limited-memory BFGS with a line search */
+    CURVOPT_STEP_NEWTON = 2 /* Newton's method with a shifted Hessian */
+} curvopt_step;
+
+/* The record of one iteration. The callback gets it at the start of every level (iteration 0) and after every accepted
+ * step. Its pointers are valid during the call only. A number that is not known is NAN. */
 typedef struct curvopt_progress {
+    int32_t struct_size;      /* sizeof(curvopt_progress) of the library: members beyond it are absent */
+    int32_t level;            /* 1 .. levels */
+    int32_t levels;           /* as in the options */
+    int32_t iteration;        /* accepted steps within the level */
+    int32_t evaluations;      /* of the objective, within the level */
+    int32_t n_vertices;       /* of the current cage */
+    int32_t samples;          /* quadrature points of the present rules */
+    int32_t method;           /* curvopt_step: the method that made the step */
+    int32_t rejected;         /* steps taken back within the level so far */
+    int32_t reserved;         /* 0 */
+    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
+    const curvopt_mesh *mesh; /* its connectivity */
     double energy;            /* objective now */
     double start_energy;      /* objective of the input cage */
     double gradient_norm;     /* |gradient| * size / energy, dimensionless */
-    double seconds;           /* since the start */
-    const double *xyz;        /* [3 n_vertices] the current cage, of the current level */
-    const curvopt_mesh *mesh; /* its connectivity */
-    int32_t level;            /* 1 .. levels */
-    int32_t levels;
-    int32_t iteration; /* within the level */
-    int32_t evaluations;
-    int32_t n_vertices;
-    int32_t reserved;
+    double seconds;           /* since the start of the run */
+    double decrement;  /* decrease of the objective that the quadratic model predicted for the step; NAN without a
+                          step */
+    double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
+                          units at root mean square radius 1; NAN for steps without a Hessian */
+    double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
+    double step;       /* longest displacement of a vertex in the step, in mean edge lengths of the cage; NAN
+                          without a step */
 } curvopt_progress;
 
 /* Called on the thread that called curvopt_minimize. Nonzero cancels. */

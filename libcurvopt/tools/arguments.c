@@ -49,6 +49,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->max_iterations);
     else if (!strcmp(name, "--pin"))
         a->pins = value;
+    else if (!strcmp(name, "--trace"))
+        a->trace = value;
     else if (!strcmp(name, "--symmetry"))
         return parse_symmetry(value, o);
     else if (!strcmp(name, "--method")) {
@@ -61,8 +63,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 static int is_valued(const char *name, int minimize) {
     static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
                                        "--threads", "--boundary-rule", "--blend-width"};
-    static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
-                                                "--method", "--boundary", "--symmetry", "--pin"};
+    static const char *const only_minimize[] = {"-o",         "--output",   "--levels", "--max-iterations", "--method",
+                                                "--boundary", "--symmetry", "--pin",    "--trace"};
     size_t length = strlen(name);
     return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);

@@ -76,9 +76,10 @@ class Energies(C.Structure):
 class Progress(C.Structure):
     """curvopt_progress"""
 
-    _fields_ = [("energy", F64), ("start_energy", F64), ("gradient_norm", F64), ("seconds", F64),
-                ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, I32) for name in (
-                    "level", "levels", "iteration", "evaluations", "n_vertices", "reserved")]
+    _fields_ = [(name, I32) for name in ("struct_size", "level", "levels", "iteration", "evaluations", "n_vertices",
+                                         "samples", "method", "rejected", "reserved")] + [
+        ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, F64) for name in (
+            "energy", "start_energy", "gradient_norm", "seconds", "decrement", "shift", "gain_ratio", "step")]
 
 
 class Constraints(C.Structure):

@@ -33,7 +33,7 @@ test_unknown_options_are_named() {
 
 test_options_of_minimize_are_refused_by_evaluate() {
     local option
-    for option in -o --output --levels --max-iterations --method --as-report; do
+    for option in -o --output --levels --max-iterations --method --trace --as-report; do
         usage "$option" evaluate cage.obj "$option" 1
     done
 }
@@ -43,7 +43,7 @@ test_missing_values_are_named() {
     for option in --json --energy --surface --tolerance --threads; do
         usage "a value is missing after $option" evaluate cage.obj "$option"
     done
-    for option in -o --output --levels --max-iterations --method; do
+    for option in -o --output --levels --max-iterations --method --trace; do
         usage "a value is missing after $option" minimize cage.obj "$option"
     done
 }
@@ -160,7 +160,7 @@ test_help_and_version() {
     [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
     local option
     for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
-        --as-report; do
+        --as-report --trace; do
         [[ $OUT == *"$option"* ]] || fail "help does not mention $option"
     done
     run --version

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "optimize/step_control.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -20,7 +21,12 @@ static int report(const co_level *l, const co_iterate *now, int iteration, int e
     if (!r->progress)
         return 0;
     co_level_to_user(l, now->x, l->last.integral[CO_INT_AREA], r->xyz);
-    curvopt_progress progress = {.energy = co_level_energy(l, now),
+    curvopt_progress progress = {.struct_size = (int32_t)sizeof progress,
+                                 .decrement = (double)NAN,
+                                 .shift = (double)NAN,
+                                 .gain_ratio = (double)NAN,
+                                 .step = (double)NAN,
+                                 .energy = co_level_energy(l, now),
                                  .start_energy = r->start_energy,
                                  .gradient_norm = co_level_relative_gradient(l, now),
                                  .seconds = co_now_seconds() - r->started,
