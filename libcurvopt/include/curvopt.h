@@ -223,20 +223,24 @@ typedef struct curvopt_constraints {
 
 /* Fill with curvopt_options_init(), then change what you want. */
 typedef struct curvopt_options {
-    int32_t struct_size;       /* sizeof(curvopt_options) of the caller's header, set by the init */
-    int32_t surface;           /* curvopt_surface; default AUTO */
-    int32_t method;            /* curvopt_method; default AUTO */
-    int32_t levels;            /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
-    int32_t max_iterations;    /* per level; >= 0, default 3000 */
-    int32_t threads;           /* 0: all cores; default 0 */
-    int32_t as_report;         /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
-                                  method, and a fixed quadrature rule that nothing checks; default 0 */
-    int32_t boundary;          /* curvopt_boundary; default POSITION */
-    double weights[8];         /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
-                                  default Willmore 1, the others 0 */
-    double tolerance;          /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
-    double gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; default 1e-6 */
-    double max_step;           /* longest step of a vertex, in mean edge lengths; default 0.5 */
+    int32_t struct_size;    /* sizeof(curvopt_options) of the caller's header, set by the init */
+    int32_t surface;        /* curvopt_surface; default AUTO */
+    int32_t method;         /* curvopt_method; default AUTO */
+    int32_t levels;         /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
+    int32_t max_iterations; /* per level; >= 0, default 3000 */
+    int32_t threads;        /* 0: all cores; default 0 */
+    int32_t as_report;      /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
+                               method, and a fixed quadrature rule that nothing checks; default 0 */
+    int32_t boundary;       /* curvopt_boundary; default POSITION */
+    double weights[8];      /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
+                               default Willmore 1, the others 0 */
+    double tolerance;       /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
+    double
+        gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; 1e-15..1, default 1e-6 */
+    double decrement_tolerance; /* the last level has converged when the quadratic model predicts less than this *
+                                   energy to gain; coarser levels when it is less than the larger of this and 1e-5;
+                                   1e-15..1, default 2e-7. Not for CURVOPT_METHOD_LMVM, which has no model */
+    double max_step;            /* longest step of a vertex, in mean edge lengths; default 0.5 */
     const curvopt_constraints *constraints; /* for curvopt_minimize(); NULL, the default: none */
     int32_t symmetry;                       /* curvopt_symmetry; default AUTO; as_report keeps none */
     int32_t verify;                         /* 1: the result is also looked at without its symmetries, and by a Hessian

@@ -55,7 +55,8 @@ class Options(C.Structure):
 
     _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
                                          "as_report", "boundary")] + [
-        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64),
+        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64),
+        ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("reserved", I32)]

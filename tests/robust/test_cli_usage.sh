@@ -68,6 +68,7 @@ test_values_that_make_no_sense_are_named() {
     minimize "--levels cannot be " --levels ""
     minimize "--threads cannot be 99999999999" --threads 99999999999
     minimize "--tolerance cannot be tight" --tolerance tight
+    minimize "--decrement-tolerance cannot be 1e-8x" --decrement-tolerance 1e-8x
     minimize "--max-iterations cannot be 10x" --max-iterations 10x
 }
 
@@ -80,6 +81,8 @@ test_values_out_of_range_are_named() {
     minimize "tolerance is 0; it must be" --tolerance 0
     minimize "tolerance is 1; it must be" --tolerance 1
     minimize "tolerance is nan" --tolerance nan
+    minimize "decrement_tolerance is 0; it must be" --decrement-tolerance 0
+    minimize "decrement_tolerance is nan" --decrement-tolerance nan
     minimize "weights[1] is -1" --energy mvs:-1
     minimize "weights[0] is nan" --energy willmore:nan
     minimize "weights add up to 0" --energy mvs:0
