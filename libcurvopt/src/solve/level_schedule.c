@@ -20,7 +20,7 @@
 enum { MEMORY = 12, RENEW_EVERY = 5, SLOW_STEPS = 15, QUICK_STEPS = 5 };
 enum { MOST_SETTLING = 100, MOST_SLIDING = 30, MOST_ROUNDS = 5 };
 /* Of the energy; between levels only what the next one would not do better at once. */
-static const double COARSE_DECREMENT = 1e-5, FINAL_DECREMENT = 2e-7;
+static const double COARSE_DECREMENT = 1e-5;
 static const double COARSE_SETTLED = 1e-3, FINAL_SETTLED = 2e-6;
 /* Of the energy, in QUICK_STEPS: the shape stands, and Newton's method takes over. With many variables its factors cost
  * more than all the rest, and it comes when the other method is done. On a last level that began with the shape of the
@@ -307,7 +307,8 @@ static co_lbfgs_options first_options(const co_level *l) {
     co_lbfgs_options options = {.memory = MEMORY,
                                 .max_iterations = o->max_iterations,
                                 .gradient_tolerance = o->gradient_tolerance,
-                                .decrement_tolerance = last ? FINAL_DECREMENT : COARSE_DECREMENT,
+                                .decrement_tolerance =
+                                    last ? o->decrement_tolerance : fmax(o->decrement_tolerance, COARSE_DECREMENT),
                                 .settled_decrease = last && !quick ? FINAL_SETTLED : COARSE_SETTLED,
                                 .settled_steps = quick ? QUICK_STEPS : SLOW_STEPS,
                                 .max_step = o->max_step,
