@@ -73,6 +73,7 @@ class COptions(C.Structure):
         ("weights", C.c_double * MAX_TERMS),
         ("tolerance", C.c_double),
         ("gradient_tolerance", C.c_double),
+        ("decrement_tolerance", C.c_double),
         ("max_step", C.c_double),
         ("constraints", C.POINTER(CConstraints)),
         ("symmetry", C.c_int32),
@@ -107,13 +108,12 @@ class CProgress(C.Structure):
     """curvopt_progress"""
 
     _fields_ = [
-        ("energy", C.c_double),
-        ("start_energy", C.c_double),
-        ("gradient_norm", C.c_double),
-        ("seconds", C.c_double),
+        *((name, C.c_int32) for name in "struct_size level levels iteration evaluations n_vertices".split()),
+        *((name, C.c_int32) for name in "samples method rejected reserved".split()),
         ("xyz", C.POINTER(C.c_double)),
         ("mesh", C.c_void_p),
-        *((name, C.c_int32) for name in "level levels iteration evaluations n_vertices reserved".split()),
+        *((name, C.c_double) for name in "energy start_energy gradient_norm seconds".split()),
+        *((name, C.c_double) for name in "decrement shift gain_ratio step".split()),
     ]
 
 
@@ -140,42 +140,17 @@ class CSummary(C.Structure):
     ]
 
 
-class CSums(C.Structure):
-    """curvopt_sums"""
-
-    _fields_ = [
-        *((name, C.c_double) for name in "area second third gauss turning".split()),
-        ("term", C.c_double * MAX_TERMS),
-        ("samples", C.c_double),
-        ("min_jacobian", C.c_double),
-    ]
-
-
-class CMatrix(C.Structure):
-    """curvopt_matrix"""
-
-    _fields_ = [
-        ("column_start", C.POINTER(C.c_int32)),
-        ("row", C.POINTER(C.c_int32)),
-        ("value", C.POINTER(C.c_double)),
-        ("n", C.c_int32),
-        ("reserved", C.c_int32),
-    ]
-
-
 # Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
 STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 40,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 152,
+    COptions: 160,
     CEnergies: 200,
-    CProgress: 72,
+    CProgress: 120,
     CLevelReport: 48,
     CSummary: 472,
-    CSums: 120,
-    CMatrix: 32,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -218,15 +193,4 @@ SIGNATURES = {
     "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
     "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary))),
     "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _ERROR)),
-    "curvopt_mesh_part": (_I, (_HANDLE, REALS, _OUT, INTS, INTS, _ERROR)),
-    "curvopt_mesh_create_part": (_I, (_I, _I, INTS, INTS, C.POINTER(CCreases), _OUT, _ERROR)),
-    "curvopt_problem_create_part": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
-    "curvopt_problem_sum": (_I, (_HANDLE, REALS, _I, REALS, C.POINTER(CSums), _ERROR)),
-    "curvopt_problem_get_rules": (None, (_HANDLE, INTS)),
-    "curvopt_problem_set_rules": (_I, (_HANDLE, INTS, _ERROR)),
-    "curvopt_problem_face_errors": (_I, (_HANDLE, REALS, C.c_double, C.c_double, REALS, _ERROR)),
-    "curvopt_hessian_create": (_I, (_HANDLE, _OUT, _ERROR)),
-    "curvopt_hessian_destroy": (None, (_HANDLE,)),
-    "curvopt_hessian_get": (None, (_HANDLE, C.POINTER(CMatrix))),
-    "curvopt_hessian_assemble": (_I, (_HANDLE, REALS, _I, C.c_double, C.c_double, _ERROR)),
 }

@@ -223,20 +223,24 @@ typedef struct curvopt_constraints {
 
 /* Fill with curvopt_options_init(), then change what you want. */
 typedef struct curvopt_options {
-    int32_t struct_size;       /* sizeof(curvopt_options) of the caller's header, set by the init */
-    int32_t surface;           /* curvopt_surface; default AUTO */
-    int32_t method;            /* curvopt_method; default AUTO */
-    int32_t levels;            /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
-    int32_t max_iterations;    /* per level; >= 0, default 3000 */
-    int32_t threads;           /* 0: all cores; default 0 */
-    int32_t as_report;         /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
-                                  method, and a fixed quadrature rule that nothing checks; default 0 */
-    int32_t boundary;          /* curvopt_boundary; default POSITION */
-    double weights[8];         /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
-                                  default Willmore 1, the others 0 */
-    double tolerance;          /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
-    double gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; default 1e-6 */
-    double max_step;           /* longest step of a vertex, in mean edge lengths; default 0.5 */
+    int32_t struct_size;    /* sizeof(curvopt_options) of the caller's header, set by the init */
+    int32_t surface;        /* curvopt_surface; default AUTO */
+    int32_t method;         /* curvopt_method; default AUTO */
+    int32_t levels;         /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
+    int32_t max_iterations; /* per level; >= 0, default 3000 */
+    int32_t threads;        /* 0: all cores; default 0 */
+    int32_t as_report;      /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
+                               method, and a fixed quadrature rule that nothing checks; default 0 */
+    int32_t boundary;       /* curvopt_boundary; default POSITION */
+    double weights[8];      /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
+                               default Willmore 1, the others 0 */
+    double tolerance;       /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
+    double
+        gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; 1e-15..1, default 1e-6 */
+    double decrement_tolerance; /* the last level has converged when the quadratic model predicts less than this *
+                                   energy to gain; coarser levels when it is less than the larger of this and 1e-5;
+                                   1e-15..1, default 2e-7. Not for CURVOPT_METHOD_LMVM, which has no model */
+    double max_step;            /* longest step of a vertex, in mean edge lengths; default 0.5 */
     const curvopt_constraints *constraints; /* for curvopt_minimize(); NULL, the default: none */
     int32_t symmetry;                       /* curvopt_symmetry; default AUTO; as_report keeps none */
     int32_t verify;                         /* 1: the result is also looked at without its symmetries, and by a Hessian
@@ -247,7 +251,7 @@ typedef struct curvopt_options {
     int32_t symmetry_planes;                /* with PLANES, a sum of curvopt_plane; else 0, the default */
     int32_t blend_width; /* `polynomial`: over how many faces of each sector at an extraordinary vertex
                             blends may reach; they take a quarter of the way to the next vertex that
-                            is not regular. 1..8, default 8; 1 for parts (curvopt_mesh_part) */
+                            is not regular. 1..8, default 8; 1 for parts (curvopt_experimental.h) */
     int32_t reserved;    /* must be 0 */
 } curvopt_options;
 
@@ -322,21 +326,39 @@ typedef enum curvopt_stop {
 /* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
-/* Shown to the callback at the start of every level (iteration 0) and after every accepted step; pointers are valid
- * during the call only. The cage is the one that cancelling would return. */
+/* The method that made a step. */
+typedef enum curvopt_step {
+    CURVOPT_STEP_NONE = 0,  /* no step: the start of a level */
+    CURVOPT_STEP_LBFGS = 1, /* limited-memory BFGS with a line search */
+    CURVOPT_STEP_NEWTON = 2 /* Newton's method with a shifted Hessian */
+} curvopt_step;
+
+/* The record of one iteration. The callback gets it at the start of every level (iteration 0) and after every accepted
+ * step. Its pointers are valid during the call only. A number that is not known is NAN. */
 typedef struct curvopt_progress {
+    int32_t struct_size;      /* sizeof(curvopt_progress) of the library: members beyond it are absent */
+    int32_t level;            /* 1 .. levels */
+    int32_t levels;           /* as in the options */
+    int32_t iteration;        /* accepted steps within the level */
+    int32_t evaluations;      /* of the objective, within the level */
+    int32_t n_vertices;       /* of the current cage */
+    int32_t samples;          /* quadrature points of the present rules */
+    int32_t method;           /* curvopt_step: the method that made the step */
+    int32_t rejected;         /* steps taken back within the level so far */
+    int32_t reserved;         /* 0 */
+    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
+    const curvopt_mesh *mesh; /* its connectivity */
     double energy;            /* objective now */
     double start_energy;      /* objective of the input cage */
     double gradient_norm;     /* |gradient| * size / energy, dimensionless */
-    double seconds;           /* since the start */
-    const double *xyz;        /* [3 n_vertices] the current cage, of the current level */
-    const curvopt_mesh *mesh; /* its connectivity */
-    int32_t level;            /* 1 .. levels */
-    int32_t levels;
-    int32_t iteration; /* within the level */
-    int32_t evaluations;
-    int32_t n_vertices;
-    int32_t reserved;
+    double seconds;           /* since the start of the run */
+    double decrement;  /* decrease of the objective that the quadratic model predicted for the step; NAN without a
+                          step */
+    double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
+                          units at root mean square radius 1; NAN for steps without a Hessian */
+    double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
+    double step;       /* longest displacement of a vertex in the step, in mean edge lengths of the cage; NAN
+                          without a step */
 } curvopt_progress;
 
 /* Called on the thread that called curvopt_minimize. Nonzero cancels. */
@@ -418,101 +440,6 @@ CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvop
 /* Report of level index 0 .. n_levels - 1; ERROR_ARGUMENT outside. */
 CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
                                              curvopt_error *error);
-
-/* ------------------------------------------------------------------------------------ parts of a surface -- */
-
-/* For whoever shares a surface out: over processes (tao/), over symmetric pieces, over faces that matter. A part is
- * some of a cage's faces, each counted so and so often. What the library finds for parts of one surface, evaluated by
- * the same quadrature rules, adds up to what it finds for the whole, but for rounding.
- *
- * An energy is second + area * third, each a sum over faces: `second` the weighted terms without third order, `third`
- * the weighted third-order terms, which lack their factor, the area of the whole surface. So the whole's energy needs
- * three sums of each part, and its gradient is grad second + area * grad third + third * grad area.
- *
- * Positions here are normalized by the caller: the root mean square distance of all of the whole's vertices from their
- * centroid is 1. (Third-order energies are regularized at umbilics on that scale; the centroid should be near 0.)
- * Gradients are with respect to these positions, and do not know of the normalization. */
-
-/* Of the faces whose face_weight [n_faces of mesh] is not 0 the mesh that their surface depends on: they, and those
- * round them, two rings or more. Creases go with it. Faces and vertices keep their order.
- *   vertex_of [n_vertices of mesh], face_of [n_faces of mesh]: number in `mesh` of each vertex and face of the part;
- *   as many are written as the part has.
- * At the rim of a part edges have one face, and that is no boundary of the surface: it is for
- * curvopt_problem_create_part alone. ERROR_ARGUMENT (NULL, or no face counts), ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_mesh_part(const curvopt_mesh *mesh, const double *face_weight, curvopt_mesh **out,
-                                      int32_t *vertex_of, int32_t *face_of, curvopt_error *error);
-/* As curvopt_mesh_create_creased, of what a part consists of: vertices that join two fans of faces are let pass, as
- * rims have them. The result may be refined, and a part be taken of that. */
-CURVOPT_API int32_t curvopt_mesh_create_part(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
-                                             const int32_t *face_vertices, const curvopt_creases *creases,
-                                             curvopt_mesh **out, curvopt_error *error);
-
-/* As curvopt_problem_create, for the faces of `mesh` whose face_weight [n_faces] is not 0, each counted as often as
- * that says; the others are there for these faces' neighbourhoods only. curvopt_problem_evaluate refuses such a
- * problem: an error over some faces is not one of the surface. The functions below take problems of either kind.
- * Besides its errors ERROR_ARGUMENT: a weight is negative or not finite (`element` is the face), or all are 0. */
-CURVOPT_API int32_t curvopt_problem_create_part(const curvopt_mesh *mesh, const double *face_weight,
-                                                const curvopt_options *options, curvopt_problem **out,
-                                                curvopt_error *error);
-
-/* Sums over the faces that count, each as often as it does. Those of parts add up; of min_jacobian the least counts. */
-typedef struct curvopt_sums {
-    double area;
-    double second;  /* weighted terms without third order */
-    double third;   /* weighted third-order terms, without their factor area */
-    double gauss;   /* int K dA */
-    double turning; /* int kappa_g ds along boundaries and infinitely sharp creases, and the angles there: on a closed
-                       surface without those 0, and gauss is 2 pi chi */
-    double term[8]; /* every term by curvopt_term: third-order ones without their factor, and NAN where they were not
-                       asked for or the surface cannot give them; AREA's is the area */
-    double samples; /* quadrature points */
-    double min_jacobian; /* least |S_u x S_v| over its face's mean */
-} curvopt_sums;
-
-/* By the present rules, which this does not change.
- *   xyz [3 n_vertices]        normalized
- *   all_terms                 nonzero: third-order terms even if the objective has none
- *   gradients [3][3 n_vertices] of second, third and area, 0 where the objective has no such terms (area's too, then);
- *                             NULL: not wanted
- * A degenerate surface gives sums that are not finite, and no error. ERROR_ARGUMENT. */
-CURVOPT_API int32_t curvopt_problem_sum(curvopt_problem *problem, const double *xyz, int32_t all_terms,
-                                        double *gradients, curvopt_sums *out, curvopt_error *error);
-
-/* Quadrature rules, 0 to CURVOPT_FINEST_RULE, by face. Where a face is evaluated in pieces
- * they can have different rules once curvopt_problem_evaluate has refined them; the finest is returned. Faces that do
- * not count: -1, and what is set for them means nothing. rules [n_faces]. ERROR_ARGUMENT, ERROR_MEMORY. */
-#define CURVOPT_FINEST_RULE 6
-CURVOPT_API void curvopt_problem_get_rules(const curvopt_problem *problem, int32_t *rules);
-CURVOPT_API int32_t curvopt_problem_set_rules(curvopt_problem *problem, const int32_t *rules, curvopt_error *error);
-/* What each face's share in the objective is off, as far as a rule one finer can tell, signed: present rule less finer
- * one, times the face's weight; 0 for faces that do not count. area, third: the whole surface's, which a share depends
- * on. errors [n_faces]. ERROR_ARGUMENT, ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_problem_face_errors(curvopt_problem *problem, const double *xyz, double area, double third,
-                                                double *errors, curvopt_error *error);
-
-/* Second derivatives of the faces that count, sparse. Alive as long as its problem. */
-typedef struct curvopt_hessian curvopt_hessian;
-
-/* The lower triangle of a symmetric matrix, by columns; the arrays are the hessian's. */
-typedef struct curvopt_matrix {
-    const int32_t *column_start; /* [n + 1] */
-    const int32_t *row;          /* [column_start[n]] ascending in each column, the diagonal's first */
-    const double *value;         /* [column_start[n]] */
-    int32_t n;                   /* 3 n_vertices */
-    int32_t reserved;
-} curvopt_matrix;
-
-/* The pattern, with values 0. ERROR_SIZE (more entries than 32-bit indices count), ERROR_ARGUMENT, ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_hessian_create(curvopt_problem *problem, curvopt_hessian **out, curvopt_error *error);
-CURVOPT_API void curvopt_hessian_destroy(curvopt_hessian *hessian);
-CURVOPT_API void curvopt_hessian_get(const curvopt_hessian *hessian, curvopt_matrix *out);
-/* At normalized xyz [3 n_vertices]: hess second + area * hess third + third * hess area, `area` and `third` the whole
- * surface's. The whole's Hessian has besides grad area (x) grad third + grad third (x) grad area, which is dense: add
- * it from the sums of the parts' gradients. exact == 0: the Gauss-Newton matrix instead, which is never indefinite and
- * leaves third * hess area out; by the coarsest rules. On irregular faces of `plane` it is that matrix in any case.
- * ERROR_ARGUMENT, ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, int32_t exact, double area,
-                                             double third, curvopt_error *error);
 
 #ifdef __cplusplus
 }

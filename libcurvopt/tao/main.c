@@ -20,7 +20,7 @@ static const char help_text[] =
     "with\n"
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
-    "  --symmetry           none, which is the default here; --escape: not for this program\n"
+    "  --symmetry           none, which is the default here; --escape, --trace: not for this program\n"
     "  --blend-width        1, which is the default here\n"
     "  --pin FILE           with --levels 1, no weights\n"
     "  --threads N          for each rank, default 1\n"
@@ -99,6 +99,8 @@ static const char *not_for_tao(const arguments *a) {
         return "--symmetry can be none: TAO keeps no symmetries";
     if (o->escape)
         return "--escape is not for this program";
+    if (a->trace)
+        return "--trace is not for this program: TAO has monitors, -tao_monitor";
     if (a->has_blend_width && o->blend_width != 1)
         return "--blend-width can be 1: a rank does not see how far it is to the next vertex that is not regular";
     if (a->pins && o->levels != 1)

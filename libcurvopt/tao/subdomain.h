@@ -9,7 +9,7 @@
 #ifndef CURVOPT_TAO_PORTION_H
 #define CURVOPT_TAO_PORTION_H
 
-#include "curvopt.h"
+#include "curvopt_experimental.h"
 
 #include <petscsf.h>
 #include <petscvec.h>

@@ -36,6 +36,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return o->boundary < 0;
     } else if (!strcmp(name, "--tolerance"))
         return parse_real(value, &o->tolerance);
+    else if (!strcmp(name, "--decrement-tolerance"))
+        return parse_real(value, &o->decrement_tolerance);
     else if (!strcmp(name, "--threads"))
         return parse_integer(value, &o->threads);
     else if (!strcmp(name, "--blend-width")) {
@@ -49,6 +51,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->max_iterations);
     else if (!strcmp(name, "--pin"))
         a->pins = value;
+    else if (!strcmp(name, "--trace"))
+        a->trace = value;
     else if (!strcmp(name, "--symmetry"))
         return parse_symmetry(value, o);
     else if (!strcmp(name, "--method")) {
@@ -61,8 +65,9 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 static int is_valued(const char *name, int minimize) {
     static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
                                        "--threads", "--boundary-rule", "--blend-width"};
-    static const char *const only_minimize[] = {"-o",       "--output",   "--levels",   "--max-iterations",
-                                                "--method", "--boundary", "--symmetry", "--pin"};
+    static const char *const only_minimize[] = {
+        "-o",         "--output",   "--levels", "--max-iterations", "--decrement-tolerance", "--method",
+        "--boundary", "--symmetry", "--pin",    "--trace"};
     size_t length = strlen(name);
     return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);

@@ -12,7 +12,7 @@ enum { ARGUMENTS_DONE = 0, ARGUMENTS_COULD_NOT = 1, ARGUMENTS_USAGE = 2 };
 extern const char *const method_name[3]; /* by curvopt_method */
 
 typedef struct arguments {
-    const char *command, *input, *output, *json, *energy, *pins;
+    const char *command, *input, *output, *json, *energy, *pins, *trace;
     curvopt_options options;
     curvopt_constraints constraints;
     int boundary_rule;

@@ -7,6 +7,7 @@
 #include "obj_cage.h"
 #include "pins.h"
 #include "report_json.h"
+#include "trace.h"
 
 #include <errno.h>
 #include <math.h>
@@ -55,6 +56,9 @@ static const char help_text[] =
     "                       matrix, then Newton's method with the Hessian (default); lmvm: without these, the\n"
     "                       report's\n"
     "  --max-iterations N   a level (default 3000)\n"
+    "  --decrement-tolerance T\n"
+    "                       the last level ends when there is less than T of the energy to gain, by a quadratic model\n"
+    "                       (default 2e-7; not for lmvm); coarser levels end at 1e-5 or T, whichever is larger\n"
     "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
     "                       there are third-order terms only as far as it pays, and with lmvm not at all (default);\n"
     "                       rotations: those that mirror nothing; none: not looked for; x, y, z or several with\n"
@@ -63,6 +67,7 @@ static const char help_text[] =
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one; a number behind that, 0 to 1, says how\n"
     "                       firmly: 1 exactly, less by a spring that draws the vertex there\n"
+    "  --trace FILE|-       write a record of every iteration as CSV: energies, steps, what the model had predicted\n"
     "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
     "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
     "                       rule that nothing checks\n"
@@ -82,19 +87,35 @@ static int could_not(const char *path, const char *message) {
 
 /* ----------------------------------------------------------------------------------------------- reporting -- */
 
-/* The report, staged if there is to be one. */
-static int stage_json(const arguments *a, const json_report *report, staged *out) {
+static int is_standard_output(const char *path) {
+    return path && !strcmp(path, "-");
+}
+
+/* One file staged by its writer; none if `path` is NULL. */
+static int stage(const char *path, void (*write)(FILE *, const void *), const void *what, staged *out) {
     *out = (staged){0};
-    if (!a->json)
+    if (!path)
         return ARGUMENTS_DONE;
-    int failed = staged_open(out, a->json);
+    int failed = staged_open(out, path);
     if (!failed) {
-        json_write(out->file, report);
+        write(out->file, what);
         failed = staged_close(out);
         if (failed)
             staged_discard(out);
     }
-    return failed ? could_not(a->json, strerror(failed)) : ARGUMENTS_DONE;
+    return failed ? could_not(path, strerror(failed)) : ARGUMENTS_DONE;
+}
+
+static void write_json(FILE *file, const void *report) {
+    json_write(file, report);
+}
+
+static void write_cage(FILE *file, const void *cage) {
+    obj_write(file, cage);
+}
+
+static void write_trace(FILE *file, const void *rows) {
+    trace_write(file, rows);
 }
 
 static int commit(staged *out) {
@@ -161,9 +182,10 @@ static int run_evaluate(const arguments *a) {
         staged json;
         curvopt_mesh_info info;
         curvopt_mesh_get_info(mesh, &info);
-        if (!a->quiet && !(a->json && !strcmp(a->json, "-")))
+        if (!a->quiet && !is_standard_output(a->json))
             print_energies(&info, &energies);
-        result = stage_json(a, &(json_report){.info = &info, .energies = &energies, .energy = a->energy}, &json);
+        json_report report = {.info = &info, .energies = &energies, .energy = a->energy};
+        result = stage(a->json, write_json, &report, &json);
         if (result == ARGUMENTS_DONE)
             result = commit(&json);
     }
@@ -180,8 +202,17 @@ static void on_interrupt(int number) {
     signal(number, SIG_DFL);
 }
 
+/* A run that is on, as its callback sees it. */
+typedef struct watch {
+    const arguments *args;
+    trace trace;
+} watch;
+
 static int32_t on_progress(const curvopt_progress *p, void *user) {
-    const arguments *a = user;
+    watch *w = user;
+    const arguments *a = w->args;
+    if (a->trace)
+        trace_add(&w->trace, p);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", p->level, p->levels,
                 p->iteration, p->energy, p->gradient_norm, p->seconds);
@@ -212,23 +243,26 @@ static int take_result(const curvopt_result *result, const curvopt_mesh_info *in
     return 1;
 }
 
-/* The optimized cage, staged. */
-static int stage_cage(const arguments *a, const curvopt_result *result, const curvopt_mesh_info *info, staged *out) {
-    obj_cage cage;
-    int failed = take_result(result, info, &cage) ? staged_open(out, a->output) : ENOMEM;
-    if (!failed) {
-        obj_write(out->file, &cage);
-        failed = staged_close(out);
-        if (failed)
-            staged_discard(out);
+/* Cage, report and trace: all are complete before any is put in its place. */
+static int deliver_files(const arguments *a, const obj_cage *cage, const json_report *report, const trace *rows) {
+    staged out[3] = {{0}};
+    int status = stage(a->output, write_cage, cage, &out[0]);
+    if (status == ARGUMENTS_DONE)
+        status = stage(a->json, write_json, report, &out[1]);
+    if (status == ARGUMENTS_DONE)
+        status = rows->failed ? could_not(a->trace, strerror(ENOMEM)) : stage(a->trace, write_trace, rows, &out[2]);
+    for (int i = 0; i < 3; i++) {
+        if (status == ARGUMENTS_DONE)
+            status = commit(&out[i]);
+        else
+            staged_discard(&out[i]);
     }
-    obj_free(&cage);
-    return failed ? could_not(a->output, strerror(failed)) : ARGUMENTS_DONE;
+    return status;
 }
 
-/* Cage and report: both are complete before either is put in its place. */
-static int deliver(const arguments *a, const curvopt_result *result) {
-    staged cage, json;
+static int deliver(const watch *w, const curvopt_result *result) {
+    const arguments *a = w->args;
+    obj_cage cage;
     curvopt_mesh_info info;
     curvopt_summary summary;
     curvopt_level_report levels[12]; /* as many as the options allow */
@@ -242,22 +276,14 @@ static int deliver(const arguments *a, const curvopt_result *result) {
                           .levels = levels,
                           .energy = a->energy,
                           .method = method_name[summary.method]};
-    int status = stage_cage(a, result, &info, &cage);
-    if (status != ARGUMENTS_DONE)
-        return status;
-    status = stage_json(a, &report, &json);
-    if (status != ARGUMENTS_DONE) {
-        staged_discard(&cage);
-        return status;
-    }
-    status = commit(&cage);
-    if (status != ARGUMENTS_DONE) {
-        staged_discard(&json);
-        return status;
-    }
-    if (!a->quiet && !(a->json && !strcmp(a->json, "-")) && strcmp(a->output, "-") != 0)
+    if (!take_result(result, &info, &cage))
+        return could_not(a->output, strerror(ENOMEM));
+    int status = deliver_files(a, &cage, &report, &w->trace);
+    obj_free(&cage);
+    if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
+        !is_standard_output(a->trace))
         print_run(&summary, a->energy);
-    return commit(&json);
+    return status;
 }
 
 /* Pins into the options, if there are to be any. */
@@ -283,6 +309,7 @@ static int run_minimize(arguments *a) {
     curvopt_result *result = NULL;
     curvopt_error error;
     pin_list pins;
+    watch w = {.args = a};
     int status = load_pins(a, &pins);
     if (status != ARGUMENTS_DONE)
         return status;
@@ -292,12 +319,13 @@ static int run_minimize(arguments *a) {
         return status;
     }
     signal(SIGINT, on_interrupt);
-    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, a, NULL, &result, &error) != CURVOPT_OK)
+    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, &w, NULL, &result, &error) != CURVOPT_OK)
         status = could_not(a->input, error.message);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)
-        status = deliver(a, result);
+        status = deliver(&w, result);
+    trace_free(&w.trace);
     curvopt_result_destroy(result);
     curvopt_mesh_destroy(mesh);
     obj_free(&cage);

@@ -1,7 +1,10 @@
 /* The header as other people's compilers see it: sizes and places of every field, no padding, every function there.
  * Included by one file per language. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "curvopt.h"
-#include "curvopt.h" /* twice: it must not mind */
+#include "curvopt_experimental.h"
+/* twice: they must not mind */
+#include "curvopt.h"
+#include "curvopt_experimental.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -17,6 +20,7 @@ SIZE(curvopt_status, 4);
 SIZE(curvopt_surface, 4);
 SIZE(curvopt_term, 4);
 SIZE(curvopt_stop, 4);
+SIZE(curvopt_step, 4);
 
 SIZE(curvopt_error, 256);
 AT(curvopt_error, code, 0);
@@ -35,7 +39,7 @@ AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
 
-SIZE(curvopt_options, 152);
+SIZE(curvopt_options, 160);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -47,14 +51,15 @@ AT(curvopt_options, boundary, 28);
 AT(curvopt_options, weights, 32);
 AT(curvopt_options, tolerance, 96);
 AT(curvopt_options, gradient_tolerance, 104);
-AT(curvopt_options, max_step, 112);
-AT(curvopt_options, constraints, 120);
-AT(curvopt_options, symmetry, 128);
-AT(curvopt_options, verify, 132);
-AT(curvopt_options, escape, 136);
-AT(curvopt_options, symmetry_planes, 140);
-AT(curvopt_options, blend_width, 144);
-AT(curvopt_options, reserved, 148);
+AT(curvopt_options, decrement_tolerance, 112);
+AT(curvopt_options, max_step, 120);
+AT(curvopt_options, constraints, 128);
+AT(curvopt_options, symmetry, 136);
+AT(curvopt_options, verify, 140);
+AT(curvopt_options, escape, 144);
+AT(curvopt_options, symmetry_planes, 148);
+AT(curvopt_options, blend_width, 152);
+AT(curvopt_options, reserved, 156);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);
@@ -78,19 +83,27 @@ AT(curvopt_energies, min_jacobian, 184);
 AT(curvopt_energies, surface, 192);
 AT(curvopt_energies, n_samples, 196);
 
-SIZE(curvopt_progress, 72);
-AT(curvopt_progress, energy, 0);
-AT(curvopt_progress, start_energy, 8);
-AT(curvopt_progress, gradient_norm, 16);
-AT(curvopt_progress, seconds, 24);
-AT(curvopt_progress, xyz, 32);
-AT(curvopt_progress, mesh, 40);
-AT(curvopt_progress, level, 48);
-AT(curvopt_progress, levels, 52);
-AT(curvopt_progress, iteration, 56);
-AT(curvopt_progress, evaluations, 60);
-AT(curvopt_progress, n_vertices, 64);
-AT(curvopt_progress, reserved, 68);
+SIZE(curvopt_progress, 120);
+AT(curvopt_progress, struct_size, 0);
+AT(curvopt_progress, level, 4);
+AT(curvopt_progress, levels, 8);
+AT(curvopt_progress, iteration, 12);
+AT(curvopt_progress, evaluations, 16);
+AT(curvopt_progress, n_vertices, 20);
+AT(curvopt_progress, samples, 24);
+AT(curvopt_progress, method, 28);
+AT(curvopt_progress, rejected, 32);
+AT(curvopt_progress, reserved, 36);
+AT(curvopt_progress, xyz, 40);
+AT(curvopt_progress, mesh, 48);
+AT(curvopt_progress, energy, 56);
+AT(curvopt_progress, start_energy, 64);
+AT(curvopt_progress, gradient_norm, 72);
+AT(curvopt_progress, seconds, 80);
+AT(curvopt_progress, decrement, 88);
+AT(curvopt_progress, shift, 96);
+AT(curvopt_progress, gain_ratio, 104);
+AT(curvopt_progress, step, 112);
 
 SIZE(curvopt_level_report, 48);
 AT(curvopt_level_report, energy, 0);

@@ -36,8 +36,8 @@ by_compiler() {
         -Wl,-rpath,"$prefix/lib" && "$work/by_compiler"
 }
 
-only_one_header() {
-    [[ $(find "$prefix/include" -type f) == "$prefix/include/curvopt.h" ]]
+only_two_headers() {
+    [[ $(find "$prefix/include" -type f | sort) == "$prefix/include/curvopt.h"$'\n'"$prefix/include/curvopt_experimental.h" ]]
 }
 
 no_trace_of_the_build() {
@@ -46,7 +46,7 @@ no_trace_of_the_build() {
 
 cmake -E rm -rf "$work"
 check "installs" cmake --install build/release --prefix "$prefix"
-check "installs one header" only_one_header
+check "installs two headers" only_two_headers
 check "names no folder of the build" no_trace_of_the_build
 check "a CMake project finds it" consumer found 0.1
 check "a CMake project builds with it" cmake --build "$work/found"

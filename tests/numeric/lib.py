@@ -55,7 +55,8 @@ class Options(C.Structure):
 
     _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
                                          "as_report", "boundary")] + [
-        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64), ("max_step", F64),
+        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64),
+        ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("reserved", I32)]
@@ -76,9 +77,10 @@ class Energies(C.Structure):
 class Progress(C.Structure):
     """curvopt_progress"""
 
-    _fields_ = [("energy", F64), ("start_energy", F64), ("gradient_norm", F64), ("seconds", F64),
-                ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, I32) for name in (
-                    "level", "levels", "iteration", "evaluations", "n_vertices", "reserved")]
+    _fields_ = [(name, I32) for name in ("struct_size", "level", "levels", "iteration", "evaluations", "n_vertices",
+                                         "samples", "method", "rejected", "reserved")] + [
+        ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, F64) for name in (
+            "energy", "start_energy", "gradient_norm", "seconds", "decrement", "shift", "gain_ratio", "step")]
 
 
 class Constraints(C.Structure):

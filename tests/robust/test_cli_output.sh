@@ -59,6 +59,41 @@ test_dash_as_cage_is_standard_input() {
     grep -q "the file is empty" err || fail "message: $(<err)"
 }
 
+# One row for every iteration, as the report counts them; columns are what the header line says.
+test_trace_has_a_row_for_every_iteration() {
+    torus_obj 6 4 >cage.obj
+    run minimize cage.obj -o result.obj --levels 2 --max-iterations 8 --energy mvs --trace trace.csv --json result.json
+    expect 0 ''
+    python3 - trace.csv result.json <<'END' || fail "the trace is not as it should be: $(head -n 4 trace.csv)"
+import csv, json, sys
+rows = list(csv.DictReader(open(sys.argv[1], newline="")))
+report = json.load(open(sys.argv[2]))
+columns = "level iteration energy gradient_norm decrement shift gain_ratio step samples method rejected seconds"
+assert list(rows[0]) == columns.split() and all(None not in row and None not in row.values() for row in rows)
+for level in report["levels"]:
+    mine = [row for row in rows if int(row["level"]) == level["level"]]
+    steps = [int(row["iteration"]) for row in mine]
+    assert steps[0] == 0 and max(steps) == level["iterations"] > 0, (steps, level)
+    assert len(set(steps)) == level["iterations"] + 1, steps
+    assert abs(float(mine[-1]["energy"]) / level["energy"] - 1) < 1e-2, (mine[-1], level)
+seconds = [float(row["seconds"]) for row in rows]
+assert seconds == sorted(seconds) and 0 <= seconds[0] and seconds[-1] <= report["seconds"]
+END
+}
+
+test_trace_is_written_whole_or_not_at_all() {
+    cube_obj >cage.obj
+    refused 1 "no/such.csv: No such file" minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --quiet \
+        --trace no/such.csv
+    refused 1 "No such file" minimize cage.obj -o no/such.obj --levels 1 --max-iterations 1 --quiet --trace trace.csv
+    run minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --trace -
+    expect 0 ''
+    [[ $OUT == level,iteration,energy,* && $OUT != *willmore:* ]] || fail "printed: $OUT"
+    [[ -s result.obj && -z $(ls ./*.part 2>/dev/null) ]] || fail "left: $(ls)"
+    run minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --quiet --trace /dev/full
+    expect 1 "No space left"
+}
+
 test_quiet_prints_nothing() {
     cube_obj >cage.obj
     run evaluate cage.obj --quiet --json result.json

@@ -33,7 +33,7 @@ test_unknown_options_are_named() {
 
 test_options_of_minimize_are_refused_by_evaluate() {
     local option
-    for option in -o --output --levels --max-iterations --method --as-report; do
+    for option in -o --output --levels --max-iterations --method --trace --as-report; do
         usage "$option" evaluate cage.obj "$option" 1
     done
 }
@@ -43,7 +43,7 @@ test_missing_values_are_named() {
     for option in --json --energy --surface --tolerance --threads; do
         usage "a value is missing after $option" evaluate cage.obj "$option"
     done
-    for option in -o --output --levels --max-iterations --method; do
+    for option in -o --output --levels --max-iterations --method --trace; do
         usage "a value is missing after $option" minimize cage.obj "$option"
     done
 }
@@ -68,6 +68,7 @@ test_values_that_make_no_sense_are_named() {
     minimize "--levels cannot be " --levels ""
     minimize "--threads cannot be 99999999999" --threads 99999999999
     minimize "--tolerance cannot be tight" --tolerance tight
+    minimize "--decrement-tolerance cannot be 1e-8x" --decrement-tolerance 1e-8x
     minimize "--max-iterations cannot be 10x" --max-iterations 10x
 }
 
@@ -80,6 +81,8 @@ test_values_out_of_range_are_named() {
     minimize "tolerance is 0; it must be" --tolerance 0
     minimize "tolerance is 1; it must be" --tolerance 1
     minimize "tolerance is nan" --tolerance nan
+    minimize "decrement_tolerance is 0; it must be" --decrement-tolerance 0
+    minimize "decrement_tolerance is nan" --decrement-tolerance nan
     minimize "weights[1] is -1" --energy mvs:-1
     minimize "weights[0] is nan" --energy willmore:nan
     minimize "weights add up to 0" --energy mvs:0
@@ -160,7 +163,7 @@ test_help_and_version() {
     [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
     local option
     for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
-        --as-report; do
+        --as-report --trace; do
         [[ $OUT == *"$option"* ]] || fail "help does not mention $option"
     done
     run --version

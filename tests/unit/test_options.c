@@ -33,6 +33,7 @@ static void test_defaults_are_those_of_the_header_and_valid(void **state) {
     CHECK_NEAR(o.weights[CURVOPT_TERM_WILLMORE], 1, 0);
     CHECK_NEAR(o.tolerance, 1e-4, 0);
     CHECK_NEAR(o.gradient_tolerance, 1e-6, 0);
+    CHECK_NEAR(o.decrement_tolerance, 2e-7, 0);
     CHECK_NEAR(o.max_step, 0.5, 0);
     for (int t = 1; t < 8; t++)
         CHECK_NEAR(o.weights[t], 0, 0);
@@ -87,6 +88,7 @@ typedef struct real_field {
 
 static const real_field reals[] = {{"tolerance", offsetof(curvopt_options, tolerance), 1e-12, 0.5},
                                    {"gradient_tolerance", offsetof(curvopt_options, gradient_tolerance), 1e-15, 1},
+                                   {"decrement_tolerance", offsetof(curvopt_options, decrement_tolerance), 1e-15, 1},
                                    {"max_step", offsetof(curvopt_options, max_step), 1e-6, 100}};
 
 static int32_t validate_real(const real_field *f, double value, curvopt_error *error) {

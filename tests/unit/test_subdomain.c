@@ -1,6 +1,7 @@
 /* Parts of a surface: what they add up to. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
+#include "curvopt_experimental.h"
 
 #include <stdlib.h>
 

@@ -104,6 +104,7 @@ void curvopt_options_init(curvopt_options *options) {
     options->weights[CURVOPT_TERM_WILLMORE] = 1;
     options->tolerance = 1e-4;
     options->gradient_tolerance = 1e-6;
+    options->decrement_tolerance = 2e-7;
     options->max_step = 0.5;
     options->blend_width = CO_BLEND_DISC_LARGEST;
 }
@@ -166,6 +167,8 @@ int32_t curvopt_options_validate(const curvopt_options *o, curvopt_error *error)
         status = check_real("tolerance", o->tolerance, 1e-12, 0.5, error);
     if (status == CURVOPT_OK)
         status = check_real("gradient_tolerance", o->gradient_tolerance, 1e-15, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_real("decrement_tolerance", o->decrement_tolerance, 1e-15, 1, error);
     if (status == CURVOPT_OK)
         status = check_real("max_step", o->max_step, 1e-6, 100, error);
     if (status == CURVOPT_OK)

@@ -81,7 +81,6 @@
     X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature of levels before the last one", "25")       \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
-    X(double, final_decrement, 2e-7, 1e-14, 1e-1, "of the energy", "the last level is done", "59")                     \
     X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the last level",    \
       "59")                                                                                                            \
     X(double, final_settled, 2e-6, 1e-12, 1, "of the energy", "settled: less in slow_steps, at the last level", "59")  \

@@ -6,6 +6,8 @@
 #include "energy/adaptive_quadrature.h"
 #include "hessian/sparse_hessian.h"
 
+#include "curvopt_experimental.h"
+
 /* As curvopt_mesh_part. */
 int32_t co_subdomain_extract(const curvopt_mesh *mesh, const double *face_weight, curvopt_mesh **part,
                              int32_t *vertex_of, int32_t *face_of, curvopt_error *error);

@@ -2,6 +2,7 @@
 #include "mesh/crease.h"
 
 #include "base/memory.h"
+#include "curvopt_experimental.h"
 
 #include <math.h>
 

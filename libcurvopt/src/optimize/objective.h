@@ -32,7 +32,8 @@ typedef struct co_damping {
     double mix;   /* 0 to 1 */
 } co_damping;
 
-typedef enum co_method { CO_METHOD_LBFGS, CO_METHOD_NEWTON } co_method;
+/* What made a step: curvopt_step. */
+typedef enum co_method { CO_METHOD_NONE, CO_METHOD_LBFGS, CO_METHOD_NEWTON } co_method;
 
 /* A step as it is reported; numbers that a method does not have are NAN. */
 typedef struct co_step_record {

@@ -251,7 +251,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .expects_plateau = prospect->expects_plateau,
                                   .max_iterations = o->max_iterations,
                                   .gradient_tolerance = o->gradient_tolerance,
-                                  .decrement_tolerance = run->tuning->final_decrement,
+                                  .decrement_tolerance = o->decrement_tolerance,
                                   .max_step = o->max_step};
     return co_level_schedule_make(&facts, run->tuning);
 }

@@ -21,7 +21,15 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
     if (!r->progress)
         return 0;
     co_level_objective_to_user(o, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
-    const curvopt_progress progress = {.energy = co_level_objective_energy(o, &l->now),
+    const curvopt_progress progress = {.struct_size = (int32_t)sizeof progress,
+                                       .decrement = record->predicted,
+                                       .gain_ratio = record->gain_ratio,
+                                       .step = record->length,
+                                       .shift = l->hessian.has_factor ? l->hessian.shift : (double)NAN,
+                                       .samples = (int32_t)o->assembly.layout.n_samples,
+                                       .method = (int32_t)record->method,
+                                       .rejected = record->rejected,
+                                       .energy = co_level_objective_energy(o, &l->now),
                                        .start_energy = r->start_energy,
                                        .gradient_norm = co_level_objective_relative_gradient(o, &l->now),
                                        .seconds = co_clock_seconds() - r->started,
