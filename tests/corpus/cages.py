@@ -28,6 +28,7 @@ from nets import (CUBE, TETRAHEDRON, check_manifold, connected, frame_cage, grow
 
 GRAIN = 2.0 ** 28  # coordinates are multiples of 1 / GRAIN
 LARGEST = 200      # vertices
+NARROWEST = 0.35   # half the width of an arm, in units of a box about two wide
 TRIALS = 200       # a cage that is no manifold, or too large, is drawn anew
 Named = tuple[Mesh, str]
 
@@ -65,10 +66,10 @@ def without_symmetry(draw: Draw, mesh: Mesh) -> Mesh:
 # ---------------------------------------------------------------------------------------------- tubes and lathes --
 
 def shaken_torus(draw: Draw, size: int) -> Named:
-    """A net of n x m on a torus of ratio 0.15 to 0.75, shaken by 2 to 25 % of an edge."""
+    """A net of n x m on a torus whose tube fills 15 to 75 % of the way to the hole, shaken by 2 to 25 % of an edge."""
     across = draw.integer(3, 8)
     along = max(3, min(round(size / across), 24))
-    mesh = torus_cage(along, across, draw.real(0.15, 0.75))
+    mesh = torus_cage(along, across, draw.real(0.15, 0.75) * math.cos(math.pi / along))
     return shaken(draw, mesh, draw.real(0.02, 0.25)), f"torus_{along}x{across}"
 
 
@@ -225,8 +226,8 @@ def heap(draw: Draw, size: int) -> Named:
     return without_symmetry(draw, stretched(draw, solid, mesh)), "heap"
 
 
-def extruded(draw: Draw, points: list, faces: list[list[int]], at: int) -> int:
-    """The face drawn out along about its normal, smaller and turned; the number of the face at the end."""
+def extrude(draw: Draw, points: list, faces: list[list[int]], at: int) -> bool:
+    """Draws a face out about along its normal, smaller and turned; False, and nothing done, if it would meet another part."""
     face = faces[at]
     corner = np.array([points[i] for i in face])
     centre = corner.mean(axis=0)
@@ -234,8 +235,14 @@ def extruded(draw: Draw, points: list, faces: list[list[int]], at: int) -> int:
     normal = normal / np.linalg.norm(normal)
     width = float(np.linalg.norm(corner - centre, axis=1).mean())
     along = normal + 0.45 * draw.directions(1)[0]
-    move = along * (width * draw.real(0.6, 1.8))
+    move = along * max(width * draw.real(0.6, 1.8), NARROWEST)
     scale = draw.real(0.6, 1.05)
+    others = np.array([p for i, p in enumerate(points) if i not in face])
+    for share in (0.5, 1.0, 1.5):
+        if np.linalg.norm(others - centre - share * move, axis=1).min() < 1.1 * width:
+            return False
+    if scale * width < NARROWEST:
+        return False
     tilt = draw.real(0, 0.35) * draw.directions(1)[0]
     ring = list(range(len(points), len(points) + len(face)))
     points += [centre + move + scale * (p - centre + np.cross(tilt, p - centre)) for p in corner]
@@ -243,7 +250,7 @@ def extruded(draw: Draw, points: list, faces: list[list[int]], at: int) -> int:
         j = (k + 1) % len(face)
         faces.append([a, face[j], ring[j], ring[k]])
     faces[at] = ring
-    return at
+    return True
 
 
 def arms(draw: Draw, size: int) -> Named:
@@ -251,9 +258,12 @@ def arms(draw: Draw, size: int) -> Named:
     xyz, faces = CUBE if draw.chance(0.6) else prism(draw.integer(3, 6))
     points, faces = [np.array(p, float) for p in xyz * draw.reals(1, 0.7, 1.5)], [list(f) for f in faces]
     last, n = 0, 0
-    while n == 0 or len(points) < size:
+    for _ in range(500):
         at = last if n and draw.chance(0.55) else draw.integer(0, len(faces) - 1)
-        last, n = extruded(draw, points, faces, at), n + 1
+        if extrude(draw, points, faces, at):
+            last, n = at, n + 1
+        if n and len(points) >= size:
+            break
     mesh = mesh_from_faces(points, faces)
     return shaken(draw, mesh, draw.real(0.02, 0.08)), f"arms_{n}"
 
@@ -436,8 +446,9 @@ def is_accepted_open(mesh: Mesh, most: int) -> bool:
     except ValueError:
         return False
     topo = topology(mesh)
-    rim = topo.ends[topo.n_edge_faces == 1].ravel()
-    return connected(mesh) and bool((np.bincount(mesh.flat, minlength=mesh.n_vertices)[rim] <= most).all())
+    at_boundary = topo.ends[topo.n_edge_faces == 1].ravel()
+    n_faces = np.bincount(mesh.flat, minlength=mesh.n_vertices)
+    return connected(mesh) and bool((n_faces[at_boundary] <= most).all())
 
 
 def check(mesh: Mesh) -> None:
