@@ -125,7 +125,12 @@ def worst(one: Runs, other: Runs, what: str) -> str:
     if not keys:
         return ""
     key = max(keys, key=lambda k: other[k][what] / one[k][what])
-    return f"{key} ({one[key][what]:.6g} -> {other[key][what]:.6g})"
+    return f"{shown(key)} ({one[key][what]:.6g} -> {other[key][what]:.6g})"
+
+
+def shown(key: str) -> str:
+    """A run's name without what ends a table's cell."""
+    return key.replace("|", " ")
 
 
 def compare(first: tuple[str, Runs], second: tuple[str, Runs]) -> str:
@@ -146,7 +151,7 @@ def compare(first: tuple[str, Runs], second: tuple[str, Runs]) -> str:
             over = over_best(mine, theirs)
             within = [f"{100 * sum(x <= limit for x in over) / max(len(over), 1):.1f} %" for limit in OVER]
             energies.append([name, letter, len(over), *within, f"{max(over, default=math.nan):.2g}"])
-        changed += [[key, verdict(a[key]), verdict(b[key])] for key in keys
+        changed += [[shown(key), verdict(a[key]), verdict(b[key])] for key in keys
                     if key in a and verdict(a[key]) != verdict(b[key])]
     lines.append(table(["", "", *OUTCOMES], rows))
     lines.append(table(["B / A", "of", "runs", "least", "quartile", "median", "quartile", "most", "of the sums", "largest"],
