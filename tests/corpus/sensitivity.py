@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Halves and doubles each constant of the library's tuning table, and says what that changes.
 
-    python3 tests/corpus/sensitivity.py choose --defaults EVEN.json [--budget 40]    writes fast.txt
+    python3 tests/corpus/sensitivity.py choose --defaults EVEN.json... [--budget 40]    writes fast.txt
     python3 tests/corpus/sensitivity.py run --output DIR [--only NAME...] [--jobs 2]
     python3 tests/corpus/sensitivity.py report --output DIR
 
-`choose` takes a campaign of the even seeds (and the catalogue) with the defaults. Its rule: of the runs that came to their
+`choose` takes campaigns of the even seeds (and the catalogue) with the defaults. Its rule: of the runs that came to their
 end, whatever the verdict, all that take less CPU time than a threshold, the same for all energies; the threshold is the
 largest with which the runs together fit in the budget (CPU seconds). The list is committed, so that another machine runs
 the same set.
@@ -130,13 +130,15 @@ def choose(runs: Runs, budget: float) -> tuple[list[str], float]:
 
 def write_choice(a: argparse.Namespace) -> None:
     """fast.txt, or what --set names."""
-    data = load(a.defaults)
-    keys, threshold = choose(data["runs"], a.budget)
+    runs: Runs = {}
+    for path in a.defaults:
+        runs.update(load(path)["runs"])
+    keys, threshold = choose(runs, a.budget)
     odd = [key for key in keys if key.startswith("seed_") and int(key[5:8]) % 2]
     if odd:
-        raise SystemExit(f"{a.defaults}: {odd[0]} is of the odd half, which is for publishing")
+        raise SystemExit(f"{odd[0]} is of the odd half, which is for publishing")
     head = (f"# Runs of the sensitivity campaign, chosen by sensitivity.py: below {threshold:.2f} CPU s each, "
-            f"{a.budget:g} CPU s together\n# (commit {data['commit']}). CAGE|ENERGY|LEVELS\n")
+            f"{a.budget:g} CPU s together\n# (commit {load(a.defaults[0])['commit']}). CAGE|ENERGY|LEVELS\n")
     a.set.write_text(head + "".join(key + "\n" for key in keys), encoding="ascii")
     cages = {key.split("|")[0] for key in keys}
     print(f"{len(keys)} runs of {len(cages)} cages below {threshold:.2f} s")
@@ -243,7 +245,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     chooser = commands.add_parser("choose", help="choose the fast set")
-    chooser.add_argument("--defaults", type=Path, required=True, help="a campaign of the even half and the catalogue")
+    chooser.add_argument("--defaults", type=Path, nargs="+", required=True, metavar="FILE.json",
+                         help="campaigns of the even half and the catalogue")
     chooser.add_argument("--budget", type=float, default=40, help="CPU seconds of one variation (default 40)")
     chooser.set_defaults(act=write_choice)
     runner = commands.add_parser("run", help="change the constants, one by one")
