@@ -35,9 +35,20 @@ def mean_edge(mesh: Mesh) -> float:
     return float(np.linalg.norm(mesh.xyz[ends[:, 0]] - mesh.xyz[ends[:, 1]], axis=1).mean())
 
 
-def shaken(draw: Draw, mesh: Mesh, share: float) -> Mesh:
-    """Every coordinate moved by up to `share` of the mean edge."""
-    return mesh.with_xyz(mesh.xyz + share * mean_edge(mesh) * draw.reals(mesh.n_vertices, -1, 1))
+def short_edge(mesh: Mesh) -> float:
+    """Mean length of the vertices' shortest edges."""
+    ends = topology(mesh).ends
+    length = np.linalg.norm(mesh.xyz[ends[:, 0]] - mesh.xyz[ends[:, 1]], axis=1)
+    shortest = np.full(mesh.n_vertices, np.inf)
+    np.minimum.at(shortest, ends[:, 0], length)
+    np.minimum.at(shortest, ends[:, 1], length)
+    return float(shortest.mean())
+
+
+def shaken(draw: Draw, mesh: Mesh, share: float, edge: float | None = None) -> Mesh:
+    """Every coordinate moved by up to `share` of an edge: the mean one, if no length is given."""
+    edge = mean_edge(mesh) if edge is None else edge
+    return mesh.with_xyz(mesh.xyz + share * edge * draw.reals(mesh.n_vertices, -1, 1))
 
 
 def warped(draw: Draw, mesh: Mesh, amount: float = 0.12) -> Mesh:
@@ -60,11 +71,11 @@ def without_symmetry(draw: Draw, mesh: Mesh) -> Mesh:
 # ---------------------------------------------------------------------------------------------- tubes and lathes --
 
 def shaken_torus(draw: Draw, size: int) -> Named:
-    """A net of n x m on a torus whose tube fills 15 to 75 % of the way to the hole, shaken by 2 to 25 % of an edge."""
+    """A net of n x m on a torus whose tube fills 15 to 75 % of the way to the axis, shaken by 2 to 25 % of a short edge."""
     across = draw.integer(3, 8)
     along = max(3, min(round(size / across), 24))
     mesh = torus_cage(along, across, draw.real(0.15, 0.75) * math.cos(math.pi / along))
-    return shaken(draw, mesh, draw.real(0.02, 0.25)), f"torus_{along}x{across}"
+    return shaken(draw, mesh, draw.real(0.02, 0.25), short_edge(mesh)), f"torus_{along}x{across}"
 
 
 def tube_points(draw: Draw, curve: np.ndarray, sides: int, closed: bool) -> np.ndarray:

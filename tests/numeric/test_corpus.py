@@ -18,7 +18,7 @@ import cages  # noqa: E402
 from tables import FAMILIES  # noqa: E402
 
 SEEDS = range(30)
-CHECKSUM = "bd781b84f9c1f4767c52de13642f4d149910e89288e12742954f478d64d0f750"
+CHECKSUM = "5b6e60a7cb5654607f47a645b35385fb3878cc58629bb068b7117f6d5aa2ad50"
 
 
 @pytest.mark.parametrize("seed", SEEDS)
