@@ -50,6 +50,10 @@ class Run(NamedTuple):
         """Its name in the file."""
         return f"{self.cage.stem}|{self.energy}|{self.levels}"
 
+    def cage_hash(self) -> str:
+        """Of the file's contents."""
+        return hashlib.sha256(self.cage.read_bytes()).hexdigest()[:16]
+
 
 class Program(NamedTuple):
     """What runs are made with."""
@@ -113,7 +117,7 @@ def perform(run: Run, program: Program, children: Children) -> Record:
             command += ["--set", change]
         began = time.monotonic()
         code, cpu, message = children.execute(command, program.limit)
-        record: Record = {"cpu": round(cpu, 4), "wall": round(time.monotonic() - began, 4)}
+        record: Record = {"cage": run.cage_hash(), "cpu": round(cpu, 4), "wall": round(time.monotonic() - began, 4)}
         if code == 0:
             return {"outcome": "done", **record, **figures(json.loads(report.read_text(encoding="utf-8")))}
         if code in (-signal.SIGXCPU, -signal.SIGKILL) and cpu >= 0.9 * program.limit:
@@ -154,13 +158,13 @@ def load(path: Path) -> Record:
 
 def campaign(runs: Iterable[Run], program: Program, output: Path, jobs: int,
              progress: Callable[[str, Record], None] | None = None) -> Record:
-    """Does the runs that the output file does not have; the whole of the file in the end."""
+    """Does the runs that the output file does not have, or has of another cage; the whole of the file in the end."""
     settings = program.settings()
     data = load(output) if output.exists() else {**settings, "commit": commit(), "runs": {}}
     for name, value in settings.items():
         if data[name] != value:
             raise SystemExit(f"{output} was made with another {name}: {data[name]}, not {value}; name another output")
-    left = {run.key: run for run in runs if run.key not in data["runs"]}
+    left = {run.key: run for run in runs if data["runs"].get(run.key, {}).get("cage") != run.cage_hash()}
     children, lock = Children(), threading.Lock()
 
     def one(run: Run) -> None:

@@ -36,7 +36,10 @@ def program(tmp_path):
 @pytest.fixture
 def run(tmp_path):
     """Runs of cages that nobody opens."""
-    return [Run(tmp_path / f"seed_{seed:03d}.obj", "willmore", 2) for seed in range(3)]
+    out = [Run(tmp_path / f"seed_{seed:03d}.obj", "willmore", 2) for seed in range(3)]
+    for one in out:
+        one.cage.write_text(f"v 0 0 {one.cage.stem[5:]}\n")
+    return out
 
 
 def records(program: Program, runs: list[Run], tmp_path: Path) -> list[dict]:
@@ -65,11 +68,14 @@ def test_refused_and_failed(program, run, tmp_path):
 
 
 def test_goes_on(program, run, tmp_path):
-    """What is in the file is not done again; another program's file is not added to."""
+    """What is in the file is not done again, unless the cage is another; another program's file is not added to."""
     script = 'cp $good "$report"'
     records(program(script), run[:2], tmp_path)
     assert len(records(program(script), run, tmp_path)) == 3
     assert len((tmp_path / "log").read_text().splitlines()) == 3
+    run[1].cage.write_text("v 1 1 1\n")
+    assert len(records(program(script), run, tmp_path)) == 3
+    assert len((tmp_path / "log").read_text().splitlines()) == 4
     for other in (program(script + " # another"), program(script, limit=3), program(script, changes=("a=1",))):
         with pytest.raises(SystemExit, match="was made with another"):
             records(other, run, tmp_path)
