@@ -123,7 +123,8 @@ def test_effect():
     before = {key: record() for key in "abcd"}
     same = effect(before, {key: record(cpu=1.01) for key in "abcd"})
     assert same.is_noise() and same.is_same and same.cpu == pytest.approx(1.01)
-    assert not effect(before, {key: record(cpu=1.03) for key in "abcd"}).is_noise()
+    slow = effect(before, {key: record(cpu=1.03) for key in "abcd"})
+    assert not slow.is_noise() and slow.is_noise(0.04) and slow.keeps_results()
     got = effect(before, {"a": record(objective=10 + 2e-5), "b": record(objective=10 - 2e-5), "c": record(objective=10 + 1e-6),
                           "d": {"outcome": "out of time", "cpu": 10.0}})
     assert (got.verdicts, got.lost, got.gained, got.better, got.worse) == (1, 1, 0, 1, 1) and not got.keeps_results()
