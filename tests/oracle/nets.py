@@ -194,13 +194,21 @@ def sphere_like(n: int, name: str = "sphere", grid: Callable[[int], Mesh] = cube
 
 def hull_cage(n: int, seed: int) -> Mesh:
     """Convex hull (triangles, outwards) of n random directions, pushed apart a little."""
-    rng = np.random.default_rng(seed)
-    p = rng.normal(size=(n, 3))
+    return hull(spread(np.random.default_rng(seed).normal(size=(n, 3))))
+
+
+def spread(p: np.ndarray) -> np.ndarray:
+    """Directions [n, 3] pushed apart a little, as unit vectors."""
     for _ in range(10):
-        p /= np.linalg.norm(p, axis=1)[:, None]
+        p = p / np.linalg.norm(p, axis=1)[:, None]
         gap = p[:, None] - p[None]
         p = p + 0.02 * (gap / ((gap ** 2).sum(-1) + 0.05)[..., None]).sum(axis=1)
-    p /= np.linalg.norm(p, axis=1)[:, None]
+    return p / np.linalg.norm(p, axis=1)[:, None]
+
+
+def hull(p: np.ndarray) -> Mesh:
+    """Convex hull (triangles, outwards) of points [n, 3], all of them on it and no four in a plane."""
+    n = len(p)
     faces = []
     for a in range(n):
         for b in range(a + 1, n):
@@ -239,7 +247,7 @@ def mixed_cage(seed: int = 0, perturb: float = 0.05) -> Mesh:
         for size in (6, 5, 4, 4, 4):
             face = [f for f in faces if len(f) == 3][0]
             while len(face) < size:
-                face = _grow(faces, face, mesh.n_vertices)
+                face = grow(faces, face, mesh.n_vertices)
                 if face is None:
                     break
                 faces = face[1]
@@ -253,7 +261,7 @@ def mixed_cage(seed: int = 0, perturb: float = 0.05) -> Mesh:
     raise ValueError("no cage found")
 
 
-def _grow(faces: list[list[int]], face: list[int], n: int):
+def grow(faces: list[list[int]], face: list[int], n: int):
     """Join a triangle to `face`, if an edge allows it: both ends keep valence 3 and the two share one edge alone."""
     count = np.bincount(np.concatenate(faces), minlength=n)
     for k, a in enumerate(face):
@@ -357,7 +365,7 @@ def random_voxels(genus: int, seed: int, flips: int = 40) -> Mesh:
         solid[at] ^= True
         try:
             trial = voxel_surface(solid)
-            if euler(trial) == 2 - 2 * genus and _connected(trial):
+            if euler(trial) == 2 - 2 * genus and connected(trial):
                 mesh = trial
                 continue
         except ValueError:  # not a manifold any more
@@ -366,7 +374,8 @@ def random_voxels(genus: int, seed: int, flips: int = 40) -> Mesh:
     return mesh
 
 
-def _connected(mesh: Mesh) -> bool:
+def connected(mesh: Mesh) -> bool:
+    """Whether edges lead from every vertex to every other."""
     label = np.arange(mesh.n_vertices)
     ends = topology(mesh).ends
     while True:
