@@ -14,36 +14,37 @@ import json
 import re
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
 
-Run = Callable[[argparse.Namespace, dict[str, object]], str]
+from ..core import messages
+from . import one
 
 
-def run_all(options: argparse.Namespace, run: Run, sentence_of: Callable[[Exception], str | None]) -> int:
+def run_all(options: argparse.Namespace) -> int:
     """Do everything; 1 if anything failed, else 0. One line on stdout for each, failures on stderr as well."""
     options.into.mkdir(parents=True, exist_ok=True)
     done, skipped, failures = 0, 0, []
-    for one, about in _combinations(options, failures):
-        if _finished(one, about):
-            print(f"skipped {one.json.stem}: it is there already")
+    for wanted, about in _combinations(options, failures):
+        if _finished(wanted, about):
+            print(f"skipped {wanted.json.stem}: it is there already")
             skipped += 1
             continue
         try:
             _open(about["file"])
-            print(f"done {one.json.stem}: {run(one, {'input': about})}".replace("\n", " "), flush=True)
+            print(f"done {wanted.json.stem}: {one.run(wanted, {'input': about})}".replace("\n", " "), flush=True)
             done += 1
         except Exception as error:
-            text = sentence_of(error)
+            text = one.failure_text(error)
             if text is None:
                 traceback.print_exc()
-                text = f"Unexpected {type(error).__name__}: {error}."
-            failures.append(f"{one.json.stem}: {text}")
-            one.output.unlink(missing_ok=True)
-            one.json.write_text(json.dumps({"input": about, "error": text}, indent=2) + "\n")
-            print(f"failed {one.json.stem}: {text}", flush=True)
+                text = messages.failure_text(error)
+            failures.append(f"{wanted.json.stem}: {text}")
+            wanted.output.unlink(missing_ok=True)
+            wanted.json.write_text(json.dumps({"input": about, "error": text}, indent=2) + "\n")
+            print(f"failed {wanted.json.stem}: {text}", flush=True)
     print(f"{done} done, {skipped} skipped, {len(failures)} failed")
     for failure in failures:
         print(failure, file=sys.stderr)
@@ -70,10 +71,10 @@ def _combinations(
         for name in names if options.all_objects else options.object:
             for energy in options.energy:
                 for levels in options.levels:
-                    yield _one(options, path.resolve(), digest, name, energy, levels)
+                    yield _combination(options, path.resolve(), digest, name, energy, levels)
 
 
-def _one(
+def _combination(
     options: argparse.Namespace, path: Path, digest: str, name: str | None, energy: str, levels: int
 ) -> tuple[argparse.Namespace, dict[str, object]]:
     parts = [path.stem, *([name] if name else []), energy, str(levels)]
@@ -83,16 +84,16 @@ def _one(
         "file": str(path), "sha256": digest, "object": name, "energy": energy, "levels": levels,
         **{setting: getattr(options, setting) for setting in settings},
     }  # fmt: skip
-    one = argparse.Namespace(**vars(options))
-    one.object, one.energy, one.levels, one.render = name, energy, levels, None
-    one.output, one.json = options.into / f"{stem}.blend", options.into / f"{stem}.json"
-    return one, about
+    wanted = argparse.Namespace(**vars(options))
+    wanted.object, wanted.energy, wanted.levels, wanted.render = name, energy, levels, None
+    wanted.output, wanted.json = options.into / f"{stem}.blend", options.into / f"{stem}.json"
+    return wanted, about
 
 
-def _finished(one: argparse.Namespace, about: dict[str, object]) -> bool:
+def _finished(wanted: argparse.Namespace, about: dict[str, object]) -> bool:
     """Whether both files are there, and of the same input and settings."""
     try:
-        found = json.loads(one.json.read_text())
+        found = json.loads(wanted.json.read_text())
     except (OSError, ValueError):
         return False
-    return found.get("input") == about and "error" not in found and one.output.is_file()
+    return found.get("input") == about and "error" not in found and wanted.output.is_file()

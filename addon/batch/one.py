@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-r"""Minimize without a window:
+"""One run of the batch command: a cage of the open file is minimized, and everything that was asked for is written.
 
-    blender -b FILE.blend --python-exit-code 1 -P batch.py -- \
-        --energy mvs --levels 4 --output OUT.blend --render OUT.png
-
-or, many at once, `blender -b -P addon/batch.py -- FILE.blend ... --into DIR --energy mvs --energy willmore ...`
-
-Exit code 0: done, 1: could not (one sentence on stderr, nothing written), 2: wrong usage. Every output is first made
-beside its place under a temporary name, and all are moved there at the end. Progress goes to stderr, and only to a
-terminal. Run with -P this file is no part of a package: see parts.py.
+Every output is first made beside its place under a temporary name, and all are moved there at the end. Progress goes to
+stderr, and only to a terminal.
 """
 
 from __future__ import annotations
@@ -18,137 +12,40 @@ import json
 import math
 import os
 import sys
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
-if __package__:
-    from .parts import part as _part
-else:
-    sys.path.insert(0, str(Path(__file__).resolve().parent))
-    from parts import part as _part
-
-if TYPE_CHECKING:
-    from .cage import Source
-    from .job import Request, Solution
-    from .values import Cage, Energies, LevelReport, Progress, Verification
+from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
+from ..core import job, messages
+from ..core.energy import number_text
+from ..render import before_after
+from ..scene import read_cage, write_result
 
 
-class BatchError(RuntimeError):
+class BatchError(messages.UserError):
     """The request cannot be carried out; the message is a sentence."""
-
-
-def parse(arguments: list[str]) -> argparse.Namespace:
-    """The command line behind `--`. Exits with 2 if it is wrong."""
-    parser = argparse.ArgumentParser(prog="batch.py", description="Minimize the energy of a cage in a .blend file.")
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE.blend", help="with --into: what to work on")
-    parser.add_argument(
-        "--into", type=Path, metavar="DIR",
-        help="every file, object, energy and number of levels: one .blend and .json each in this folder. What is there "
-        "and of the same input and settings is skipped, what fails is reported and the rest goes on",
-    )  # fmt: skip
-    parser.add_argument("--all-objects", action="store_true", help="with --into: every mesh object of the scene")
-    parser.add_argument(
-        "--energy", type=_energy, action="append",
-        help=f"{', '.join(_part('energy').ENERGY_LABELS)}, or a mix such as mvs:1,willmore:0.1 (default mvs); again "
-        "for more with --into",
-    )  # fmt: skip
-    parser.add_argument(
-        "--levels", type=int, action="append",
-        help="optimizations, subdividing between them (default 4); again for more with --into",
-    )  # fmt: skip
-    parser.add_argument(
-        "--boundary", choices=_part("header").BOUNDARIES, default="position", help="what stays (default %(default)s)"
-    )
-    parser.add_argument(
-        "--symmetry", type=_symmetry, default="keep", metavar="{auto,none,rotations,keep,PLANES}",
-        help="of the cage: all kept (the default), kept where that pays, turns alone kept, not looked for, or mirror "
-        "planes of the object's axes and no others, such as x or y,z",
-    )
-    parser.add_argument("--escape", action="store_true", help="leave saddles of the shape, downwards")
-    parser.add_argument(
-        "--pin-group", metavar="NAME", help="weights in this vertex group say how firmly vertices are held, 1: exactly"
-    )
-    parser.add_argument(
-        "--object", metavar="NAME", action="append",
-        help="the object (default: the active or the only mesh object); again for more with --into",
-    )  # fmt: skip
-    parser.add_argument("--output", type=Path, metavar="OUT.blend", help="where to save the file with the result")
-    parser.add_argument("--render", type=Path, metavar="OUT.png", help="picture, before and after side by side")
-    parser.add_argument("--json", type=Path, metavar="OUT.json", help="report of energies, levels and times")
-    parser.add_argument("--threads", type=int, help="threads of the optimization (default: all cores)")
-    parser.add_argument("--max-iterations", type=int, help="iterations per level")
-    picture = parser.add_argument_group("picture")
-    picture.add_argument("--look", choices=("clay", "zebra"), default="clay", help="surface (default %(default)s)")
-    picture.add_argument("--engine", choices=("cycles", "workbench"), default="cycles", help="(default %(default)s)")
-    picture.add_argument("--samples", type=_count, default=64, help="Cycles samples per pixel (default %(default)s)")
-    picture.add_argument("--size", type=_size, default=(1400, 700), metavar="WxH", help="pixels (default 1400x700)")
-    options = parser.parse_args(arguments)
-    options.energy, options.levels = options.energy or ["mvs"], options.levels or [4]
-    options.object = options.object or [None]
-    if options.into:
-        if not options.files or options.output or options.render or options.json:
-            parser.error("--into wants files, and neither --output, --render nor --json")
-        return options
-    if options.files or options.all_objects or max(map(len, (options.energy, options.levels, options.object))) > 1:
-        parser.error("several files, objects, energies or levels need --into")
-    if not (options.output or options.render or options.json):
-        parser.error("nothing to do: give --output, --render or --json, or --into")
-    options.energy, options.levels, options.object = options.energy[0], options.levels[0], options.object[0]
-    return options
-
-
-def _energy(text: str) -> str:
-    try:
-        _part("energy").weights_of(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
-    return text
-
-
-def _symmetry(text: str) -> str:
-    try:
-        _part("job").symmetry_of(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
-    return text
-
-
-def _count(text: str) -> int:
-    if not (text.isdigit() and 1 <= int(text) <= 1_000_000):
-        raise argparse.ArgumentTypeError(f"{text!r} is no count")
-    return int(text)
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    if not (width.isdigit() and height.isdigit() and 1 <= int(width) <= 20000 and 1 <= int(height) <= 20000):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size such as 1400x700")
-    return int(width), int(height)
 
 
 def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> str:
     """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
     sentence. Raises if anything fails."""
-    job, cage, result = _part("job"), _part("cage"), _part("result")
-    limits = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
-    limits = {name: value for name, value in limits.items() if value is not None}
+    fields = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
+    fields = {name: value for name, value in fields.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:
         obj = chosen_object(options.object)
-        source = cage.read_source(bpy.context, obj)
-        keep = "NOTHING" if options.pin_group is None else "GROUP"
-        held = cage.read_held(obj, keep, options.pin_group)
-        request = job.Request(options.energy, options.levels, limits, options.boundary, options.symmetry, held)
+        source = read_cage.read_source(bpy.context, obj)
+        pin = "NOTHING" if options.pin_group is None else "GROUP"
+        held = read_cage.read_held(obj, pin, options.pin_group)
+        request = job.Request(options.energy, options.levels, fields, options.boundary, options.symmetry, held)
         with _progress_on_terminal() as show:
             solution = job.solve(source.cage, request, show)
-        new = result.add_result(bpy.context, source, request, solution)
+        new = write_result.add_result(bpy.context, source, request, solution)
         if "render" in place:
             _render(source, request, solution, options, place["render"])
         if "json" in place:
@@ -156,8 +53,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             place["json"].write_text(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
-    verdict = job.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
-    return f"{job.solution_text(request, solution)}\n{verdict}"
+    verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
+    return f"{messages.solution_text(request, solution)}\n{verdict}"
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:
@@ -204,18 +101,22 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
             temporary.unlink(missing_ok=True)
 
 
-def _render(source: Source, request: Request, solution: Solution, options: argparse.Namespace, path: Path) -> None:
-    render, number_text = _part("render"), _part("energy").number_text
+def _render(
+    source: read_cage.Source, request: job.Request, solution: job.Solution, options: argparse.Namespace, path: Path
+) -> None:
+    """The picture of --render, before and after, in the world's orientation."""
     rotation = np.array(source.frame.to_3x3(), np.float64)
     shapes = []
     for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
         world = replace(cage, positions=cage.positions @ rotation.T)
         shapes.append((world, f"{when}: {request.label} {number_text(energies.objective)}"))
-    picture = render.Picture(*options.size, options.samples, options.engine, options.look)
-    render.render_side_by_side(shapes, path, picture)
+    picture = before_after.Picture(*options.size, options.samples, options.engine, options.look)
+    before_after.render_side_by_side(shapes, path, picture)
 
 
-def report(source: Source, result_name: str, request: Request, solution: Solution) -> dict[str, object]:
+def report(
+    source: read_cage.Source, result_name: str, request: job.Request, solution: job.Solution
+) -> dict[str, object]:
     """What --json writes: the command line's keys for the result, `before` the same for the original."""
     return {
         "object": source.name,
@@ -270,10 +171,9 @@ def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    text = _part("job").progress_text
 
     def show(progress: Progress) -> None:
-        print(f"\r\033[K{text(progress)}", end="", file=sys.stderr, flush=True)
+        print(f"\r\033[K{messages.progress_text(progress)}", end="", file=sys.stderr, flush=True)
 
     try:
         yield show
@@ -281,33 +181,10 @@ def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
         print(file=sys.stderr)
 
 
-def sentence_of(error: Exception) -> str | None:
+def failure_text(error: Exception) -> str | None:
     """What to tell people of a failure; None for one that is a fault of the program."""
-    native, job, cage, render = _part("native"), _part("job"), _part("cage"), _part("render")
-    foreseen = (BatchError, cage.CageError, render.RenderError, native.LibraryError, native.CurvoptError, ValueError)
-    if isinstance(error, foreseen):
-        return job.sentence(job.in_blender(str(error)))
-    if isinstance(error, (OSError, RuntimeError)):  # the system's and Blender's own refusals
-        return job.sentence(f"Could not finish: {error}")
+    if messages.is_foreseen(error) or isinstance(error, OSError):
+        return messages.failure_text(error)
+    if isinstance(error, RuntimeError):  # Blender's own refusals
+        return messages.sentence(f"Could not finish: {error}")
     return None
-
-
-def main(arguments: list[str]) -> int:
-    """The exit code."""
-    options = parse(arguments)
-    try:
-        if options.into:
-            return _part("many").run_all(options, run, sentence_of)
-        print(run(options))
-    except Exception as error:
-        text = sentence_of(error)
-        if text is None:
-            traceback.print_exc()
-        else:
-            print(text, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []))

@@ -2,6 +2,7 @@
 """curvopt.h as Python sees it: versions, names of enumerations, struct mirrors, one table of signatures. No bpy."""
 
 import ctypes as C
+from typing import NamedTuple
 
 HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that this file mirrors
 
@@ -15,6 +16,22 @@ BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 SHARPNESS_INFINITE = 10.0
 
 MAX_TERMS = 8
+
+
+class Defaults(NamedTuple):
+    """What curvopt_options_init() sets, for those who must show it before a library is loaded. A test compares them."""
+
+    energy: str = "willmore"
+    surface: str = "auto"
+    levels: int = 4
+    max_iterations: int = 3000
+    threads: int = 0
+    boundary: str = "position"
+    symmetry: str = "auto"
+    escape: bool = False
+
+
+DEFAULTS = Defaults()
 
 # ---------------------------------------------------------------------------------------------- mirrored structs --
 

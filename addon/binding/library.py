@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ctypes binding of libcurvopt; `curvopt.h` is the manual, `header.py` its mirror. No bpy.
+"""ctypes binding of libcurvopt; `curvopt.h` is the manual, `abi.py` its mirror. No bpy.
 
 Arrays are converted to contiguous float64 or int32 and their lengths checked before C sees them. A status other than 0
 raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .header import (
+from .abi import (
     BOUNDARY_RULES,
     HEADER_VERSION,
     INTS,
@@ -202,14 +202,14 @@ def library_candidates() -> list[Path]:
     named = os.environ.get(LIBRARY_VARIABLE)
     if named:
         return [Path(named)]
-    here = Path(__file__).resolve().parent
-    return [here / "lib" / LIBRARY_NAME, here.parent / "build" / "release" / LIBRARY_NAME]
+    addon = Path(__file__).resolve().parents[1]
+    return [addon / "lib" / LIBRARY_NAME, addon.parent / "build" / "release" / LIBRARY_NAME]
 
 
 _loaded: dict[Path, Library] = {}
 
 
-def library() -> Library:
+def load() -> Library:
     """The library, loaded once per path. LibraryError, with every place that was looked at, if there is none."""
     candidates = library_candidates()
     for path in candidates:
@@ -284,6 +284,11 @@ class Mesh(_Handle):
             C.byref(raw),
         )  # fmt: skip
         return cls(lib, pointer, rule=creases.rule)
+
+    @classmethod
+    def of_cage(cls, lib: Library, cage: Cage) -> Mesh:
+        """Connectivity and creases of a cage. CurvoptError if that is no consistent surface."""
+        return cls.create(lib, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases)
 
     def info(self) -> CMeshInfo:
         """Counts, Euler characteristic, boundary."""

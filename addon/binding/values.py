@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .header import SURFACES, TERMS, CEnergies, CProgress
+from .abi import SURFACES, TERMS, CEnergies, CProgress
 
 
 def _no_indices() -> np.ndarray:
@@ -22,7 +22,7 @@ def _no_reals() -> np.ndarray:
 @dataclass(frozen=True)
 class Creases:
     """curvopt_creases: sharp edges as pairs of vertices (k, 2), their sharpness (k,), sharp vertices (c,), theirs (c,);
-    `rule`, of header.BOUNDARY_RULES, says what becomes of boundary vertices that belong to one face."""
+    `rule`, of abi.BOUNDARY_RULES, says what becomes of boundary vertices that belong to one face."""
 
     edges: np.ndarray = field(default_factory=lambda: _no_indices().reshape(0, 2))
     edge_sharpness: np.ndarray = field(default_factory=_no_reals)
@@ -117,7 +117,7 @@ class LevelReport:
 
 @dataclass(frozen=True)
 class Verification:
-    """What the Hessian says of a result: the verdict, of header.VERDICTS; the Newton decrement, NAN if unknown; the
+    """What the Hessian says of a result: the verdict, of abi.VERDICTS; the Newton decrement, NAN if unknown; the
     number of negative directions, -1 if there are some but not counted, or if nothing is known."""
 
     verdict: str

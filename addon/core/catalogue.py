@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cages to start from, as Wavefront files in the add-on's `shapes/`, or else the project's `blend_files/obj/`. No bpy."""
+"""Cages to start from: Wavefront files in the add-on's `shapes/`, or else in the project's `blend_files/obj/`. No bpy."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .values import Cage
+from ..binding.values import Cage
 
 
 def folder() -> Path:
     """Where the files are; it may not exist."""
-    here = Path(__file__).resolve().parent
-    installed = here / "shapes"
-    return installed if installed.is_dir() else here.parent / "blend_files" / "obj"
+    addon = Path(__file__).resolve().parents[1]
+    installed = addon / "shapes"
+    return installed if installed.is_dir() else addon.parent / "blend_files" / "obj"
 
 
 def names() -> list[str]:

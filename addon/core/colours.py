@@ -9,11 +9,11 @@ from .curvature import Curvatures
 
 # What can be shown: name, label, tooltip; by attribute of Curvatures.
 QUANTITIES = (
-    ("H", "Mean H", "Half the sum of both principal curvatures; even colour is what Willmore wants"),
-    ("K", "Gauss K", "Their product: positive on domes, 0 on cylinders, negative on saddles"),
+    ("H", "Mean H", "Mean curvature: half the sum of both principal curvatures. Willmore makes it even"),
+    ("K", "Gauss K", "Gauss curvature: the product of both. Positive on domes, 0 on cylinders, negative on saddles"),
     ("k1", "Largest k1", "The larger principal curvature"),
     ("k2", "Smallest k2", "The smaller principal curvature"),
-    ("variation", "Variation", "How fast curvature changes with distance: what MVS and its like punish"),
+    ("variation", "Variation", "How fast curvature changes with distance. Third-order energies such as MVS punish it"),
 )
 _OUTLIERS = 2.0  # percent of the points at either end that may be out of range
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .header import SHARPNESS_INFINITE
-from .values import Cage, Creases
+from ..binding.abi import SHARPNESS_INFINITE
+from ..binding.values import Cage, Creases
 
-# The modifier's boundary_smooth for each of header.BOUNDARY_RULES.
+# The modifier's boundary_smooth for each of abi.BOUNDARY_RULES.
 BOUNDARY_SMOOTH = {"smooth": "ALL", "corners": "PRESERVE_CORNERS"}
 RULE_OF_BOUNDARY_SMOOTH = {name: rule for rule, name in BOUNDARY_SMOOTH.items()}
 

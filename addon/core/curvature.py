@@ -28,7 +28,7 @@ class Curvatures:
 
 
 def of_jets(jets: np.ndarray) -> Curvatures:
-    """Curvatures of jets (n, 10, 3), as native.Mesh.jets gives them.
+    """Curvatures of jets (n, 10, 3), as library.Mesh.jets gives them.
 
     `variation` is the length of C = grad h, with C_ijk = S_ijk . N minus the three Christoffel terms; it is symmetric
     (Codazzi), and does not need principal directions, which umbilics do not have."""

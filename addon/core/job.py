@@ -7,33 +7,33 @@ No bpy. The worker touches arrays and the library only; whatever it has to say i
 from __future__ import annotations
 
 import enum
-import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import native
-from .energy import label_of, number_text, weights_of
-from .header import BOUNDARIES, SYMMETRIES
+from ..binding import library
+from ..binding.abi import BOUNDARIES, DEFAULTS, SYMMETRIES
+from ..binding.values import Cage, Energies, Held, LevelReport, Progress, Verification
+from .energy import label_of, weights_of
 from .memory import Guard, check_cage
 from .snapshot import Watcher
-from .values import Cage, Energies, Held, LevelReport, Progress, Verification
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to minimize. `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1"; `limits` are
-    further fields of curvopt_options; `boundary`, of header.BOUNDARIES, is what an open surface keeps; `symmetry`, of
-    header.SYMMETRIES, whether the cage's symmetries are kept, or mirror planes that are, such as "x,z"; `held` are
-    vertices of the cage that may not move freely."""
+    """What to minimize; the defaults are the library's.
 
-    energy: str = "mvs"
-    levels: int = 4
-    limits: dict[str, float] = field(default_factory=dict)
-    boundary: str = "position"
-    symmetry: str = "keep"
+    `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
+    curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
+    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely."""
+
+    energy: str = DEFAULTS.energy
+    levels: int = DEFAULTS.levels
+    options: dict[str, float] = field(default_factory=dict)
+    boundary: str = DEFAULTS.boundary
+    symmetry: str = DEFAULTS.symmetry
     held: Held = field(default_factory=Held)
 
     @property
@@ -63,7 +63,7 @@ OnProgress = Callable[[Progress], object]
 
 
 def symmetry_of(text: str) -> tuple[int, int]:
-    """(curvopt_symmetry, sum of curvopt_plane) of a name of header.SYMMETRIES or of mirror planes such as "x,z".
+    """(curvopt_symmetry, sum of curvopt_plane) of a name of abi.SYMMETRIES or of mirror planes such as "x,z".
     ValueError for anything else."""
     if text in SYMMETRIES and text != "planes":
         return SYMMETRIES.index(text), 0
@@ -78,14 +78,14 @@ def solve(
     cage: Cage,
     request: Request,
     on_progress: OnProgress | None = None,
-    cancel: native.Cancel | None = None,
+    cancel: library.Cancel | None = None,
     watcher: Watcher | None = None,
 ) -> Solution:
     """Run here and now. `on_progress` may return a true value to cancel; a cancelled run has `stop == "cancelled"`.
     A `watcher` takes pictures of the start and on the way.
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
-    library = native.library()
+    lib = library.load()
     check_cage(len(cage.positions))
     guard = Guard()
 
@@ -94,14 +94,14 @@ def solve(
         return guard(progress) or wants_out
 
     symmetry, planes = symmetry_of(request.symmetry)
-    options = library.options(
+    options = lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        symmetry=symmetry, symmetry_planes=planes, **request.limits,
+        symmetry=symmetry, symmetry_planes=planes, **request.options,
     )  # fmt: skip
-    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
+    with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
             watcher.start(mesh, cage)
-        with native.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
+        with library.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
             euler = result.mesh().info().euler
@@ -114,7 +114,7 @@ def solve(
             )  # fmt: skip
 
 
-def _subdivided(mesh: native.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:
+def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:
     """The cage, subdivided until it has `n_vertices`."""
     while len(positions) < n_vertices:
         mesh, positions = mesh.refine(positions)
@@ -145,7 +145,7 @@ class Job:
     @classmethod
     def minimize(cls, cage: Cage, request: Request) -> Job:
         """A job that runs `solve`, with pictures. LibraryError if there is no usable library."""
-        flag, watcher = native.Cancel.create(native.library()), Watcher()
+        flag, watcher = library.Cancel.create(library.load()), Watcher()
         return cls(lambda on_progress: solve(cage, request, on_progress, flag, watcher), flag.request, watcher)
 
     def start(self) -> None:
@@ -181,7 +181,7 @@ class Phase(enum.Enum):
     """Where a modal run is; the last three are ends."""
 
     RUNNING = "running"
-    KEEPING = "keeping"
+    FINISHING = "finishing"
     FINISHED = "finished"
     CANCELLED = "cancelled"
     FAILED = "failed"
@@ -192,7 +192,8 @@ class Phase(enum.Enum):
 
 
 class ModalRun:
-    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, `keep` on Enter, until
+    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, `finish` on Enter,
+    until
     `phase.ended`.
 
     ESC ends the run at once, even if the worker was about to finish: a worker in the middle of a long step goes on to
@@ -210,10 +211,10 @@ class ModalRun:
             self.phase = Phase.CANCELLED
             self.job.cancel()
 
-    def keep(self) -> None:
+    def finish(self) -> None:
         """The user has seen enough: end with the best cage so far."""
         if self.phase is Phase.RUNNING:
-            self.phase = Phase.KEEPING
+            self.phase = Phase.FINISHING
             self.job.cancel()
 
     def tick(self) -> Phase:
@@ -226,90 +227,3 @@ class ModalRun:
         """Cancel and wait up to `timeout` seconds (Blender quits, loads a file): whether the worker has ended."""
         self.escape()
         return self.job.join(timeout)
-
-    @property
-    def status(self) -> str:
-        """What it is doing, in a few words."""
-        progress = self.job.latest
-        if self.phase is Phase.KEEPING:
-            return f"Minimizing {self.label}: finishing with the best so far"
-        return f"Minimizing {self.label}: {progress_text(progress) if progress else 'preparing'}"
-
-
-def progress_text(progress: Progress) -> str:
-    """Level, iteration and energy in words."""
-    return (
-        f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
-        f"energy {number_text(progress.energy)} (from {number_text(progress.start_energy)})"
-    )
-
-
-_STOP_WORDS = {
-    "converged": "converged",
-    "stalled": "stopped early: no further decrease was found",
-    "limit": "stopped early: iteration limit reached, still falling",
-    "cancelled": "stopped early as you asked, still falling",
-    "memory": "stopped early: the next level needs more memory than there is",
-    "unresolved": "stopped early: the surface develops features too fine to resolve",
-    "settled": "settled: it would still fall, but hardly",
-}
-
-
-def solution_text(request: Request, solution: Solution) -> str:
-    """The outcome in one sentence."""
-    before, after = solution.start.objective, solution.end.objective
-    order = solution.symmetry_order
-    kept = f", {order} symmetries kept" if order > 1 else ""
-    return (
-        f"{request.label} {number_text(before)} to {number_text(after)}, {_STOP_WORDS[solution.stop]} "
-        f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
-    )
-
-
-def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged") -> str:
-    """What the Hessian says of a result of this energy, in a sentence; without a Hessian, why the run stopped. Only
-    directions that keep the symmetries were looked at."""
-    directions = verification.negative_directions
-    more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
-    gain = verification.newton_decrement / energy if energy > 0 else math.nan
-    less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
-    among = " among shapes of the same symmetry" if symmetry_order > 1 else ""
-    if verification.verdict == "minimum":
-        return f"Checked: a true local minimum{among}."
-    if verification.verdict == "saddle":
-        return f"Checked: a saddle, {more} would still lead down."
-    if verification.verdict == "not stationary":
-        also = f", more along {more}" if directions else ""
-        return f"Checked: not yet a minimum, {less} seems possible{also}."
-    if stop in ("cancelled", "limit", "memory"):
-        return "Not checked: the run was stopped early, the energy was still falling."
-    return "Not checked: whether this is a minimum is not known."
-
-
-# The library's words for what has another name in Blender.
-_IN_BLENDER = (
-    ("is infinitely sharp:", "has a crease of 1:"),
-    ("an infinitely sharp crease", "a crease of 1"),
-    ("make it an infinitely sharp vertex", "give it a vertex crease of 1"),
-    ("the rule `corners` does", "Keep Corners in the Subdivision Surface modifier does"),
-)
-
-
-def failure_text(error: BaseException) -> str:
-    """An error of `solve` as one sentence; anything unforeseen with its type, so that it can be reported."""
-    if isinstance(error, (native.LibraryError, native.CurvoptError, ValueError)):
-        return sentence(in_blender(str(error)))
-    return f"Unexpected {type(error).__name__}: {error}."
-
-
-def in_blender(text: str) -> str:
-    """The library's text with Blender's names for things."""
-    for theirs, ours in _IN_BLENDER:
-        text = text.replace(theirs, ours)
-    return text
-
-
-def sentence(text: str) -> str:
-    """The text on one line with a capital and a full stop."""
-    text = " ".join(text.split())
-    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

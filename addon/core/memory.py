@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .values import Progress
+from ..binding.values import Progress
 
 _LEAST = 8_000  # bytes per vertex of a cage that a run takes at least: measured with 5000 vertices and 32 symmetries
 _GROWTH = 4.5  # from level to level: four times the vertices, and factors grow a little faster

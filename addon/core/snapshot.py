@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import native
-from .lattice import Lattice, face_edges, lattice, levels_for, triangles
-from .values import Cage, Progress
+from ..binding import library
+from ..binding.values import Cage, Progress
+from .surface_points import SurfacePoints, face_edges, lattice, levels_for, triangles
 
 _SHOWN_QUADS = 24_000  # of the surface, more or less
 _SHARE = 5.0  # the worker works at least that many times longer than it takes pictures
@@ -38,18 +38,18 @@ class Watcher:
         self.latest: Snapshot | None = None
         self._asked = threading.Event()
         self._asked.set()
-        self._shape: tuple[int, Lattice, np.ndarray, np.ndarray] | None = None
+        self._shape: tuple[int, SurfacePoints, np.ndarray, np.ndarray] | None = None
         self._not_before = 0.0
 
     def ask(self) -> None:
         """The latest one has been shown: another one is welcome."""
         self._asked.set()
 
-    def start(self, mesh: native.Mesh, cage: Cage) -> None:
+    def start(self, mesh: library.Mesh, cage: Cage) -> None:
         """The cage that the run starts from."""
         self.latest = self._take(0, mesh, cage.positions, None)
 
-    def __call__(self, iterate: native.Iterate) -> None:
+    def __call__(self, iterate: library.Iterate) -> None:
         """A step was made: take a picture if one is wanted and the last one did not cost too much."""
         begin = time.monotonic()
         if not self._asked.is_set() or begin < self._not_before:
@@ -61,7 +61,7 @@ class Watcher:
         end = time.monotonic()
         self._not_before = end + _SHARE * (end - begin)
 
-    def _take(self, level: int, mesh: native.Mesh, xyz: np.ndarray, progress: Progress | None) -> Snapshot:
+    def _take(self, level: int, mesh: library.Mesh, xyz: np.ndarray, progress: Progress | None) -> Snapshot:
         if self._shape is None or self._shape[0] != level:
             sizes, vertices = mesh.faces()
             net = lattice(mesh, levels_for(len(sizes), _SHOWN_QUADS))

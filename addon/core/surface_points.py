@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points of a cage's limit surface, and the quads between them: what is drawn, coloured and measured. No bpy.
+"""Points of a cage's surface, and the quads between them: what is drawn, coloured and measured. No bpy.
 
-The quads are those of the cage subdivided some times; each of their vertices knows a face of the cage and where on it
-the surface has that point, so that positions and derivatives are exact whatever the number of subdivisions.
+Every point knows a face of the cage and its parameters there, so that positions and derivatives are exact, however few
+points there are. `lattice` takes the vertices of the subdivided cage, `grids` a grid on each face.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import native
+from ..binding import library
 
 _NUDGE = 1e-3  # of a quad, towards its middle, where derivatives do not exist at its corner
 
 
 @dataclass(frozen=True)
-class Lattice:
+class SurfacePoints:
     """quads (q, 4): vertices of each, counter-clockwise seen from outside. For every vertex (n,): a face of the cage,
     corner and parameters (n, 2) in it, as curvopt_surface_jets() wants them; `inside` (n, 2), a little further in."""
 
@@ -27,19 +27,21 @@ class Lattice:
     uv: np.ndarray
     inside: np.ndarray
 
-    def jets(self, mesh: native.Mesh, xyz: np.ndarray, surface: str = "limit") -> np.ndarray:
-        """Points and derivatives (n, 10, 3) of the surface of the cage `mesh` at xyz. Derivatives at extraordinary
-        vertices, where there are none, are those close by."""
+    def jets(self, mesh: library.Mesh, xyz: np.ndarray, surface: str = "limit") -> np.ndarray:
+        """Points and derivatives (n, 10, 3) of the surface of the cage `mesh` at xyz (v, 3). Derivatives at
+        extraordinary vertices, where there are none, are those close by."""
         jets = mesh.jets(xyz, self.face, self.corner, self.uv, surface)
         bad = np.flatnonzero(~np.isfinite(jets).all(axis=(1, 2)))
         if bad.size:
             near = mesh.jets(xyz, self.face[bad], self.corner[bad], self.inside[bad], surface)
-            jets[bad, 1:] = near[:, 1:]
+            near[:, 0] = np.where(np.isfinite(jets[bad, 0]), jets[bad, 0], near[:, 0])
+            jets[bad] = near
         return jets
 
 
-def lattice(mesh: native.Mesh, levels: int) -> Lattice:
-    """The quads of `mesh` subdivided `levels` times, at least once if it has other faces than quads."""
+def lattice(mesh: library.Mesh, levels: int) -> SurfacePoints:
+    """The quads of `mesh` subdivided `levels` times, at least once if it has other faces than quads. Neighbouring faces
+    share the points of their common edge."""
     info = mesh.info()
     sizes, vertices = mesh.faces()
     if not info.all_quads:
@@ -54,7 +56,27 @@ def lattice(mesh: native.Mesh, levels: int) -> Lattice:
     first[quads.reshape(-1)[::-1]] = np.arange(quads.size)[::-1]
     middle = uv.mean(axis=1, keepdims=True)
     inside = (uv + _NUDGE * (middle - uv)).reshape(-1, 2)
-    return Lattice(quads, face[first // 4], corner[first // 4], uv.reshape(-1, 2)[first], inside[first])
+    return SurfacePoints(quads, face[first // 4], corner[first // 4], uv.reshape(-1, 2)[first], inside[first])
+
+
+def grids(sizes: np.ndarray, side: int, faces: np.ndarray | None = None) -> SurfacePoints:
+    """`side` x `side` quads on each patch of a cage with faces of these sizes (m,), or of some `faces` (k,) only. A patch
+    is a quad, or one of the quads into which another polygon is subdivided. Each has points of its own, (side + 1)^2 in
+    rows: surfaces whose derivatives jump from face to face show it, and an integral is a product rule on each patch."""
+    chosen = np.arange(len(sizes)) if faces is None else np.asarray(faces)
+    parts = np.where(sizes[chosen] == 4, 1, sizes[chosen])
+    corner = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = np.linspace(0.0, 1.0, side + 1)
+    grid = np.stack(np.meshgrid(step, step, indexing="ij"), -1).reshape(-1, 2)
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(side), np.arange(side), indexing="ij"))
+    first = i * (side + 1) + j
+    quads = np.stack([first, first + side + 1, first + side + 2, first + 1], -1)
+    n, patches = len(grid), len(corner)
+    quads = (quads[None] + n * np.arange(patches)[:, None, None]).reshape(-1, 4)
+    face = np.repeat(np.repeat(chosen, parts), n).astype(np.int32)
+    uv = np.tile(grid, (patches, 1))
+    inside = uv + _NUDGE / side * (0.5 - uv)
+    return SurfacePoints(quads, face, np.repeat(corner, n).astype(np.int32), uv, inside)
 
 
 def _parameters(sizes: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from .result import add_subdivision, make_mesh
+from ..binding.values import Cage
+from ..scene.write_result import add_subdivision, make_mesh
 from .studio import (
     Picture,
     RenderError,
@@ -25,7 +26,6 @@ from .studio import (
     view_direction,
     view_rotation,
 )
-from .values import Cage
 
 __all__ = ["Picture", "RenderError", "render_side_by_side"]
 

@@ -17,6 +17,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from ..core.messages import UserError
+
 LOOKS = ("clay", "zebra")
 ENGINES = {"cycles": "CYCLES", "workbench": "BLENDER_WORKBENCH"}
 CLAY = (0.40, 0.46, 0.54)
@@ -31,7 +33,7 @@ _FLAT = 0.8  # a shape is flat if its least extent is below this part of the mid
 Rgb = tuple[float, float, float]
 
 
-class RenderError(RuntimeError):
+class RenderError(UserError):
     """The picture could not be made; the message says why."""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a result goes: a new object (result.py), the object's own mesh, or a shape key of it.
+"""Where a result goes: a new object (write_result.py), the object's own mesh, or a shape key of it.
 
 Only the name of the object was kept while the run was on. If it is gone by now, or its mesh is not the one that was
 read, the result becomes a new object, whatever was asked for: hours of work are not thrown away.
@@ -10,11 +10,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..binding.values import Cage
+from ..core.crease import BOUNDARY_SMOOTH
+from ..core.job import Request, Solution
 from .amount import has_blend, store_blend
-from .cage import CageError, Source, read_faces, read_positions, subdivision, turned_over
-from .crease import BOUNDARY_SMOOTH
-from .job import Request, Solution
-from .result import (
+from .read_cage import CageError, Source, read_faces, read_positions, subdivision, turned_over
+from .write_result import (
     add_result,
     add_subdivision,
     carry_materials,
@@ -24,7 +25,6 @@ from .result import (
     shown_levels,
     store,
 )
-from .values import Cage
 
 KEY_PREFIX = "Curvopt "
 _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
@@ -33,7 +33,7 @@ _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 def check_outcome(outcome: str, levels: int) -> None:
     """CageError, before a run, for an outcome that is not possible."""
     if not is_possible(outcome, levels):
-        raise CageError("A shape key needs the vertices of your cage: set Resolution to Keep Mine, or Levels to 1.")
+        raise CageError("A shape key needs the vertices of your cage: set Resolution to Same Vertices, or Levels to 1.")
 
 
 def is_possible(outcome: str, levels: int) -> bool:

@@ -13,13 +13,14 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .crease import RULE_OF_BOUNDARY_SMOOTH, from_blender
-from .values import Cage, Creases, Held
+from ..binding.values import Cage, Creases, Held
+from ..core.crease import RULE_OF_BOUNDARY_SMOOTH, from_blender
+from ..core.messages import UserError
 
 _SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
 
 
-class CageError(RuntimeError):
+class CageError(UserError):
     """The object cannot be used; the message is a sentence that says what is wrong, where, and what to do."""
 
 
@@ -153,32 +154,32 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) 
     return values
 
 
-def read_held(obj: bpy.types.Object, keep: str, group: str = "") -> Held:
-    """Vertices of the cage of `obj` that may not move freely, by `keep`: NOTHING; GROUP, as firmly as the weights of
+def read_held(obj: bpy.types.Object, pin: str, group: str = "") -> Held:
+    """Vertices of the cage of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
     the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if
     these are none where some were asked for; there is no harm in all being selected."""
-    if keep == "NOTHING":
+    if pin == "NOTHING":
         return Held()
-    if keep == "GROUP":
+    if pin == "GROUP":
         return _read_group(obj, group)
     selected = np.empty(len(obj.data.vertices), bool)
     obj.data.vertices.foreach_get("select", selected)
     if not selected.any():
         raise CageError(f"No vertex of object '{obj.name}' is selected: select some in Edit Mode first.")
-    return Held.exactly(np.flatnonzero(selected if keep == "SELECTED" else ~selected))
+    return Held.exactly(np.flatnonzero(selected if pin == "SELECTED" else ~selected))
 
 
 def _read_group(obj: bpy.types.Object, name: str) -> Held:
     if not name:
-        raise CageError(f"No vertex group of object '{obj.name}' is chosen: choose the one to keep first.")
+        raise CageError(f"No vertex group of object '{obj.name}' is chosen: choose one first, or set Pin to Nothing.")
     group = obj.vertex_groups.get(name)
     if group is None:
-        raise CageError(f"Object '{obj.name}' has no vertex group '{name}': choose another one to keep.")
+        raise CageError(f"Object '{obj.name}' has no vertex group '{name}': choose another one.")
     weighted = ((v.index, g) for v in obj.data.vertices for g in v.groups)
     held = [(vertex, g.weight) for vertex, g in weighted if g.group == group.index and g.weight > 0]
     if not held:
         raise CageError(
-            f"Vertex group '{name}' of object '{obj.name}' holds nothing: give some vertices a weight above 0."
+            f"Vertex group '{name}' of object '{obj.name}' pins nothing: give some vertices a weight above 0."
         )
     return Held(*map(np.array, zip(*held)))
 

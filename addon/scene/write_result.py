@@ -17,13 +17,14 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ..binding.abi import SHARPNESS_INFINITE
+from ..binding.values import Cage, Creases, Energies
+from ..core.crease import BOUNDARY_SMOOTH, to_blender
+from ..core.energy import ENERGY_LABELS
+from ..core.job import Request, Solution
+from ..core.messages import verdict_text
 from .amount import store_blend
-from .cage import Source, read_edges, read_positions
-from .crease import BOUNDARY_SMOOTH, to_blender
-from .header import SHARPNESS_INFINITE
-from .energy import ENERGY_LABELS
-from .job import Request, Solution, verdict_text
-from .values import Cage, Creases, Energies
+from .read_cage import Source, read_edges, read_positions
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
@@ -183,9 +184,7 @@ def link_beside(context: bpy.types.Context, original: bpy.types.Object | None, r
 
 def store(obj: bpy.types.Object, source_name: str, request: Request, solution: Solution) -> None:
     """Make the object remember what was done and found."""
-    verdict = verdict_text(
-        solution.verification, solution.end.objective, solution.symmetry_order, solution.stop
-    )
+    verdict = verdict_text(solution.verification, solution.end.objective, solution.symmetry_order, solution.stop)
     obj["curvopt_source"] = source_name
     obj["curvopt_energy"] = request.energy
     obj["curvopt_surface"] = solution.end.surface

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The end of a run as an operator of its own, `curvopt.apply_result`, and with it the adjust-last-operation panel (F9).
 
-Blender adjusts an operation by undoing it and running its `execute` again with other properties. For the whole
-optimization that would be minutes with Blender frozen; so the operator that registers and can be undone is this one,
-which writes a solution that is finished already. The latest one is kept here, as arrays; what Blender keeps of the
-operator is its number.
+To adjust an operation, Blender undoes it and runs `execute` again with other properties. A whole optimization would
+freeze Blender for minutes. Hence this operator, which only writes a finished solution, is the one that registers and
+that can be undone. This module holds the latest solution as arrays; Blender remembers its number.
 """
 
 from __future__ import annotations
 
 import bpy
 
-from . import outcome, properties
-from .cage import CageError, Source
-from .job import Request, Solution
+from ..core.job import Request, Solution
+from ..scene import placement
+from ..scene.read_cage import CageError, Source
+from . import properties
+from .reports import report_failure
 
 _finished: tuple[int, Source, Request, Solution] | None = None  # with its number
 _remark = ""  # of the last execution
@@ -32,7 +33,7 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> s
 
 
 class CURVOPT_OT_apply_result(bpy.types.Operator):
-    """Put the result of the last run where it is wanted, as much of it as is wanted"""
+    """Put the result of the last run into a new object, in place, or into a shape key, without running again"""
 
     bl_idname = "curvopt.apply_result"
     bl_label = "Minimized"
@@ -44,21 +45,21 @@ class CURVOPT_OT_apply_result(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )  # fmt: skip
     amount: bpy.props.FloatProperty(
-        name="Amount", description="0 is the original's surface, 1 the optimum", min=0.0, max=1.0, default=1.0,
+        name="Amount", description="0 is the surface of the original, 1 the optimum", min=0.0, max=1.0, default=1.0,
         subtype="FACTOR", options={"SKIP_SAVE"},
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        """Write the last solution. An error is reported, and the result of before stays."""
         global _remark
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, "Only the result of the last run can be applied again: run it again.")
             return {"CANCELLED"}
         try:
-            obj, _remark = outcome.write(context, *_finished[1:], self.outcome)
-            outcome.set_amount(obj, self.amount)
+            obj, _remark = placement.write(context, *_finished[1:], self.outcome)
+            placement.set_amount(obj, self.amount)
         except Exception as error:
-            self.report({"ERROR"}, f"{error}")
-            return {"CANCELLED"}
+            return report_failure(self, error)
         return {"FINISHED"}
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -66,7 +67,7 @@ class CURVOPT_OT_apply_result(bpy.types.Operator):
         column = layout.column(align=True)
         for identifier, *_ in properties.OUTCOMES:
             row = column.row(align=True)
-            row.enabled = _finished is not None and outcome.is_possible(identifier, _finished[2].levels)
+            row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].levels)
             row.prop_enum(self, "outcome", identifier)
         layout.prop(self, "amount", slider=True)
 

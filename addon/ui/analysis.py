@@ -1,24 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fair is it? The operator that makes a surface coloured by curvature, and the viewport's looks.
+"""How fair is a surface? The operator that makes a surface coloured by curvature, and the viewport's looks.
 
 The coloured surface is a new object beside the cage: points of the limit surface itself, with a colour attribute of
 each quantity, and the numbers as attributes called `H`, `K` and so on. The legend is drawn over the viewport while such
 an object is active.
 """
 
+from __future__ import annotations
+
 import bpy
 import numpy as np
 
-from . import cage, colours, curvature, job, lattice, native, result
-from .values import Cage
+from ..binding import library
+from ..binding.values import Cage
+from ..core import colours, curvature, surface_points
+from ..core.energy import number_text
+from ..scene import read_cage, write_result
+from .reports import report_failure
 
 _PREFIX = "Curvopt "  # of colour attributes
 _ZEBRA = ("reflection_check_horizontal.exr", "check_reflection_horizontal.exr")  # matcaps, until 4.x, from 5.x
 _QUANTITY_ITEMS = [(name, label, tip) for name, label, tip in colours.QUANTITIES]
 _LOOKS = (
-    ("PLAIN", "Plain", "Studio light, material colours"),
-    ("ZEBRA", "Zebra", "Reflected stripes: they have kinks where the surface is not smooth"),
-    ("COLOURS", "Curvature", "Colour attributes, such as those of Colour by Curvature"),
+    ("PLAIN", "Plain", "Studio light and material colours"),
+    ("ZEBRA", "Zebra", "Reflected stripes. They have kinks where the surface is not smooth"),
+    ("COLOURS", "Curvature", "Shows colour attributes, such as those of Colour by Curvature"),
 )
 _MOST_QUADS = 400_000
 
@@ -31,49 +37,44 @@ class CURVOPT_OT_curvature(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     quantity: bpy.props.EnumProperty(
-        name="Colour", description="What is shown; the others are there as well", items=_QUANTITY_ITEMS, default="H"
-    )
+        name="Colour", description="The curvature that is shown; the others are attributes of the result, too",
+        items=_QUANTITY_ITEMS, default="H",
+    )  # fmt: skip
     levels: bpy.props.IntProperty(
-        name="Levels", description="Subdivisions of the cage at whose vertices curvature is measured", default=3, min=0,
-        max=6,
+        name="Levels", description="How often the cage is subdivided. Curvature is measured at the vertices that this "
+        "gives", default=3, min=0, max=6,
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        """Make it, and show colours in all viewports."""
         try:
-            source = cage.read_source(context, context.view_layer.objects.active)
+            source = read_cage.read_source(context, context.view_layer.objects.active)
             if len(source.cage.face_sizes) * 4**self.levels > _MOST_QUADS:
-                raise cage.CageError(f"More than {_MOST_QUADS:,} faces would come out: choose fewer levels.")
+                raise read_cage.CageError(f"More than {_MOST_QUADS:,} faces would come out: choose fewer levels.")
             add_coloured(context, source, self.levels, self.quantity)
-        except cage.CageError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        except (native.LibraryError, native.CurvoptError) as error:
-            self.report({"ERROR"}, job.failure_text(error))
-            return {"CANCELLED"}
+        except Exception as error:
+            return report_failure(self, error)
         if not bpy.app.background:
             context.window_manager.curvopt_look = "COLOURS"
         return {"FINISHED"}
 
 
-def add_coloured(context: bpy.types.Context, source: cage.Source, levels: int, quantity: str) -> bpy.types.Object:
+def add_coloured(context: bpy.types.Context, source: read_cage.Source, levels: int, quantity: str) -> bpy.types.Object:
     """The coloured surface as a new, active object beside the cage."""
-    shape = source.cage
-    with native.Mesh.create(
-        native.library(), len(shape.positions), shape.face_sizes, shape.face_vertices, shape.creases
-    ) as mesh:
-        net = lattice.lattice(mesh, levels)
-        jets = net.jets(mesh, shape.positions)
+    with library.Mesh.of_cage(library.load(), source.cage) as mesh:
+        net = surface_points.lattice(mesh, levels)
+        jets = net.jets(mesh, source.cage.positions)
     points = jets[:, 0]
-    surface = result.make_mesh(
+    surface = write_result.make_mesh(
         f"{source.name} Curvature",
         Cage(points, np.full(len(net.quads), 4, np.int32), net.quads.reshape(-1).astype(np.int32)),
     )
     ranges = _colour(surface, colours.of_curvatures(curvature.of_jets(jets)))
     obj = bpy.data.objects.new(f"{source.name} Curvature", surface)
-    obj.matrix_world = result.beside(context.scene, source, points) @ source.frame
+    obj.matrix_world = write_result.beside(context.scene, source, points) @ source.frame
     obj["curvopt_ranges"], obj["curvopt_source"] = ranges, source.name
-    result.link_beside(context, result.local_object(source.name), obj)
-    result.select_alone(context, obj)
+    write_result.link_beside(context, write_result.local_object(source.name), obj)
+    write_result.select_alone(context, obj)
     obj.curvopt_quantity = quantity
     return obj
 
@@ -130,8 +131,7 @@ def legend(obj: bpy.types.Object | None) -> tuple[str, str, float, float] | None
 
 def _draw_legend() -> None:
     """At the lower right of a viewport whose active object is coloured."""
-    from . import overlay
-    from .energy import number_text
+    from . import overlay  # needs a GPU
 
     found = legend(bpy.context.view_layer.objects.active)
     if found is None or not bpy.context.space_data.overlay.show_overlays:
@@ -164,7 +164,7 @@ def register() -> None:
         name="Look", description="How 3D views show surfaces", items=_LOOKS, update=_choose_look
     )
     if not bpy.app.background:
-        from .overlay import Handler
+        from .overlay import Handler  # needs a GPU
 
         _handler = Handler(_draw_legend, "POST_PIXEL")
 

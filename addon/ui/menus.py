@@ -1,20 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ways in beside the sidebar: Object menu (and so F3), Add > Mesh > Curvature Shapes, presets of the settings."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import bpy
 from bl_operators.presets import AddPresetBase
 from mathutils import Matrix
 
-from . import catalogue, properties, result
+from ..core import catalogue
+from ..scene import write_result
+from . import properties
+from .reports import report_failure
 
 _PRESETS = "curvopt"  # folder of the user's own, beside those of render sizes and the like
-_SHIPPED = Path(__file__).resolve().parent / "presets"
+_SHIPPED = Path(__file__).resolve().parents[1] / "presets"
 _items: list[tuple[str, str, str]] = []  # kept, because Blender does not keep what a callback returns
 
 
 def _shapes(_self: object, _context: bpy.types.Context) -> list[tuple[str, str, str]]:
+    """The choices of the enumeration `shape`."""
     _items[:] = [(name, catalogue.label(name), "Add this cage") for name in catalogue.names()]
     return _items
 
@@ -26,29 +32,30 @@ class CURVOPT_OT_add_shape(bpy.types.Operator):
     bl_label = "Curvature Shape"
     bl_options = {"REGISTER", "UNDO"}
 
-    shape: bpy.props.EnumProperty(name="Shape", description="Which cage of the catalogue", items=_shapes)
+    shape: bpy.props.EnumProperty(name="Shape", description="The cage to add", items=_shapes)
     size: bpy.props.FloatProperty(
-        name="Size", description="Factor of its size", default=1.0, min=1e-3, max=1e3, subtype="DISTANCE"
-    )
+        name="Size", description="Factor by which the cage is scaled", default=1.0, min=1e-3, max=1e3,
+        subtype="DISTANCE",
+    )  # fmt: skip
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.mode == "OBJECT"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        """Add it at the 3D cursor, active and alone selected."""
         try:
             cage = catalogue.load(self.shape)
         except (OSError, ValueError) as error:
-            self.report({"ERROR"}, f"{error}")
-            return {"CANCELLED"}
+            return report_failure(self, error)
         name = catalogue.label(self.shape)
-        mesh = result.make_mesh(name, cage)
+        mesh = write_result.make_mesh(name, cage)
         mesh.transform(Matrix.Scale(self.size, 4))
         obj = bpy.data.objects.new(name, mesh)
         obj.location = context.scene.cursor.location
-        result.add_subdivision(obj, cage.creases)
+        write_result.add_subdivision(obj, cage.creases)
         context.collection.objects.link(obj)
-        result.select_alone(context, obj)
+        write_result.select_alone(context, obj)
         return {"FINISHED"}
 
 

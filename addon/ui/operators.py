@@ -2,37 +2,34 @@
 """The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts; and the buttons
 that end it.
 
-Thin: reading is cage.py's, running job.py's, showing preview.py's, writing outcome.py's. Between invoke and the end it
-holds arrays only, no Blender data; one place, `_end`, is passed on every way out.
+Thin: read_cage.py reads, job.py runs, display.py shows, adjust.py writes. Between invoke and the end the operator holds
+arrays only, no Blender data. Every way out passes through `_end`.
 
-What is undone, and adjusted by the adjust-last-operation panel, is apply.py's operator, which both ways end with. An
-`UNDO` of this one's would hide that: Blender lets no operator register while one with `UNDO` runs.
+Undo and the adjust-last-operation panel belong to the operator of adjust.py, with which every run ends. `UNDO` in the
+options of this one would hide that: Blender lets no operator register while one with `UNDO` runs.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 import bpy
 
-from . import apply, cage, job, outcome, properties, result
-from .header import SURFACES
-from .values import Held
+from ..core import job, messages
+from ..scene import placement, read_cage
+from . import adjust, display, properties
+from .reports import report_failure
 
 _TICK = 0.05  # seconds between looks at the worker
-_REDRAW = 0.15  # seconds, at least, between drawings of a run
 _LAST_WAIT = 5.0  # seconds that quitting or disabling the add-on waits for workers
 _MOST_LEAVING = 2  # workers of cancelled runs that may still be busy when a new run starts
 
-# While a run is on, these events go on to Blender, so that one can look around; all others could change the scene.
+# During a run these events go on to Blender, so that the user can look around. All others could change the scene.
 _LOOKING_AROUND = {"MIDDLEMOUSE", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "NDOF_MOTION"}
 _LOOKING_AROUND |= {"TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSESMARTZOOM", "WINDOW_DEACTIVATE"}
 
 _run: job.ModalRun | None = None  # the modal run that is on; there is one at a time
 _leaving: list[job.Job] = []  # cancelled, and not yet at the end of their last step
-_refreshed: tuple[object, object, float] = (None, None, 0.0)  # progress and picture that were drawn, and when
-_on_screen: list[Callable[[], object]] = []  # what takes away the timer and the drawing of the run
 
 
 class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
@@ -63,35 +60,43 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
             self._read(context)
             _leaving[:] = [old for old in _leaving if old.running]
             if len(_leaving) >= _MOST_LEAVING:
-                raise cage.CageError("Earlier runs are still at the end of their last step: wait a few seconds.")
+                raise read_cage.CageError("Earlier runs are still at the end of their last step: wait a few seconds.")
             work = job.Job.minimize(self._source.cage, self._request)
             _run = job.ModalRun(work, self._request.label)
+            self._show_run(context)
         except Exception as error:
+            if _run is not None:
+                _run.escape()
+                self._end(context)
             return self._fail(context, error)
-        _start_preview(context, self._source, _run)
-        manager = context.window_manager
-        timer = manager.event_timer_add(_TICK, window=context.window)
-        _on_screen.append(lambda: manager.event_timer_remove(timer))
-        manager.modal_handler_add(self)
-        _show(context, _run.status, running=True)
         return {"RUNNING_MODAL"}
 
+    def _show_run(self, context: bpy.types.Context) -> None:
+        """Preview, timer, message; from here on Blender calls `modal`."""
+        display.start_preview(context, self._source, _run)
+        manager = context.window_manager
+        timer = manager.event_timer_add(_TICK, window=context.window)
+        display.at_end(lambda: manager.event_timer_remove(timer))
+        display.show(context, messages.status_text(_run), running=True)
+        manager.modal_handler_add(self)
+
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """One event: Esc and Enter end the run, the timer looks at it, and what could change the scene is held back."""
         ours = event.type in ("ESC", "RET", "NUMPAD_ENTER") and event.value == "PRESS"
         if ours:
-            (_run.escape if event.type == "ESC" else _run.keep)()
+            (_run.escape if event.type == "ESC" else _run.finish)()
         elif event.type != "TIMER":
             harmless = event.type in _LOOKING_AROUND or _over_sidebar(context, event)
             return {"PASS_THROUGH"} if harmless else {"RUNNING_MODAL"}
         try:
             if not _run.tick().ended:
-                _show(context, _run.status, running=True)
-                _refresh(context, _run)
+                display.show(context, messages.status_text(_run), running=True)
+                display.refresh(context, _run)
                 return {"RUNNING_MODAL"} if ours else {"PASS_THROUGH"}
-        except Exception:  # showing it went wrong: without this the run would never end
+        except Exception as error:  # showing it went wrong: without this the run would never end
             _run.escape()
             self._end(context)
-            raise
+            return self._fail(context, error)
         return self._end(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -100,9 +105,10 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         self._end(context)
 
     def _end(self, context: bpy.types.Context) -> set[str]:
+        """Write the result, say what failed, or say that nothing was changed."""
         global _run
         run, _run = _run, None
-        _clear_screen()
+        display.clear()
         if run.job.running:
             _leaving.append(run.job)
         try:
@@ -112,7 +118,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
                 return self._fail(context, run.job.error)
         except Exception as error:
             return self._fail(context, error)
-        _show(context, f"Minimizing {run.label} was cancelled, nothing was changed.")
+        display.show(context, f"Minimizing {run.label} was cancelled, nothing was changed.")
         return {"CANCELLED"}
 
     def _read(self, context: bpy.types.Context) -> None:
@@ -123,37 +129,22 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         }
         obj = context.view_layer.objects.active
         self._outcome = values["outcome"]
-        self._source = cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
-        self._request = _request(values, cage.read_held(obj, values["keep"], values["vertex_group"]))
-        outcome.check_outcome(self._outcome, self._request.levels)
+        self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
+        self._request = properties.request_of(values, read_cage.read_held(obj, values["pin"], values["vertex_group"]))
+        placement.check_outcome(self._outcome, self._request.levels)
 
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
-        remark = apply.apply(self._source, self._request, solution, self._outcome)
-        text = job.solution_text(self._request, solution)
+        remark = adjust.apply(self._source, self._request, solution, self._outcome)
+        text = messages.solution_text(self._request, solution)
         if remark:
             text = f"{text}. {remark}"
         self.report({"WARNING" if remark else "INFO"}, text)
-        _show(context, text, about=context.view_layer.objects.active.name)
+        display.show(context, text, about=context.view_layer.objects.active.name)
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
-        text = str(error) if isinstance(error, cage.CageError) else job.failure_text(error)
-        _show(context, text, failed=True)
-        self.report({"ERROR"}, text)
-        return {"CANCELLED"}
-
-
-def _request(values: dict[str, object], held: Held) -> job.Request:
-    """Settings as job.py wants them."""
-    limits = {
-        "surface": SURFACES.index(values["surface"].lower()),
-        "max_iterations": values["max_iterations"],
-        "threads": values["threads"],
-        "escape": int(values["escape"]),
-    }
-    levels = 1 if values["resolution"] == "KEEP" else values["levels"]
-    energy, symmetry = properties.energy_text_of(values), properties.symmetry_text_of(values)
-    return job.Request(energy, levels, limits, values["boundary"].lower(), symmetry, held)
+        display.show(context, messages.failure_text(error), failed=True)
+        return report_failure(self, error)
 
 
 class _EndButton:
@@ -167,13 +158,13 @@ class _EndButton:
 
 
 class CURVOPT_OT_finish(_EndButton, bpy.types.Operator):
-    """End the run now and keep the best surface so far (Enter)"""
+    """End the run now; the result is the best surface so far (Enter)"""
 
     bl_idname = "curvopt.finish"
-    bl_label = "Keep"
+    bl_label = "Finish"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        _run.keep()
+        _run.finish()
         return {"FINISHED"}
 
 
@@ -189,7 +180,7 @@ class CURVOPT_OT_cancel(_EndButton, bpy.types.Operator):
 
 
 def _over_sidebar(context: bpy.types.Context, event: bpy.types.Event) -> bool:
-    """Whether a mouse button is for a sidebar, where Keep and Cancel are."""
+    """Whether a mouse button is for a sidebar, where Finish and Cancel are."""
     if event.type != "LEFTMOUSE":
         return False
     for area in context.screen.areas:
@@ -199,54 +190,6 @@ def _over_sidebar(context: bpy.types.Context, event: bpy.types.Event) -> bool:
                 if region.type == "UI" and 0 <= x < region.width and 0 <= y < region.height:
                     return True
     return False
-
-
-def _start_preview(context: bpy.types.Context, source: cage.Source, run: job.ModalRun) -> None:
-    """Draw the run, where a new object would stand; not in background."""
-    if bpy.app.background:
-        return
-    from .preview import Preview  # needs a GPU
-
-    placement = result.beside(context.scene, source, source.cage.positions) @ source.frame
-    _on_screen.append(Preview(context.scene.name, placement, run.job, run.label).end)
-
-
-def _refresh(context: bpy.types.Context, run: job.ModalRun) -> None:
-    """Have the viewports drawn if there is something new, but not too often."""
-    global _refreshed
-    seen = (run.job.latest, run.job.watcher.latest, time.monotonic())
-    if seen[:2] == _refreshed[:2] or seen[2] < _refreshed[2] + _REDRAW:
-        return
-    from .overlay import redraw
-
-    _refreshed = seen
-    redraw(context, ("WINDOW",))
-    run.job.watcher.ask()
-
-
-def _show(
-    context: bpy.types.Context, text: str, running: bool = False, failed: bool = False, about: str = ""
-) -> None:
-    """Put `text` into the sidebar and, while running, the status bar; `about`: the object it tells the making of."""
-    state = properties.state
-    changed = state.message != text or state.running != running
-    state.message, state.running, state.failed, state.about = text, running, failed, about
-    if bpy.app.background:
-        return
-    if changed:
-        from .overlay import redraw
-
-        redraw(context)
-    if running and context.workspace is not None:
-        context.workspace.status_text_set(f"{text}   |   Enter: keep this   |   Esc: cancel")
-
-
-def _clear_screen() -> None:
-    """Take away timer, drawing and status; that in every workspace, for the user may have changed to another one."""
-    while _on_screen:
-        _on_screen.pop()()
-    for workspace in bpy.data.workspaces:
-        workspace.status_text_set(None)
 
 
 _CLASSES = (CURVOPT_OT_minimize, CURVOPT_OT_finish, CURVOPT_OT_cancel)
@@ -263,7 +206,7 @@ def unregister() -> None:
     deadline = time.monotonic() + _LAST_WAIT
     if _run is not None:
         _run.abandon(_LAST_WAIT)
-        _clear_screen()
+        display.clear()
         _run = None
     for old in _leaving:
         old.join(max(0.0, deadline - time.monotonic()))

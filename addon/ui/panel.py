@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab "Curvopt" of the 3D view. It draws and decides nothing."""
 
+from __future__ import annotations
+
 import textwrap
 
 import bpy
 
-from .amount import has_blend
-from .cage import CageError, check_object
-from .energy import number_text
-from .outcome import active_key
+from ..core.energy import number_text
+from ..scene.amount import has_blend
+from ..scene.placement import active_key
+from ..scene.read_cage import CageError, check_object
+from ..scene.write_result import stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
-from .result import stored_energies, stored_verdict
 
 _CHARACTER = 6.5  # pixels, about, at interface scale 1
 
@@ -51,9 +53,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             planes = column.row(heading="Mirror", align=True)
             for index, axis in enumerate("XYZ"):
                 planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
-        column.prop(settings, "keep")
+        column.prop(settings, "pin")
         active = context.view_layer.objects.active
-        if settings.keep == "GROUP" and active is not None and active.type == "MESH":
+        if settings.pin == "GROUP" and active is not None and active.type == "MESH":
             column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
         column.prop(settings, "outcome")
         self._draw_buttons()

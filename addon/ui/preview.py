@@ -13,10 +13,10 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 
+from ..core.energy import number_text
+from ..core.job import Job
+from ..core.snapshot import Snapshot
 from . import overlay
-from .energy import number_text
-from .job import Job
-from .snapshot import Snapshot
 
 _CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
 _CURVE = (1.0, 0.66, 0.25, 1.0)

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import gallery_solve
-from .gallery_plot import Axis, Series, plot
-from .gallery_store import Item, Store
-from .gallery_surface import Dense, centre_and_size, dense
+from . import solve
+from .dense import Dense, centre_and_size, dense
+from .plot import Axis, Series, plot
+from .store import Item, Store
 
 _COMPARED = 6000  # quads of a shape whose distance to another is measured
 _BLOCK = 500
@@ -67,8 +67,8 @@ def compare_plane(store: Store, item: Item) -> list[dict[str, object]]:
         mean, most = distance(dense(cages[0], "polynomial", _COMPARED), dense(cages[1], "plane", _COMPARED))
         found.append({
             "cage": name, "energy": energy, "polynomial": own[0]["value"], "plane": own[1]["value"],
-            "plane_minimizer_on_polynomial": gallery_solve.evaluate(cages[1], energy, "polynomial").objective,
-            "polynomial_minimizer_on_plane": gallery_solve.evaluate(cages[0], energy, "plane").objective,
+            "plane_minimizer_on_polynomial": solve.evaluate(cages[1], energy, "polynomial").objective,
+            "polynomial_minimizer_on_plane": solve.evaluate(cages[0], energy, "plane").objective,
             "distance": mean, "farthest": most, "h2": [own[0]["h2"], own[1]["h2"]],
             "verdicts": [own[0]["verdict"], own[1]["verdict"]],
         })  # fmt: skip
@@ -142,7 +142,7 @@ def plot_saddles(store: Store, item: Item) -> dict[str, object]:
         })  # fmt: skip
         if energy == "willmore":
             series.append(Series(f"{cage}, {share:g}, {rounds}", _as_h2(result["path"], result["euler"])))
-    lawson = [(f"Lawson, genus {genus}", gallery_solve.lawson_h2(genus)) for genus in (3, 5)]
+    lawson = [(f"Lawson, genus {genus}", solve.lawson_h2(genus)) for genus in (3, 5)]
     text = plot("Symmetric Willmore minimizers, shaken", Axis("step"), Axis("∫H²", 22.6, 25.4), series, lawson)
     store.write(item.files[0], text.encode())
     return {"verified": verified, "shaken": shaken}

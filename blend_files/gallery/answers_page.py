@@ -6,13 +6,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
-from . import gallery_solve
-from .gallery_html import grid, picture, section, significant
-from .gallery_profile import CLIFFORD, RULES
-from .gallery_store import Store
-from .gallery_torus import exact_cross
+from . import solve
+from .markup import grid, picture, section, significant
+from .store import Store
+from .torus_nets import exact_cross
+from .torus_profile import CLIFFORD, RULES
 
-_COMMAND = "blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR --only {}"
+_COMMAND = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only {}"
 _NOISE = 3e-4  # what net and quadrature leave open of int H^2
 _LABELS = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 
@@ -193,7 +193,7 @@ def _fate(shaken: Sequence[Mapping], cage: str, genus: int) -> str:
     mine = [row for row in shaken if row["cage"] == cage and row["energy"] == "willmore"]
     fallen = [row for row in mine if row["h2"] < (1 - _NOISE) * row["h2_before"]]
     back = [row for row in mine if abs(row["h2"] / row["h2_before"] - 1) <= _NOISE]
-    start, aim = mine[0]["h2_before"], gallery_solve.lawson_h2(genus)
+    start, aim = mine[0]["h2_before"], solve.lawson_h2(genus)
     parts = [f"{cage}: Willmore's minimizer (∫H² {start:.4f})"]
     if fallen:
         lowest = min(row["h2"] for row in fallen)

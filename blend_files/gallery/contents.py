@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from . import gallery_answers, gallery_profile, gallery_solve, gallery_torus
-from .gallery_store import Item, Store
-from .values import Cage
+from addon.binding.values import Cage
+from . import answers, solve, torus_nets, torus_profile
+from .store import Item, Store
 
 Draw = Callable[[Store, Item], object]
 
@@ -60,7 +60,7 @@ def shaken_name(cage: str, energy: str, share: float, rounds: int) -> str:
 def columns(table: str) -> list[tuple[str, str]]:
     """(energy, setting) of a table's minimizers, left to right."""
     settings = ("default", "report") if table in REPORT_TABLES else ("default",)
-    return [(energy, setting) for setting in settings for energy in gallery_solve.ENERGIES]
+    return [(energy, setting) for setting in settings for energy in solve.ENERGIES]
 
 
 def items(
@@ -86,7 +86,7 @@ def items(
 
 
 def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) -> int:
-    """Levels of a table's minimizer. The octahedral cage is the coarsest for its shape: at four levels its Willmore energy
+    """Levels of a table's minimizer. The octahedral cage is coarse for its shape: at four levels its Willmore energy
     is 3e-4 above the least and not stationary yet, at five 8e-5."""
     if table not in REPORT_TABLES:
         return min(measure.levels, SHAPE_LEVELS)
@@ -96,13 +96,13 @@ def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) 
 def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
     """The cage's figures, its minimizers and their picture."""
     tags, cages = frozenset({table, name}), {name: cage}
-    parts = [Item(f"input.{name}", gallery_solve.inputs_figures, {}, tags, cages=cages, cost=0.2)]
+    parts = [Item(f"input.{name}", solve.inputs_figures, {}, tags, cages=cages, cost=0.2)]
     for energy, setting in columns(table):
         levels = _levels(table, name, energy, setting, measure)
         inputs = {"energy": energy, "setting": setting, "levels": levels}
         cost = (1.5 if energy == "willmore" else 20.0) if setting == "report" else 4.0
         parts.append(
-            Item(solve_name(name, energy, setting), gallery_solve.minimize, inputs, tags, cages=cages, cost=cost)
+            Item(solve_name(name, energy, setting), solve.minimize, inputs, tags, cages=cages, cost=cost)
         )
     inputs = {"table": table, "cage": name, "width": measure.width, "samples": measure.samples}
     needs, picture = tuple(part.name for part in parts), f"pictures/row.{name}.png"
@@ -120,7 +120,7 @@ def _extrapolation(cages: Mapping[str, Cage], measure: Measure) -> Item:
     """What Willmore's minimizer of the octahedral cage ought to have, for want of an exact value."""
     inputs = {"of": OCTAHEDRAL, "levels": measure.levels}
     used = {name: cages[name] for name in (*SADDLES, OCTAHEDRAL)}
-    return Item(f"limit.{OCTAHEDRAL}", gallery_solve.extrapolate, inputs, frozenset({"table2"}), cages=used, cost=6.0)
+    return Item(f"limit.{OCTAHEDRAL}", solve.extrapolate, inputs, frozenset({"table2"}), cages=used, cost=6.0)
 
 
 def _figures(sphere: Cage, measure: Measure, draw: Mapping[str, Draw]) -> list[Item]:
@@ -130,7 +130,7 @@ def _figures(sphere: Cage, measure: Measure, draw: Mapping[str, Draw]) -> list[I
     return [
         Item("figure.flat", draw["flat"], inputs, tags, (), ("pictures/figure1.png",), True, 30.0, cages),
         Item("figure.refined", draw["refined"], inputs, tags, (), ("pictures/figure2.png",), True, 30.0, cages),
-        Item("figure.blend", gallery_answers.blend_functions, {}, tags, (), ("pictures/figure3.svg",), cost=0.1),
+        Item("figure.blend", answers.blend_functions, {}, tags, (), ("pictures/figure3.svg",), cost=0.1),
     ]
 
 
@@ -143,7 +143,7 @@ def _answers_on_tori(torus: Callable[..., Cage], measure: Measure) -> list[Item]
         inputs = {"energy": energy, "setting": setting, "levels": levels, "net": net, "ratio": ratio}
         tags = frozenset({"answers", answer})
         cages = {name: torus(ratio, *net)}
-        parts.append(Item(name, gallery_solve.minimize, inputs, tags, cages=cages, cost=1.5))
+        parts.append(Item(name, solve.minimize, inputs, tags, cages=cages, cost=1.5))
 
     for net in ((8, 4), (8, 8)):
         for ratio in (0.02, 0.05, *(k / 10 for k in range(1, 10)), 0.95, 0.98):
@@ -154,10 +154,10 @@ def _answers_on_tori(torus: Callable[..., Cage], measure: Measure) -> list[Item]
         for levels in range(2, measure.levels + 2):
             add(answer, (8, 4), 0.5, energy, "default", levels)
     profile = Item(
-        "tori.profile", gallery_profile.scan, {"levels": measure.levels}, frozenset({"answers", "tori"}), cost=60.0
+        "tori.profile", torus_profile.scan, {"levels": measure.levels}, frozenset({"answers", "tori"}), cost=60.0
     )
     curves = [
-        Item(f"{answer}.curves", gallery_torus.curves, {"energy": energy}, frozenset({"answers", answer}),
+        Item(f"{answer}.curves", torus_nets.curves, {"energy": energy}, frozenset({"answers", answer}),
              cages={f"{m}x{n}.{round(1000 * ratio)}": torus(ratio, m, n) for m, n in CROSS_NETS for ratio in RATIOS},
              cost=3.0)
         for answer, energy in (("cross", "mvs_cross"), ("mvs", "mvs"))
@@ -172,9 +172,9 @@ def _plots(parts: list[Item]) -> list[Item]:
     """The plots of the answers on tori."""
     found = []
     for answer, work, more in (
-        ("tori", gallery_torus.plot_tori, ("tori.profile",)),
-        ("cross", gallery_torus.plot_third, ("cross.curves",)),
-        ("mvs", gallery_torus.plot_third, ("mvs.curves",)),
+        ("tori", torus_nets.plot_tori, ("tori.profile",)),
+        ("cross", torus_nets.plot_third, ("cross.curves",)),
+        ("mvs", torus_nets.plot_third, ("mvs.curves",)),
     ):
         needs = tuple(part.name for part in parts if answer in part.tags) + more
         tags, picture = frozenset({"answers", answer}), f"pictures/{answer}.svg"
@@ -191,12 +191,12 @@ def _answer_plane(cages: Mapping[str, Cage], measure: Measure) -> list[Item]:
             for setting in ("default", "plane"):
                 inputs = {"energy": energy, "setting": setting, "levels": min(measure.levels, PLANE_LEVELS)}
                 part = f"plane.{name}.{energy}.{setting}"
-                parts.append(Item(part, gallery_solve.minimize, inputs, tags, cages={name: cages[name]}, cost=6.0))
+                parts.append(Item(part, solve.minimize, inputs, tags, cages={name: cages[name]}, cost=6.0))
                 pair.append(part)
             pairs.append((name, energy, *pair))
     inputs, needs = {"pairs": pairs}, tuple(part.name for part in parts)
     plot = ("pictures/plane.svg",)
-    return [*parts, Item("answer.plane", gallery_answers.compare_plane, inputs, tags, needs, plot, cost=60.0)]
+    return [*parts, Item("answer.plane", answers.compare_plane, inputs, tags, needs, plot, cost=60.0)]
 
 
 def _answer_saddles(
@@ -205,18 +205,18 @@ def _answer_saddles(
     """(e): certificates without symmetry, and where shapes go that are shaken."""
     tags, parts = frozenset({"answers", "saddles"}), []
     for name in SADDLES:
-        for energy in gallery_solve.ENERGIES:
+        for energy in solve.ENERGIES:
             for levels in {max(1, measure.levels - 1), measure.levels}:
                 inputs = {"energy": energy, "levels": levels}
                 verified = f"verify.{name}.{energy}.{levels}"
-                parts.append(Item(verified, gallery_solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
+                parts.append(Item(verified, solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
             of = solve_name(name, energy, "default")
             for share, rounds in SHAKES if energy == "willmore" else THIRD_SHAKES:
                 inputs = {"energy": energy, "of": of, "share": share, "rounds": rounds, "iterations": 400}
                 shaken = shaken_name(name, energy, share, rounds)
-                parts.append(Item(shaken, gallery_solve.shaken, inputs, tags, (of,), cost=20.0))
+                parts.append(Item(shaken, solve.shaken, inputs, tags, (of,), cost=20.0))
     needs = tuple(part.name for part in parts)
     inputs = {"width": measure.width, "samples": measure.samples}
     picture = Item("look.saddles", draw, inputs, tags, needs, ("pictures/saddles.png",), True, 30.0)
-    plot = Item("answer.saddles", gallery_answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
+    plot = Item("answer.saddles", answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
     return [*parts, picture, plot]

@@ -8,8 +8,8 @@ import io
 import json
 from collections.abc import Collection
 
-from . import gallery_items, gallery_solve
-from .gallery_store import Store
+from . import contents, solve
+from .store import Store
 
 FIELDS = (
     "table", "cage", "energy", "setting", "surface", "value", "resolved", "resolved_error", "quadrature_error", "h2",
@@ -22,10 +22,10 @@ def rows(store: Store, fresh: Collection[str]) -> list[dict[str, object]]:
     """One row for every minimizer of the tables that is finished, by FIELDS; `h2_off` is relative to what is exact, for
     Willmore's minimizers."""
     found = []
-    for table, names in gallery_items.TABLES.items():
+    for table, names in contents.TABLES.items():
         for name in names:
-            for energy, setting in gallery_items.columns(table):
-                solved = gallery_items.solve_name(name, energy, setting)
+            for energy, setting in contents.columns(table):
+                solved = contents.solve_name(name, energy, setting)
                 if solved in fresh:
                     found.append(_row(table, name, store.result(solved), _exact(store, fresh, name)))
     return found
@@ -40,7 +40,7 @@ def _exact(store: Store, fresh: Collection[str], name: str) -> tuple[float, str]
     """int H^2 of a cage's Willmore minimizer and where that is known from."""
     extrapolated = f"limit.{name}"
     if extrapolated not in fresh:
-        return gallery_solve.exact_h2(name)
+        return solve.exact_h2(name)
     found = store.result(extrapolated)
     doubt = max(abs(off) for off in found["tried"].values())
     return found["h2"], f"not exact: extrapolated from two levels, by a rule that is off by {doubt:.0e} elsewhere"

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 r"""The report's tables, figures and open questions, from the committed cages, as one HTML page:
 
-    blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR [--only NAME ...] [--jobs N]
+    blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR \
+        [--only NAME ...] [--jobs N]
 
 What is finished in DIR, and whose inputs, code and library have not changed, is not made again; a run that is killed
 loses the items in work and nothing else. Exit code 0: done, 1: something could not be made (said on stderr), 2: wrong
-usage. Run with -P this file is no part of a package: see parts.py.
+usage.
 """
 
 from __future__ import annotations
@@ -18,45 +19,43 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
-if __package__:
-    from .parts import part as _part
-else:
-    sys.path.insert(0, str(Path(__file__).resolve().parent))
-    from parts import part as _part
+if not __package__:  # Blender runs this file with -P, outside of any package
+    sys.path[:0] = [str(Path(__file__).resolve().parents[level]) for level in (2, 1)]
 
-if TYPE_CHECKING:
-    from .values import Cage
+from addon.binding import library  # noqa: E402
+from addon.binding.values import Cage  # noqa: E402
+from addon.core.messages import UserError, failure_text  # noqa: E402
+from addon.scene.read_cage import read_faces, read_positions  # noqa: E402
+from gallery import contents, page, pictures, schedule  # noqa: E402
+from gallery import store as stored  # noqa: E402
 
 
-class GalleryError(RuntimeError):
+class GalleryError(UserError):
     """The gallery cannot be made; the message is a sentence."""
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line behind `--`. Exits with 2 if it is wrong."""
-    listed = _part("gallery_items")
-    names = (*listed.GROUPS, *listed.all_cages())
-    parser = argparse.ArgumentParser(prog="gallery.py", description="Make the gallery, or what of it is missing.")
+    names = (*contents.GROUPS, *contents.all_cages())
+    parser = argparse.ArgumentParser(prog="make.py", description="Make the gallery, or what of it is missing.")
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="where the gallery is, or is to be")
     parser.add_argument(
         "--only", nargs="+", choices=names, metavar="NAME",
-        help=f"only these tables ({', '.join(listed.TABLES)}), figures, answers ({', '.join(listed.ANSWERS)}; all of "
-        "them: answers) or rows of tables, by their cages",
+        help=f"only these tables ({', '.join(contents.TABLES)}), figures, answers ({', '.join(contents.ANSWERS)}; all "
+        "of them: answers) or rows of tables, by their cages",
     )  # fmt: skip
     parser.add_argument("--jobs", type=_count, default=os.cpu_count(), metavar="N",
                         help="calculations at a time (default: one a core)")  # fmt: skip
-    measure = listed.Measure()
+    measure = contents.Measure()
     parser.add_argument("--levels", type=_level, default=measure.levels, help="of the tables (default %(default)s)")
     parser.add_argument("--width", type=_count, default=measure.width, help="pixels of a cell (default %(default)s)")
     parser.add_argument("--samples", type=_count, default=measure.samples, help="a pixel (default %(default)s)")
-    beside = Path(__file__).resolve().parents[1] / "blend_files"
-    parser.add_argument("--cages", type=Path, metavar="DIR", default=beside,
-                        help="the .blend files and cages.py (default: blend_files beside the add-on)")  # fmt: skip
+    parser.add_argument("--cages", type=Path, metavar="DIR", default=Path(__file__).resolve().parents[1],
+                        help="the .blend files and cages.py (default: blend_files)")  # fmt: skip
     return parser.parse_args(arguments)
 
 
@@ -74,7 +73,7 @@ def _level(text: str) -> int:
 
 def read_cage(folder: Path, name: str) -> Cage:
     """The cage of FOLDER/NAME.blend. GalleryError if there is none."""
-    path, cage = folder / f"{name}.blend", _part("cage")
+    path = folder / f"{name}.blend"
     if not path.is_file():
         raise GalleryError(f"The cage {path} is missing.")
     with bpy.data.libraries.load(str(path)) as (there, here):
@@ -83,7 +82,7 @@ def read_cage(folder: Path, name: str) -> Cage:
         raise GalleryError(f"{path} holds no object '{name}'.")
     obj = here.objects[0]
     try:
-        return _part("values").Cage(cage.read_positions(obj.data), *cage.read_faces(obj.data))
+        return Cage(read_positions(obj.data), *read_faces(obj.data))
     finally:
         mesh = obj.data
         bpy.data.objects.remove(obj)
@@ -92,7 +91,7 @@ def read_cage(folder: Path, name: str) -> Cage:
 
 def cage_maker(folder: Path) -> Callable[..., Cage]:
     """Calls a function of FOLDER/cages.py by name; what it makes as a Cage. GalleryError if that file is missing."""
-    path, values = folder / "cages.py", _part("values")
+    path = folder / "cages.py"
     if not path.is_file():
         raise GalleryError(f"{path} is missing.")
     spec = importlib.util.spec_from_file_location("curvopt_cages", path)
@@ -102,30 +101,29 @@ def cage_maker(folder: Path) -> Callable[..., Cage]:
     def call(kind: str, *arguments: object, **changes: object) -> Cage:
         vertices, faces = getattr(cages, kind)(*arguments, **changes)
         sizes = np.array([len(face) for face in faces], np.int32)
-        return values.Cage(vertices, sizes, np.concatenate([np.array(face, np.int32) for face in faces]))
+        return Cage(vertices, sizes, np.concatenate([np.array(face, np.int32) for face in faces]))
 
     return call
 
 
 def make(options: argparse.Namespace) -> bool:
     """Make what was asked for and the page; whether nothing failed."""
-    listed, stored, schedule = _part("gallery_items"), _part("gallery_store"), _part("gallery_schedule")
-    pictures, library = _part("gallery_pictures"), _part("native").library()
+    lib = library.load()
     start = time.monotonic()
-    store = stored.Store(options.output.resolve(), stored.library_version(library.path, library.version))
-    cages = {name: read_cage(options.cages, name) for name in listed.all_cages()}
-    measure = listed.Measure(options.levels, options.width, options.samples)
-    items = listed.items(cages, cage_maker(options.cages), measure, pictures.DRAW)
+    store = stored.Store(options.output.resolve(), stored.library_version(lib.path, lib.version))
+    cages = {name: read_cage(options.cages, name) for name in contents.all_cages()}
+    measure = contents.Measure(options.levels, options.width, options.samples)
+    items = contents.items(cages, cage_maker(options.cages), measure, pictures.DRAW)
     wanted = [item.name for item in items if not options.only or item.tags & set(options.only)]
     with _quiet_blender() as say:
         outcome = schedule.run(schedule.with_needs(items, wanted), store, options.jobs, say)
     shown = stored.keys(items, store.version)
     fresh = {item.name for item in items if store.fresh(item, shown[item.name])}
-    page = _part("gallery_page").write(store, fresh, {item.name: item for item in items})
+    index = page.write(store, fresh, {item.name: item for item in items})
     for name, why in outcome.failed.items():
         print(f"gallery: {name} could not be made: {why}", file=sys.stderr)
     counts = f"{len(outcome.made)} made, {len(outcome.fresh)} finished before, {len(outcome.failed)} failed"
-    _say(sys.stdout.fileno(), f"{counts}, {time.monotonic() - start:.0f} s: {page}")
+    _say(sys.stdout.fileno(), f"{counts}, {time.monotonic() - start:.0f} s: {index}")
     return not outcome.failed
 
 
@@ -154,11 +152,10 @@ def _say(out: int, text: str) -> None:
 def main(arguments: list[str]) -> int:
     """The exit code."""
     options = parse(arguments)
-    native, job = _part("native"), _part("job")
     try:
         return 0 if make(options) else 1
-    except (GalleryError, native.LibraryError, native.CurvoptError, OSError) as error:
-        print(job.sentence(str(error)), file=sys.stderr)
+    except (GalleryError, library.LibraryError, library.CurvoptError, OSError) as error:
+        print(failure_text(error), file=sys.stderr)
         return 1
 
 

@@ -10,9 +10,9 @@ from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from . import gallery_answers_page, gallery_figures, gallery_items
-from .gallery_html import grid, picture, section, significant
-from .gallery_store import Item, Store
+from . import answers_page, contents, figures
+from .markup import grid, picture, section, significant
+from .store import Item, Store
 
 _STYLE = """
 body { font: 16px/1.5 sans-serif; color: #222; max-width: 1500px; margin: 2em auto; padding: 0 1.5em }
@@ -46,17 +46,17 @@ _TABLE_TEXTS = {
 
 def command(options: str) -> str:
     """What makes a part of the gallery."""
-    start = "blender -b --factory-startup --python-exit-code 1 -P addon/gallery.py -- --output DIR"
+    start = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR"
     return f"{start} {options}".rstrip()
 
 
 def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Path:
     """index.html, figures.csv and figures.json of all that is finished; the page's path."""
-    found = gallery_figures.rows(store, fresh)
-    gallery_figures.write(store, found)
+    found = figures.rows(store, fresh)
+    figures.write(store, found)
     seconds = sum(store.entry(name)["seconds"] for name in fresh)
-    parts = [_table(store, fresh, table, found) for table in gallery_items.TABLES]
-    parts += [_figures(store, fresh), *gallery_answers_page.sections(store, fresh)]
+    parts = [_table(store, fresh, table, found) for table in contents.TABLES]
+    parts += [_figures(store, fresh), *answers_page.sections(store, fresh)]
     parts = [part for part in parts if part]
     names = [part.split('id="', 1)[1].split('"', 1)[0] for part in parts]
     lacking = len(items) - len(fresh)
@@ -85,7 +85,7 @@ def _table(store: Store, fresh: Collection[str], table: str, found: Sequence[Map
     if f"sheet.{table}" in fresh:
         shown = picture(f"pictures/{table}.png", title)
     else:
-        rows = [name for name in gallery_items.TABLES[table] if f"row.{name}" in fresh]
+        rows = [name for name in contents.TABLES[table] if f"row.{name}" in fresh]
         shown = "".join(picture(f"pictures/row.{name}.png", name) for name in rows)
     mine = [row for row in found if row["table"] == table]
     if not shown and not mine:
@@ -126,7 +126,7 @@ def _accuracy(mine: Sequence[Mapping[str, object]]) -> str:
             "symmetry; the others say what they are."
         )
     for row in mine:
-        if not gallery_figures.seen(row["value"], row["resolved"]):
+        if not figures.seen(row["value"], row["resolved"]):
             truth = "refuses it" if row["resolved"] is None else f"gives {row['resolved']:.4g}"
             parts.append(
                 f"{row['cage']}, {row['energy']}, setting {row['setting']}: the rule says {row['value']:.5g}, a fine "

@@ -14,14 +14,15 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import gallery_figures, gallery_items, gallery_solve, studio
-from .gallery_png import halved, write_below, write_png
-from .gallery_store import Item, Store
-from .gallery_surface import Dense, centre_and_size, dense
-from .energy import number_text
-from .native import Mesh, library
-from .result import make_mesh
-from .values import Cage
+from addon.binding.library import Mesh, load
+from addon.binding.values import Cage
+from addon.core.energy import number_text
+from addon.scene.write_result import make_mesh
+from addon.render import studio
+from . import contents, figures, solve
+from .dense import Dense, centre_and_size, dense
+from .png import halved, write_below, write_png
+from .store import Item, Store
 
 COLOURS = {
     "input": (0.50, 0.50, 0.50), "willmore": (0.20, 0.38, 0.66),
@@ -126,8 +127,8 @@ def draw_row(store: Store, item: Item) -> dict[str, object]:
     figures = store.result(f"input.{name}")
     first = unit(dense(cage, "limit"))
     cells = [Cell(first, COLOURS["input"], input_lines(name, figures))]
-    for energy, setting in gallery_items.columns(table):
-        solved = gallery_items.solve_name(name, energy, setting)
+    for energy, setting in contents.columns(table):
+        solved = contents.solve_name(name, energy, setting)
         record = store.result(solved)
         shape = minimizer(store, solved, record["surface"])
         cells.append(Cell(shape, COLOURS[energy], result_lines(record)))
@@ -152,7 +153,7 @@ def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
     """Under a minimizer: its energy, int H^2, and what is certain of it."""
     label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
     mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
-    if not gallery_figures.seen(record["value"], record["resolved"]["value"]):
+    if not figures.seen(record["value"], record["resolved"]["value"]):
         mark = "the rule does not see it"
     return f"{label} {number_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
 
@@ -160,7 +161,7 @@ def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:
     """A table's rows under its head; and the same at half the size."""
     table, width = item.inputs["table"], item.inputs["width"]
-    columns = gallery_items.columns(table)
+    columns = contents.columns(table)
     settings = list(dict.fromkeys(setting for _, setting in columns))
     heads = ["Input"] + [f"{TITLES[energy]}" for energy, _ in columns]
     if len(settings) > 1:
@@ -168,7 +169,7 @@ def draw_sheet(store: Store, item: Item) -> dict[str, object]:
     head = store.path(f"pictures/.head.{table}.{os.getpid()}.png")
     try:
         _draw_head(heads, head, width)
-        pictures = [head, *(store.path(f"pictures/row.{name}.png") for name in gallery_items.TABLES[table])]
+        pictures = [head, *(store.path(f"pictures/row.{name}.png") for name in contents.TABLES[table])]
         stacked = stack([read_pixels(path) for path in pictures])
     finally:
         head.unlink(missing_ok=True)
@@ -251,19 +252,19 @@ def draw_refined(store: Store, item: Item) -> list[dict[str, object]]:
 def _spot(cage: Cage, surface: str, shape: Dense) -> dict[str, object]:
     """Energies of a surface, and the part of its area that is flat: mean curvature below half of the usual, looked for
     on the faces at extraordinary vertices."""
-    energies = gallery_solve.evaluate(cage, "willmore", surface)
+    energies = solve.evaluate(cage, "willmore", surface)
     valence = np.bincount(cage.face_vertices)
     near = np.unique(np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)[valence[cage.face_vertices] != 4])
     fine = shape if surface == "polynomial" else dense(cage, surface, _FIGURE_QUADS[surface], near)
     flat = np.abs(fine.mean) < 0.5 * np.median(np.abs(shape.mean))
     return {
         "surface": surface, "flat": float(fine.areas[flat].sum() / energies.area),
-        **{name: gallery_solve.plain(energies.terms[name]) for name in gallery_solve.ENERGIES},
+        **{name: solve.plain(energies.terms[name]) for name in solve.ENERGIES},
     }  # fmt: skip
 
 
 def _refined(cage: Cage) -> Cage:
-    with Mesh.create(library(), len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+    with Mesh.of_cage(load(), cage) as mesh:
         finer, positions = mesh.refine(cage.positions)
         with finer:
             return Cage(positions, *finer.faces())
@@ -296,11 +297,11 @@ def curvature_colours(mean: np.ndarray) -> np.ndarray:
 def draw_saddles(store: Store, item: Item) -> dict[str, object]:
     """The symmetric Willmore minimizers and where they fall to when shaken."""
     rows = []
-    for name in gallery_items.SADDLES:
-        symmetric = gallery_items.solve_name(name, "willmore", "default")
+    for name in contents.SADDLES:
+        symmetric = contents.solve_name(name, "willmore", "default")
         cells = [_saddle_cell(store, symmetric, name.replace("_g", ", genus "))]
-        for share, rounds in gallery_items.SHAKES:
-            shaken = gallery_items.shaken_name(name, "willmore", share, rounds)
+        for share, rounds in contents.SHAKES:
+            shaken = contents.shaken_name(name, "willmore", share, rounds)
             cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}, smoothed {rounds}"))
         path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
         try:

@@ -12,11 +12,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from . import job, native
-from .gallery_store import Item, Store
-from .gallery_surface import dense, torus_ratio
-from .header import SURFACES, SYMMETRIES
-from .values import Cage, Energies, Verification
+from addon.binding import library
+from addon.binding.abi import SURFACES, SYMMETRIES
+from addon.binding.values import Cage, Energies, Verification
+from addon.core import job
+from .dense import dense, torus_ratio
+from .store import Item, Store
 
 SETTINGS = ("default", "report", "plane")
 REPORT_STEPS = 1000  # a level: the fixed rule has no minimum that more would reach, on many cages
@@ -77,10 +78,10 @@ def plain(value: float) -> float | None:
 
 def evaluate(cage: Cage, energy: str, surface: str, tolerance: float = 1e-4) -> Energies:
     """Energies of a cage's surface, the one of `energy` (a term) as the objective. CurvoptError."""
-    library = native.library()
-    options = library.options({energy: 1.0}, surface=SURFACES.index(surface), tolerance=tolerance, threads=1)
-    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases) as mesh:
-        with native.Problem.create(mesh, options) as problem:
+    lib = library.load()
+    options = lib.options({energy: 1.0}, surface=SURFACES.index(surface), tolerance=tolerance, threads=1)
+    with library.Mesh.of_cage(lib, cage) as mesh:
+        with library.Problem.create(mesh, options) as problem:
             return problem.evaluate(cage.positions)[0]
 
 
@@ -88,7 +89,7 @@ def resolved(cage: Cage, energy: str, surface: str) -> dict[str, object]:
     """What a fine adaptive rule makes of a surface: `value`, its estimated `error`, `h2`; or `refused`, why not."""
     try:
         found = evaluate(cage, energy, surface, FINE)
-    except native.CurvoptError as error:
+    except library.CurvoptError as error:
         return {"value": None, "error": None, "h2": None, "refused": error.message}
     return {
         "value": plain(found.objective), "error": plain(found.objective_error), "h2": plain(found.h2), "refused": None,
@@ -116,14 +117,14 @@ def inputs_figures(store: Store, item: Item) -> dict[str, object]:
 def verify(store: Store, item: Item) -> dict[str, object]:
     """Minimizes `energy` of a cage in `levels` levels and looks at the result without its symmetries as well
     (`--verify`). -1: not counted."""
-    library = native.library()
+    lib = library.load()
     ((_, cage),) = item.cages.items()
-    options = library.options(
+    options = lib.options(
         {item.inputs["energy"]: 1.0}, levels=item.inputs["levels"], verify=1, threads=1,
         symmetry=SYMMETRIES.index(SYMMETRY),
     )  # fmt: skip
-    with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
-        with native.minimize(mesh, cage.positions, options) as result:
+    with library.Mesh.of_cage(lib, cage) as mesh:
+        with library.minimize(mesh, cage.positions, options) as result:
             summary = result.summary()
     return {
         "verdict": summary.verification.verdict, "symmetry_order": summary.symmetry_order,

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .values import Cage
+from addon.binding.values import Cage
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import gallery_solve
-from .gallery_plot import Axis, Series, plot
-from .gallery_profile import CLIFFORD, RULES, SPHERES
-from .gallery_store import Item, Store
+from . import solve
+from .plot import Axis, Series, plot
+from .store import Item, Store
+from .torus_profile import CLIFFORD, RULES, SPHERES
 
 
 def exact_cross(ratio: float) -> float:
@@ -41,7 +41,7 @@ def curves(store: Store, item: Item) -> list[dict[str, float]]:
     for name, cage in item.cages.items():
         net, thousandths = name.split(".")
         around, tube = (int(number) for number in net.split("x"))
-        energies = gallery_solve.evaluate(cage, item.inputs["energy"], "limit")
+        energies = solve.evaluate(cage, item.inputs["energy"], "limit")
         ratio = int(thousandths) / 1000
         found.append({
             "around": around, "tube": tube, "ratio": ratio, "value": energies.objective,

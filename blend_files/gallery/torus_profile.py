@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .gallery_store import Item, Store
+from .store import Item, Store
 
 CLIFFORD, SPHERES = 8 * math.pi**2, 16 * math.pi
 RULES = (1, 2, 3, 8)  # Gauss points a span

@@ -83,7 +83,7 @@ def open_sidebar_tab():
 
 def subpanels(shown):
     """Show those below the main panel, or take them away, so that from below there are labels only."""
-    panel = part("panel")
+    panel = part("ui.panel")
     for cls in panel._CLASSES[1:]:
         if cls.is_registered != shown:
             (bpy.utils.register_class if shown else bpy.utils.unregister_class)(cls)
@@ -104,7 +104,7 @@ def part(name):
 
 
 def state():
-    return part("properties").state
+    return part("ui.properties").state
 
 
 def contents():
