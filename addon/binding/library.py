@@ -12,6 +12,7 @@ import ctypes as C
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -43,6 +44,8 @@ from .values import Cage, Creases, Energies, Held, LevelReport, Progress, Summar
 LIBRARY_NAME = "libcurvopt.so"
 LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
 _INT32_MAX = 2**31 - 1
+
+_Self = TypeVar("_Self")
 
 
 class LibraryError(RuntimeError):
@@ -246,7 +249,7 @@ class _Handle:
         if pointer is not None and self._owner is None:
             getattr(self.lib.c, self._destroy)(pointer)
 
-    def __enter__(self):
+    def __enter__(self: _Self) -> _Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -369,6 +372,7 @@ class Cancel(_Handle):
 
     @classmethod
     def create(cls, lib: Library) -> Cancel:
+        """A flag that is not raised."""
         return cls(lib, lib.create("curvopt_cancel_create"))
 
     def request(self) -> None:

@@ -73,6 +73,7 @@ class Energies:
 
     @classmethod
     def from_c(cls, raw: CEnergies) -> Energies:
+        """A copy of the struct."""
         same = "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples".split()
         return cls(
             terms=dict(zip(TERMS, raw.term)),
@@ -98,6 +99,7 @@ class Progress:
 
     @classmethod
     def from_c(cls, raw: CProgress) -> Progress:
+        """A copy of the struct's numbers."""
         return cls(**{name: getattr(raw, name) for name in cls.__dataclass_fields__})
 
 

@@ -38,6 +38,7 @@ class Request:
 
     @property
     def label(self) -> str:
+        """The energy for people."""
         return label_of(self.energy)
 
 
@@ -149,6 +150,7 @@ class Job:
         return cls(lambda on_progress: solve(cage, request, on_progress, flag, watcher), flag.request, watcher)
 
     def start(self) -> None:
+        """Start the worker; once only."""
         self._thread.start()
 
     def cancel(self) -> None:
@@ -158,6 +160,7 @@ class Job:
 
     @property
     def running(self) -> bool:
+        """Whether the worker is at work."""
         return self._thread.is_alive()
 
     def join(self, timeout: float | None = None) -> bool:
@@ -188,6 +191,7 @@ class Phase(enum.Enum):
 
     @property
     def ended(self) -> bool:
+        """Whether the run is over."""
         return self in (Phase.FINISHED, Phase.CANCELLED, Phase.FAILED)
 
 

@@ -40,11 +40,11 @@ def progress_text(progress: Progress) -> str:
 _STOP_WORDS = {
     "converged": "converged",
     "stalled": "stopped early: no further decrease was found",
-    "limit": "stopped early: iteration limit reached, still falling",
+    "limit": "stopped early at the iteration limit, still falling",
     "cancelled": "stopped early as you asked, still falling",
     "memory": "stopped early: the next level needs more memory than there is",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
-    "settled": "settled: it would still fall, but hardly",
+    "settled": "settled: more steps would lower it by a few millionths only",
 }
 
 

@@ -26,7 +26,7 @@ def _shapes(_self: object, _context: bpy.types.Context) -> list[tuple[str, str, 
 
 
 class CURVOPT_OT_add_shape(bpy.types.Operator):
-    """Add a cage to minimize the curvature of"""
+    """Add an example cage whose curvature can be minimized"""
 
     bl_idname = "curvopt.add_shape"
     bl_label = "Curvature Shape"

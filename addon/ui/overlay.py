@@ -42,6 +42,7 @@ def _fill(kind: str, points: np.ndarray, colour: Sequence[float]) -> None:
 
 
 def rectangle(x: float, y: float, width: float, height: float, colour: Sequence[float]) -> None:
+    """A filled rectangle with its lower left corner at (x, y)."""
     corners = [(x, y), (x + width, y), (x, y + height), (x + width, y + height)]
     _fill("TRI_STRIP", np.array(corners), colour)
 

@@ -29,6 +29,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
     bl_label = "Curvopt"
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
+        """The menu of presets, at the right of the panel's title."""
         self.layout.menu("CURVOPT_MT_presets", text="", icon="PRESET")
 
     def draw(self, context: bpy.types.Context) -> None:

@@ -50,6 +50,7 @@ class _Scale:
         return self.start + (self.end - self.start) * (value - low) / (high - low)
 
     def holds(self, value: float) -> bool:
+        """Whether a value is in the range of the axis."""
         slack = 1e-9 * (self.high - self.low)
         return self.low - slack <= value <= self.high + slack
 

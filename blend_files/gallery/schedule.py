@@ -56,6 +56,7 @@ class _Run:
         return max(0.01, entry["seconds"] if entry is not None else item.cost)
 
     def run(self, jobs: int) -> Outcome:
+        """Make everything, `jobs` calculations at a time."""
         if self.outcome.fresh:
             self.say(f"{len(self.outcome.fresh)} items are finished already, {self.total} are to be made")
         pool = ThreadPoolExecutor(jobs, thread_name_prefix="gallery")

@@ -67,8 +67,10 @@ class Profile:
         return float(self.weights @ ((dx * ddz - dz * ddx) * dz / (dx * dx + dz * dz) ** 1.5))
 
 
-def _bending(x, dx, ddx, z, dz, ddz):
-    """(k1^2 + k2^2) dA / (dt dphi)"""
+def _bending(
+    x: np.ndarray, dx: np.ndarray, ddx: np.ndarray, z: np.ndarray, dz: np.ndarray, ddz: np.ndarray
+) -> np.ndarray:
+    """(k1^2 + k2^2) dA / (dt dphi) at points (n,) of a profile, given by its coordinates and two derivatives."""
     square = dx * dx + dz * dz
     along = (dx * ddz - dz * ddx) ** 2 / square**3
     across = dz * dz / (square * x * x)

@@ -251,6 +251,14 @@ def test_dense_surfaces_at_extraordinary_vertices_and_polygons():
             assert np.linalg.norm(shape.normals, axis=1) == pytest.approx(1)
 
 
+def test_mean_curvature_of_a_sphere_is_positive_as_in_the_add_on():
+    """1 / radius, with normals outwards: the one convention of core/curvature.py."""
+    shape = dense.dense(cage_of(*cages.CATALOGUE["sphere_cube"].make()), "polynomial", 400)
+    assert ((shape.points * shape.normals).sum(1) > 0).all()
+    radius = np.linalg.norm(shape.points, axis=1).mean()
+    assert np.median(shape.mean) == pytest.approx(1 / radius, rel=0.1)
+
+
 def test_distance_does_not_see_similarities():
     cage = torus(12, 8, 0.4)
     turn = np.array([[0.96, -0.28, 0], [0.28, 0.96, 0], [0, 0, 1]])

@@ -244,3 +244,11 @@ def test_progress_goes_to_a_terminal_only(torus, part, tmp_path, monkeypatch, st
     assert part("batch.command").main(["--energy", "willmore", "--levels", "1", "--json", str(tmp_path / "out.json")]) == 0
     assert ("\r\033[Klevel 1 of 1, iteration" in stderr.getvalue()) is shown
     assert stderr.getvalue().endswith("\n") is shown
+
+
+def test_the_source_tree_runs_as_the_installed_add_on_does(cage_file):
+    """addon/batch.py of the repository, which is not installed; the library is the build's."""
+    root = Path(__file__).resolve().parents[3]
+    arguments = ["--energy", "willmore", "--levels", "1", "--json", "out.json"]
+    code, _ = blender(cage_file, "-P", str(root / "addon" / "batch.py"), "--", *arguments)
+    assert code == 0 and json.loads((cage_file.parent / "out.json").read_text())["symmetry_order"] == 32

@@ -78,7 +78,7 @@ def add_lawson():
 
 def minimize():
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.levels, settings.symmetry = "MVS", 4, "KEEP"  # the last because it is quick
+    settings.energy, settings.levels = "MVS", 4
     assert invoke() == {"RUNNING_MODAL"}
     run = part("ui.operators")._run
     yield lambda: run.job.latest is not None and run.job.latest.level >= 2
