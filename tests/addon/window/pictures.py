@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import driver  # noqa: E402
 from driver import (  # noqa: E402
     click,
     invoke,
@@ -177,4 +178,5 @@ def everything():
         bpy.ops.wm.quit_blender()
 
 
+driver.PATIENCE = 300.0  # the run of four levels takes a minute or more on a busy machine
 start(everything())
