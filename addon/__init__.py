@@ -1,45 +1,49 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Curvopt: the fairest surface of a control cage, as a Blender add-on.
 
-This file only says what the add-on is and registers its parts in order. The parts, each using only those before it:
+This file says what the add-on is and registers its parts in order. The packages follow the flow of data. A file imports
+from packages that stand above its own in this list, and from files above it in its own package:
 
-    header       curvopt.h as Python sees it                              (no bpy)
-    values       cages, energies, reports: plain values                   (no bpy)
-    crease       Blender's creases <-> sharpness                          (no bpy)
-    energy       names of energies, mixes, numbers for people             (no bpy)
-    native       ctypes binding of libcurvopt                             (no bpy)
-    lattice      points of a limit surface and the quads between          (no bpy)
-    curvature    jets -> principal, mean, Gauss curvature, variation      (no bpy)
-    colours      curvature -> colour                                      (no bpy)
-    snapshot     what the viewport shows of a run, taken by the worker    (no bpy)
-    memory       meshes beyond memory                                     (no bpy)
-    job          one run on a worker thread, progress, keep, cancel       (no bpy)
-    catalogue    cages to start from                                      (no bpy)
-    cage         mesh object -> arrays, and every reason to refuse one
-    amount       the slider from original to optimum
-    result       arrays -> the new object beside the original
-    outcome      or its own mesh, or a shape key
-    properties   what the sidebar remembers
-    apply        the end of a run, which the adjust panel repeats
-    overlay      flat drawing over a viewport                             (needs a GPU)
-    preview      a run as the viewports show it                           (needs a GPU)
-    operators    the modal operator, Keep, Cancel
-    analysis     colours of curvature, legend, looks
-    menus        Object and Add menu, presets
-    panel        the sidebar
-    studio       what every picture needs: scene, light, camera, materials, captions
-    render       before and after in one picture
-    parts        those that Blender runs with -P find the others          (no bpy)
-    batch, many  `blender -b FILE -P batch.py -- ...`, and many files at once
-    gallery      `blender -b -P gallery.py -- ...`, the report's tables, figures and questions; its parts:
-      gallery_store, _schedule      items, what is finished on disk, and in which order          (no bpy)
-      gallery_surface, _solve       dense meshes of any surface kind; optimizations              (no bpy)
-      gallery_profile, _torus, _answers     the questions' experiments                           (no bpy)
-      gallery_plot, _png, _html, _figures, _page, _answers_page     what people see              (no bpy)
-      gallery_items                 the list of everything, after what it needs                  (no bpy)
-      gallery_pictures              rows and sheets of shapes
+binding/            libcurvopt through ctypes                             (no bpy)
+    abi             curvopt.h as Python sees it
+    values          cages, energies, reports: plain values
+    library         the loaded library, its handles, minimize()
+core/               everything that works on arrays                       (no bpy)
+    energy          names of energies, mixes, numbers for people
+    crease          Blender's creases <-> sharpness
+    surface_points  points of a surface and the quads between
+    curvature       jets -> principal, mean, Gauss curvature, variation
+    colours         curvature -> colour
+    snapshot        what the viewport shows of a run; the worker takes it
+    memory          refuses meshes beyond memory
+    job             one run: here and now, on a worker thread, modal
+    messages        progress, outcome, verdict, failure as sentences
+    catalogue       cages to start from
+scene/              between Blender's data and arrays
+    read_cage       mesh object -> arrays, and every reason to refuse one
+    amount          the slider from original to optimum
+    write_result    arrays -> the new object beside the original
+    placement       new object, the object's own mesh, or a shape key
+ui/                 what the user sees and presses
+    properties      settings of the sidebar
+    reports         failures as reports
+    adjust          the operator that writes a result and can be adjusted
+    overlay         flat drawing over a viewport                          (needs a GPU)
+    preview         a run as the viewports show it                        (needs a GPU)
+    display         message, status bar and preview of a run
+    operators       the modal operator, Finish, Cancel
+    analysis        colours of curvature, legend, looks
+    menus           Object and Add menu, presets
+    panel           the sidebar
+render/             pictures in files
+    studio          scene, light, camera, materials, captions
+    before_after    before and after in one picture
+batch/              the batch command, which batch.py starts
+    one             one run and what it writes
+    many            many files, objects, energies and levels
+    command         the command line
 
-Nothing that needs bpy is imported before `register()`, so those marked are usable and testable without Blender.
+Nothing that needs bpy is imported before `register()`, so binding/ and core/ work without Blender.
 """
 
 import importlib
@@ -55,7 +59,9 @@ bl_info = {
     "category": "Mesh",
 }
 
-_REGISTERED_IN_ORDER = ("properties", "amount", "apply", "operators", "analysis", "menus", "panel")
+_REGISTERED_IN_ORDER = (
+    "ui.properties", "scene.amount", "ui.adjust", "ui.operators", "ui.analysis", "ui.menus", "ui.panel",
+)  # fmt: skip
 
 
 def register() -> None:
@@ -65,10 +71,10 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Undo `register()` backwards and forget the parts, so that an updated add-on starts from its new files."""
+    """Undo `register()` backwards and forget all modules, so that an updated add-on starts from its new files."""
     for name in reversed(_REGISTERED_IN_ORDER):
         sys.modules[f"{__package__}.{name}"].unregister()
-    package = sys.modules[__package__]
-    for name in [name for name in sys.modules if name.startswith(__package__ + ".")]:
+    inside = __package__ + "."
+    for name in [name for name in sys.modules if name.startswith(inside)]:
         del sys.modules[name]
-        package.__dict__.pop(name.rpartition(".")[2], None)  # where `from . import name` looks first
+        vars(sys.modules[__package__]).pop(name[len(inside) :], None)  # a package: where `from . import` looks first

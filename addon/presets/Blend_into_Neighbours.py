@@ -3,6 +3,6 @@ import bpy
 
 settings = bpy.context.scene.curvopt
 settings.energy = "WILLMORE"
-settings.resolution = "KEEP"
+settings.resolution = "SAME"
 settings.boundary = "TANGENT"
-settings.keep = "UNSELECTED"
+settings.pin = "UNSELECTED"

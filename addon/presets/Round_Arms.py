@@ -5,4 +5,4 @@ settings = bpy.context.scene.curvopt
 settings.energy = "MVS"
 settings.resolution = "REFINE"
 settings.levels = 4
-settings.symmetry = "KEEP"
+settings.symmetry = "AUTO"

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# All tests of the add-on: binding and worker without Blender, operator and batch in a background Blender, the add-on
-# installed from both zips (the extension in Blenders that know them), the modal operator in a window. Needs the built library (or CURVOPT_LIBRARY), blender, pytest,
-# Xvfb and imagemagick; a missing one is a failure. Last line: "N passed, N failed". BLENDER names another Blender.
+# All tests of the add-on and of the gallery: what needs no Blender; operator, batch and gallery in a background Blender;
+# the add-on installed from both zips (the extension in Blenders that know them); the modal operator in a window. Needs the
+# built library (or CURVOPT_LIBRARY), blender, pytest, Xvfb and imagemagick; a missing one is a failure. Last line:
+# "N passed, N failed". BLENDER names another Blender.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -40,7 +41,7 @@ start=$SECONDS
 part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here"/test_*.py
 part background /usr/bin/python3 "$here/run_in_blender.py" -q
 zips=$root/build/release # as the build's target `addon` made them
-some="new_object or off_and_on or shape_of_the_catalogue or presets"
+some="new_object or off_and_on or shape_of_the_catalogue or presets or picture_and_report"
 part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$zips/curvopt_addon.zip" -q -k "$some"
 if [[ $(blender --version 2>/dev/null) == "Blender "[5-9]* || $(blender --version 2>/dev/null) == "Blender 4."[2-9]* ]]; then
     part manifest bash "$here/extension.sh" "$zips/curvopt_extension.zip"

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 import shapes
-from addon import crease, header, values
+from addon.binding import abi, values
+from addon.core import crease
 
 GRID_EDGES = np.array([[y * 3 + x, y * 3 + x + 1] for y in range(3) for x in range(2)]
                       + [[y * 3 + x, y * 3 + x + 3] for y in range(2) for x in range(3)], np.int32)  # fmt: skip
@@ -57,8 +58,8 @@ def test_infinitely_sharp_stays_infinitely_sharp():
         edge_crease[CORNER], vertex_crease[0] = value, np.sqrt(1 - value * value) + 1e-3
         _, edge, vertex = there_and_back(edge_crease, np.minimum(vertex_crease, 1))
         sharpness = crease.from_blender(GRID_EDGES, edge, vertex, "smooth").vertex_sharpness
-        assert sharpness.tolist() == [header.SHARPNESS_INFINITE]
+        assert sharpness.tolist() == [abi.SHARPNESS_INFINITE]
 
 
 def test_names_of_the_modifier_stand_for_every_rule():
-    assert tuple(crease.BOUNDARY_SMOOTH) == header.BOUNDARY_RULES
+    assert tuple(crease.BOUNDARY_SMOOTH) == abi.BOUNDARY_RULES

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapes
-from addon import gallery_answers, gallery_plot, gallery_png, gallery_profile, gallery_schedule, gallery_solve
-from addon import gallery_store, gallery_surface, gallery_torus
-from addon.gallery_store import Item
-from addon.values import Cage
+from addon.binding.values import Cage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_files"))
 import cages  # noqa: E402
+from gallery import answers, dense, plot, png, schedule, solve, torus_nets, torus_profile  # noqa: E402
+from gallery import store as stored  # noqa: E402
+from gallery.store import Item  # noqa: E402
 
 TAGS = frozenset({"test"})
 
@@ -60,12 +60,12 @@ def work():
 
 @pytest.fixture
 def store(tmp_path):
-    return gallery_store.Store(tmp_path, "1.0")
+    return stored.Store(tmp_path, "1.0")
 
 
 def run(items, store, jobs=2):
     said = []
-    return gallery_schedule.run(items, store, jobs, said.append), said
+    return schedule.run(items, store, jobs, said.append), said
 
 
 def test_items_are_made_after_what_they_need_and_only_once(work, store):
@@ -83,7 +83,7 @@ def test_what_has_changed_is_made_again_and_all_that_needs_it(work, store):
     changed = [work.item("a", value=2), work.item("b", ["a"]), work.item("c")]
     run(changed, store)
     assert work.made == ["a", "b"]
-    run(changed, gallery_store.Store(store.root, "1.1"))
+    run(changed, stored.Store(store.root, "1.1"))
     assert sorted(work.made[2:]) == ["a", "b", "c"], "another library makes everything anew"
 
 
@@ -123,19 +123,19 @@ def test_an_item_without_its_files_has_failed(work, store):
 
 def test_needs_come_with_what_is_asked_for(work):
     items = [work.item("a"), work.item("b", ["a"]), work.item("c", ["b"]), work.item("d")]
-    assert [item.name for item in gallery_schedule.with_needs(items, {"c"})] == ["a", "b", "c"]
+    assert [item.name for item in schedule.with_needs(items, {"c"})] == ["a", "b", "c"]
 
 
 def test_lawson_areas_are_predicted_by_each_other():
     """Any known genus from the others, and the closed form of genus 1."""
     for genus in (1, 2, 3, 5):
-        exact = 2 * math.pi**2 if genus == 1 else gallery_solve.KNOWN_H2[f"lawson_g{genus}"]
-        assert gallery_solve.lawson_h2(genus) == pytest.approx(exact, rel=1e-12)
-        assert gallery_solve.lawson_h2(genus, without=genus) == pytest.approx(exact, rel=(5e-4, 1e-5)[genus > 1])
+        exact = 2 * math.pi**2 if genus == 1 else solve.KNOWN_H2[f"lawson_g{genus}"]
+        assert solve.lawson_h2(genus) == pytest.approx(exact, rel=1e-12)
+        assert solve.lawson_h2(genus, without=genus) == pytest.approx(exact, rel=(5e-4, 1e-5)[genus > 1])
     for genus in (4, 6):
         for without in (1, 2, 3, 5):
-            other = gallery_solve.lawson_h2(genus, without)
-            assert other == pytest.approx(gallery_solve.lawson_h2(genus), rel=3e-7)
+            other = solve.lawson_h2(genus, without)
+            assert other == pytest.approx(solve.lawson_h2(genus), rel=3e-7)
 
 
 def unfiltered(rows, width):
@@ -157,7 +157,7 @@ def test_png_holds_the_pixels_to_half_a_step():
     pixels = np.random.default_rng(1).integers(0, 256, (9, 7, 3), dtype=np.uint8)
     pixels[2:4] = 255
     pixels[5:7] = np.arange(7)[:, None]
-    content = gallery_png.write_png(pixels, step=4)
+    content = png.write_png(pixels, step=4)
     assert content[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", content[16:24]) == (7, 9)
     start = content.index(b"IDAT")
@@ -170,34 +170,34 @@ def test_png_holds_the_pixels_to_half_a_step():
 
 def test_png_is_as_fine_as_its_bytes_allow():
     pixels = np.random.default_rng(2).integers(0, 256, (40, 40, 3), dtype=np.uint8)
-    sizes = [len(gallery_png.write_below(pixels, limit)) for limit in (10**6, 4000, 1)]
+    sizes = [len(png.write_below(pixels, limit)) for limit in (10**6, 4000, 1)]
     assert sizes[0] > 4000 >= sizes[1] > sizes[2]
-    assert (gallery_png.halved(pixels)[3, 5] == np.round(pixels[6:8, 10:12].mean((0, 1)))).all()
+    assert (png.halved(pixels)[3, 5] == np.round(pixels[6:8, 10:12].mean((0, 1)))).all()
 
 
 def test_plots_are_xml_and_refuse_to_be_empty():
-    x, y = gallery_plot.Axis("a < b"), gallery_plot.Axis("y", 1, 1000, log=True)
-    text = gallery_plot.plot("t & u", x, y, [gallery_plot.Series("s", [(0, 1), (1, 10), (2, 5000)], "dots")])
+    x, y = plot.Axis("a < b"), plot.Axis("y", 1, 1000, log=True)
+    text = plot.plot("t & u", x, y, [plot.Series("s", [(0, 1), (1, 10), (2, 5000)], "dots")])
     circles = [e for e in ElementTree.fromstring(text).iter() if e.tag.endswith("circle")]
     assert len(circles) == 3, "two points in range and one of the legend"
     assert float(circles[0].get("cy")) > float(circles[1].get("cy"))
     with pytest.raises(ValueError, match="nothing at all"):
-        gallery_plot.plot("nothing at all", x, y, [])
+        plot.plot("nothing at all", x, y, [])
 
 
 def test_profile_energy_and_gradient():
-    exact = gallery_profile.Profile(32, 8).value(gallery_profile.circle(0.5**0.5, 32))
+    exact = torus_profile.Profile(32, 8).value(torus_profile.circle(0.5**0.5, 32))
     assert exact == pytest.approx(8 * math.pi**2, rel=3e-6)
-    energy, control = gallery_profile.Profile(8, 3), gallery_profile.circle(0.4, 8)
+    energy, control = torus_profile.Profile(8, 3), torus_profile.circle(0.4, 8)
     step = np.random.default_rng(0).standard_normal(control.shape)
     difference = (energy.value(control + 1e-6 * step) - energy.value(control - 1e-6 * step)) / 2e-6
     assert (energy.gradient(control) * step).sum() == pytest.approx(difference, rel=1e-6)
-    finer = gallery_profile.Profile(16, 3).value(gallery_profile.subdivided(control))
+    finer = torus_profile.Profile(16, 3).value(torus_profile.subdivided(control))
     assert finer == pytest.approx(energy.value(control), rel=1e-3), "the same curve"
 
 
 def test_few_points_fall_through_and_three_do_not():
-    hole, held = gallery_profile.run(0.3, 1, 2), gallery_profile.run(0.3, 3, 2)
+    hole, held = torus_profile.run(0.3, 1, 2), torus_profile.run(0.3, 3, 2)
     assert hole["value"] < 1 and hole["went"] == "hole in the rule"
     assert held["resolved"] == pytest.approx(8 * math.pi**2, rel=2e-3) and held["went"] == "Clifford torus"
 
@@ -205,14 +205,14 @@ def test_few_points_fall_through_and_three_do_not():
 def test_law_of_the_cross_torus_is_what_nets_do():
     """On a fine net the law and its optimum; on a coarse one the optimum of what the library measures (both computed
     elsewhere, with another program)."""
-    assert gallery_torus.lawful_best("mvs_cross", 32, 32) == pytest.approx(0.246, abs=6e-4)
+    assert torus_nets.lawful_best("mvs_cross", 32, 32) == pytest.approx(0.246, abs=6e-4)
 
     def measured(ratio, around, tube):
         cage = cage_of(*cages.torus(ratio, around, tube, interpolate=True))
-        return gallery_solve.evaluate(cage, "mvs_cross", "limit")
+        return solve.evaluate(cage, "mvs_cross", "limit")
 
-    fine = measured(0.4, 32, 32).objective - gallery_torus.exact_cross(0.4)
-    law = gallery_torus.lawful("mvs_cross", 0.4, 32, 32) - gallery_torus.exact_cross(0.4)
+    fine = measured(0.4, 32, 32).objective - torus_nets.exact_cross(0.4)
+    law = torus_nets.lawful("mvs_cross", 0.4, 32, 32) - torus_nets.exact_cross(0.4)
     assert fine == pytest.approx(law, rel=0.05)
     low, best, high = (measured(ratio, 8, 6).objective for ratio in (0.49, 0.516, 0.542))
     assert best < low and best < high
@@ -220,7 +220,7 @@ def test_law_of_the_cross_torus_is_what_nets_do():
 
 def test_blends_fall_from_one_to_none():
     t = np.linspace(0, 1, 201)
-    for blend in (gallery_answers.smooth_blend, gallery_answers.spline_blend):
+    for blend in (answers.smooth_blend, answers.spline_blend):
         w = blend(t)
         assert w[0] == pytest.approx(1) and w[-1] == pytest.approx(0, abs=1e-9) and (np.diff(w) < 1e-12).all()
         assert w + w[::-1] == pytest.approx(1)
@@ -229,12 +229,12 @@ def test_blends_fall_from_one_to_none():
 
 def test_dense_surfaces_have_the_right_area_normals_and_curvature():
     cage = torus(24, 16, 0.5)
-    shape = gallery_surface.dense(cage, "limit", 20_000)
-    assert shape.areas.sum() == pytest.approx(gallery_solve.evaluate(cage, "willmore", "limit").area, rel=1e-3)
+    shape = dense.dense(cage, "limit", 20_000)
+    assert shape.areas.sum() == pytest.approx(solve.evaluate(cage, "willmore", "limit").area, rel=1e-3)
     assert np.linalg.norm(shape.normals, axis=1) == pytest.approx(1)
     outward = shape.points - 0.9 * shape.points / np.hypot(*shape.points[:, :2].T)[:, None] * [1, 1, 0]
     assert ((outward * shape.normals).sum(1) > 0).all()
-    assert shape.areas @ shape.mean**2 == pytest.approx(gallery_solve.evaluate(cage, "willmore", "limit").h2, rel=2e-3)
+    assert shape.areas @ shape.mean**2 == pytest.approx(solve.evaluate(cage, "willmore", "limit").h2, rel=2e-3)
     across = shape.points[shape.quads]
     turning = np.cross(across[:, 1] - across[:, 0], across[:, 3] - across[:, 0])
     assert ((turning * shape.normals[shape.quads[:, 0]]).sum(1) > 0).all()
@@ -246,21 +246,29 @@ def test_dense_surfaces_at_extraordinary_vertices_and_polygons():
     tetrahedron = cage_of(np.array(points)[[0, 3, 5, 6]], [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
     for cage in (cube, tetrahedron):
         for surface in ("limit", "plane", "polynomial"):
-            shape = gallery_surface.dense(cage, surface, 200)
+            shape = dense.dense(cage, surface, 200)
             assert np.isfinite(shape.points).all() and np.isfinite(shape.normals).all()
             assert np.linalg.norm(shape.normals, axis=1) == pytest.approx(1)
+
+
+def test_mean_curvature_of_a_sphere_is_positive_as_in_the_add_on():
+    """1 / radius, with normals outwards: the one convention of core/curvature.py."""
+    shape = dense.dense(cage_of(*cages.CATALOGUE["sphere_cube"].make()), "polynomial", 400)
+    assert ((shape.points * shape.normals).sum(1) > 0).all()
+    radius = np.linalg.norm(shape.points, axis=1).mean()
+    assert np.median(shape.mean) == pytest.approx(1 / radius, rel=0.1)
 
 
 def test_distance_does_not_see_similarities():
     cage = torus(12, 8, 0.4)
     turn = np.array([[0.96, -0.28, 0], [0.28, 0.96, 0], [0, 0, 1]])
     moved = Cage(3 * cage.positions @ turn.T + [1, 2, 3], cage.face_sizes, cage.face_vertices)
-    one, other = (gallery_surface.dense(c, "limit", 3000) for c in (cage, moved))
-    assert gallery_answers.distance(one, other)[0] < 2e-3
-    fat = gallery_surface.dense(torus(12, 8, 0.6), "limit", 3000)
-    assert gallery_answers.distance(one, fat)[0] > 0.03
+    one, other = (dense.dense(c, "limit", 3000) for c in (cage, moved))
+    assert answers.distance(one, other)[0] < 2e-3
+    fat = dense.dense(torus(12, 8, 0.6), "limit", 3000)
+    assert answers.distance(one, fat)[0] > 0.03
 
 
 def test_a_setting_that_is_none_is_refused():
     with pytest.raises(ValueError, match="'reprot'"):
-        gallery_solve.limits("reprot", "mvs", 1)
+        solve.limits("reprot", "mvs", 1)

@@ -9,12 +9,13 @@ import time
 import numpy as np
 import pytest
 import shapes
-from addon import energy, header, job, native
-from addon.values import Held
+from addon.binding import abi, library
+from addon.binding.values import Held
+from addon.core import energy, job, messages
 
 
-def progress(iteration: int) -> native.Progress:
-    return native.Progress(90.0 - iteration, 100.0, 0.5, 1.0, 2, 4, iteration, 2 * iteration, 32)
+def progress(iteration: int) -> library.Progress:
+    return library.Progress(90.0 - iteration, 100.0, 0.5, 1.0, 2, 4, iteration, 2 * iteration, 32)
 
 
 class Gated:
@@ -44,10 +45,10 @@ class Gated:
 def test_ticks_follow_the_worker_to_its_end():
     work = Gated(2)
     run = job.ModalRun(job.Job(work), "MVS")
-    assert run.tick() is job.Phase.RUNNING and "preparing" in run.status
+    assert run.tick() is job.Phase.RUNNING and "preparing" in messages.status_text(run)
     work.allow()
     assert run.tick() is job.Phase.RUNNING
-    assert "MVS: level 2 of 4, iteration 0, energy 90 (from 100)" in run.status
+    assert "MVS: level 2 of 4, iteration 0, energy 90 (from 100)" in messages.status_text(run)
     work.allow()
     assert run.job.join(20)
     assert run.tick() is job.Phase.FINISHED
@@ -67,21 +68,21 @@ def test_escape_ends_the_run_at_once_and_the_worker_at_its_next_step():
     assert run.tick() is job.Phase.CANCELLED
 
 
-def test_keeping_ends_as_finished_with_what_the_worker_has():
+def test_finishing_early_ends_as_finished_with_what_the_worker_has():
     work = Gated(5)
     run = job.ModalRun(job.Job(work), "MVS")
     work.allow()
-    run.keep()
-    assert run.tick() is job.Phase.KEEPING and "best so far" in run.status
+    run.finish()
+    assert run.tick() is job.Phase.FINISHING and "best surface so far" in messages.status_text(run)
     work.allow()
     assert work.saw_cancel and run.job.join(20)
     assert run.tick() is job.Phase.FINISHED and run.job.solution == "solution"
 
 
-def test_escape_after_keep_still_means_nothing_is_kept():
+def test_escape_after_finish_still_changes_nothing():
     work = Gated(5)
     run = job.ModalRun(job.Job(work), "MVS")
-    run.keep()
+    run.finish()
     run.escape()
     work.allow()
     assert run.job.join(20) and run.tick() is job.Phase.CANCELLED
@@ -105,7 +106,7 @@ def test_escape_after_the_end_changes_nothing():
 
 
 def test_failure_is_kept_for_the_main_thread():
-    error = native.CurvoptError(4, 3, "Face 3 is flipped.")
+    error = library.CurvoptError(4, 3, "Face 3 is flipped.")
     run = job.ModalRun(job.Job(Gated(0, error)), "MVS")
     assert run.job.join(20)
     assert run.tick() is job.Phase.FAILED
@@ -131,10 +132,10 @@ def test_abandoning_waits_for_the_worker_but_not_for_ever():
     assert run.abandon(20) is True
 
 
-def torus_cage() -> native.Cage:
+def torus_cage() -> library.Cage:
     points, faces = shapes.torus()
     sizes, vertices = shapes.packed(faces)
-    return native.Cage(points, np.array(sizes), np.array(vertices))
+    return library.Cage(points, np.array(sizes), np.array(vertices))
 
 
 def test_solve_carries_everything_that_the_result_object_needs():
@@ -142,7 +143,7 @@ def test_solve_carries_everything_that_the_result_object_needs():
     assert solution.cage.positions.shape == (128, 3)
     assert solution.end.terms["willmore"] < solution.start.terms["willmore"]
     assert [level.level for level in solution.levels] == [1, 2] and solution.euler == 0
-    text = job.solution_text(job.Request("willmore", 2), solution)
+    text = messages.solution_text(job.Request("willmore", 2), solution)
     assert text.startswith("Willmore ") and "128 vertices" in text
 
 
@@ -161,8 +162,8 @@ def test_job_runs_the_library_beside_this_thread_and_cancels_fast():
 
 
 def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
-    monkeypatch.setenv(native.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
-    with pytest.raises(native.LibraryError, match="missing"):
+    monkeypatch.setenv(library.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    with pytest.raises(library.LibraryError, match="missing"):
         job.Job.minimize(torus_cage(), job.Request())
 
 
@@ -176,8 +177,8 @@ def test_energies_are_written_for_people(value, text):
 
 def test_boundary_of_the_request_reaches_the_library():
     cage, moved = torus_cage(), {}
-    opened = native.Cage(cage.positions, cage.face_sizes[1:], cage.face_vertices[4:])
-    for boundary in header.BOUNDARIES:
+    opened = library.Cage(cage.positions, cage.face_sizes[1:], cage.face_vertices[4:])
+    for boundary in abi.BOUNDARIES:
         end = job.solve(opened, job.Request("willmore", 1, {"max_iterations": 5}, boundary)).cage.positions
         moved[boundary] = (np.abs(end - cage.positions).max(axis=1) > 0).sum()
     assert moved["free"] == 32 > moved["position"] == 28 > moved["tangent"] > moved["curvature"]
@@ -187,7 +188,7 @@ def test_creases_of_the_cage_reach_the_library():
     cage = torus_cage()
     ring = np.array([[4 * i, 4 * ((i + 1) % 8)] for i in range(8)])
     request = job.Request("willmore", 1, {"max_iterations": 5})
-    creased = dataclasses.replace(cage, creases=native.Creases(ring, np.full(8, 10.0)))
+    creased = dataclasses.replace(cage, creases=library.Creases(ring, np.full(8, 10.0)))
     plain, sharp = job.solve(cage, request), job.solve(creased, request)
     assert sharp.start.terms["willmore"] != pytest.approx(plain.start.terms["willmore"], rel=1e-2)
     assert np.array_equal(sharp.cage.positions[ring], cage.positions[ring])
@@ -198,11 +199,11 @@ INNER_FACES = np.arange(4, 12)  # all of whose neighbours have only vertices of 
 
 
 def solve_holding(held, levels, symmetry="keep", iterations=5):
-    limits = {"max_iterations": iterations, "threads": 1}
-    return job.solve(torus_cage(), job.Request("mvs", levels, limits, symmetry=symmetry, held=Held.exactly(held)))
+    options = {"max_iterations": iterations, "threads": 1}
+    return job.solve(torus_cage(), job.Request("mvs", levels, options, symmetry=symmetry, held=Held.exactly(held)))
 
 
-@pytest.mark.parametrize("symmetry", [name for name in header.SYMMETRIES if name != "planes"])
+@pytest.mark.parametrize("symmetry", [name for name in abi.SYMMETRIES if name != "planes"])
 @pytest.mark.parametrize("held", [np.array([0]), np.array([1, 6, 30]), BLOCK])
 def test_held_vertices_of_the_request_stay(held, symmetry):
     moved = np.abs(solve_holding(held, 1, symmetry).cage.positions - torus_cage().positions)
@@ -224,7 +225,7 @@ def test_the_surface_stays_where_faces_and_their_neighbours_are_held():
 def test_symmetry_is_a_name_or_planes():
     assert [job.symmetry_of(name) for name in ("auto", "keep")] == [(0, 0), (3, 0)]
     assert [job.symmetry_of(text)[1] for text in ("x", "z", "y,x", "x,y,z", "z,z")] == [1, 4, 3, 7, 4]
-    assert job.symmetry_of("y")[0] == header.SYMMETRIES.index("planes")
+    assert job.symmetry_of("y")[0] == abi.SYMMETRIES.index("planes")
     for text in ("planes", "", "x,", "xy", "w", "x, y", "all"):
         with pytest.raises(ValueError, match=f"no symmetry '{text}'; there are auto, none, rotations, keep, and"):
             job.symmetry_of(text)
@@ -242,7 +243,7 @@ def test_chosen_planes_are_kept(planes, order):
 
 def corner_points(cage, faces):
     """Points (k, 3) of the surface at the first corner of faces (k,)."""
-    with native.Mesh.create(native.library(), len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+    with library.Mesh.create(library.load(), len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
         return mesh.jets(cage.positions, faces, np.zeros_like(faces), np.zeros((len(faces), 2)))[:, 0]
 
 
@@ -269,12 +270,12 @@ def test_symmetries_are_kept_only_if_wanted_and_there():
 
 def test_the_report_says_how_many_symmetries_were_kept():
     solution = solve_holding(np.empty(0, np.int32), 1)
-    assert "(32 vertices, 32 symmetries kept, " in job.solution_text(job.Request("mvs"), solution)
-    assert "symmetr" not in job.solution_text(job.Request("mvs"), dataclasses.replace(solution, symmetry_order=1))
+    assert "(32 vertices, 32 symmetries kept, " in messages.solution_text(job.Request("mvs"), solution)
+    assert "symmetr" not in messages.solution_text(job.Request("mvs"), dataclasses.replace(solution, symmetry_order=1))
 
 
 def test_a_minimum_of_symmetric_shapes_is_called_no_more_than_that():
-    text = job.verdict_text(native.Verification("minimum", 1e-9, 0), 100.0, 12)
+    text = messages.verdict_text(library.Verification("minimum", 1e-9, 0), 100.0, 12)
     assert text == "Checked: a true local minimum among shapes of the same symmetry."
 
 
@@ -292,18 +293,18 @@ def test_a_minimum_of_symmetric_shapes_is_called_no_more_than_that():
     ],
 )  # fmt: skip
 def test_verdicts_are_written_for_people(verdict, decrement, directions, text):
-    assert job.verdict_text(native.Verification(verdict, decrement, directions), 100.0) == text
+    assert messages.verdict_text(library.Verification(verdict, decrement, directions), 100.0) == text
 
 
 def test_refusals_use_blenders_words():
     text = "vertex 3 has one face; make it an infinitely sharp vertex (on boundaries the rule `corners` does)"
-    assert job.failure_text(native.CurvoptError(6, 3, text)) == (
+    assert messages.failure_text(library.CurvoptError(6, 3, text)) == (
         "Vertex 3 has one face; give it a vertex crease of 1 (on boundaries Keep Corners in the Subdivision Surface "
         "modifier does)."
     )
 
 
 def test_failures_become_one_sentence():
-    assert job.failure_text(native.CurvoptError(4, 1, "face 1 is bad")) == "Face 1 is bad."
-    assert job.failure_text(native.LibraryError("Gone.")) == "Gone."
-    assert job.failure_text(KeyError("x")) == "Unexpected KeyError: 'x'."
+    assert messages.failure_text(library.CurvoptError(4, 1, "face 1 is bad")) == "Face 1 is bad."
+    assert messages.failure_text(library.LibraryError("Gone.")) == "Gone."
+    assert messages.failure_text(KeyError("x")) == "Unexpected KeyError: 'x'."

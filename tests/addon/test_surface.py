@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 import shapes
-from addon import catalogue, colours, curvature, energy, job, lattice, memory, native, snapshot
+from addon.binding import library
+from addon.core import catalogue, colours, curvature, energy, job, memory, messages, snapshot, surface_points
 
 
 def jets_of(point, at, step=1e-2):
@@ -53,7 +54,7 @@ def test_curvatures_and_variation_of_a_torus():
 
 
 def mesh_of(points, faces):
-    return native.Mesh.create(native.library(), len(points), *shapes.packed(faces))
+    return library.Mesh.create(library.load(), len(points), *shapes.packed(faces))
 
 
 CAGES = {"torus": shapes.torus(), "cube": shapes.cube(), "prism": shapes.prism()}
@@ -65,7 +66,7 @@ def test_lattice_has_one_point_per_vertex_whatever_face_it_is_taken_from(name, l
     """Its points are those that refining and taking the limit at corners gives."""
     points, faces = CAGES[name]
     with mesh_of(points, faces) as mesh:
-        net = lattice.lattice(mesh, levels)
+        net = surface_points.lattice(mesh, levels)
         seen = net.jets(mesh, points)
         fine, xyz = mesh, np.asarray(points, float)
         while fine.info().n_vertices < len(seen):
@@ -81,7 +82,7 @@ def test_lattice_has_one_point_per_vertex_whatever_face_it_is_taken_from(name, l
 def test_integral_of_gauss_curvature_over_the_lattice_is_topological():
     points, faces = shapes.torus()
     with mesh_of(points, faces) as mesh:
-        net = lattice.lattice(mesh, 4)
+        net = surface_points.lattice(mesh, 4)
         jets = net.jets(mesh, points)
     found = curvature.of_jets(jets)
     area = np.linalg.norm(np.cross(jets[:, 1], jets[:, 2]), axis=1)
@@ -89,12 +90,12 @@ def test_integral_of_gauss_curvature_over_the_lattice_is_topological():
 
 
 def test_levels_fit_the_number_of_quads():
-    assert [lattice.levels_for(n, 24_000) for n in (1, 32, 6_000, 6_001, 30_000)] == [4, 4, 1, 0, 0]
+    assert [surface_points.levels_for(n, 24_000) for n in (1, 32, 6_000, 6_001, 30_000)] == [4, 4, 1, 0, 0]
 
 
 def test_face_edges_are_each_there_once():
     _, faces = shapes.prism()
-    edges = lattice.face_edges(*map(np.array, shapes.packed(faces)))
+    edges = surface_points.face_edges(*map(np.array, shapes.packed(faces)))
     assert edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]]
 
 
@@ -115,7 +116,7 @@ def test_colours_put_nothing_in_the_middle_and_clip_outliers():
 def torus_cage():
     points, faces = shapes.torus()
     sizes, vertices = shapes.packed(faces)
-    return native.Cage(points, np.array(sizes), np.array(vertices))
+    return library.Cage(points, np.array(sizes), np.array(vertices))
 
 
 def test_a_run_is_seen_from_its_start_and_only_as_often_as_asked():
@@ -148,9 +149,9 @@ def test_pictures_show_the_iterate_of_their_time():
         watcher.ask()
 
     job.solve(cage, job.Request("willmore", 1, {"threads": 1}), on_progress, watcher=watcher)
-    picture, library = watcher.latest, native.library()
-    with native.Mesh.create(library, 32, cage.face_sizes, cage.face_vertices) as mesh:
-        with native.Problem.create(mesh, library.options({"willmore": 1.0})) as problem:
+    picture, lib = watcher.latest, library.load()
+    with library.Mesh.of_cage(lib, cage) as mesh:
+        with library.Problem.create(mesh, lib.options({"willmore": 1.0})) as problem:
             energies, _ = problem.evaluate(picture.cage)
     assert energies.objective == pytest.approx(picture.progress.energy, rel=3e-4)
 
@@ -182,7 +183,7 @@ def test_a_mix_is_minimized_as_the_sum_of_its_parts():
         parts = 2 * energies.terms["willmore"] + 0.5 * energies.terms["mvs"]
         assert energies.objective == pytest.approx(parts, rel=1e-9)
     assert solution.end.objective < solution.start.objective
-    assert job.solution_text(job.Request("willmore:2,mvs:0.5"), solution).startswith("2 Willmore + 0.5 MVS ")
+    assert messages.solution_text(job.Request("willmore:2,mvs:0.5"), solution).startswith("2 Willmore + 0.5 MVS ")
 
 
 @pytest.mark.parametrize(
@@ -206,10 +207,10 @@ def test_what_is_no_mix_says_why(text, why):
 def test_every_cage_of_the_catalogue_is_a_surface():
     assert {"lawson_g2", "torus_050", "mug_g1"} <= set(catalogue.names())
     assert catalogue.label("lawson_g2") == "Lawson genus 2" and catalogue.label("torus_015") == "Torus 0.15"
-    library = native.library()
+    lib = library.load()
     for name in catalogue.names():
         cage = catalogue.load(name)
-        with native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices) as mesh:
+        with library.Mesh.of_cage(lib, cage) as mesh:
             info = mesh.info()
             assert (info.n_vertices, info.n_faces) == (len(cage.positions), len(cage.face_sizes)), name
 
@@ -250,7 +251,7 @@ def test_a_level_beyond_memory_is_not_begun_and_the_levels_before_are_kept(monke
     solution = job.solve(torus_cage(), job.Request("willmore", 5), on_progress)
     assert solution.stop == "memory"
     assert [level.level for level in solution.levels if level.iterations] == [1, 2]
-    assert "needs more memory" in job.solution_text(job.Request("willmore", 5), solution)
+    assert "needs more memory" in messages.solution_text(job.Request("willmore", 5), solution)
     assert solution.end.objective < solution.start.objective
 
 

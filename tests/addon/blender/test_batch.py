@@ -46,7 +46,7 @@ def noise(tmp_path_factory):
 @pytest.fixture
 def batch(cage_file, part, noise):
     """Runs the installed add-on's batch.py on the file: (exit code, its lines on stderr, new files in its folder)."""
-    program = Path(part("native").__file__).with_name("batch.py")
+    program = Path(part("binding").__file__).parents[1] / "batch.py"
 
     def run(*arguments):
         code, lines = blender(cage_file, "-P", str(program), "--", *map(str, arguments))
@@ -241,6 +241,14 @@ class Terminal(io.StringIO):
 @pytest.mark.parametrize("stderr, shown", [(Terminal(), True), (io.StringIO(), False)])
 def test_progress_goes_to_a_terminal_only(torus, part, tmp_path, monkeypatch, stderr, shown):
     monkeypatch.setattr(sys, "stderr", stderr)
-    assert part("batch").main(["--energy", "willmore", "--levels", "1", "--json", str(tmp_path / "out.json")]) == 0
+    assert part("batch.command").main(["--energy", "willmore", "--levels", "1", "--json", str(tmp_path / "out.json")]) == 0
     assert ("\r\033[Klevel 1 of 1, iteration" in stderr.getvalue()) is shown
     assert stderr.getvalue().endswith("\n") is shown
+
+
+def test_the_source_tree_runs_as_the_installed_add_on_does(cage_file):
+    """addon/batch.py of the repository, which is not installed; the library is the build's."""
+    root = Path(__file__).resolve().parents[3]
+    arguments = ["--energy", "willmore", "--levels", "1", "--json", "out.json"]
+    code, _ = blender(cage_file, "-P", str(root / "addon" / "batch.py"), "--", *arguments)
+    assert code == 0 and json.loads((cage_file.parent / "out.json").read_text())["symmetry_order"] == 32

@@ -31,7 +31,7 @@ def minimize(energy="WILLMORE", levels=2, **arguments):
 
 def limit_points(part, cage):
     """The library's points at corners, (k, 3), and elsewhere, (l, 3), at places where the modifier has vertices."""
-    native, sizes = part("native"), np.asarray(cage.face_sizes)
+    library, sizes = part("binding.library"), np.asarray(cage.face_sizes)
     kinds = [], []
     for face, size in enumerate(sizes):
         corners = range(1 if size == 4 else size)
@@ -39,8 +39,7 @@ def limit_points(part, cage):
         inside = [(0.5, 0), (0, 0.5), (0.5, 0.5), (0.25, 0.75)] if size == 4 else [(1, 0), (1, 1), (0.5, 0.25)]
         for spots, places in zip(kinds, (ends, inside)):
             spots += [(face, corner, uv) for corner in corners for uv in places]
-    library = native.library()
-    with native.Mesh.create(library, len(cage.positions), sizes, cage.face_vertices, cage.creases) as mesh:
+    with library.Mesh.of_cage(library.load(), cage) as mesh:
         return [mesh.jets(cage.positions, *map(list, zip(*spots)))[:, 0] for spots in kinds]
 
 
@@ -62,7 +61,7 @@ def assert_shown(obj, part, cage):
 
 
 def read(part, obj):
-    return part("cage").read_source(bpy.context, obj).cage
+    return part("scene.read_cage").read_source(bpy.context, obj).cage
 
 
 def crease_at_random(crease, obj, seed):
@@ -141,10 +140,10 @@ def test_creases_of_a_mirrored_object_stay_on_their_edges(torus, part, crease):
 
 def solve_and_add(part, obj, levels, **request):
     """(solution, result object) of the active object; the solution has the positions in double precision."""
-    source = part("cage").read_source(bpy.context, obj)
-    wanted = part("job").Request("willmore", levels, {"max_iterations": 12}, **request)
-    solution = part("job").solve(source.cage, wanted)
-    return solution, part("result").add_result(bpy.context, source, wanted, solution)
+    source = part("scene.read_cage").read_source(bpy.context, obj)
+    wanted = part("core.job").Request("willmore", levels, {"max_iterations": 12}, **request)
+    solution = part("core.job").solve(source.cage, wanted)
+    return solution, part("scene.write_result").add_result(bpy.context, source, wanted, solution)
 
 
 RINGS = {(4 * i + k, 4 * ((i + 1) % 8) + k): c for i in range(8) for k, c in ((0, 1.0), (2, 0.55))}  # of the torus
@@ -184,19 +183,19 @@ def test_result_of_an_open_creased_cage_is_the_surface_shown(add, part, crease, 
 @pytest.mark.parametrize("seed", range(3))
 def test_creases_written_are_the_creases_read(add, part, crease, name, levels, seed):
     """Whatever they are: of a cage subdivided by the library, written to a mesh, read back."""
-    native, obj = part("native"), add(*CAGES[name]())
+    library, obj = part("binding.library"), add(*CAGES[name]())
     crease_at_random(crease, obj, seed)
-    cage, library = read(part, obj), native.library()
-    mesh = native.Mesh.create(library, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases)
+    cage = read(part, obj)
+    mesh = library.Mesh.of_cage(library.load(), cage)
     xyz = cage.positions
     for _ in range(levels - 1):
         mesh, xyz = mesh.refine(xyz)
-    written = part("values").Cage(xyz, *mesh.faces(), mesh.creases())
-    new = bpy.data.objects.new("New", part("result").make_mesh("New", written))
+    written = part("binding.values").Cage(xyz, *mesh.faces(), mesh.creases())
+    new = bpy.data.objects.new("New", part("scene.write_result").make_mesh("New", written))
     bpy.context.scene.collection.objects.link(new)
     assert _sharpness(read(part, new).creases) == pytest.approx(_sharpness(written.creases), rel=1e-5, abs=1e-5)
     assert not new.data.validate() and all(polygon.use_smooth for polygon in new.data.polygons)
-    assert part("cage").read_faces(new.data)[1].tolist() == written.face_vertices.tolist()
+    assert part("scene.read_cage").read_faces(new.data)[1].tolist() == written.face_vertices.tolist()
 
 
 def _sharpness(creases):
@@ -213,8 +212,8 @@ def test_corners_kept_by_the_rule_get_no_crease(add, part):
 
 def test_quality_is_as_high_as_memory_allows(part):
     """192 edges of sharpness 9 took Blender 1.4 GB at quality 10; infinitely sharp ones take nothing."""
-    quality = part("result").shown_quality
-    creases = lambda *s: part("values").Creases(edge_sharpness=np.array(s, float))  # noqa: E731
+    quality = part("scene.write_result").shown_quality
+    creases = lambda *s: part("binding.values").Creases(edge_sharpness=np.array(s, float))  # noqa: E731
     assert quality(creases(), 4) == quality(creases(*[10.0] * 100_000), 4) == quality(creases(*[4.0] * 1000), 4) == 10
     assert quality(creases(*[9.0] * 192), 4) == 6 and quality(creases(*[9.0] * 100_000), 4) == 4
 
@@ -263,10 +262,10 @@ def test_boundary_of_the_scene_is_used_when_the_call_gives_none(add):
 
 
 def test_result_remembers_its_verdict(torus, part):
-    stored = part("result").stored_verdict
+    stored = part("scene.write_result").stored_verdict
     assert stored(None) == stored(torus) == ""
     assert stored(minimize(levels=1)).startswith("Checked: ")
 
 
 def test_choices_of_the_panel_are_the_librarys(part):
-    assert tuple(item[0].lower() for item in part("properties").BOUNDARIES) == part("header").BOUNDARIES
+    assert tuple(item[0].lower() for item in part("ui.properties").BOUNDARIES) == part("binding.abi").BOUNDARIES

@@ -14,13 +14,13 @@ SMALL = ["--only", "torus_050", "--levels", "1", "--width", "60", "--samples", "
 
 
 @pytest.fixture
-def gallery(part, tmp_path):
-    """Runs the installed add-on's gallery.py: (exit code, standard output, standard error)."""
-    program = Path(part("native").__file__).with_name("gallery.py")
+def gallery(tmp_path):
+    """Runs the gallery's command: (exit code, standard output, standard error)."""
+    program = ROOT / "blend_files" / "gallery" / "make.py"
 
     def run(*arguments):
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "-P", str(program), "--",
-                   "--output", str(tmp_path / "gallery"), "--cages", str(ROOT / "blend_files"), *arguments]  # fmt: skip
+                   "--output", str(tmp_path / "gallery"), *arguments]  # fmt: skip
         done = subprocess.run(command, capture_output=True, text=True)
         return done.returncode, done.stdout, done.stderr
 

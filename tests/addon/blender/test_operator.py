@@ -96,13 +96,13 @@ def test_modifier_shows_the_limit_surface_at_extraordinary_vertices(add, part):
 
 def _distance_to_limit(result, part):
     """Largest distance of the limit points at face corners and middles from the evaluated mesh's vertices."""
-    native, cage = part("native"), part("cage")
+    library, cage = part("binding.library"), part("scene.read_cage")
     sizes, vertices = cage.read_faces(result.data)
     n = len(sizes)
     assert (sizes == 4).all()
     uv = [[0, 0]] * n + [[0.5, 0.5]] * n
     xyz = cage.read_positions(result.data)
-    with native.Mesh.create(native.library(), len(xyz), sizes, vertices) as mesh:
+    with library.Mesh.create(library.load(), len(xyz), sizes, vertices) as mesh:
         limit = mesh.jets(xyz, list(range(n)) * 2, [0] * 2 * n, uv)[:, 0]
     assert np.isfinite(limit).all()
     shown = result.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
@@ -115,12 +115,12 @@ def _distance_to_limit(result, part):
 
 def test_stored_energies_are_those_of_the_two_cages(torus, part):
     """To the default quadrature tolerance, 1e-4 each."""
-    native, cage = part("native"), part("cage")
+    library, cage = part("binding.library"), part("scene.read_cage")
     result = minimize("WILLMORE", 1)
-    library = native.library()
+    lib = library.load()
     for obj, when in ((torus, "before"), (result, "after")):
-        with native.Mesh.create(library, len(obj.data.vertices), *cage.read_faces(obj.data)) as mesh:
-            with native.Problem.create(mesh, library.options({"willmore": 1.0})) as problem:
+        with library.Mesh.create(lib, len(obj.data.vertices), *cage.read_faces(obj.data)) as mesh:
+            with library.Problem.create(mesh, lib.options({"willmore": 1.0})) as problem:
                 energies, _ = problem.evaluate(cage.read_positions(obj.data))
         assert result[f"curvopt_{when}_willmore"] == pytest.approx(energies.terms["willmore"], rel=2e-4)
 
@@ -203,12 +203,12 @@ def _plain_willmore():
 
 
 def test_sidebar_reads_energies_of_a_result_only(torus, part):
-    stored = part("result").stored_energies
+    stored = part("scene.write_result").stored_energies
     assert stored(None) == [] and stored(torus) == []
     rows = {label: (before, after) for label, before, after in stored(minimize(levels=1))}
     assert rows["Willmore"][1] < rows["Willmore"][0]
-    assert part("properties").state.message.startswith("Willmore ")
-    assert not part("properties").state.running and not part("properties").state.failed
+    assert part("ui.properties").state.message.startswith("Willmore ")
+    assert not part("ui.properties").state.running and not part("ui.properties").state.failed
 
 
 def test_run_is_one_undo_step(torus, contents):
@@ -236,8 +236,9 @@ def test_addon_goes_off_and_on_again(torus):
 def test_addon_that_goes_on_again_has_no_part_of_its_former_self(torus, part):
     import addon_utils
 
-    old = {name: part(name) for name in ("job", "memory", "cage")}
+    old = {name: part(name) for name in ("core.job", "core.memory", "scene.read_cage")}
     addon_utils.disable(os.environ["CURVOPT_TEST_NAME"])
     assert addon_utils.enable(os.environ["CURVOPT_TEST_NAME"]) is not None
-    operators = part("operators")
-    assert operators.job is part("job") is not old["job"] and operators.cage is part("cage") is not old["cage"]
+    operators = part("ui.operators")
+    assert operators.job is part("core.job") is not old["core.job"]
+    assert operators.read_cage is part("scene.read_cage") is not old["scene.read_cage"]

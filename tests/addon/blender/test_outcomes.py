@@ -22,8 +22,8 @@ def positions(points):
 @pytest.fixture
 def optimum(torus, part):
     """What a new object would have, (32, 3), as float64; the torus stays active."""
-    source = part("cage").read_source(bpy.context, torus)
-    return part("job").solve(source.cage, part("job").Request("willmore", 1)).cage.positions
+    source = part("scene.read_cage").read_source(bpy.context, torus)
+    return part("core.job").solve(source.cage, part("core.job").Request("willmore", 1)).cage.positions
 
 
 # ------------------------------------------------------------------------------------------------------ in place --
@@ -86,7 +86,7 @@ def test_locks_of_an_object_keep_nothing_from_being_done(torus, outcome):
     group = torus.vertex_groups.new(name="Pins")
     group.add([0], 1.0, "REPLACE")
     group.lock_weight = True
-    result = minimize(outcome=outcome, keep="GROUP", vertex_group="Pins")
+    result = minimize(outcome=outcome, pin="GROUP", vertex_group="Pins")
     assert tuple(torus.location) == (1, 2, 3) and all(torus.lock_location) and group.lock_weight
     assert any(result.lock_location) == (outcome != "NEW") and (result is torus) == (outcome != "NEW")
     assert result["curvopt_after_willmore"] < result["curvopt_before_willmore"]
@@ -115,10 +115,10 @@ def test_second_shape_key_starts_from_the_basis_and_takes_over(torus):
 
 def test_shape_key_of_a_refined_cage_is_refused(torus, contents):
     before = contents()
-    with pytest.raises(RuntimeError, match="A shape key needs the vertices of your cage: set Resolution to Keep Mine"):
+    with pytest.raises(RuntimeError, match="A shape key needs the vertices of your cage: set Resolution to Same Vertices"):
         bpy.ops.curvopt.minimize(outcome="SHAPE_KEY", levels=2)
     assert contents() == before
-    minimize(outcome="SHAPE_KEY", levels=5, resolution="KEEP")
+    minimize(outcome="SHAPE_KEY", levels=5, resolution="SAME")
 
 
 # ------------------------------------------------------------------------------------------------- adjusting it --
@@ -128,7 +128,7 @@ def test_script_can_apply_the_last_result_again_elsewhere(torus, optimum, part):
     """What the adjust panel does between undo and undo: no run, other properties."""
     minimize()
     bpy.data.objects.remove(bpy.data.objects["Torus Willmore"])
-    number = part("apply")._finished[0]
+    number = part("ui.adjust")._finished[0]
     assert bpy.ops.curvopt.apply_result(number=number, outcome="REPLACE", amount=0.5) == {"FINISHED"}
     assert torus.curvopt_amount == 0.5
     assert positions(torus.data.vertices) == pytest.approx((optimum + shapes.torus()[0]) / 2, abs=1e-6)
@@ -140,7 +140,7 @@ def test_result_of_an_object_with_shape_keys_does_not_go_in_place(torus, part, c
     minimize(outcome="SHAPE_KEY")
     before = contents()
     with pytest.raises(RuntimeError, match="'Torus' has shape keys: the result can be another one, or a new object"):
-        bpy.ops.curvopt.apply_result(number=part("apply")._finished[0], outcome="REPLACE")
+        bpy.ops.curvopt.apply_result(number=part("ui.adjust")._finished[0], outcome="REPLACE")
     assert contents() == before
 
 
@@ -150,7 +150,7 @@ def test_result_of_an_object_with_shape_keys_does_not_go_in_place(torus, part, c
 @pytest.mark.parametrize("outcome", ["NEW", "REPLACE"])
 @pytest.mark.parametrize("levels", [1, 2])
 def test_amount_goes_from_the_originals_surface_to_the_optimum(torus, outcome, levels, part):
-    start = part("cage").read_source(bpy.context, torus).cage
+    start = part("scene.read_cage").read_source(bpy.context, torus).cage
     result = minimize(outcome=outcome, levels=levels)
     end = positions(result.data.vertices)
     result.curvopt_amount = 0.0
@@ -164,8 +164,8 @@ def test_amount_goes_from_the_originals_surface_to_the_optimum(torus, outcome, l
 
 
 def native_mesh(part, cage):
-    native = part("native")
-    return native.Mesh.create(native.library(), len(cage.positions), cage.face_sizes, cage.face_vertices)
+    library = part("binding.library")
+    return library.Mesh.create(library.load(), len(cage.positions), cage.face_sizes, cage.face_vertices)
 
 
 def test_amount_keeps_what_was_edited_by_hand(torus):
@@ -210,8 +210,8 @@ def test_mix_of_nothing_is_refused(torus):
         bpy.ops.curvopt.minimize(energy="MIX", weight_willmore=0, weight_mvs=0, weight_area=1)
 
 
-def test_resolution_keep_mine_overrules_the_levels(torus):
-    assert len(minimize(resolution="KEEP", levels=4).data.vertices) == 32
+def test_resolution_same_vertices_overrules_the_levels(torus):
+    assert len(minimize(resolution="SAME", levels=4).data.vertices) == 32
 
 
 def test_surface_of_the_settings_reaches_the_library(add):
@@ -240,11 +240,11 @@ def test_iterations_of_the_settings_end_a_run_early_and_the_report_says_so(torus
 
 def changed(part, torus, change):
     """Write a result after something happened to the torus meanwhile: (object, remark)."""
-    job = part("job")
-    source, request = part("cage").read_source(bpy.context, torus), job.Request("willmore", 1)
+    job = part("core.job")
+    source, request = part("scene.read_cage").read_source(bpy.context, torus), job.Request("willmore", 1)
     solution = job.solve(source.cage, request)
     change()
-    return part("outcome").write(bpy.context, source, request, solution, "REPLACE")
+    return part("scene.placement").write(bpy.context, source, request, solution, "REPLACE")
 
 
 def test_result_of_an_object_that_was_deleted_meanwhile_is_a_new_object(torus, part):
@@ -268,7 +268,7 @@ def test_result_of_an_object_in_edit_mode_is_a_new_object(torus, part):
 
 
 def test_report_has_every_energy_before_and_after(torus, part):
-    rows = part("result").stored_energies(minimize())
+    rows = part("scene.write_result").stored_energies(minimize())
     names = ["Willmore", "MVS", "MVS_cross", "Variation", "Mehlum-Tarrou", "∫H²", "∫K", "Area"]
     assert [row[0] for row in rows] == names
     assert all(np.isfinite(row[1:]).all() for row in rows)

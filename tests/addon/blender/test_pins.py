@@ -52,7 +52,7 @@ def pinned(torus):
 
 @pytest.mark.parametrize("symmetry", ["AUTO", "NONE"])
 def test_vertices_of_weight_1_in_the_group_stay_to_the_last_bit(pinned, symmetry):
-    assert unmoved(minimize(keep="GROUP", vertex_group="Pins", symmetry=symmetry), pinned) == HELD
+    assert unmoved(minimize(pin="GROUP", vertex_group="Pins", symmetry=symmetry), pinned) == HELD
 
 
 def test_lesser_weights_hold_the_less(torus):
@@ -60,7 +60,7 @@ def test_lesser_weights_hold_the_less(torus):
     moved = []
     for weight in (0.05, 0.5, 0.95):
         group = add_group(torus, {**dict.fromkeys(HELD, 1.0), 17: weight}, f"Pins {weight}")
-        result = minimize(keep="GROUP", vertex_group=group.name, symmetry="NONE")
+        result = minimize(pin="GROUP", vertex_group=group.name, symmetry="NONE")
         assert unmoved(result, torus) == [v for v in HELD if v != 17]
         moved.append(float(np.linalg.norm(positions(result)[17] - positions(torus)[17])))
         bpy.context.view_layer.objects.active = torus
@@ -70,21 +70,21 @@ def test_lesser_weights_hold_the_less(torus):
 def test_weights_hold_alike_at_any_scale(torus):
     """In the object's own units, ten times as large."""
     add_group(torus, {0: 0.5, 6: 0.25, 17: 0.75, 30: 0.5})
-    small = positions(minimize(keep="GROUP", vertex_group="Pins", symmetry="NONE"))
+    small = positions(minimize(pin="GROUP", vertex_group="Pins", symmetry="NONE"))
     bpy.context.view_layer.objects.active = torus
     torus.scale = (10, 10, 10)
-    large = positions(minimize(keep="GROUP", vertex_group="Pins", symmetry="NONE"))
+    large = positions(minimize(pin="GROUP", vertex_group="Pins", symmetry="NONE"))
     assert np.abs(large - 10 * small).max() < 1e-2 and np.abs(small - positions(torus)).max() > 1e-1
 
 
 def test_selection_stays(torus):
     select(torus, HELD)
-    assert unmoved(minimize(keep="SELECTED"), torus) == HELD
+    assert unmoved(minimize(pin="SELECTED"), torus) == HELD
 
 
 def test_only_the_selection_moves(torus):
     select(torus, HELD)
-    assert unmoved(minimize(keep="UNSELECTED"), torus) == [v for v in range(32) if v not in HELD]
+    assert unmoved(minimize(pin="UNSELECTED"), torus) == [v for v in range(32) if v not in HELD]
 
 
 def test_selection_is_that_of_edit_mode(torus):
@@ -96,7 +96,7 @@ def test_selection_is_that_of_edit_mode(torus):
     torus.data.polygons[10].select = True
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert unmoved(minimize(keep="SELECTED"), torus) == sorted(torus.data.polygons[10].vertices)
+    assert unmoved(minimize(pin="SELECTED"), torus) == sorted(torus.data.polygons[10].vertices)
 
 
 def test_nothing_is_kept_by_default(pinned):
@@ -108,7 +108,7 @@ def test_vertices_stay_through_all_levels(torus):
     """Every other vertex is held; the result's first vertices are the cage's."""
     add_group(torus, dict.fromkeys(range(0, 32, 2), 1.0))
     before = positions(torus)
-    result = minimize(3, keep="GROUP", vertex_group="Pins")
+    result = minimize(3, pin="GROUP", vertex_group="Pins")
     moved = np.linalg.norm(positions(result)[:32] - before, axis=1)
     assert moved[::2].max() < 1e-6 and moved.max() > 1e-3
 
@@ -119,21 +119,21 @@ def test_the_surface_stays_where_faces_and_their_neighbours_are_kept(torus, part
     start = limit_points(torus, part, range(4, 12))
     for levels in (1, 2):
         bpy.context.view_layer.objects.active = torus
-        result = minimize(levels, keep="GROUP", vertex_group="Pins")
+        result = minimize(levels, pin="GROUP", vertex_group="Pins")
         faces = np.arange(4, 12) * 4 ** (levels - 1)  # the first child is the one at the face's first corner
         assert np.abs(limit_points(result, part, faces) - start).max() < 1e-6
 
 
 def limit_points(obj, part, faces):
-    native, cage, n = part("native"), part("cage"), len(obj.data.vertices)
-    with native.Mesh.create(native.library(), n, *cage.read_faces(obj.data)) as mesh:
+    library, cage, n = part("binding.library"), part("scene.read_cage"), len(obj.data.vertices)
+    with library.Mesh.create(library.load(), n, *cage.read_faces(obj.data)) as mesh:
         return mesh.jets(cage.read_positions(obj.data), list(faces), [0] * len(faces), [[0, 0]] * len(faces))[:, 0]
 
 
 def test_turned_and_scaled_object_keeps_its_vertices_in_the_world(pinned):
     pinned.location, pinned.rotation_euler, pinned.scale = (3, -1, 2), (0.3, -0.2, 0.9), (1.0, -0.7, 1.6)
     bpy.context.view_layer.update()
-    result = minimize(keep="GROUP", vertex_group="Pins")
+    result = minimize(pin="GROUP", vertex_group="Pins")
     bpy.context.view_layer.update()
     beside = result.matrix_world.translation - pinned.matrix_world.translation
     now = [np.array(result.matrix_world @ result.data.vertices[v].co - beside) for v in HELD]
@@ -144,21 +144,21 @@ def test_energy_before_does_not_depend_on_what_is_kept(pinned):
     """After does, in either direction: pins that break a symmetry can lead past the least of the symmetric shapes."""
     free = minimize()
     bpy.context.view_layer.objects.active = pinned
-    held = minimize(keep="GROUP", vertex_group="Pins")
+    held = minimize(pin="GROUP", vertex_group="Pins")
     assert held["curvopt_before_willmore"] == pytest.approx(free["curvopt_before_willmore"], rel=1e-9)
     assert held["curvopt_after_willmore"] < held["curvopt_before_willmore"]
 
 
 def test_settings_of_the_scene_are_used_when_the_call_gives_none(pinned):
     settings = bpy.context.scene.curvopt
-    settings.keep, settings.vertex_group, settings.symmetry = "GROUP", "Pins", "NONE"
+    settings.pin, settings.vertex_group, settings.symmetry = "GROUP", "Pins", "NONE"
     result = minimize()
     assert unmoved(result, pinned) == HELD and result["curvopt_symmetry_order"] == 1
 
 
 def test_a_run_with_pins_is_one_undo_step_and_runs_again_the_same(pinned, contents):
     settings = bpy.context.scene.curvopt
-    settings.keep, settings.vertex_group = "GROUP", "Pins"
+    settings.pin, settings.vertex_group = "GROUP", "Pins"
     bpy.ops.ed.undo_push(message="Pinned")
     before = contents()
     ends = []
@@ -170,7 +170,7 @@ def test_a_run_with_pins_is_one_undo_step_and_runs_again_the_same(pinned, conten
         bpy.ops.ed.undo()
         assert contents() == before
         settings = bpy.context.scene.curvopt
-        assert (settings.keep, settings.vertex_group) == ("GROUP", "Pins")
+        assert (settings.pin, settings.vertex_group) == ("GROUP", "Pins")
         assert [group.name for group in bpy.data.objects["Torus"].vertex_groups] == ["Other", "Pins"]
     assert ends[0] == pytest.approx(ends[1], abs=1e-6)
 
@@ -181,7 +181,7 @@ def test_a_run_with_pins_is_one_undo_step_and_runs_again_the_same(pinned, conten
 def test_symmetric_cage_gives_a_symmetric_result(torus, part):
     result = minimize(2)
     assert result["curvopt_symmetry_order"] == 32
-    assert "(128 vertices, 32 symmetries kept, " in part("properties").state.message
+    assert "(128 vertices, 32 symmetries kept, " in part("ui.properties").state.message
     points = positions(result).astype(float)
     turn = np.array([[np.cos(np.pi / 4), -np.sin(np.pi / 4), 0], [np.sin(np.pi / 4), np.cos(np.pi / 4), 0], [0, 0, 1]])
     for image in (points * [-1, 1, 1], points * [1, -1, 1], points * [1, 1, -1], points @ turn.T):
@@ -195,12 +195,12 @@ def test_symmetries_are_those_of_the_shape_in_the_world(torus):
 
 def test_symmetry_can_be_switched_off(torus, part):
     assert minimize(symmetry="NONE")["curvopt_symmetry_order"] == 1
-    assert "symmetr" not in part("properties").state.message
+    assert "symmetr" not in part("ui.properties").state.message
 
 
 def test_pins_leave_the_symmetries_that_they_have(pinned):
     group = add_group(pinned, {0: 1.0, 16: 1.0}, "Opposite")
-    assert minimize(keep="GROUP", vertex_group=group.name)["curvopt_symmetry_order"] == 8
+    assert minimize(pin="GROUP", vertex_group=group.name)["curvopt_symmetry_order"] == 8
 
 
 @pytest.mark.parametrize("planes", [(True, False, False), (False, True, True)])
@@ -225,11 +225,11 @@ def test_planes_of_the_scene_are_used_when_the_call_gives_none(torus):
 
 
 def test_choices_of_the_panel_are_the_librarys(part):
-    assert {item[0].lower() for item in part("properties").SYMMETRIES} == set(part("header").SYMMETRIES)
+    assert {item[0].lower() for item in part("ui.properties").SYMMETRIES} == set(part("binding.abi").SYMMETRIES)
 
 
 @pytest.mark.parametrize(
-    "name", ["energy", "levels", "boundary", "symmetry", "symmetry_planes", "keep", "vertex_group"]
+    "name", ["energy", "levels", "boundary", "symmetry", "symmetry_planes", "pin", "vertex_group"]
 )
 def test_operator_and_scene_have_the_same_properties(torus, name):
     """Same names, tooltips, choices, defaults: what scripts, shortcuts and menus set is what the panel shows."""

@@ -18,7 +18,7 @@ def refused(contents, part):
         sentence = str(caught.value).removeprefix("Error: ").strip()
         assert "\n" not in sentence and sentence.endswith(".") and "Traceback" not in sentence
         assert contents() == before
-        state = part("properties").state
+        state = part("ui.properties").state
         assert state.failed and state.message == sentence and not state.running
 
     return run
@@ -110,19 +110,19 @@ def test_smooth_boundary_through_a_vertex_of_one_face(add, refused):
 
 
 def test_vertex_group_that_is_not_chosen_or_not_there(torus, refused):
-    refused("^Error: No vertex group of object 'Torus' is chosen", keep="GROUP")
-    refused("^Error: Object 'Torus' has no vertex group 'Pins'", keep="GROUP", vertex_group="Pins")
+    refused("^Error: No vertex group of object 'Torus' is chosen", pin="GROUP")
+    refused("^Error: Object 'Torus' has no vertex group 'Pins'", pin="GROUP", vertex_group="Pins")
 
 
 def test_vertex_group_that_holds_nothing(torus, refused):
     torus.vertex_groups.new(name="Full").add(range(32), 1.0, "REPLACE")
     torus.vertex_groups.new(name="Pins").add(range(32), 0.0, "REPLACE")
-    refused("Vertex group 'Pins' of object 'Torus' holds nothing", keep="GROUP", vertex_group="Pins")
+    refused("Vertex group 'Pins' of object 'Torus' pins nothing", pin="GROUP", vertex_group="Pins")
 
 
 def test_vertex_group_that_holds_everything(torus, refused):
     torus.vertex_groups.new(name="Pins").add(range(32), 1.0, "REPLACE")
-    refused("^Error: Nothing may move: all 32 vertices are held", keep="GROUP", vertex_group="Pins")
+    refused("^Error: Nothing may move: all 32 vertices are held", pin="GROUP", vertex_group="Pins")
 
 
 def test_plane_that_the_cage_is_not_symmetric_about(torus, refused):
@@ -135,7 +135,7 @@ def test_plane_that_the_cage_is_not_symmetric_about(torus, refused):
 
 def test_weights_that_are_not_symmetric(torus, refused):
     torus.vertex_groups.new(name="Pins").add([5], 0.5, "REPLACE")
-    refused("vertex 5 and its partner 13 differ in creases or in how they are held", keep="GROUP", vertex_group="Pins",
+    refused("vertex 5 and its partner 13 differ in creases or in how they are held", pin="GROUP", vertex_group="Pins",
             symmetry="PLANES")  # fmt: skip
 
 
@@ -143,10 +143,10 @@ def test_no_plane_is_chosen(torus, refused):
     refused("^Error: No mirror plane is chosen", symmetry="PLANES", symmetry_planes=(False, False, False))
 
 
-@pytest.mark.parametrize("keep", ["SELECTED", "UNSELECTED"])
-def test_keeping_by_a_selection_of_nothing(torus, refused, keep):
+@pytest.mark.parametrize("pin", ["SELECTED", "UNSELECTED"])
+def test_pinning_by_a_selection_of_nothing(torus, refused, pin):
     torus.data.vertices.foreach_set("select", [False] * 32)
-    refused("No vertex of object 'Torus' is selected: select some in Edit Mode first", keep=keep)
+    refused("No vertex of object 'Torus' is selected: select some in Edit Mode first", pin=pin)
 
 
 @pytest.fixture
@@ -185,7 +185,7 @@ def test_library_override(library_file, refused):
 
 
 def test_cage_beyond_memory(torus, refused, part, monkeypatch):
-    monkeypatch.setattr(part("memory"), "available", lambda: 1e5)
+    monkeypatch.setattr(part("core.memory"), "available", lambda: 1e5)
     refused("The cage has 32 vertices, for which a run takes")
 
 

@@ -28,7 +28,7 @@ def drawn_by(menu, part):
 
     layout = Layout()
     for function in menu._dyn_ui_initialize():
-        if function.__module__ == part("menus").__name__:
+        if function.__module__ == part("ui.menus").__name__:
             function(type("Menu", (), {"layout": layout})(), bpy.context)
     return layout.seen
 
@@ -43,10 +43,10 @@ def test_every_control_has_a_tooltip(part):
     assert {"minimize", "finish", "cancel", "curvature", "add_shape", "preset_add"} <= set(names)
     for name in names:
         assert len(getattr(bpy.ops.curvopt, name).get_rna_type().description) > 10, name
-    settings = part("properties").CURVOPT_PG_settings.bl_rna.properties
+    settings = part("ui.properties").CURVOPT_PG_settings.bl_rna.properties
     types = ((bpy.types.Object, "curvopt_amount"), (bpy.types.WindowManager, "curvopt_look"))
     others = [owner.bl_rna.properties[name] for owner, name in types]
-    for prop in [*(settings[name] for name in part("properties").SETTINGS), *others]:
+    for prop in [*(settings[name] for name in part("ui.properties").SETTINGS), *others]:
         assert len(prop.description) > 10, prop.identifier
         for item in getattr(prop, "enum_items", ()):
             assert len(item.description) > 10, (prop.identifier, item.identifier)
@@ -55,16 +55,16 @@ def test_every_control_has_a_tooltip(part):
 def test_what_the_adjust_panel_repeats_is_writing_a_result_not_a_run(part):
     """A run's own operator neither registers nor is an undo step: adjusting would freeze Blender for as long as it
     takes. What applies its result is both."""
-    assert part("operators").CURVOPT_OT_minimize.bl_options == set()
-    assert {"REGISTER", "UNDO"} <= part("apply").CURVOPT_OT_apply_result.bl_options
-    assert "REGISTER" in part("analysis").CURVOPT_OT_curvature.bl_options
+    assert part("ui.operators").CURVOPT_OT_minimize.bl_options == set()
+    assert {"REGISTER", "UNDO"} <= part("ui.adjust").CURVOPT_OT_apply_result.bl_options
+    assert "REGISTER" in part("ui.analysis").CURVOPT_OT_curvature.bl_options
 
 
 # ------------------------------------------------------------------------------------------------ shapes, presets --
 
 
 def test_every_shape_of_the_catalogue_can_be_added(part):
-    catalogue = part("catalogue")
+    catalogue = part("core.catalogue")
     assert len(catalogue.names()) >= 14
     bpy.context.scene.cursor.location = (1, 2, 3)
     for name in catalogue.names():
@@ -83,7 +83,7 @@ def test_shapes_can_be_minimized_as_they_are():
 
 def test_shipped_presets_set_the_settings(part):
     settings = bpy.context.scene.curvopt
-    presets = sorted(Path(part("menus").__file__).with_name("presets").glob("*.py"))
+    presets = sorted((Path(part("ui").__file__).parents[1] / "presets").glob("*.py"))
     assert len(presets) >= 4
     for path in presets:
         assert bpy.ops.script.execute_preset(filepath=str(path), menu_idname="CURVOPT_MT_presets") == {"FINISHED"}
@@ -113,7 +113,7 @@ def coloured(levels=2, quantity="H"):
 def test_coloured_surface_lies_on_the_limit_surface_and_has_every_quantity(torus, part):
     obj = coloured()
     assert obj.name == "Torus Curvature" and len(obj.data.vertices) == 512
-    names = [name for name, _, _ in part("colours").QUANTITIES]
+    names = [name for name, _, _ in part("core.colours").QUANTITIES]
     assert [a.name for a in obj.data.color_attributes] == ["Curvopt " + name for name in names]
     for name in names:
         values = np.empty(512, np.float32)
@@ -135,7 +135,7 @@ def test_numbers_are_those_of_a_sphere_on_a_nearly_round_cage(part):
 
 def test_quantity_chooses_the_colours_and_the_legend(torus, part):
     obj = coloured(quantity="K")
-    legend = part("analysis").legend
+    legend = part("ui.analysis").legend
     assert obj.data.color_attributes.active_color.name == "Curvopt K" and legend(obj)[:2] == ("K", "Gauss K")
     obj.curvopt_quantity = "variation"
     assert obj.data.color_attributes.active_color.name == "Curvopt variation"
@@ -177,7 +177,7 @@ def test_what_cannot_be_coloured_is_refused(torus, contents):
 @pytest.mark.parametrize("look, light, colour", [("ZEBRA", "MATCAP", "SINGLE"), ("COLOURS", "STUDIO", "VERTEX")])
 def test_looks_set_solid_shading(look, light, colour, part):
     shading = bpy.context.scene.display.shading
-    part("analysis")._set_look(shading, look)
+    part("ui.analysis")._set_look(shading, look)
     assert (shading.light, shading.color_type) == (light, colour)
-    part("analysis")._set_look(shading, "PLAIN")
+    part("ui.analysis")._set_look(shading, "PLAIN")
     assert (shading.light, shading.color_type) == ("STUDIO", "MATERIAL")

@@ -32,7 +32,7 @@ def begin_run(chance):
         bpy.context.view_layer.objects.active = torus()
     energy = chance.choice(["WILLMORE", "MVS", "MIX"])
     outcome = chance.choice(["NEW", "NEW", "REPLACE", "SHAPE_KEY"])
-    resolution = "KEEP" if outcome == "SHAPE_KEY" else chance.choice(["KEEP", "REFINE"])
+    resolution = "SAME" if outcome == "SHAPE_KEY" else chance.choice(["SAME", "REFINE"])
     symmetry = chance.choice(["AUTO", "NONE"])
     invoke(energy=energy, outcome=outcome, resolution=resolution, levels=chance.choice([2, 6]), symmetry=symmetry)
 
@@ -69,7 +69,7 @@ def press_some_key(chance):
     """Without a run on, G starts Blender's own moving, and Blender 3.4 crashes, with or without us, when an object is
     removed while it is moved in Edit Mode and that is undone: so it is ended at once."""
     press(chance.choice(["X", "TAB", "G", "DEL", "A"]))
-    if part("operators")._run is None:
+    if part("ui.operators")._run is None:
         press("ESC")
 
 
@@ -135,8 +135,8 @@ def play(number):
     for _ in range(3):  # a first one may end something else, such as moving
         press("ESC")
         yield from turns(3)
-    yield lambda: part("operators")._run is None
-    assert not state().running and not part("operators")._on_screen
+    yield lambda: part("ui.operators")._run is None
+    assert not state().running and not part("ui.display")._at_end
     yield lambda: not [thread for thread in threading.enumerate() if thread.name == "curvopt"]
     assert undone or "keys" in sequence(number) or torus() is not None, "the object was lost"
 
@@ -150,9 +150,9 @@ def everything():
         except Exception as error:
             traceback.print_exc()
             log(f"FAIL {number} {error!r}")
-            if part("operators")._run is not None:
-                part("operators")._run.escape()
-                yield lambda: part("operators")._run is None
+            if part("ui.operators")._run is not None:
+                part("ui.operators")._run.escape()
+                yield lambda: part("ui.operators")._run is None
         if number % 10 == 0 or number == LAST:
             setup()
             invoke(energy="MVS", levels=6)

@@ -64,11 +64,11 @@ def undo_takes_one_step_and_redo_brings_it_back():
     press("Z", ctrl=True)
     yield lambda: "Torus Willmore" not in bpy.data.objects
     assert set(contents()) == {"Torus"} and contents()["Torus"][:2] == before
-    assert part("panel").current_message() == ""
+    assert part("ui.panel").current_message() == ""
     assert bpy.context.view_layer.objects.active.name == "Torus" and contents()["Torus"][2]
     press("Z", ctrl=True, shift=True)
     yield lambda: "Torus Willmore" in bpy.data.objects
-    assert part("panel").current_message().startswith("Willmore ")
+    assert part("ui.panel").current_message().startswith("Willmore ")
 
 
 def adjust(**properties):
@@ -93,9 +93,9 @@ def half_way(end, start):
 @check
 def adjusting_the_last_operation_changes_amount_and_result_without_a_new_run():
     setup()
-    calls, solve = [], part("job").solve
-    part("job").solve = lambda *arguments: calls.append(arguments) or solve(*arguments)
-    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    calls, solve = [], part("core.job").solve
+    part("core.job").solve = lambda *arguments: calls.append(arguments) or solve(*arguments)
+    assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
     yield lambda: not state().running
     start, end = coordinates("Torus"), coordinates("Torus Willmore")
     assert adjust(amount=0.5) == {"FINISHED"}
@@ -114,7 +114,7 @@ def adjusting_the_last_operation_changes_amount_and_result_without_a_new_run():
     press("Z", ctrl=True)
     yield lambda: "Torus Willmore" not in bpy.data.objects
     assert set(contents()) == {"Torus"} and np.array_equal(coordinates("Torus"), start)
-    part("job").solve = solve
+    part("core.job").solve = solve
     assert len(calls) == 1, len(calls)
 
 
@@ -122,7 +122,7 @@ def adjusting_the_last_operation_changes_amount_and_result_without_a_new_run():
 def the_adjust_panel_is_drawn_and_its_slider_works():
     """Opened by a click on its header; 0 is typed into what takes numbers, from the bottom upwards."""
     setup()
-    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
     yield lambda: not state().running
     start, end = coordinates("Torus"), coordinates("Torus Willmore")
     hud = next(region for region in viewport()[0].regions if region.type == "HUD")
@@ -187,7 +187,7 @@ def the_button_minds_the_vertex_group_that_the_sidebar_shows():
     setup()
     torus, settings = bpy.data.objects["Torus"], bpy.context.scene.curvopt
     torus.vertex_groups.new(name="Pins").add([0, 16], 1.0, "REPLACE")
-    settings.energy, settings.levels, settings.keep, settings.vertex_group = "WILLMORE", 1, "GROUP", "Pins"
+    settings.energy, settings.levels, settings.pin, settings.vertex_group = "WILLMORE", 1, "GROUP", "Pins"
     subpanels(False)
     yield from turns(6)
     yield from click_up_the_panel(lambda: state().running or "Torus Willmore" in bpy.data.objects)
@@ -197,7 +197,7 @@ def the_button_minds_the_vertex_group_that_the_sidebar_shows():
     screenshot("pins")
     pairs = zip(bpy.data.objects["Torus"].data.vertices, bpy.data.objects["Torus Willmore"].data.vertices)
     assert [v.index for v, w in pairs if v.co == w.co] == [0, 16]
-    bpy.context.scene.curvopt.keep = "NOTHING"
+    bpy.context.scene.curvopt.pin = "NOTHING"
 
 
 @check
@@ -213,18 +213,18 @@ def escape_cancels_with_nothing_changed():
     print(f"cancelled {time.monotonic() - start:.2f} s after ESC", flush=True)
     assert (contents(), len(bpy.data.meshes)) == before
     assert "cancelled, nothing was changed" in state().message and not state().failed
-    assert part("operators")._run is None
+    assert part("ui.operators")._run is None
     yield lambda: True
     screenshot("cancelled")
 
 
 def snapshots():
     """The worker's pictures of the run that is on."""
-    return part("operators")._run.job.watcher
+    return part("ui.operators")._run.job.watcher
 
 
 @check
-def enter_keeps_the_best_so_far():
+def enter_finishes_with_the_best_so_far():
     setup()
     meshes = len(bpy.data.meshes)
     assert invoke(energy="MVS", levels=6, symmetry="NONE") == {"RUNNING_MODAL"}
@@ -238,17 +238,17 @@ def enter_keeps_the_best_so_far():
     result = bpy.data.objects["Torus MVS"]
     assert result["curvopt_stop"] == "cancelled" and "stopped early" in result["curvopt_verdict"]
     assert result["curvopt_after_mvs"] < result["curvopt_before_mvs"]
-    assert not part("operators")._on_screen
+    assert not part("ui.display")._at_end
     yield from turns(4)
-    screenshot("kept")
+    screenshot("finished_early")
 
 
 @check
-def the_keep_button_is_within_reach_during_a_run():
+def the_finish_button_is_within_reach_during_a_run():
     setup()
     subpanels(False)
     assert invoke(energy="MVS", levels=6, symmetry="NONE") == {"RUNNING_MODAL"}
-    run = part("operators")._run
+    run = part("ui.operators")._run
     yield lambda: run.job.latest is not None
     yield from turns(4)
     yield from click_up_the_panel(lambda: run.phase.name != "RUNNING")
@@ -346,16 +346,16 @@ def the_main_thread_is_free_during_a_run_of_20000_faces():
     the run. From the key to the end it is 0.2 s on the clock where nothing else runs, most of it drawing without a
     GPU."""
     setup(200, 100, noise=1e-3)
-    operators, preview = part("operators"), part("preview")
+    operators, preview = part("ui.operators"), part("ui.preview")
     times = {name: [] for name in ("modal", "surface", "curve", "panel")}
     undo = [
         timed(operators.CURVOPT_OT_minimize, "modal", times["modal"]),
         timed(preview.Preview, "_draw_surface", times["surface"]),
         timed(preview.Preview, "_draw_curve", times["curve"]),
-        timed(part("panel").CURVOPT_PT_minimize, "draw", times["panel"]),
+        timed(part("ui.panel").CURVOPT_PT_minimize, "draw", times["panel"]),
     ]
     begin = both_clocks()
-    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
+    assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
     times["invoke"] = [both_clocks() - begin]
     job = operators._run.job
     yield lambda: job.latest is not None and job.latest.iteration >= 2 and len(times["surface"]) >= 3
@@ -379,9 +379,9 @@ def the_main_thread_is_free_during_a_run_of_20000_faces():
 def result_of_20000_faces_is_written_without_a_pause():
     setup(200, 100)  # symmetric: quick to minimize
     times = []
-    undo = timed(part("operators").CURVOPT_OT_minimize, "modal", times)
-    assert invoke(energy="WILLMORE", resolution="KEEP") == {"RUNNING_MODAL"}
-    job = part("operators")._run.job
+    undo = timed(part("ui.operators").CURVOPT_OT_minimize, "modal", times)
+    assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
+    job = part("ui.operators")._run.job
     yield lambda: job.latest is not None
     press("RET")
     yield lambda: not state().running
@@ -396,11 +396,11 @@ def loading_a_file_during_a_run_ends_it():
     setup()
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     yield lambda: "iteration" in state().message
-    job = part("operators")._run.job
+    job = part("ui.operators")._run.job
     with bpy.context.temp_override(window=window()):
         bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield lambda: not state().running
-    assert not job.running and part("operators")._run is None
+    assert not job.running and part("ui.operators")._run is None
     assert "Torus MVS" not in bpy.data.objects
     setup()
     assert invoke(energy="WILLMORE", levels=1) == {"RUNNING_MODAL"}
@@ -416,9 +416,9 @@ def everything():
         except Exception as error:
             traceback.print_exc()
             line = f"FAIL {function.__name__}: {error!r}"
-            if part("operators")._run is not None:
+            if part("ui.operators")._run is not None:
                 press("ESC")
-                yield lambda: part("operators")._run is None
+                yield lambda: part("ui.operators")._run is None
         log(line)
     setup()
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}

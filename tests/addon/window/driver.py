@@ -83,7 +83,7 @@ def open_sidebar_tab():
 
 def subpanels(shown):
     """Show those below the main panel, or take them away, so that from below there are labels only."""
-    panel = part("panel")
+    panel = part("ui.panel")
     for cls in panel._CLASSES[1:]:
         if cls.is_registered != shown:
             (bpy.utils.register_class if shown else bpy.utils.unregister_class)(cls)
@@ -94,6 +94,7 @@ def click_up_the_panel(until):
     region = next(region for region in viewport()[0].regions if region.type == "UI")
     for y in range(10, region.height, 20):
         yield from click(region.x + region.width // 4, region.y + y)
+        yield from turns(4)  # on a busy machine a click may need them; a second one would hit another button
         if until():
             return
     raise AssertionError("there is no such button")
@@ -104,7 +105,7 @@ def part(name):
 
 
 def state():
-    return part("properties").state
+    return part("ui.properties").state
 
 
 def contents():
@@ -124,7 +125,8 @@ def screenshot(name):
 
 
 def setup(around=8, across=4, noise=0.0):
-    """A file with a torus alone, active, and the sidebar open; `noise` takes its symmetries away."""
+    """A file with a torus alone, active, nothing pinned, and the sidebar open; `noise` takes its symmetries away."""
+    bpy.context.scene.curvopt.pin = "NOTHING"  # whatever an earlier check has left
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
     points, faces = shapes.torus(around, across)

@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import driver  # noqa: E402
 from driver import (  # noqa: E402
     click,
     invoke,
@@ -78,9 +79,9 @@ def add_lawson():
 
 def minimize():
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.levels, settings.symmetry = "MVS", 4, "KEEP"  # the last because it is quick
+    settings.energy, settings.levels = "MVS", 4
     assert invoke() == {"RUNNING_MODAL"}
-    run = part("operators")._run
+    run = part("ui.operators")._run
     yield lambda: run.job.latest is not None and run.job.latest.level >= 2
     in_viewport(bpy.ops.view3d.view_all)
     viewport()[0].spaces.active.region_3d.view_location.x += 1.5
@@ -124,7 +125,7 @@ def pins_and_planes():
     for vertex in cage.data.vertices:
         group.add([vertex.index], min(1.0, abs(vertex.co.x)), "REPLACE")
     settings.symmetry, settings.symmetry_planes = "PLANES", (False, True, True)
-    settings.keep, settings.vertex_group = "GROUP", "Pins"
+    settings.pin, settings.vertex_group = "GROUP", "Pins"
     yield from settled()
     screenshot("11_planes")
 
@@ -153,7 +154,7 @@ def cancel_and_refusal():
     cage.select_set(True)
     bpy.context.view_layer.objects.active = cage
     assert invoke() == {"RUNNING_MODAL"}
-    run = part("operators")._run
+    run = part("ui.operators")._run
     yield lambda: run.job.latest is not None
     press("ESC")
     yield lambda: not state().running
@@ -177,4 +178,5 @@ def everything():
         bpy.ops.wm.quit_blender()
 
 
+driver.PATIENCE = 300.0  # the run of four levels takes a minute or more on a busy machine
 start(everything())

@@ -8,7 +8,7 @@ source "$(dirname "$0")/screen.sh"
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
-blender_window 300 "$here/pictures.py"
+blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
     exit 1
 fi

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One run of the batch command: a cage of the open file is minimized, and everything that was asked for is written.
+
+Every output is first made beside its place under a temporary name, and all are moved there at the end. Progress goes to
+stderr, and only to a terminal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
+from ..core import job, messages
+from ..core.energy import number_text
+from ..render import before_after
+from ..scene import read_cage, write_result
+
+
+class BatchError(messages.UserError):
+    """The request cannot be carried out; the message is a sentence."""
+
+
+def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> str:
+    """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
+    sentence. Raises if anything fails."""
+    fields = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
+    fields = {name: value for name, value in fields.items() if value is not None}
+    wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
+    with _all_or_nothing(wanted) as place:
+        obj = chosen_object(options.object)
+        source = read_cage.read_source(bpy.context, obj)
+        pin = "NOTHING" if options.pin_group is None else "GROUP"
+        held = read_cage.read_held(obj, pin, options.pin_group)
+        request = job.Request(options.energy, options.levels, fields, options.boundary, options.symmetry, held)
+        with _progress_on_terminal() as show:
+            solution = job.solve(source.cage, request, show)
+        new = write_result.add_result(bpy.context, source, request, solution)
+        if "render" in place:
+            _render(source, request, solution, options, place["render"])
+        if "json" in place:
+            found = {**(also or {}), **report(source, new.name, request, solution)}
+            place["json"].write_text(json.dumps(found, indent=2) + "\n")
+        if "output" in place:
+            bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
+    verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
+    return f"{messages.solution_text(request, solution)}\n{verdict}"
+
+
+def chosen_object(name: str | None) -> bpy.types.Object:
+    """The object called `name`, else the active mesh object, else the only one. BatchError if there is none."""
+    if name is not None:
+        obj = bpy.context.scene.objects.get(name)
+        if obj is None:
+            raise BatchError(f"There is no object '{name}' in scene '{bpy.context.scene.name}'.")
+        return obj
+    active = bpy.context.view_layer.objects.active
+    if active is not None and active.type == "MESH":
+        return active
+    meshes = [obj for obj in bpy.context.scene.objects if obj.type == "MESH"]
+    if len(meshes) != 1:
+        raise BatchError(f"Scene '{bpy.context.scene.name}' has {len(meshes)} mesh objects, none active: use --object.")
+    return meshes[0]
+
+
+@contextmanager
+def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
+    """Temporary paths beside the wanted ones; moved there if all goes well and removed if not.
+
+    BatchError, before any work is done, if a file cannot be made there."""
+    place = {}
+    for name, path in wanted.items():
+        path = path.resolve()
+        place[name] = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+        try:
+            if path.is_dir():
+                raise IsADirectoryError(0, "it is a folder")
+            place[name].touch(exist_ok=False)
+            place[name].unlink()
+        except OSError as error:
+            raise BatchError(f"{path} cannot be written: {error.strerror}.") from error
+    try:
+        yield place
+        for name, temporary in place.items():
+            if not temporary.is_file() or temporary.stat().st_size == 0:
+                raise BatchError(f"{wanted[name]} could not be written.")
+        for name, temporary in place.items():
+            os.replace(temporary, wanted[name])
+    finally:
+        for temporary in place.values():
+            temporary.unlink(missing_ok=True)
+
+
+def _render(
+    source: read_cage.Source, request: job.Request, solution: job.Solution, options: argparse.Namespace, path: Path
+) -> None:
+    """The picture of --render, before and after, in the world's orientation."""
+    rotation = np.array(source.frame.to_3x3(), np.float64)
+    shapes = []
+    for when, cage, energies in (("Before", source.cage, solution.start), ("After", solution.cage, solution.end)):
+        world = replace(cage, positions=cage.positions @ rotation.T)
+        shapes.append((world, f"{when}: {request.label} {number_text(energies.objective)}"))
+    picture = before_after.Picture(*options.size, options.samples, options.engine, options.look)
+    before_after.render_side_by_side(shapes, path, picture)
+
+
+def report(
+    source: read_cage.Source, result_name: str, request: job.Request, solution: job.Solution
+) -> dict[str, object]:
+    """What --json writes: the command line's keys for the result, `before` the same for the original."""
+    return {
+        "object": source.name,
+        "result": result_name,
+        "energy": request.energy,
+        "boundary": request.boundary,
+        "symmetry_order": solution.symmetry_order,
+        **_energies(solution.end, solution.cage, solution.euler),
+        "before": _energies(solution.start, source.cage, solution.euler),
+        "levels": [_level(level) for level in solution.levels],
+        "stop": solution.stop,
+        "seconds": solution.seconds,
+        "verification": _verification(solution.verification),
+    }
+
+
+def _verification(found: Verification) -> dict[str, object]:
+    """As the command line writes it."""
+    return {
+        "verdict": found.verdict,
+        "newton_decrement": found.newton_decrement if math.isfinite(found.newton_decrement) else None,
+        "negative_directions": found.negative_directions if found.negative_directions >= 0 else None,
+    }
+
+
+def _level(level: LevelReport) -> dict[str, object]:
+    values = dict(vars(level))
+    return {"level": values.pop("level"), "vertices": values.pop("n_vertices"), **values}
+
+
+def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
+    values = {
+        **energies.terms,
+        "area": energies.area,  # in squared units, not the term of that name
+        "h2": energies.h2,
+        "gauss": energies.gauss,
+        "gauss_bonnet_defect": energies.gauss_bonnet_defect,
+        "quadrature_error": energies.objective_error,
+    }
+    return {
+        "vertices": len(cage.positions),
+        "faces": len(cage.face_sizes),
+        "euler": euler,
+        **{name: value if math.isfinite(value) else None for name, value in values.items()},
+        "surface": energies.surface,
+    }
+
+
+@contextmanager
+def _progress_on_terminal() -> Iterator[Callable[[Progress], None] | None]:
+    """A callback that keeps one line of stderr up to date, or None if stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+
+    def show(progress: Progress) -> None:
+        print(f"\r\033[K{messages.progress_text(progress)}", end="", file=sys.stderr, flush=True)
+
+    try:
+        yield show
+    finally:
+        print(file=sys.stderr)
+
+
+def failure_text(error: Exception) -> str | None:
+    """What to tell people of a failure; None for one that is a fault of the program."""
+    if messages.is_foreseen(error) or isinstance(error, OSError):
+        return messages.failure_text(error)
+    if isinstance(error, RuntimeError):  # Blender's own refusals
+        return messages.sentence(f"Could not finish: {error}")
+    return None

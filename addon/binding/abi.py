@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""curvopt.h as Python sees it: versions, names of enumerations, struct mirrors, one table of signatures. No bpy."""
+
+import ctypes as C
+from typing import NamedTuple
+
+HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that this file mirrors
+
+TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "mean_curvature")  # by curvopt_term
+SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
+VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
+BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
+SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
+BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
+SHARPNESS_INFINITE = 10.0
+
+MAX_TERMS = 8
+
+
+class Defaults(NamedTuple):
+    """What curvopt_options_init() sets, for those who must show it before a library is loaded. A test compares them."""
+
+    energy: str = "willmore"
+    surface: str = "auto"
+    levels: int = 4
+    max_iterations: int = 3000
+    threads: int = 0
+    boundary: str = "position"
+    symmetry: str = "auto"
+    escape: bool = False
+
+
+DEFAULTS = Defaults()
+
+# ---------------------------------------------------------------------------------------------- mirrored structs --
+
+
+class CError(C.Structure):
+    """curvopt_error"""
+
+    _fields_ = [("code", C.c_int32), ("element", C.c_int32), ("message", C.c_char * 248)]
+
+
+class CMeshInfo(C.Structure):
+    """curvopt_mesh_info"""
+
+    _fields_ = [
+        (name, C.c_int32)
+        for name in (
+            "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence"
+            " euler all_quads"
+        ).split()
+    ]
+
+
+class CCreases(C.Structure):
+    """curvopt_creases"""
+
+    _fields_ = [
+        ("crease_vertices", C.POINTER(C.c_int32)),
+        ("crease_sharpness", C.POINTER(C.c_double)),
+        ("corner_vertices", C.POINTER(C.c_int32)),
+        ("corner_sharpness", C.POINTER(C.c_double)),
+        *((name, C.c_int32) for name in "n_creases n_corners boundary_rule reserved".split()),
+    ]
+
+
+class CConstraints(C.Structure):
+    """curvopt_constraints"""
+
+    _fields_ = [
+        ("vertices", C.POINTER(C.c_int32)),
+        ("freedom", C.POINTER(C.c_int32)),
+        ("directions", C.POINTER(C.c_double)),
+        ("n", C.c_int32),
+        ("reserved", C.c_int32),
+        ("weights", C.POINTER(C.c_double)),
+    ]
+
+
+class COptions(C.Structure):
+    """curvopt_options"""
+
+    _fields_ = [
+        *(
+            (name, C.c_int32)
+            for name in "struct_size surface method levels max_iterations threads as_report boundary".split()
+        ),
+        ("weights", C.c_double * MAX_TERMS),
+        ("tolerance", C.c_double),
+        ("gradient_tolerance", C.c_double),
+        ("decrement_tolerance", C.c_double),
+        ("max_step", C.c_double),
+        ("constraints", C.POINTER(CConstraints)),
+        ("symmetry", C.c_int32),
+        ("verify", C.c_int32),
+        ("escape", C.c_int32),
+        ("symmetry_planes", C.c_int32),
+        ("blend_width", C.c_int32),
+        ("reserved", C.c_int32),
+    ]
+
+
+class CEnergies(C.Structure):
+    """curvopt_energies"""
+
+    _fields_ = [
+        ("objective", C.c_double),
+        ("area", C.c_double),
+        ("term", C.c_double * MAX_TERMS),
+        ("h2", C.c_double),
+        ("gauss", C.c_double),
+        ("gauss_bonnet_defect", C.c_double),
+        ("objective_error", C.c_double),
+        ("area_error", C.c_double),
+        ("term_error", C.c_double * MAX_TERMS),
+        ("min_jacobian", C.c_double),
+        ("surface", C.c_int32),
+        ("n_samples", C.c_int32),
+    ]
+
+
+class CProgress(C.Structure):
+    """curvopt_progress"""
+
+    _fields_ = [
+        *((name, C.c_int32) for name in "struct_size level levels iteration evaluations n_vertices".split()),
+        *((name, C.c_int32) for name in "samples method rejected reserved".split()),
+        ("xyz", C.POINTER(C.c_double)),
+        ("mesh", C.c_void_p),
+        *((name, C.c_double) for name in "energy start_energy gradient_norm seconds".split()),
+        *((name, C.c_double) for name in "decrement shift gain_ratio step".split()),
+    ]
+
+
+class CLevelReport(C.Structure):
+    """curvopt_level_report"""
+
+    _fields_ = [
+        *((name, C.c_double) for name in "energy gradient_norm seconds".split()),
+        *((name, C.c_int32) for name in "level n_vertices iterations evaluations stop reserved".split()),
+    ]
+
+
+class CSummary(C.Structure):
+    """curvopt_summary"""
+
+    _fields_ = [
+        ("start", CEnergies),
+        ("end", CEnergies),
+        *((name, C.c_double) for name in "seconds newton_decrement shape_decrement".split()),
+        *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
+        *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
+        ("difference_decrement", C.c_double),
+        *((name, C.c_int32) for name in "all_negative_directions free_negative_directions".split()),
+    ]
+
+
+# Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
+STRUCT_SIZES = {
+    CError: 256,
+    CMeshInfo: 40,
+    CCreases: 48,
+    CConstraints: 40,
+    COptions: 160,
+    CEnergies: 200,
+    CProgress: 120,
+    CLevelReport: 48,
+    CSummary: 472,
+}
+
+# ------------------------------------------------------------------------------------------------ signature table --
+
+PROGRESS_FN = C.CFUNCTYPE(C.c_int32, C.POINTER(CProgress), C.c_void_p)
+
+_I = C.c_int32
+INTS = C.POINTER(C.c_int32)
+REALS = C.POINTER(C.c_double)
+_HANDLE = C.c_void_p
+_OUT = C.POINTER(C.c_void_p)
+_ERROR = C.POINTER(CError)
+
+# name: (result, arguments). Functions whose last argument is an error are called through Library.call().
+SIGNATURES = {
+    "curvopt_status_text": (C.c_char_p, (_I,)),
+    "curvopt_version": (C.c_char_p, ()),
+    "curvopt_mesh_create": (_I, (_I, _I, INTS, INTS, _OUT, _ERROR)),
+    "curvopt_mesh_create_creased": (_I, (_I, _I, INTS, INTS, C.POINTER(CCreases), _OUT, _ERROR)),
+    "curvopt_mesh_destroy": (None, (_HANDLE,)),
+    "curvopt_mesh_get_info": (None, (_HANDLE, C.POINTER(CMeshInfo))),
+    "curvopt_mesh_get_faces": (None, (_HANDLE, INTS, INTS)),
+    "curvopt_mesh_count_creases": (None, (_HANDLE, INTS, INTS)),
+    "curvopt_mesh_get_creases": (None, (_HANDLE, INTS, REALS, INTS, REALS)),
+    "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
+    "curvopt_options_init": (None, (C.POINTER(COptions),)),
+    "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
+    "curvopt_problem_create": (_I, (_HANDLE, C.POINTER(COptions), _OUT, _ERROR)),
+    "curvopt_problem_destroy": (None, (_HANDLE,)),
+    "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), REALS, _ERROR)),
+    "curvopt_surface_jets": (_I, (_HANDLE, REALS, _I, _I, INTS, INTS, REALS, REALS, _ERROR)),
+    "curvopt_stop_text": (C.c_char_p, (_I,)),
+    "curvopt_verdict_text": (C.c_char_p, (_I,)),
+    "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
+    "curvopt_cancel_request": (None, (_HANDLE,)),
+    "curvopt_cancel_destroy": (None, (_HANDLE,)),
+    "curvopt_minimize": (_I, (_HANDLE, REALS, C.POINTER(COptions), PROGRESS_FN, _HANDLE, _HANDLE, _OUT, _ERROR)),
+    "curvopt_result_destroy": (None, (_HANDLE,)),
+    "curvopt_result_mesh": (_HANDLE, (_HANDLE,)),
+    "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
+    "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary))),
+    "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _ERROR)),
+}

@@ -1,0 +1,477 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""ctypes binding of libcurvopt; `curvopt.h` is the manual, `abi.py` its mirror. No bpy.
+
+Arrays are converted to contiguous float64 or int32 and their lengths checked before C sees them. A status other than 0
+raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception
+in a progress callback never crosses C: it is kept, the run is cancelled, and it is raised again once C has returned.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from .abi import (
+    BOUNDARY_RULES,
+    HEADER_VERSION,
+    INTS,
+    MAX_TERMS,
+    PROGRESS_FN,
+    REALS,
+    SIGNATURES,
+    STOPS,
+    STRUCT_SIZES,
+    SURFACES,
+    TERMS,
+    VERDICTS,
+    CConstraints,
+    CCreases,
+    CEnergies,
+    CError,
+    CLevelReport,
+    CMeshInfo,
+    COptions,
+    CProgress,
+    CSummary,
+)
+from .values import Cage, Creases, Energies, Held, LevelReport, Progress, Summary, Verification
+
+LIBRARY_NAME = "libcurvopt.so"
+LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
+_INT32_MAX = 2**31 - 1
+
+_Self = TypeVar("_Self")
+
+
+class LibraryError(RuntimeError):
+    """The library is missing, cannot be loaded, or is not of the header's version."""
+
+
+class CurvoptError(RuntimeError):
+    """A call failed. `code` is the curvopt_status, `element` the offending vertex, face or field index or -1."""
+
+    def __init__(self, code: int, element: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+        self.element = element
+        self.message = message
+
+
+# ---------------------------------------------------------------------------------------------------------- arrays --
+
+
+def reals(values: object, count: int, name: str) -> np.ndarray:
+    """`values` as `count` contiguous float64, flat. ValueError for another number of them."""
+    array = np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
+    if array.size != count:
+        raise ValueError(f"{name} holds {array.size} numbers, expected {count}.")
+    return array
+
+
+def indices(values: object, name: str) -> np.ndarray:
+    """`values` as contiguous int32, flat. ValueError for fractions and for values beyond 32 bits."""
+    array = np.asarray(values)
+    if array.size and not np.issubdtype(array.dtype, np.integer):
+        raise ValueError(f"{name} must be integers, not {array.dtype}.")
+    if array.size and (array.max() > _INT32_MAX or array.min() < -_INT32_MAX - 1):
+        raise ValueError(f"{name} holds a value beyond 32 bits.")
+    return np.ascontiguousarray(array, dtype=np.int32).reshape(-1)
+
+
+def _real_pointer(array: np.ndarray | None) -> object:
+    return None if array is None else array.ctypes.data_as(REALS)
+
+
+def _int_pointer(array: np.ndarray) -> object:
+    return array.ctypes.data_as(INTS)
+
+
+def _creases_to_c(creases: Creases) -> tuple[CCreases, tuple[np.ndarray, ...]]:
+    """The struct, and the arrays that it points into. ValueError for lengths that do not fit and an unknown rule."""
+    if creases.rule not in BOUNDARY_RULES:
+        raise ValueError(f"There is no boundary rule '{creases.rule}'; there are {', '.join(BOUNDARY_RULES)}.")
+    edges, vertices = indices(creases.edges, "edges"), indices(creases.vertices, "vertices")
+    edge_sharpness = reals(creases.edge_sharpness, len(creases.edges), "edge_sharpness")
+    vertex_sharpness = reals(creases.vertex_sharpness, vertices.size, "vertex_sharpness")
+    if edges.size != 2 * edge_sharpness.size:
+        raise ValueError(f"edges holds {edges.size} indices, expected {2 * edge_sharpness.size}.")
+    raw = CCreases(
+        _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices), _real_pointer(vertex_sharpness),
+        edge_sharpness.size, vertices.size, BOUNDARY_RULES.index(creases.rule), 0,
+    )  # fmt: skip
+    return raw, (edges, edge_sharpness, vertices, vertex_sharpness)
+
+
+# --------------------------------------------------------------------------------------------------------- library --
+
+
+class Library:
+    """A loaded libcurvopt with its signatures set. LibraryError if it is unusable."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        # GNU OpenMP's threads wait by spinning, which on a busy machine costs many times the run. It reads its policy
+        # when it is first loaded; if Blender has loaded it already, this comes too late and does no harm.
+        os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+        try:
+            self.c = C.CDLL(str(path))
+        except OSError as error:
+            raise LibraryError(f"The curvopt library {path} cannot be loaded: {error}.") from error
+        self._set_signatures(["curvopt_version"])
+        self.version = self.c.curvopt_version().decode()
+        if tuple(self.version.split(".")[:2]) != tuple(map(str, HEADER_VERSION)):
+            wanted = ".".join(map(str, HEADER_VERSION))
+            raise LibraryError(
+                f"The curvopt library {path} is version {self.version}, but this add-on needs {wanted}: "
+                "install both together."
+            )
+        self._set_signatures(SIGNATURES)
+        self._check_sizes()
+
+    def _set_signatures(self, names: object) -> None:
+        for name in names:
+            try:
+                function = getattr(self.c, name)
+            except AttributeError as error:
+                raise LibraryError(
+                    f"The curvopt library {self.path} has no function {name}: install library and add-on together."
+                ) from error
+            function.restype, function.argtypes = SIGNATURES[name][0], SIGNATURES[name][1]
+
+    def _check_sizes(self) -> None:
+        for struct, size in STRUCT_SIZES.items():
+            if C.sizeof(struct) != size:
+                raise LibraryError(f"{struct.__doc__} takes {C.sizeof(struct)} bytes here instead of {size}.")
+        options = COptions()
+        self.c.curvopt_options_init(C.byref(options))
+        if options.struct_size != C.sizeof(COptions):
+            raise LibraryError(
+                f"The curvopt library {self.path} has options of {options.struct_size} bytes "
+                f"instead of {C.sizeof(COptions)}."
+            )
+
+    def call(self, name: str, *arguments: object) -> None:
+        """Call a fallible function with everything but its error; CurvoptError unless it returns 0."""
+        error = CError(element=-1)
+        code = getattr(self.c, name)(*arguments, C.byref(error))
+        if code != 0:
+            text = error.message.decode("utf-8", "replace") or self.c.curvopt_status_text(code).decode()
+            raise CurvoptError(code, error.element, text)
+
+    def create(self, name: str, *arguments: object) -> C.c_void_p:
+        """Call a fallible function whose last argument before the error is `out`; its new handle."""
+        out = C.c_void_p()
+        self.call(name, *arguments, C.byref(out))
+        return out
+
+    def options(self, weights: Mapping[str, float], held: Held | None = None, **fields: float) -> COptions:
+        """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
+        vertices held.
+
+        ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
+        refuses."""
+        options = COptions()
+        self.c.curvopt_options_init(C.byref(options))
+        options.weights = (C.c_double * MAX_TERMS)()
+        for term, weight in weights.items():
+            if term not in TERMS:
+                raise ValueError(f"There is no energy '{term}'; there are {', '.join(TERMS)}.")
+            options.weights[TERMS.index(term)] = weight
+        kinds = dict(COptions._fields_)
+        for name, value in fields.items():
+            if name not in kinds or name in ("struct_size", "weights", "constraints"):
+                raise ValueError(f"There is no option '{name}'.")
+            if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
+                raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
+            setattr(options, name, value)
+        if held is not None and len(held.vertices):
+            vertices = indices(held.vertices, "held")
+            firmness = reals(held.weights, vertices.size, "weights of held vertices")
+            options.held = vertices, firmness  # an attribute of Python's: pointers do not keep arrays alive
+            options.constraints = C.pointer(
+                CConstraints(_int_pointer(vertices), None, None, vertices.size, 0, _real_pointer(firmness))
+            )
+        self.call("curvopt_options_validate", C.byref(options))
+        return options
+
+
+def library_candidates() -> list[Path]:
+    """Where the library may lie: the file that CURVOPT_LIBRARY names, or else the add-on's lib/, or else the build."""
+    named = os.environ.get(LIBRARY_VARIABLE)
+    if named:
+        return [Path(named)]
+    addon = Path(__file__).resolve().parents[1]
+    return [addon / "lib" / LIBRARY_NAME, addon.parent / "build" / "release" / LIBRARY_NAME]
+
+
+_loaded: dict[Path, Library] = {}
+
+
+def load() -> Library:
+    """The library, loaded once per path. LibraryError, with every place that was looked at, if there is none."""
+    candidates = library_candidates()
+    for path in candidates:
+        if path.is_file():
+            if path not in _loaded:
+                _loaded[path] = Library(path)
+            return _loaded[path]
+    raise LibraryError(f"The curvopt library is missing: looked for {' and '.join(map(str, candidates))}.")
+
+
+# --------------------------------------------------------------------------------------------------------- handles --
+
+
+class _Handle:
+    """An opaque pointer that is destroyed once. With an `owner` it is borrowed, and keeps the owner alive."""
+
+    _destroy = ""
+
+    def __init__(self, lib: Library, pointer: C.c_void_p, owner: object = None) -> None:
+        self.lib = lib
+        self._pointer: C.c_void_p | None = pointer
+        self._owner = owner
+
+    @property
+    def pointer(self) -> C.c_void_p:
+        """The C pointer. ValueError after close()."""
+        if self._pointer is None:
+            raise ValueError(f"This {type(self).__name__} is closed.")
+        return self._pointer
+
+    def close(self) -> None:
+        """Free it; a second time does nothing."""
+        pointer, self._pointer = self._pointer, None
+        if pointer is not None and self._owner is None:
+            getattr(self.lib.c, self._destroy)(pointer)
+
+    def __enter__(self: _Self) -> _Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        if getattr(self, "_pointer", None) is not None:
+            self.close()
+
+
+class Mesh(_Handle):
+    """curvopt_mesh: checked connectivity and creases."""
+
+    _destroy = "curvopt_mesh_destroy"
+
+    def __init__(self, lib: Library, pointer: C.c_void_p, owner: object = None, rule: str = "smooth") -> None:
+        super().__init__(lib, pointer, owner)
+        self.rule = rule  # of its creases; the library does not tell
+
+    @classmethod
+    def create(
+        cls, lib: Library, n_vertices: int, face_sizes: object, face_vertices: object, creases: Creases | None = None
+    ) -> Mesh:
+        """face_sizes (m,), face_vertices (sum of sizes,). CurvoptError if that is no consistent surface."""
+        sizes, vertices = indices(face_sizes, "face_sizes"), indices(face_vertices, "face_vertices")
+        corners = int(np.maximum(sizes, 0).sum(dtype=np.int64))
+        if vertices.size != corners:
+            raise ValueError(f"face_vertices holds {vertices.size} indices, but face_sizes add up to {corners}.")
+        if not 0 <= n_vertices <= _INT32_MAX:
+            raise ValueError(f"{n_vertices} vertices are beyond 32 bits.")
+        creases = creases or Creases()
+        raw, _arrays = _creases_to_c(creases)
+        pointer = lib.create(
+            "curvopt_mesh_create_creased", n_vertices, sizes.size, _int_pointer(sizes), _int_pointer(vertices),
+            C.byref(raw),
+        )  # fmt: skip
+        return cls(lib, pointer, rule=creases.rule)
+
+    @classmethod
+    def of_cage(cls, lib: Library, cage: Cage) -> Mesh:
+        """Connectivity and creases of a cage. CurvoptError if that is no consistent surface."""
+        return cls.create(lib, len(cage.positions), cage.face_sizes, cage.face_vertices, cage.creases)
+
+    def info(self) -> CMeshInfo:
+        """Counts, Euler characteristic, boundary."""
+        info = CMeshInfo()
+        self.lib.c.curvopt_mesh_get_info(self.pointer, C.byref(info))
+        return info
+
+    def faces(self) -> tuple[np.ndarray, np.ndarray]:
+        """(face_sizes (m,), face_vertices (n_corners,)), int32."""
+        info = self.info()
+        sizes, vertices = np.empty(info.n_faces, np.int32), np.empty(info.n_corners, np.int32)
+        self.lib.c.curvopt_mesh_get_faces(self.pointer, _int_pointer(sizes), _int_pointer(vertices))
+        return sizes, vertices
+
+    def creases(self) -> Creases:
+        """Its sharp edges and vertices; vertices that the rule "corners" keeps are among them, infinitely sharp."""
+        n_edges, n_vertices = C.c_int32(), C.c_int32()
+        self.lib.c.curvopt_mesh_count_creases(self.pointer, C.byref(n_edges), C.byref(n_vertices))
+        edges, vertices = np.empty((n_edges.value, 2), np.int32), np.empty(n_vertices.value, np.int32)
+        edge_sharpness, vertex_sharpness = np.empty(n_edges.value), np.empty(n_vertices.value)
+        self.lib.c.curvopt_mesh_get_creases(
+            self.pointer, _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices),
+            _real_pointer(vertex_sharpness),
+        )  # fmt: skip
+        return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
+
+    def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
+        """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""
+        info = self.info()
+        coarse = reals(xyz, 3 * info.n_vertices, "xyz")
+        fine = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
+        out = C.c_void_p()
+        self.lib.call("curvopt_mesh_refine", self.pointer, _real_pointer(coarse), C.byref(out), _real_pointer(fine))
+        return Mesh(self.lib, out, rule=self.rule), fine
+
+    def jets(self, xyz: object, face: object, corner: object, uv: object, surface: str = "limit") -> np.ndarray:
+        """Points and derivatives (n, 10, 3): S, S_u, S_v, S_uu, ... S_vvv at uv (n, 2) of face (n,), corner (n,)."""
+        faces, corners = indices(face, "face"), indices(corner, "corner")
+        if faces.size != corners.size:
+            raise ValueError(f"face holds {faces.size} indices, but corner {corners.size}.")
+        points = reals(xyz, 3 * self.info().n_vertices, "xyz")
+        parameters = reals(uv, 2 * faces.size, "uv")
+        jets = np.empty((faces.size, 10, 3))
+        self.lib.call(
+            "curvopt_surface_jets", self.pointer, _real_pointer(points), SURFACES.index(surface), faces.size,
+            _int_pointer(faces), _int_pointer(corners), _real_pointer(parameters), _real_pointer(jets),
+        )  # fmt: skip
+        return jets
+
+
+class Problem(_Handle):
+    """curvopt_problem: a mesh made ready for evaluation."""
+
+    _destroy = "curvopt_problem_destroy"
+
+    @classmethod
+    def create(cls, mesh: Mesh, options: COptions) -> Problem:
+        """CurvoptError for a surface that cannot carry the energy."""
+        problem = cls(mesh.lib, mesh.lib.create("curvopt_problem_create", mesh.pointer, C.byref(options)))
+        problem.n_vertices = mesh.info().n_vertices
+        return problem
+
+    def evaluate(self, xyz: object, with_gradient: bool = False) -> tuple[Energies, np.ndarray | None]:
+        """Energies at xyz (n, 3) and, if asked for, the objective's gradient (n, 3)."""
+        points = reals(xyz, 3 * self.n_vertices, "xyz")
+        gradient = np.empty((self.n_vertices, 3)) if with_gradient else None
+        raw = CEnergies()
+        self.lib.call(
+            "curvopt_problem_evaluate", self.pointer, _real_pointer(points), C.byref(raw), _real_pointer(gradient)
+        )
+        return Energies.from_c(raw), gradient
+
+
+class Cancel(_Handle):
+    """curvopt_cancel: a flag that any thread may raise."""
+
+    _destroy = "curvopt_cancel_destroy"
+
+    @classmethod
+    def create(cls, lib: Library) -> Cancel:
+        """A flag that is not raised."""
+        return cls(lib, lib.create("curvopt_cancel_create"))
+
+    def request(self) -> None:
+        """Stop the run that was given this flag, at its next opportunity."""
+        self.lib.c.curvopt_cancel_request(self.pointer)
+
+
+class Result(_Handle):
+    """curvopt_result: the optimized cage and what happened."""
+
+    _destroy = "curvopt_result_destroy"
+
+    def __init__(self, lib: Library, pointer: C.c_void_p, rule: str) -> None:
+        super().__init__(lib, pointer)
+        self.rule = rule  # of its mesh
+
+    def mesh(self) -> Mesh:
+        """The optimized cage's connectivity and creases, borrowed."""
+        return Mesh(self.lib, C.c_void_p(self.lib.c.curvopt_result_mesh(self.pointer)), self, self.rule)
+
+    def cage(self) -> Cage:
+        """A copy of the optimized cage."""
+        positions = np.empty((self.summary().n_vertices, 3))
+        self.lib.c.curvopt_result_get_positions(self.pointer, _real_pointer(positions))
+        mesh = self.mesh()
+        return Cage(positions, *mesh.faces(), mesh.creases())
+
+    def summary(self) -> Summary:
+        """Energies at start and end, stop reason, verdict, size, symmetries."""
+        raw = CSummary()
+        self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw))
+        return Summary(
+            Energies.from_c(raw.start), Energies.from_c(raw.end), raw.seconds, STOPS[raw.stop],
+            Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
+            raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
+            raw.free_negative_directions, raw.all_negative_directions,
+        )  # fmt: skip
+
+    def level(self, index: int) -> LevelReport:
+        """Report of level index 0 .. n_levels - 1. CurvoptError outside."""
+        raw = CLevelReport()
+        self.lib.call("curvopt_result_get_level", self.pointer, index, C.byref(raw))
+        values = {name: getattr(raw, name) for name in LevelReport.__dataclass_fields__}
+        return LevelReport(**{**values, "stop": STOPS[raw.stop]})
+
+
+class Iterate:
+    """The cage of a run that is on, within its callback: what it lends is void once the callback returns."""
+
+    def __init__(self, lib: Library, raw: CProgress, progress: Progress) -> None:
+        self.progress = progress
+        self._lib, self._raw = lib, raw
+
+    def mesh(self) -> Mesh:
+        """The connectivity of the current level, borrowed."""
+        return Mesh(self._lib, C.c_void_p(self._raw.mesh), self)
+
+    def positions(self) -> np.ndarray:
+        """A copy of the vertices (n, 3)."""
+        return np.ctypeslib.as_array(self._raw.xyz, (self._raw.n_vertices, 3)).copy()
+
+
+def minimize(
+    mesh: Mesh,
+    xyz: object,
+    options: COptions,
+    on_progress: Callable[[Progress], object] | None = None,
+    cancel: Cancel | None = None,
+    watch: Callable[[Iterate], object] | None = None,
+) -> Result:
+    """Minimize over xyz (n, 3). `on_progress` is called on this thread after every step; a true value cancels. `watch`
+    is called before it, with the cage as it is then.
+
+    Runs without Python's global lock. CurvoptError as in curvopt.h; whatever `on_progress` raises is raised here."""
+    points = reals(xyz, 3 * mesh.info().n_vertices, "xyz")
+    raised: list[BaseException] = []
+
+    def trampoline(progress: object, _user: object) -> int:
+        try:
+            step = Progress.from_c(progress.contents)
+            if watch is not None:
+                watch(Iterate(mesh.lib, progress.contents, step))
+            return 1 if on_progress is not None and on_progress(step) else 0
+        except BaseException as error:  # nothing may cross the C frame; raised again below
+            raised.append(error)
+            return 1
+
+    callback = PROGRESS_FN(trampoline) if on_progress or watch else PROGRESS_FN()  # the local keeps the callback alive
+    flag = cancel.pointer if cancel else None
+    try:
+        pointer = mesh.lib.create(
+            "curvopt_minimize", mesh.pointer, _real_pointer(points), C.byref(options), callback, None, flag
+        )
+    except CurvoptError:
+        if raised:
+            raise raised[0] from None
+        raise
+    result = Result(mesh.lib, pointer, mesh.rule)
+    if raised:
+        result.close()
+        raise raised[0]
+    return result

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What goes into the library and what comes out of it, as plain values without pointers or handles. No bpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .abi import SURFACES, TERMS, CEnergies, CProgress
+
+
+def _no_indices() -> np.ndarray:
+    return np.empty(0, np.int32)
+
+
+def _no_reals() -> np.ndarray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True)
+class Creases:
+    """curvopt_creases: sharp edges as pairs of vertices (k, 2), their sharpness (k,), sharp vertices (c,), theirs (c,);
+    `rule`, of abi.BOUNDARY_RULES, says what becomes of boundary vertices that belong to one face."""
+
+    edges: np.ndarray = field(default_factory=lambda: _no_indices().reshape(0, 2))
+    edge_sharpness: np.ndarray = field(default_factory=_no_reals)
+    vertices: np.ndarray = field(default_factory=_no_indices)
+    vertex_sharpness: np.ndarray = field(default_factory=_no_reals)
+    rule: str = "smooth"
+
+
+@dataclass(frozen=True)
+class Cage:
+    """Polygons as arrays: positions (n, 3) float64, face_sizes (m,) and face_vertices (sum of sizes,) int32."""
+
+    positions: np.ndarray
+    face_sizes: np.ndarray
+    face_vertices: np.ndarray
+    creases: Creases = field(default_factory=Creases)
+
+
+@dataclass(frozen=True)
+class Held:
+    """Vertices (k,) of a cage that may not move freely, and how firmly each is held (k,), 0 .. 1; 1: exactly."""
+
+    vertices: np.ndarray = field(default_factory=_no_indices)
+    weights: np.ndarray = field(default_factory=_no_reals)
+
+    @classmethod
+    def exactly(cls, vertices: object) -> Held:
+        """Vertices that may not move at all."""
+        vertices = np.asarray(vertices)
+        return cls(vertices, np.ones(vertices.size))
+
+
+@dataclass(frozen=True)
+class Energies:
+    """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2."""
+
+    objective: float
+    area: float
+    terms: Mapping[str, float]
+    h2: float
+    gauss: float
+    gauss_bonnet_defect: float
+    objective_error: float
+    term_errors: Mapping[str, float]
+    min_jacobian: float
+    surface: str
+    n_samples: int
+
+    @classmethod
+    def from_c(cls, raw: CEnergies) -> Energies:
+        """A copy of the struct."""
+        same = "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples".split()
+        return cls(
+            terms=dict(zip(TERMS, raw.term)),
+            term_errors=dict(zip(TERMS, raw.term_error)),
+            surface=SURFACES[raw.surface],
+            **{name: getattr(raw, name) for name in same},
+        )
+
+
+@dataclass(frozen=True)
+class Progress:
+    """curvopt_progress without its pointers: `gradient_norm` is dimensionless, `seconds` since the start."""
+
+    energy: float
+    start_energy: float
+    gradient_norm: float
+    seconds: float
+    level: int
+    levels: int
+    iteration: int
+    evaluations: int
+    n_vertices: int
+
+    @classmethod
+    def from_c(cls, raw: CProgress) -> Progress:
+        """A copy of the struct's numbers."""
+        return cls(**{name: getattr(raw, name) for name in cls.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
+class LevelReport:
+    """curvopt_level_report; `stop` as text."""
+
+    level: int
+    n_vertices: int
+    iterations: int
+    evaluations: int
+    energy: float
+    gradient_norm: float
+    seconds: float
+    stop: str
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the Hessian says of a result: the verdict, of abi.VERDICTS; the Newton decrement, NAN if unknown; the
+    number of negative directions, -1 if there are some but not counted, or if nothing is known."""
+
+    verdict: str
+    newton_decrement: float
+    negative_directions: int
+
+
+@dataclass(frozen=True)
+class Summary:
+    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the last two are -1 without
+    options.verify."""
+
+    start: Energies
+    end: Energies
+    seconds: float
+    stop: str
+    verification: Verification
+    n_levels: int
+    n_vertices: int
+    n_faces: int
+    symmetry_order: int
+    free_negative_directions: int
+    all_negative_directions: int

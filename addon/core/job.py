@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One optimization: synchronously (`solve`), on a worker thread (`Job`), and as a modal operator sees it (`ModalRun`).
+
+No bpy. The worker touches arrays and the library only; whatever it has to say is read by polling from the main thread.
+"""
+
+from __future__ import annotations
+
+import enum
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..binding import library
+from ..binding.abi import BOUNDARIES, DEFAULTS, SYMMETRIES
+from ..binding.values import Cage, Energies, Held, LevelReport, Progress, Verification
+from .energy import label_of, weights_of
+from .memory import Guard, check_cage
+from .snapshot import Watcher
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to minimize; the defaults are the library's.
+
+    `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
+    curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
+    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely."""
+
+    energy: str = DEFAULTS.energy
+    levels: int = DEFAULTS.levels
+    options: dict[str, float] = field(default_factory=dict)
+    boundary: str = DEFAULTS.boundary
+    symmetry: str = DEFAULTS.symmetry
+    held: Held = field(default_factory=Held)
+
+    @property
+    def label(self) -> str:
+        """The energy for people."""
+        return label_of(self.energy)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
+    that no symmetries were kept. start_positions (n, 3) are vertices of the optimized cage that show the first one's
+    surface: the first cage, subdivided as often."""
+
+    cage: Cage
+    start_positions: np.ndarray
+    start: Energies
+    end: Energies
+    euler: int
+    stop: str
+    verification: Verification
+    seconds: float
+    levels: tuple[LevelReport, ...]
+    symmetry_order: int
+
+
+OnProgress = Callable[[Progress], object]
+
+
+def symmetry_of(text: str) -> tuple[int, int]:
+    """(curvopt_symmetry, sum of curvopt_plane) of a name of abi.SYMMETRIES or of mirror planes such as "x,z".
+    ValueError for anything else."""
+    if text in SYMMETRIES and text != "planes":
+        return SYMMETRIES.index(text), 0
+    planes = text.split(",")
+    if not all(plane in ("x", "y", "z") for plane in planes):
+        names = ", ".join(name for name in SYMMETRIES if name != "planes")
+        raise ValueError(f"There is no symmetry '{text}'; there are {names}, and mirror planes such as x or y,z.")
+    return SYMMETRIES.index("planes"), sum(1 << "xyz".index(plane) for plane in set(planes))
+
+
+def solve(
+    cage: Cage,
+    request: Request,
+    on_progress: OnProgress | None = None,
+    cancel: library.Cancel | None = None,
+    watcher: Watcher | None = None,
+) -> Solution:
+    """Run here and now. `on_progress` may return a true value to cancel; a cancelled run has `stop == "cancelled"`.
+    A `watcher` takes pictures of the start and on the way.
+
+    LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
+    lib = library.load()
+    check_cage(len(cage.positions))
+    guard = Guard()
+
+    def step(progress: Progress) -> bool:
+        wants_out = bool(on_progress is not None and on_progress(progress))
+        return guard(progress) or wants_out
+
+    symmetry, planes = symmetry_of(request.symmetry)
+    options = lib.options(
+        weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
+        symmetry=symmetry, symmetry_planes=planes, **request.options,
+    )  # fmt: skip
+    with library.Mesh.of_cage(lib, cage) as mesh:
+        if watcher is not None:
+            watcher.start(mesh, cage)
+        with library.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
+            summary = result.summary()
+            levels = tuple(result.level(index) for index in range(summary.n_levels))
+            euler = result.mesh().info().euler
+            final = result.cage()
+            start = _subdivided(mesh, cage.positions, len(final.positions))
+            stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
+            return Solution(
+                final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
+                levels, summary.symmetry_order,
+            )  # fmt: skip
+
+
+def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:
+    """The cage, subdivided until it has `n_vertices`."""
+    while len(positions) < n_vertices:
+        mesh, positions = mesh.refine(positions)
+    return positions
+
+
+class Job:
+    """A worker thread running `work(on_progress) -> Solution`. Every method is for the main thread and returns at once,
+    `join` excepted. `latest` is the newest Progress or None, `history` (seconds, level, energy) of all of them; after
+    the end, `solution` or `error` is set. `watcher`, if there is one, has pictures."""
+
+    def __init__(
+        self,
+        work: Callable[[OnProgress], Solution],
+        on_cancel: Callable[[], None] = lambda: None,
+        watcher: Watcher | None = None,
+    ) -> None:
+        self.watcher = watcher
+        self.latest: Progress | None = None
+        self.history: list[tuple[float, int, float]] = []  # only ever appended to
+        self.solution: Solution | None = None
+        self.error: BaseException | None = None
+        self._work = work
+        self._on_cancel = on_cancel
+        self._cancelled = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="curvopt", daemon=True)
+
+    @classmethod
+    def minimize(cls, cage: Cage, request: Request) -> Job:
+        """A job that runs `solve`, with pictures. LibraryError if there is no usable library."""
+        flag, watcher = library.Cancel.create(library.load()), Watcher()
+        return cls(lambda on_progress: solve(cage, request, on_progress, flag, watcher), flag.request, watcher)
+
+    def start(self) -> None:
+        """Start the worker; once only."""
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ask the worker to stop; may be called at any time and more than once."""
+        self._cancelled.set()
+        self._on_cancel()
+
+    @property
+    def running(self) -> bool:
+        """Whether the worker is at work."""
+        return self._thread.is_alive()
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait for the worker, `timeout` seconds at most; whether it has ended."""
+        self._thread.join(timeout)
+        return not self.running
+
+    def _run(self) -> None:
+        try:
+            self.solution = self._work(self._on_progress)
+        except BaseException as error:  # a thread has nobody to raise to; the main thread reads it
+            self.error = error
+
+    def _on_progress(self, progress: Progress) -> bool:
+        self.history.append((progress.seconds, progress.level, progress.energy))
+        self.latest = progress  # one reference, replaced whole: a reader sees the old or the new one, never a mixture
+        return self._cancelled.is_set()
+
+
+class Phase(enum.Enum):
+    """Where a modal run is; the last three are ends."""
+
+    RUNNING = "running"
+    FINISHING = "finishing"
+    FINISHED = "finished"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run is over."""
+        return self in (Phase.FINISHED, Phase.CANCELLED, Phase.FAILED)
+
+
+class ModalRun:
+    """What a modal operator does, without Blender: `tick` on every timer event, `escape` on ESC, `finish` on Enter,
+    until
+    `phase.ended`.
+
+    ESC ends the run at once, even if the worker was about to finish: a worker in the middle of a long step goes on to
+    its end with nobody to listen to it; see `Job.running`."""
+
+    def __init__(self, job: Job, label: str) -> None:
+        self.job = job
+        self.label = label
+        self.phase = Phase.RUNNING
+        job.start()
+
+    def escape(self) -> None:
+        """The user wants out: nothing of this run is to be kept."""
+        if not self.phase.ended:
+            self.phase = Phase.CANCELLED
+            self.job.cancel()
+
+    def finish(self) -> None:
+        """The user has seen enough: end with the best cage so far."""
+        if self.phase is Phase.RUNNING:
+            self.phase = Phase.FINISHING
+            self.job.cancel()
+
+    def tick(self) -> Phase:
+        """Look at the worker; the phase now."""
+        if not self.phase.ended and not self.job.running:
+            self.phase = Phase.FINISHED if self.job.error is None else Phase.FAILED
+        return self.phase
+
+    def abandon(self, timeout: float) -> bool:
+        """Cancel and wait up to `timeout` seconds (Blender quits, loads a file): whether the worker has ended."""
+        self.escape()
+        return self.job.join(timeout)

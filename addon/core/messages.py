@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run tells people: its progress, its outcome, its verdict, its failure; each in a sentence. No bpy."""
+
+from __future__ import annotations
+
+import math
+
+from ..binding.library import CurvoptError, LibraryError
+from ..binding.values import Progress, Verification
+from .energy import number_text
+from .job import ModalRun, Phase, Request, Solution
+
+
+class UserError(RuntimeError):
+    """Something cannot be done; the message is a sentence that says what, where, and what to do."""
+
+
+# ---------------------------------------------------------------------------------------------------- while it runs --
+
+
+def status_text(run: ModalRun) -> str:
+    """What a run is doing."""
+    progress = run.job.latest
+    if run.phase is Phase.FINISHING:
+        return f"Minimizing {run.label}: finishing with the best surface so far"
+    return f"Minimizing {run.label}: {progress_text(progress) if progress else 'preparing'}"
+
+
+def progress_text(progress: Progress) -> str:
+    """Level, iteration and energy in words."""
+    return (
+        f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
+        f"energy {number_text(progress.energy)} (from {number_text(progress.start_energy)})"
+    )
+
+
+# --------------------------------------------------------------------------------------------------------- its end --
+
+
+_STOP_WORDS = {
+    "converged": "converged",
+    "stalled": "stopped early: no further decrease was found",
+    "limit": "stopped early at the iteration limit, still falling",
+    "cancelled": "stopped early as you asked, still falling",
+    "memory": "stopped early: the next level needs more memory than there is",
+    "unresolved": "stopped early: the surface develops features too fine to resolve",
+    "settled": "settled: more steps would lower it by a few millionths only",
+}
+
+
+def solution_text(request: Request, solution: Solution) -> str:
+    """The outcome in one sentence."""
+    before, after = solution.start.objective, solution.end.objective
+    order = solution.symmetry_order
+    kept = f", {order} symmetries kept" if order > 1 else ""
+    return (
+        f"{request.label} {number_text(before)} to {number_text(after)}, {_STOP_WORDS[solution.stop]} "
+        f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
+    )
+
+
+def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged") -> str:
+    """What the Hessian says of a result of this energy, in a sentence; without a Hessian, why the run stopped. Only
+    directions that keep the symmetries were looked at."""
+    directions = verification.negative_directions
+    more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
+    gain = verification.newton_decrement / energy if energy > 0 else math.nan
+    less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
+    among = " among shapes of the same symmetry" if symmetry_order > 1 else ""
+    if verification.verdict == "minimum":
+        return f"Checked: a true local minimum{among}."
+    if verification.verdict == "saddle":
+        return f"Checked: a saddle, {more} would still lead down."
+    if verification.verdict == "not stationary":
+        also = f", more along {more}" if directions else ""
+        return f"Checked: not yet a minimum, {less} seems possible{also}."
+    if stop in ("cancelled", "limit", "memory"):
+        return "Not checked: the run was stopped early, the energy was still falling."
+    return "Not checked: whether this is a minimum is not known."
+
+
+# ------------------------------------------------------------------------------------------------------ its failure --
+
+
+# The library's words for what has another name in Blender.
+_IN_BLENDER = (
+    ("is infinitely sharp:", "has a crease of 1:"),
+    ("an infinitely sharp crease", "a crease of 1"),
+    ("make it an infinitely sharp vertex", "give it a vertex crease of 1"),
+    ("the rule `corners` does", "Keep Corners in the Subdivision Surface modifier does"),
+)
+
+
+def is_foreseen(error: BaseException) -> bool:
+    """Whether the error's message is for the user; all others are faults of the program, or the system's refusals."""
+    return isinstance(error, (UserError, LibraryError, CurvoptError, ValueError))
+
+
+def failure_text(error: BaseException) -> str:
+    """An error as one sentence; anything unforeseen with its type, so that it can be reported."""
+    if is_foreseen(error):
+        return sentence(in_blender(str(error)))
+    if isinstance(error, OSError):
+        return sentence(f"Could not finish: {error}")
+    return f"Unexpected {type(error).__name__}: {error}."
+
+
+def in_blender(text: str) -> str:
+    """The library's text with Blender's names for things."""
+    for theirs, ours in _IN_BLENDER:
+        text = text.replace(theirs, ours)
+    return text
+
+
+def sentence(text: str) -> str:
+    """The text on one line with a capital and a full stop."""
+    text = " ".join(text.split())
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the viewport shows of a run: taken by the worker when the main thread has asked for it. No bpy."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..binding import library
+from ..binding.values import Cage, Progress
+from .surface_points import SurfacePoints, face_edges, lattice, levels_for, triangles
+
+_SHOWN_QUADS = 24_000  # of the surface, more or less
+_SHARE = 5.0  # the worker works at least that many times longer than it takes pictures
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The limit surface as points and normals (n, 3) float32 with triangles (t, 3) int32, and the cage as points (v, 3)
+    float32 with edges (e, 2) int32, in the source's frame. Arrays of connectivity are the same object while the level
+    is the same."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    cage: np.ndarray
+    edges: np.ndarray
+    progress: Progress | None
+
+
+class Watcher:
+    """Takes snapshots: `ask` from the main thread, calls from the worker, `latest` for both."""
+
+    def __init__(self) -> None:
+        self.latest: Snapshot | None = None
+        self._asked = threading.Event()
+        self._asked.set()
+        self._shape: tuple[int, SurfacePoints, np.ndarray, np.ndarray] | None = None
+        self._not_before = 0.0
+
+    def ask(self) -> None:
+        """The latest one has been shown: another one is welcome."""
+        self._asked.set()
+
+    def start(self, mesh: library.Mesh, cage: Cage) -> None:
+        """The cage that the run starts from."""
+        self.latest = self._take(0, mesh, cage.positions, None)
+
+    def __call__(self, iterate: library.Iterate) -> None:
+        """A step was made: take a picture if one is wanted and the last one did not cost too much."""
+        begin = time.monotonic()
+        if not self._asked.is_set() or begin < self._not_before:
+            return
+        self._asked.clear()
+        progress = iterate.progress
+        with iterate.mesh() as mesh:
+            self.latest = self._take(progress.level, mesh, iterate.positions(), progress)
+        end = time.monotonic()
+        self._not_before = end + _SHARE * (end - begin)
+
+    def _take(self, level: int, mesh: library.Mesh, xyz: np.ndarray, progress: Progress | None) -> Snapshot:
+        if self._shape is None or self._shape[0] != level:
+            sizes, vertices = mesh.faces()
+            net = lattice(mesh, levels_for(len(sizes), _SHOWN_QUADS))
+            self._shape = level, net, triangles(net.quads), face_edges(sizes, vertices)
+        _, net, faces, edges = self._shape
+        jets = net.jets(mesh, xyz)
+        normals = np.cross(jets[:, 1], jets[:, 2])
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+        single = np.float32
+        return Snapshot(jets[:, 0].astype(single), normals.astype(single), faces, xyz.astype(single), edges, progress)

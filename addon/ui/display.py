@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the screen shows of a run: the message in the sidebar, the status bar, and the preview in the viewports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import bpy
+
+from ..core.job import ModalRun
+from ..scene.read_cage import Source
+from ..scene.write_result import beside
+from . import properties
+
+_REDRAW = 0.15  # seconds, at least, between two drawings of a run
+
+_refreshed: tuple[object, object, float] = (None, None, 0.0)  # progress and picture that were drawn, and when
+_at_end: list[Callable[[], object]] = []  # what takes away everything that a run has put on the screen
+
+
+def show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False, about: str = "") -> None:
+    """Put `text` into the sidebar and, while running, into the status bar. `about` names the result object if the text
+    reports one."""
+    state = properties.state
+    changed = state.message != text or state.running != running
+    state.message, state.running, state.failed, state.about = text, running, failed, about
+    if bpy.app.background:
+        return
+    if changed:
+        from .overlay import redraw  # needs a GPU
+
+        redraw(context)
+    if running and context.workspace is not None:
+        context.workspace.status_text_set(f"{text}   |   Enter: finish now   |   Esc: cancel")
+
+
+def start_preview(context: bpy.types.Context, source: Source, run: ModalRun) -> None:
+    """Draw the run where a new object would stand; not in background."""
+    if bpy.app.background:
+        return
+    from .preview import Preview  # needs a GPU
+
+    placement = beside(context.scene, source, source.cage.positions) @ source.frame
+    at_end(Preview(context.scene.name, placement, run.job, run.label).end)
+
+
+def refresh(context: bpy.types.Context, run: ModalRun) -> None:
+    """Have the viewports drawn if there is something new, but not too often."""
+    global _refreshed
+    seen = (run.job.latest, run.job.watcher.latest, time.monotonic())
+    if seen[:2] == _refreshed[:2] or seen[2] < _refreshed[2] + _REDRAW:
+        return
+    from .overlay import redraw  # needs a GPU
+
+    _refreshed = seen
+    redraw(context, ("WINDOW",))
+    run.job.watcher.ask()
+
+
+def at_end(action: Callable[[], object]) -> None:
+    """Have `clear` call `action`."""
+    _at_end.append(action)
+
+
+def clear() -> None:
+    """Take away timer, preview and status text. The status text goes from every workspace, because the user may have
+    changed to another one."""
+    while _at_end:
+        _at_end.pop()()
+    for workspace in bpy.data.workspaces:
+        workspace.status_text_set(None)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar tab "Curvopt" of the 3D view. It draws and decides nothing."""
+
+from __future__ import annotations
+
+import textwrap
+
+import bpy
+
+from ..core.energy import number_text
+from ..scene.amount import has_blend
+from ..scene.placement import active_key
+from ..scene.read_cage import CageError, check_object
+from ..scene.write_result import stored_energies, stored_verdict
+from .properties import WEIGHT_TERMS, state
+
+_CHARACTER = 6.5  # pixels, about, at interface scale 1
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Curvopt"
+
+
+class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
+    """Settings, Minimize, and what is going on"""
+
+    bl_label = "Curvopt"
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        """The menu of presets, at the right of the panel's title."""
+        self.layout.menu("CURVOPT_MT_presets", text="", icon="PRESET")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.layout, context.scene.curvopt
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.enabled = not state.running
+        column.prop(settings, "energy")
+        if settings.energy == "MIX":
+            weights = column.box().column(align=True)
+            for term in WEIGHT_TERMS:
+                weights.prop(settings, f"weight_{term}", slider=True)
+        choice = column.row()
+        choice.use_property_split = False
+        choice.prop(settings, "resolution", expand=True)
+        if settings.resolution == "REFINE":
+            column.prop(settings, "levels")
+        column.prop(settings, "boundary")
+        column.prop(settings, "symmetry")
+        if settings.symmetry == "PLANES":
+            planes = column.row(heading="Mirror", align=True)
+            for index, axis in enumerate("XYZ"):
+                planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
+        column.prop(settings, "pin")
+        active = context.view_layer.objects.active
+        if settings.pin == "GROUP" and active is not None and active.type == "MESH":
+            column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
+        column.prop(settings, "outcome")
+        self._draw_buttons()
+        self._draw_message(context)
+
+    def _draw_buttons(self) -> None:
+        row = self.layout.row(align=True)
+        row.scale_y = 1.4
+        if state.running:
+            row.operator("curvopt.finish", icon="CHECKMARK")
+            row.operator("curvopt.cancel", icon="X")
+        else:
+            row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
+
+    def _draw_message(self, context: bpy.types.Context) -> None:
+        failed, text = state.failed, current_message()
+        if not state.running and not failed:
+            try:
+                check_object(context.view_layer.objects.active, with_keys=context.scene.curvopt.outcome == "SHAPE_KEY")
+            except CageError as error:
+                failed, text = True, str(error)
+        icon = "ERROR" if failed else "NONE"
+        column = self.layout.column(align=True)
+        column.alert = failed
+        for line in _lines(context, text):
+            column.label(text=line, icon=icon)
+            icon = "BLANK1" if failed else "NONE"
+
+
+def current_message() -> str:
+    """The last run's message; empty if it tells of a result that has been undone or deleted since."""
+    undone = state.about and not stored_verdict(bpy.data.objects.get(state.about))
+    return "" if undone else state.message
+
+
+class CURVOPT_PT_report(_Tab, bpy.types.Panel):
+    """Energies of the active result before and after, the verdict, and the amount"""
+
+    bl_label = "Report"
+    bl_parent_id = "CURVOPT_PT_minimize"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(stored_verdict(context.view_layer.objects.active))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        active = context.view_layer.objects.active
+        key = active_key(active)
+        if key is not None:
+            self.layout.prop(key, "value", text="Amount", slider=True)
+        elif has_blend(active):
+            self.layout.prop(active, "curvopt_amount", slider=True)
+        table = self.layout.box().column(align=True)
+        for label, *values in (("Energy", "Before", "After"), *stored_energies(active)):
+            split = table.split(factor=0.4)
+            split.label(text=label)
+            pair = split.row()
+            for value in values:
+                pair.label(text=value if isinstance(value, str) else number_text(value))
+        verdict = self.layout.column(align=True)
+        for line in _lines(context, stored_verdict(active)):
+            verdict.label(text=line)
+
+
+class CURVOPT_PT_look(_Tab, bpy.types.Panel):
+    """Zebra stripes and colours of curvature"""
+
+    bl_label = "Look"
+    bl_parent_id = "CURVOPT_PT_minimize"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.row(align=True).prop(context.window_manager, "curvopt_look", expand=True)
+        layout.operator("curvopt.curvature", icon="COLOR")
+        active = context.view_layer.objects.active
+        if active is not None and "curvopt_ranges" in active:
+            layout.prop(active, "curvopt_quantity", text="Colour")
+
+
+class CURVOPT_PT_advanced(_Tab, bpy.types.Panel):
+    """What one seldom needs"""
+
+    bl_label = "Advanced"
+    bl_parent_id = "CURVOPT_PT_minimize"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.enabled = not state.running
+        for name in ("surface", "escape", "max_iterations", "threads"):
+            column.prop(context.scene.curvopt, name)
+
+
+def _lines(context: bpy.types.Context, text: str) -> list[str]:
+    """The text broken to the sidebar's width."""
+    width = context.region.width / context.preferences.system.ui_scale - 60
+    return textwrap.wrap(text, max(16, int(width / _CHARACTER)))
+
+
+_CLASSES = (CURVOPT_PT_minimize, CURVOPT_PT_report, CURVOPT_PT_look, CURVOPT_PT_advanced)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run as it is seen in the viewports: limit surface and cage where the result will stand, energy curve in a corner.
+
+Drawn by the GPU from the worker's snapshots: no object, mesh or material comes into being, so that there is nothing to
+undo, to save or to clean up. Not for Blenders in background.
+"""
+
+from __future__ import annotations
+
+import bpy
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+from mathutils import Matrix
+
+from ..core.energy import number_text
+from ..core.job import Job
+from ..core.snapshot import Snapshot
+from . import overlay
+
+_CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
+_CURVE = (1.0, 0.66, 0.25, 1.0)
+_CURVE_POINTS = 300
+_SIZE = (250.0, 96.0)  # of the curve, in units of the interface
+_PLACE = (70.0, 24.0)  # of its lower left corner
+
+_shader: gpu.types.GPUShader | None = None  # made when first drawn with
+
+
+class Preview:
+    """From its creation to `end`, both on the main thread; it only reads the job."""
+
+    def __init__(self, scene_name: str, placement: Matrix, job: Job, label: str) -> None:
+        self._scene_name, self._placement, self._job, self._label = scene_name, placement, job, label
+        self._drawn: Snapshot | None = None
+        self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch] | None = None
+        self._handlers = [
+            overlay.Handler(self._draw_surface, "POST_VIEW"), overlay.Handler(self._draw_curve, "POST_PIXEL")
+        ]  # fmt: skip
+
+    def end(self) -> None:
+        """Draw no more, and free what the GPU holds."""
+        for handler in self._handlers:
+            handler.remove()
+        self._batches = self._drawn = None
+
+    def _shown_here(self) -> bool:
+        return bpy.context.scene is not None and bpy.context.scene.name == self._scene_name
+
+    def _draw_surface(self) -> None:
+        snapshot = self._job.watcher.latest
+        if snapshot is None or not self._shown_here():
+            return
+        if snapshot is not self._drawn:
+            self._batches, self._drawn = _batches(snapshot), snapshot
+        view = bpy.context.region_data
+        camera = view.view_matrix.inverted().to_3x3()
+        to_local = self._placement.to_3x3().transposed()
+        surface, wire = self._batches
+        shader = _surface_shader()
+        shader.bind()
+        shader.uniform_float("matrix", view.perspective_matrix @ self._placement)
+        shader.uniform_float("towards", to_local @ camera.col[2])
+        shader.uniform_float("upwards", to_local @ camera.col[1])
+        gpu.state.depth_test_set("LESS_EQUAL")
+        gpu.state.depth_mask_set(True)
+        shader.uniform_float("paint", _CLAY)
+        surface.draw(shader)
+        gpu.state.depth_mask_set(False)
+        gpu.state.blend_set("ALPHA")
+        shader.uniform_float("paint", _WIRE)
+        wire.draw(shader)
+        gpu.state.blend_set("NONE")
+        gpu.state.depth_test_set("NONE")
+
+    def _draw_curve(self) -> None:
+        if not self._shown_here():
+            return
+        unit = overlay.scale()
+        x, y = (unit * length for length in _PLACE)
+        width, height = (unit * length for length in _SIZE)
+        overlay.rectangle(x, y, width, height + 22 * unit, overlay.PAPER)
+        progress = self._job.latest
+        if progress is None:
+            overlay.text(x + 8 * unit, y + height + 5 * unit, f"{self._label}: preparing")
+            return
+        words = f"{number_text(progress.energy)}   level {progress.level}/{progress.levels}, step {progress.iteration}"
+        overlay.text(x + 8 * unit, y + height + 5 * unit, f"{self._label}  {words}")
+        margin = 8 * unit
+        box = np.array([[x + margin, y + margin], [x + width - margin, y + height - margin]])
+        overlay.polyline(curve_points(self._job.history, progress.start_energy, box), _CURVE)
+        overlay.text(box[0, 0] + 0.6 * width, box[1, 1] - 9 * unit, f"from {number_text(progress.start_energy)}",
+                     overlay.DIM, 10)  # fmt: skip
+
+
+def curve_points(history: list[tuple[float, int, float]], start: float, box: np.ndarray) -> np.ndarray:
+    """The logarithm of the energy over the steps, as points (n, 2) in `box` (lower left, upper right)."""
+    count = len(history)
+    if count == 0:
+        return np.empty((0, 2))
+    chosen = np.unique(np.linspace(0, count - 1, min(count, _CURVE_POINTS)).astype(int))
+    energies = np.array([start, *(history[index][2] for index in chosen)])
+    heights = np.log(np.maximum(energies, 1e-300))
+    span = np.ptp(heights) or 1.0
+    unit = np.stack([np.linspace(0, 1, len(heights)), (heights - heights.min()) / span], -1)
+    return box[0] + unit * (box[1] - box[0])
+
+
+def _batches(snapshot: Snapshot) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch]:
+    shader = _surface_shader()
+    surface = {"pos": snapshot.points, "nor": snapshot.normals}
+    wire = {"pos": snapshot.cage, "nor": np.zeros_like(snapshot.cage)}
+    return (
+        batch_for_shader(shader, "TRIS", surface, indices=snapshot.triangles),
+        batch_for_shader(shader, "LINES", wire, indices=snapshot.edges),
+    )
+
+
+def _surface_shader() -> gpu.types.GPUShader:
+    """Clay lit from the camera and above; what has no normal is left flat."""
+    global _shader
+    if _shader is None:
+        interface = gpu.types.GPUStageInterfaceInfo("curvopt_surface")
+        interface.smooth("VEC3", "normal")
+        info = gpu.types.GPUShaderCreateInfo()
+        info.push_constant("MAT4", "matrix")
+        info.push_constant("VEC3", "towards")
+        info.push_constant("VEC3", "upwards")
+        info.push_constant("VEC4", "paint")
+        info.vertex_in(0, "VEC3", "pos")
+        info.vertex_in(1, "VEC3", "nor")
+        info.vertex_out(interface)
+        info.fragment_out(0, "VEC4", "colour")
+        info.vertex_source("void main() { normal = nor; gl_Position = matrix * vec4(pos, 1.0); }")
+        info.fragment_source(
+            "void main() {"
+            "  float size = length(normal);"
+            "  vec3 n = size > 0.0 ? normal / size : vec3(0.0);"
+            "  float facing = abs(dot(n, towards));"
+            "  float light = size > 0.0 ? 0.25 + 0.6 * facing + 0.15 * dot(n, upwards) : 1.0;"
+            "  colour = vec4(paint.rgb * light, paint.a);"
+            "}"
+        )
+        _shader = gpu.shader.create_from_info(info)
+    return _shader

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
+neither saving nor undo touches."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import bpy
+
+from ..binding import abi
+from ..binding.abi import DEFAULTS
+from ..binding.values import Held
+from ..core.energy import AREA, ENERGY_LABELS, text_of
+from ..core.job import Request
+
+# Choices as (identifier, label, tooltip). Identifiers are the library's names in capitals.
+ENERGIES = (
+    ("WILLMORE", "Willmore", "Bending: the integral of k1² + k2². For soap-film-like shapes. A sphere has the least"),
+    ("MVS", "MVS", "Change of each principal curvature along its own line of curvature. For round arms of even "
+     "thickness. Spheres, tori and cyclides have none"),
+    ("MVS_CROSS", "MVS_cross", "Change of both principal curvatures along all lines of curvature. For rounder bodies "
+     "and thinner arms than MVS"),
+    ("VARIATION", "Variation", "Change of curvature in every direction: the squared gradient of the second fundamental "
+     "form. For shapes between MVS and MVS_cross"),
+    ("MEHLUM_TARROU", "Mehlum-Tarrou", "Change of normal curvature along each direction, averaged over all directions. "
+     "For shapes between MVS and MVS_cross"),
+    ("MEAN_CURVATURE", "Mean Curvature", "The integral of squared mean curvature. For the soap film in a boundary that "
+     "is held"),
+    ("MIX", "Mix", "Several energies at once, each with a weight"),
+)  # fmt: skip
+
+BOUNDARIES = (
+    ("POSITION", "Position", "Boundary curves stay, and so do vertices on creases of 1"),
+    ("TANGENT", "Tangent", "Boundary curves stay, and the tangent planes along them: two rows of vertices are held"),
+    ("CURVATURE", "Curvature", "Boundary curves stay, and the tangent planes, the curvature and its change along them: "
+     "three rows of vertices are held"),
+    ("FREE", "Free", "Nothing is held: boundaries and creases move, too"),
+)  # fmt: skip
+
+SYMMETRIES = (
+    ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. With third-order energies it gives some up "
+     "where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 vertices"),
+    ("KEEP", "All", "Keeps all reflections and rotations of the cage. With n symmetries a run is almost n times as "
+     "fast"),
+    ("ROTATIONS", "Rotations", "Keeps the rotations of the cage, but no reflections. For third-order energies on "
+     "coarse cages, where twisted grid lines have less energy"),
+    ("PLANES", "Planes", "Keeps reflections across the axes that you choose, and no other symmetry. The cage must have "
+     "them"),
+    ("NONE", "None", "Keeps no symmetry: every vertex moves by itself"),
+)  # fmt: skip
+
+PINS = (
+    ("NOTHING", "Nothing", "No vertex is pinned; Boundary may still hold some"),
+    ("GROUP", "Vertex Group", "Pins the vertices of a vertex group by their weights: 1 is exact, less is a spring, 0 "
+     "is free"),
+    ("SELECTED", "Selection", "Pins the vertices that are selected in Edit Mode"),
+    ("UNSELECTED", "All but Selection", "Pins all vertices but those that are selected in Edit Mode. For changing one "
+     "part of a shape"),
+)  # fmt: skip
+
+RESOLUTIONS = (
+    ("SAME", "Same Vertices", "The result has the vertices and faces of your cage: one level"),
+    ("REFINE", "Refine", "The cage is subdivided before each level but the first. For a fairer surface, with more "
+     "vertices"),
+)  # fmt: skip
+
+SURFACES = (
+    ("AUTO", "Automatic", "The limit surface for Willmore and mean curvature, Polynomial for third-order energies"),
+    ("LIMIT", "Limit", "The Catmull-Clark limit surface, which Blender shows. Third-order energies do not exist on it "
+     "at extraordinary vertices (poles)"),
+    ("PLANE", "Plane", "Flat at extraordinary vertices (poles), as in Joshi and Séquin's report"),
+    ("POLYNOMIAL", "Polynomial", "One polynomial at each extraordinary vertex (pole). For third-order energies"),
+)  # fmt: skip
+
+OUTCOMES = (
+    ("NEW", "New Object", "The result is a new object beside the original, which stays as it is"),
+    ("REPLACE", "In Place", "The result replaces the mesh of the object. With Refine, UV maps and weights are lost"),
+    ("SHAPE_KEY", "Shape Key", "The result is a shape key of the object. Needs the resolution Same Vertices"),
+)
+
+_DEFAULT_WEIGHTS = {"mvs": 1.0, "willmore": 0.1}
+WEIGHT_TERMS = (*ENERGY_LABELS, AREA)
+
+
+def _weight(term: str) -> object:
+    """The property of a term's weight in a mix."""
+    label = ENERGY_LABELS.get(term, "Area")
+    about = "keeps the surface small" if term == AREA else "0 leaves it out"
+    return bpy.props.FloatProperty(
+        name=label, description=f"Weight of {label} in the mix: {about}", default=_DEFAULT_WEIGHTS.get(term, 0.0),
+        min=0.0, soft_max=1.0, max=1e6,
+    )  # fmt: skip
+
+
+class RunSettings:
+    """The controls of a run, for settings and operator alike."""
+
+    # fmt: off
+    energy: bpy.props.EnumProperty(
+        name="Energy", description="The energy to minimize", items=ENERGIES, default=DEFAULTS.energy.upper()
+    )
+    weight_willmore: _weight("willmore")
+    weight_mvs: _weight("mvs")
+    weight_mvs_cross: _weight("mvs_cross")
+    weight_variation: _weight("variation")
+    weight_mehlum_tarrou: _weight("mehlum_tarrou")
+    weight_mean_curvature: _weight("mean_curvature")
+    weight_area: _weight("area")
+    resolution: bpy.props.EnumProperty(
+        name="Resolution", description="Whether the result has more vertices than the cage", items=RESOLUTIONS,
+        default="REFINE",
+    )
+    levels: bpy.props.IntProperty(
+        name="Levels", description="Number of optimizations. The cage is subdivided before each but the first, so "
+        "each level has four times the faces of the one before", default=DEFAULTS.levels, min=1, max=12, soft_max=6,
+    )
+    boundary: bpy.props.EnumProperty(
+        name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
+        default=DEFAULTS.boundary.upper(),
+    )
+    symmetry: bpy.props.EnumProperty(
+        name="Symmetry", description="Which symmetries of the cage the result keeps", items=SYMMETRIES,
+        default=DEFAULTS.symmetry.upper(),
+    )
+    symmetry_planes: bpy.props.BoolVectorProperty(
+        name="Mirror", description="Axes of the object across which reflections are kept. The planes go through "
+        "the middle of the cage, wherever the object's origin is", size=3, subtype="XYZ",
+        default=(True, False, False),
+    )
+    pin: bpy.props.EnumProperty(
+        name="Pin", description="Vertices of the cage that stay where they are. The surface comes closer to them "
+        "with every level; it stays itself where all vertices of a face and of all faces that touch it are pinned",
+        items=PINS, default="NOTHING",
+    )
+    vertex_group: bpy.props.StringProperty(
+        name="Vertex Group", description="The vertex group whose weights pin vertices: 1 is exact, 0 is free, and "
+        "between them a spring pulls the vertex back, whatever the size, the levels and the number of vertices",
+    )
+    outcome: bpy.props.EnumProperty(
+        name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"
+    )
+    surface: bpy.props.EnumProperty(
+        name="Surface", description="The surface whose energy is minimized, at extraordinary vertices and n-gons",
+        items=SURFACES, default=DEFAULTS.surface.upper(),
+    )
+    max_iterations: bpy.props.IntProperty(
+        name="Iterations", description="Largest number of steps of a level", default=DEFAULTS.max_iterations, min=1,
+        max=100_000, soft_max=5000,
+    )
+    escape: bpy.props.BoolProperty(
+        name="Leave Saddles", description="Where the result is a saddle among shapes of less symmetry, go on to a "
+        "lower energy. Takes longer", default=DEFAULTS.escape,
+    )
+    threads: bpy.props.IntProperty(
+        name="Threads", description="Number of processor cores to use; 0 means all", default=DEFAULTS.threads,
+        min=0, max=256, soft_max=16,
+    )
+    # fmt: on
+
+
+SETTINGS = tuple(RunSettings.__annotations__)
+
+
+class CURVOPT_PG_settings(RunSettings, bpy.types.PropertyGroup):
+    """Settings of the next run."""
+
+
+def energy_text_of(values: Mapping[str, object]) -> str:
+    """The chosen energy as energy.py writes it. ValueError for an empty mix."""
+    if values["energy"] != "MIX":
+        return str(values["energy"]).lower()
+    return text_of({term: float(values[f"weight_{term}"]) for term in WEIGHT_TERMS})
+
+
+def symmetry_text_of(values: Mapping[str, object]) -> str:
+    """The chosen symmetry as job.py reads it. ValueError for planes without one."""
+    if values["symmetry"] != "PLANES":
+        return str(values["symmetry"]).lower()
+    planes = ",".join(axis for axis, chosen in zip("xyz", values["symmetry_planes"]) if chosen)
+    if not planes:
+        raise ValueError("No mirror plane is chosen: choose X, Y or Z, or another Symmetry.")
+    return planes
+
+
+def request_of(values: Mapping[str, object], held: Held) -> Request:
+    """The request of settings by name. ValueError as above."""
+    options = {
+        "surface": abi.SURFACES.index(values["surface"].lower()),
+        "max_iterations": values["max_iterations"],
+        "threads": values["threads"],
+        "escape": int(values["escape"]),
+    }
+    levels = 1 if values["resolution"] == "SAME" else values["levels"]
+    energy, symmetry = energy_text_of(values), symmetry_text_of(values)
+    return Request(energy, levels, options, values["boundary"].lower(), symmetry, held)
+
+
+@dataclass
+class State:
+    """What the sidebar reports. `running` is true from the start of a modal run to its end. `about` names the result
+    object if the message reports one."""
+
+    message: str = ""
+    about: str = ""
+    running: bool = False
+    failed: bool = False
+
+
+state = State()
+
+
+def register() -> None:
+    bpy.utils.register_class(CURVOPT_PG_settings)
+    bpy.types.Scene.curvopt = bpy.props.PointerProperty(type=CURVOPT_PG_settings)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.curvopt
+    bpy.utils.unregister_class(CURVOPT_PG_settings)

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gallery's list: which cages stand in which table, and every item with what it needs. No bpy until items draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from addon.binding.values import Cage
+from . import answers, solve, torus_nets, torus_profile
+from .store import Item, Store
+
+Draw = Callable[[Store, Item], object]
+
+TABLES = {
+    "table1": tuple(f"torus_{percent:03d}" for percent in range(10, 100, 10)),
+    "table2": (
+        *(f"lawson_g{genus}" for genus in range(2, 7)),
+        "tetrahedral_g3", "cubical_g5", "octahedral_g7",
+    ),
+    "shapes": ("sphere_cube", "mug_g1", "trefoil_g1", "pretzel_g2", "branch_open"),
+}  # fmt: skip
+REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
+ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
+GROUPS = (*TABLES, "figures", "answers", *ANSWERS)
+OCTAHEDRAL = "octahedral_g7"
+SADDLES = ("tetrahedral_g3", "cubical_g5")
+PLANE_CAGES = ("lawson_g2", "tetrahedral_g3", "cubical_g5", "sphere_cube")
+PLANE_LEVELS = 3  # at the fourth the optimization on `plane` alone takes many minutes a shape
+SHAPE_LEVELS = 3  # free forms have no symmetry: the fourth level takes minutes and changes nothing that shows
+CROSS_NETS = ((6, 4), (8, 6), (8, 8), (12, 12), (16, 8), (16, 16), (32, 32))
+SHAKES = ((0.003, 12), (0.01, 12), (0.03, 12), (0.03, 48), (0.1, 48))  # of the size, and rounds of smoothing
+THIRD_SHAKES = ((0.03, 12),)  # for third-order energies
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What the command line chooses: levels of an optimization, pixels of a cell's width, samples per pixel."""
+
+    levels: int = 4
+    width: int = 300
+    samples: int = 48
+
+
+def all_cages() -> tuple[str, ...]:
+    """Every cage that some table shows."""
+    return tuple(name for names in TABLES.values() for name in names)
+
+
+def solve_name(cage: str, energy: str, setting: str) -> str:
+    """The item that minimizes `energy` from a cage with a setting."""
+    return f"solve.{cage}.{energy}.{setting}"
+
+
+def shaken_name(cage: str, energy: str, share: float, rounds: int) -> str:
+    """The item that minimizes again from a minimizer which was shaken."""
+    return f"shaken.{cage}.{energy}.{round(1000 * share)}x{rounds}"
+
+
+def columns(table: str) -> list[tuple[str, str]]:
+    """(energy, setting) of a table's minimizers, left to right."""
+    settings = ("default", "report") if table in REPORT_TABLES else ("default",)
+    return [(energy, setting) for setting in settings for energy in solve.ENERGIES]
+
+
+def items(
+    cages: Mapping[str, Cage], make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]
+) -> list[Item]:
+    """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
+    functions of cages.py; `draw` has the functions that need Blender: "row", "sheet", "flat", "refined", "look"."""
+
+    def torus(ratio: float, around: int, tube: int) -> Cage:
+        return make("torus", ratio, around, tube, interpolate=True)
+
+    found: list[Item] = []
+    for table, names in TABLES.items():
+        for name in names:
+            found += _row(table, name, cages[name], measure, draw["row"])
+        found.append(_sheet(table, names, measure, draw["sheet"]))
+    found.append(_extrapolation(cages, measure))
+    found += _figures(make("sphere_cube", 2), measure, draw)
+    found += _answers_on_tori(torus, measure)
+    found += _answer_plane(cages, measure)
+    found += _answer_saddles(cages, measure, draw["look"])
+    return found
+
+
+def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) -> int:
+    """Levels of a table's minimizer. The octahedral cage is coarse for its shape: at four levels its Willmore energy
+    is 3e-4 above the least and not stationary yet, at five 8e-5."""
+    if table not in REPORT_TABLES:
+        return min(measure.levels, SHAPE_LEVELS)
+    return measure.levels + ((name, energy, setting) == (OCTAHEDRAL, "willmore", "default"))
+
+
+def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
+    """The cage's figures, its minimizers and their picture."""
+    tags, cages = frozenset({table, name}), {name: cage}
+    parts = [Item(f"input.{name}", solve.inputs_figures, {}, tags, cages=cages, cost=0.2)]
+    for energy, setting in columns(table):
+        levels = _levels(table, name, energy, setting, measure)
+        inputs = {"energy": energy, "setting": setting, "levels": levels}
+        cost = (1.5 if energy == "willmore" else 20.0) if setting == "report" else 4.0
+        parts.append(
+            Item(solve_name(name, energy, setting), solve.minimize, inputs, tags, cages=cages, cost=cost)
+        )
+    inputs = {"table": table, "cage": name, "width": measure.width, "samples": measure.samples}
+    needs, picture = tuple(part.name for part in parts), f"pictures/row.{name}.png"
+    return [*parts, Item(f"row.{name}", draw, inputs, tags, needs, (picture,), True, 25.0, cages)]
+
+
+def _sheet(table: str, names: tuple[str, ...], measure: Measure, draw: Draw) -> Item:
+    needs = tuple(f"row.{name}" for name in names)
+    inputs = {"table": table, "width": measure.width, "samples": measure.samples}
+    files = (f"pictures/{table}.png", f"pictures/{table}_small.png")
+    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, files, True, 5.0)
+
+
+def _extrapolation(cages: Mapping[str, Cage], measure: Measure) -> Item:
+    """What Willmore's minimizer of the octahedral cage ought to have, for want of an exact value."""
+    inputs = {"of": OCTAHEDRAL, "levels": measure.levels}
+    used = {name: cages[name] for name in (*SADDLES, OCTAHEDRAL)}
+    return Item(f"limit.{OCTAHEDRAL}", solve.extrapolate, inputs, frozenset({"table2"}), cages=used, cost=6.0)
+
+
+def _figures(sphere: Cage, measure: Measure, draw: Mapping[str, Draw]) -> list[Item]:
+    """The report's figures 1 to 3, on a sphere of few vertices."""
+    cages = {"sphere": sphere}
+    tags, inputs = frozenset({"figures"}), {"width": measure.width, "samples": measure.samples}
+    return [
+        Item("figure.flat", draw["flat"], inputs, tags, (), ("pictures/figure1.png",), True, 30.0, cages),
+        Item("figure.refined", draw["refined"], inputs, tags, (), ("pictures/figure2.png",), True, 30.0, cages),
+        Item("figure.blend", answers.blend_functions, {}, tags, (), ("pictures/figure3.svg",), cost=0.1),
+    ]
+
+
+def _answers_on_tori(torus: Callable[..., Cage], measure: Measure) -> list[Item]:
+    """(a) Willmore by ratio and net; (b) and (c) third order by net and level."""
+    parts: list[Item] = []
+
+    def add(answer: str, net: tuple[int, int], ratio: float, energy: str, setting: str, levels: int) -> None:
+        name = f"{answer}.{net[0]}x{net[1]}.{round(1000 * ratio):03d}.{setting}.{levels}"
+        inputs = {"energy": energy, "setting": setting, "levels": levels, "net": net, "ratio": ratio}
+        tags = frozenset({"answers", answer})
+        cages = {name: torus(ratio, *net)}
+        parts.append(Item(name, solve.minimize, inputs, tags, cages=cages, cost=1.5))
+
+    for net in ((8, 4), (8, 8)):
+        for ratio in (0.02, 0.05, *(k / 10 for k in range(1, 10)), 0.95, 0.98):
+            add("tori", net, ratio, "willmore", "report", measure.levels)
+    for answer, energy in (("cross", "mvs_cross"), ("mvs", "mvs")):
+        for net in CROSS_NETS:
+            add(answer, net, 0.5, energy, "default", 1)
+        for levels in range(2, measure.levels + 2):
+            add(answer, (8, 4), 0.5, energy, "default", levels)
+    profile = Item(
+        "tori.profile", torus_profile.scan, {"levels": measure.levels}, frozenset({"answers", "tori"}), cost=60.0
+    )
+    curves = [
+        Item(f"{answer}.curves", torus_nets.curves, {"energy": energy}, frozenset({"answers", answer}),
+             cages={f"{m}x{n}.{round(1000 * ratio)}": torus(ratio, m, n) for m, n in CROSS_NETS for ratio in RATIOS},
+             cost=3.0)
+        for answer, energy in (("cross", "mvs_cross"), ("mvs", "mvs"))
+    ]  # fmt: skip
+    return [*parts, profile, *curves, *_plots(parts)]
+
+
+RATIOS = tuple(round(0.05 * k, 2) for k in range(2, 18))
+
+
+def _plots(parts: list[Item]) -> list[Item]:
+    """The plots of the answers on tori."""
+    found = []
+    for answer, work, more in (
+        ("tori", torus_nets.plot_tori, ("tori.profile",)),
+        ("cross", torus_nets.plot_third, ("cross.curves",)),
+        ("mvs", torus_nets.plot_third, ("mvs.curves",)),
+    ):
+        needs = tuple(part.name for part in parts if answer in part.tags) + more
+        tags, picture = frozenset({"answers", answer}), f"pictures/{answer}.svg"
+        found.append(Item(f"answer.{answer}", work, {"answer": answer}, tags, needs, (picture,), cost=0.2))
+    return found
+
+
+def _answer_plane(cages: Mapping[str, Cage], measure: Measure) -> list[Item]:
+    """(d): the minimizers of `plane` beside those of `polynomial`, at the same level."""
+    tags, parts, pairs = frozenset({"answers", "plane"}), [], []
+    for name in PLANE_CAGES:
+        for energy in ("mvs", "mvs_cross"):
+            pair = []
+            for setting in ("default", "plane"):
+                inputs = {"energy": energy, "setting": setting, "levels": min(measure.levels, PLANE_LEVELS)}
+                part = f"plane.{name}.{energy}.{setting}"
+                parts.append(Item(part, solve.minimize, inputs, tags, cages={name: cages[name]}, cost=6.0))
+                pair.append(part)
+            pairs.append((name, energy, *pair))
+    inputs, needs = {"pairs": pairs}, tuple(part.name for part in parts)
+    plot = ("pictures/plane.svg",)
+    return [*parts, Item("answer.plane", answers.compare_plane, inputs, tags, needs, plot, cost=60.0)]
+
+
+def _answer_saddles(
+    cages: Mapping[str, Cage], measure: Measure, draw: Draw
+) -> list[Item]:
+    """(e): certificates without symmetry, and where shapes go that are shaken."""
+    tags, parts = frozenset({"answers", "saddles"}), []
+    for name in SADDLES:
+        for energy in solve.ENERGIES:
+            for levels in {max(1, measure.levels - 1), measure.levels}:
+                inputs = {"energy": energy, "levels": levels}
+                verified = f"verify.{name}.{energy}.{levels}"
+                parts.append(Item(verified, solve.verify, inputs, tags, cages={name: cages[name]}, cost=8.0))
+            of = solve_name(name, energy, "default")
+            for share, rounds in SHAKES if energy == "willmore" else THIRD_SHAKES:
+                inputs = {"energy": energy, "of": of, "share": share, "rounds": rounds, "iterations": 400}
+                shaken = shaken_name(name, energy, share, rounds)
+                parts.append(Item(shaken, solve.shaken, inputs, tags, (of,), cost=20.0))
+    needs = tuple(part.name for part in parts)
+    inputs = {"width": measure.width, "samples": measure.samples}
+    picture = Item("look.saddles", draw, inputs, tags, needs, ("pictures/saddles.png",), True, 30.0)
+    plot = Item("answer.saddles", answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
+    return [*parts, picture, plot]

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gallery's pictures: rows of shapes before one camera at one scale, with their figures under them, and sheets of
+rows. Shapes are dense meshes with exact normals, so that `plane` shows as it is, too. Captions do without signs
+that Blender's own font may lack."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from addon.binding.library import Mesh, load
+from addon.binding.values import Cage
+from addon.core.energy import number_text
+from addon.scene.write_result import make_mesh
+from addon.render import studio
+from . import contents, figures, solve
+from .dense import Dense, centre_and_size, dense
+from .png import halved, write_below, write_png
+from .store import Item, Store
+
+COLOURS = {
+    "input": (0.50, 0.50, 0.50), "willmore": (0.20, 0.38, 0.66),
+    "mvs": (0.22, 0.50, 0.30), "mvs_cross": (0.70, 0.32, 0.17),
+}  # fmt: skip
+TITLES = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
+SETTING_TITLES = {"default": "curvopt", "report": "as the report"}
+
+_WHITE = (1.0, 1.0, 1.0)
+_ACROSS, _ABOVE = 0.90, 0.04  # the largest shape's width, and the room above and below it, in cells
+_TALLEST = 0.95  # height of a shape, in cells, at most
+_LINE, _LETTER = 0.072, 0.056  # of captions, in cells
+_HEAD = 0.09  # a line of a sheet's head
+_SMALL_BYTES = 600_000  # of a sheet at half the size
+_RULE = 216  # grey of the line between rows
+_MAP = "curvature"
+_FIGURE_QUADS = {"limit": 60_000, "plane": 60_000, "polynomial": 3_500}  # few: a point takes 4 ms on faces like these
+_FROM_CORNER = np.array([-0.45, -0.62, 0.64]) / np.linalg.norm([-0.45, -0.62, 0.64])
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A shape of unit size round the origin, its colour, its lines of caption, and its colours by point (n, 3) if it is
+    a map."""
+
+    shape: Dense
+    colour: tuple[float, float, float]
+    lines: tuple[str, ...]
+    colours: np.ndarray | None = None
+
+
+def unit(shape: Dense) -> Dense:
+    """The shape moved and scaled so that its centroid is the origin and its mean square distance from there is 1."""
+    centre, size = centre_and_size(shape)
+    return replace(shape, points=(shape.points - centre) / size)
+
+
+def draw_cells(
+    cells: Sequence[Cell], path: Path, measure: Mapping[str, object], direction: np.ndarray, look: str = "clay"
+) -> None:
+    """A row of cells to a PNG, all at the scale that lets the largest fill its cell; `measure` has the `width` of a
+    cell in pixels and `samples`. RenderError."""
+    rotation = studio.view_rotation(direction)
+    axes = np.array(rotation)
+    boxes = [((cell.shape.points @ axes).min(0), (cell.shape.points @ axes).max(0)) for cell in cells]
+    extent = np.max([high - low for low, high in boxes], axis=0)
+    scale = min(_ACROSS / extent[0], _TALLEST / extent[1])
+    room = scale * extent[1] + 2 * _ABOVE
+    text = _LINE * (max(len(cell.lines) for cell in cells) + 0.3)
+    height = room + text
+    picture = studio.Picture(
+        measure["width"] * len(cells), round(measure["width"] * height), measure["samples"], "cycles", look
+    )
+    with studio.temporary_scene() as scene:
+        studio.set_up_render(scene, picture, _WHITE)
+        for index, (cell, (low, high)) in enumerate(zip(cells, boxes)):
+            across = index - (len(cells) - 1) / 2
+            surface = studio.add_surface(scene, _mesh(cell), picture, cell.colour, _MAP if _mapped(cell) else "")
+            place = axes @ (across, text / 2, 0.0) - scale * (axes @ ((low + high) / 2))
+            surface.matrix_world = Matrix.Translation(place) @ Matrix.Scale(scale, 4)
+            for line, words in enumerate(cell.lines):
+                down = -height / 2 + text - _LINE * (line + 0.6)
+                studio.add_caption(scene, words, Vector(axes @ (across, down, 1.0)), rotation, _LETTER, picture)
+        studio.add_light(scene, rotation)
+        studio.add_camera(scene, rotation, float(len(cells)), height, max(2.0, scale * float(extent[2])))
+        draft = path.with_name(f".{path.stem}.{os.getpid()}.png")
+        studio.render(scene, draft)
+    os.replace(draft, path)
+
+
+def _mapped(cell: Cell) -> bool:
+    return cell.colours is not None
+
+
+def _mesh(cell: Cell) -> bpy.types.Mesh:
+    shape = cell.shape
+    sizes = np.full(len(shape.quads), 4, np.int32)
+    mesh = make_mesh("Curvopt gallery", Cage(shape.points, sizes, shape.quads.ravel().astype(np.int32)))
+    if bpy.app.version < (4, 1, 0):
+        mesh.use_auto_smooth = True  # else its own normals are not looked at
+    mesh.normals_split_custom_set_from_vertices(np.ascontiguousarray(shape.normals, np.float32))
+    if _mapped(cell):
+        layer = mesh.color_attributes.new(_MAP, "FLOAT_COLOR", "POINT")
+        with_alpha = np.concatenate([cell.colours, np.ones((len(cell.colours), 1))], 1)
+        layer.data.foreach_set("color", with_alpha.astype(np.float32).ravel())
+    return mesh
+
+
+def minimizer(store: Store, solved: str, surface: str) -> Dense:
+    """The shape that an item ended at: as Blender shows it, but for `plane`, which Blender cannot. `polynomial` differs
+    from the limit surface by less than a pixel here, and takes a millisecond and more a point."""
+    return unit(dense(store.cage(solved), surface if surface == "plane" else "limit"))
+
+
+# ---------------------------------------------------------------------------------------------------------- tables --
+
+
+def draw_row(store: Store, item: Item) -> dict[str, object]:
+    """A cage and its minimizers, as its table has them."""
+    name, table = item.inputs["cage"], item.inputs["table"]
+    (cage,) = item.cages.values()
+    figures = store.result(f"input.{name}")
+    first = unit(dense(cage, "limit"))
+    cells = [Cell(first, COLOURS["input"], input_lines(name, figures))]
+    for energy, setting in contents.columns(table):
+        solved = contents.solve_name(name, energy, setting)
+        record = store.result(solved)
+        shape = minimizer(store, solved, record["surface"])
+        cells.append(Cell(shape, COLOURS[energy], result_lines(record)))
+    direction = studio.view_direction(first.points)
+    draw_cells(cells, store.path(item.files[0]), item.inputs, direction)
+    return {"cells": len(cells), "view": direction.tolist()}
+
+
+def input_lines(name: str, figures: Mapping[str, float]) -> tuple[str, ...]:
+    """Under a cage as it comes."""
+    title = {"torus": "Torus cage, ratio {}", "lawson": "Lawson, genus {}"}.get(name.split("_")[0])
+    number = name.split("_")[1]
+    label = title.format(f"{int(number) / 100:g}" if name.startswith("torus") else number[1:]) if title else name
+    return (
+        label.replace("_g", ", genus ").replace("_", " "),
+        f"W {number_text(figures['willmore'])}   int H² {figures['h2']:.4f}",
+        f"MVS {number_text(figures['mvs'])}   cross {number_text(figures['mvs_cross'])}",
+    )
+
+
+def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
+    """Under a minimizer: its energy, int H^2, and what is certain of it."""
+    label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
+    mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
+    if not figures.seen(record["value"], record["resolved"]["value"]):
+        mark = "the rule does not see it"
+    return f"{label} {number_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
+
+
+def draw_sheet(store: Store, item: Item) -> dict[str, object]:
+    """A table's rows under its head; and the same at half the size."""
+    table, width = item.inputs["table"], item.inputs["width"]
+    columns = contents.columns(table)
+    settings = list(dict.fromkeys(setting for _, setting in columns))
+    heads = ["Input"] + [f"{TITLES[energy]}" for energy, _ in columns]
+    if len(settings) > 1:
+        heads = ["Input"] + [f"{TITLES[energy]}, {SETTING_TITLES[setting]}" for energy, setting in columns]
+    head = store.path(f"pictures/.head.{table}.{os.getpid()}.png")
+    try:
+        _draw_head(heads, head, width)
+        pictures = [head, *(store.path(f"pictures/row.{name}.png") for name in contents.TABLES[table])]
+        stacked = stack([read_pixels(path) for path in pictures])
+    finally:
+        head.unlink(missing_ok=True)
+    store.write(item.files[0], write_png(stacked))
+    store.write(item.files[1], write_below(halved(stacked), _SMALL_BYTES))
+    return {"size": [stacked.shape[1], stacked.shape[0]]}
+
+
+def _draw_head(heads: Sequence[str], path: Path, width: int) -> None:
+    height = _HEAD * 1.4
+    picture = studio.Picture(width * len(heads), round(width * height), 32)
+    rotation = Matrix.Identity(3)
+    with studio.temporary_scene() as scene:
+        studio.set_up_render(scene, picture, _WHITE)
+        for index, words in enumerate(heads):
+            place = Vector((index - (len(heads) - 1) / 2, 0.0, 0.0))
+            studio.add_caption(scene, words, place, rotation, _HEAD * 0.72, picture)
+        studio.add_camera(scene, rotation, float(len(heads)), height, 1.0)
+        studio.render(scene, path)
+
+
+def read_pixels(path: Path) -> np.ndarray:
+    """A picture's pixels (height, width, 3) uint8, top row first."""
+    image = bpy.data.images.load(str(path), check_existing=False)
+    try:
+        width, height = image.size
+        pixels = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(pixels)
+    finally:
+        bpy.data.images.remove(image)
+    return np.round(255 * pixels.reshape(height, width, 4)[::-1, :, :3]).clip(0, 255).astype(np.uint8)
+
+
+def stack(pictures: Sequence[np.ndarray]) -> np.ndarray:
+    """Pictures of one width, one under the other with a grey line between."""
+    parts: list[np.ndarray] = []
+    for picture in pictures:
+        if parts:
+            parts.append(np.full((1, picture.shape[1], 3), _RULE, np.uint8))
+        parts.append(picture)
+    return np.concatenate(parts)
+
+
+# --------------------------------------------------------------------------------------------------------- figures --
+
+
+def draw_flat(store: Store, item: Item) -> list[dict[str, object]]:
+    """The report's figure 1: the surfaces of one cage at extraordinary vertices, as clay, stripes and curvature."""
+    (cage,) = item.cages.values()
+    found, cells = [], []
+    for surface in ("limit", "plane", "polynomial"):
+        shape = dense(cage, surface, _FIGURE_QUADS[surface])
+        record = _spot(cage, surface, shape)
+        found.append(record)
+        mvs = "does not exist" if record["mvs"] is None else number_text(record["mvs"])
+        lines = (surface, f"W {record['willmore']:.4f}   MVS {mvs}", f"flat: {100 * record['flat']:.2f} % of the area")
+        cells.append(Cell(unit(shape), studio.CLAY, lines))
+    _draw_figure(store, item, cells)
+    return found
+
+
+def draw_refined(store: Store, item: Item) -> list[dict[str, object]]:
+    """The report's figure 2: `plane` of a cage that is subdivided, each vertex put where the limit surface is."""
+    (cage,) = item.cages.values()
+    found, cells = [], []
+    for _ in range(4):
+        shape = dense(cage, "plane", _FIGURE_QUADS["plane"])
+        record = {"vertices": len(cage.positions), **_spot(cage, "plane", shape)}
+        found.append(record)
+        lines = (
+            f"{record['vertices']} vertices", f"W {record['willmore']:.4f}   MVS {number_text(record['mvs'])}",
+            f"flat: {100 * record['flat']:.2f} % of the area",
+        )  # fmt: skip
+        cells.append(Cell(unit(shape), studio.CLAY, lines))
+        cage = _refined(cage)
+    _draw_figure(store, item, cells)
+    return found
+
+
+def _spot(cage: Cage, surface: str, shape: Dense) -> dict[str, object]:
+    """Energies of a surface, and the part of its area that is flat: mean curvature below half of the usual, looked for
+    on the faces at extraordinary vertices."""
+    energies = solve.evaluate(cage, "willmore", surface)
+    valence = np.bincount(cage.face_vertices)
+    near = np.unique(np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)[valence[cage.face_vertices] != 4])
+    fine = shape if surface == "polynomial" else dense(cage, surface, _FIGURE_QUADS[surface], near)
+    flat = np.abs(fine.mean) < 0.5 * np.median(np.abs(shape.mean))
+    return {
+        "surface": surface, "flat": float(fine.areas[flat].sum() / energies.area),
+        **{name: solve.plain(energies.terms[name]) for name in solve.ENERGIES},
+    }  # fmt: skip
+
+
+def _refined(cage: Cage) -> Cage:
+    with Mesh.of_cage(load(), cage) as mesh:
+        finer, positions = mesh.refine(cage.positions)
+        with finer:
+            return Cage(positions, *finer.faces())
+
+
+def _draw_figure(store: Store, item: Item, cells: Sequence[Cell]) -> None:
+    """Cells as clay, stripes and a map of curvature, one row each, captions under the last."""
+    mapped = [replace(cell, colours=curvature_colours(cell.shape.mean)) for cell in cells]
+    bare = [replace(cell, lines=()) for cell in cells]
+    rows = []
+    for index, (row, look) in enumerate(((bare, "clay"), (bare, "zebra"), (mapped, "clay"))):
+        path = store.path(f"pictures/.{item.name}.{index}.{os.getpid()}.png")
+        try:
+            draw_cells(row, path, item.inputs, _FROM_CORNER, look)
+            rows.append(read_pixels(path))
+        finally:
+            path.unlink(missing_ok=True)
+    store.write(item.files[0], write_png(stack(rows)))
+
+
+def curvature_colours(mean: np.ndarray) -> np.ndarray:
+    """Colours (n, 3) of mean curvatures (n,): grey where it is the usual (the median), to blue where it is none, to red
+    where it is twice that."""
+    usual = np.median(np.abs(mean))
+    t = np.clip(np.abs(mean) / usual - 1, -1, 1)[:, None]
+    grey, blue, red = (np.array(c) for c in ((0.62, 0.62, 0.60), (0.02, 0.12, 0.60), (0.65, 0.05, 0.03)))
+    return np.where(t < 0, grey + (blue - grey) * -t, grey + (red - grey) * t)
+
+
+def draw_saddles(store: Store, item: Item) -> dict[str, object]:
+    """The symmetric Willmore minimizers and where they fall to when shaken."""
+    rows = []
+    for name in contents.SADDLES:
+        symmetric = contents.solve_name(name, "willmore", "default")
+        cells = [_saddle_cell(store, symmetric, name.replace("_g", ", genus "))]
+        for share, rounds in contents.SHAKES:
+            shaken = contents.shaken_name(name, "willmore", share, rounds)
+            cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}, smoothed {rounds}"))
+        path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
+        try:
+            draw_cells(cells, path, item.inputs, studio.view_direction(cells[0].shape.points))
+            rows.append(read_pixels(path))
+        finally:
+            path.unlink(missing_ok=True)
+    store.write(item.files[0], write_png(stack(rows)))
+    return {"rows": len(rows)}
+
+
+def _saddle_cell(store: Store, name: str, title: str) -> Cell:
+    record = store.result(name)
+    shape = minimizer(store, name, record["surface"])
+    return Cell(shape, COLOURS["willmore"], (title, f"int H² {record['h2']:.4f}"))
+
+
+DRAW = {"row": draw_row, "sheet": draw_sheet, "flat": draw_flat, "refined": draw_refined, "look": draw_saddles}
