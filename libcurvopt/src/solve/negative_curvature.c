@@ -41,7 +41,7 @@ int co_negative_curvature_step(const co_objective *f, const co_tuning *tuning, d
     size_t n = f->n;
     double least = tuning->saddle_gain * fabs(now->value);
     double scale = longest / f->step_length(f->context, d);
-    for (int k = 0; k < 2 * tuning->saddle_halvings; k++, scale *= k % 2 ? -0.5 : -1) {
+    for (int k = 0; k < 2 * tuning->saddle_halvings; k++, scale *= k % 2 ? -1 : -0.5) {
         co_iterate at = {.x = trial};
         memcpy(trial, now->x, n * sizeof *trial);
         co_vector_add(n, scale, d, trial);
