@@ -13,7 +13,7 @@ static int32_t vertex_of(const curvopt_mesh *m, const co_place *place) {
 
 static int32_t first_patch_of(const co_patches *p, int32_t fan) {
     int32_t i = 0;
-    while (p->valence[i] != fan)
+    while (p->kind[i] != fan)
         i++;
     return i;
 }
