@@ -1,6 +1,6 @@
 /* Polygon meshes as half-edges, one half-edge per face corner, numbered face by face. A corner table (Rossignac,
- * Safonova, Szymczak, "3D compression made simple: Edgebreaker on a corner-table", SMI 2001) for faces of any size: next
- * and previous corners come from face_start.
+ * Safonova, Szymczak, "3D compression made simple: Edgebreaker on a corner-table", SMI 2001) for faces of any size, so
+ * that next and previous corners come from face_start.
  *
  *     3-----2-----5      faces 0 1 2 3 and 1 4 5 2: half-edges 0 1 2 3 (0->1, 1->2, 2->3, 3->0) and
  *     |  0  |  1  |                                            4 5 6 7 (1->4, 4->5, 5->2, 2->1)
