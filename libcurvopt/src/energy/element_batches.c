@@ -30,7 +30,7 @@ void co_element_batches_free(co_element_batches *l) {
 
 static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int step, int32_t p) {
     int number = rule[p] + step;
-    return co_patches_kind(patches, patches->valence[p]) * CO_N_RULES + (number > 0 ? number : 0);
+    return co_patches_kind(patches, patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
 /* Patches sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */

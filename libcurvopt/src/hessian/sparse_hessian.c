@@ -56,7 +56,7 @@ static clique clique_of(const co_patches *patches, int32_t k) {
         int32_t n = disc->is_used ? co_blend_disc_fit_of(&patches->wide, disc)->n_points : 0;
         return (clique){patches->wide.column + disc->column, (size_t)n};
     }
-    size_t n = co_fan_is_wide(patches->valence[k]) ? 0 : patches->start[k + 1] - patches->start[k];
+    size_t n = co_fan_is_wide(patches->kind[k]) ? 0 : patches->start[k + 1] - patches->start[k];
     return (clique){patches->points + patches->start[k], n};
 }
 
@@ -342,7 +342,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
                          int32_t first, int32_t end) {
     const co_block *b = &h->layout.block[block];
     int32_t patch = h->layout.patch[block * h->layout.lanes + lane];
-    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->valence) ? CO_BLEND_DISC_TERMS : 0);
+    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->kind) ? CO_BLEND_DISC_TERMS : 0);
     double weight = a->weight ? a->weight[patch] : 1;
     for (int32_t p = 0; p < n_own; p++)
         for (int32_t q = 0; q <= p; q++)
@@ -372,7 +372,7 @@ static void sweep_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int
 static void scatter_wide(const co_assembly *a, co_sparse_hessian *h, int32_t block, const double *matrix,
                          int32_t thread) {
     const co_block *b = &h->layout.block[block];
-    if (!co_fan_is_wide(b->table->valence))
+    if (!co_fan_is_wide(b->table->kind))
         return;
     for (int32_t lane = 0; lane < b->n_used; lane++) {
         co_blend_disc_face_matrix share = {.patch = h->layout.patch[block * h->layout.lanes + lane],
