@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "linalg/small_dense.h"
 #include "linalg/vector.h"
-#include "optimize/objective.h"
 
 #include <math.h>
 #include <stdlib.h>
