@@ -2,11 +2,12 @@
 """Whether the sources keep to the flow and to the map in CONTRIBUTING.md: python3 tests/checks/flow.py [ROOT].
 
 The block ```flow of CONTRIBUTING.md has chains of folders, such as "libcurvopt/src: base -> linalg -> mesh"; a comma
-separates folders of one step, and "." is the folder in front of the colon. A file may use its own folder and those that
+separates folders of one step, "." is the folder in front of the colon, and a line that begins with "->" goes on with the one
+above. A file may use its own folder and those that
 stand before it in a chain. The block ```map names the modules of every folder. A module is NAME.c and NAME.h, or NAME.py.
 
 Failures: an include or import against the flow, a cycle of modules, a source file that the map does not name, a name without a
-file. Imports count wherever they stand in a file; modules that Python loads by a computed name are not seen. Prints
+file, there or in `quotes` elsewhere in CONTRIBUTING.md. Imports count wherever they stand in a file; modules that Python loads by a computed name are not seen. Prints
 "file: includes X, which comes later" and the like, and "N passed, N failed" (files without and sentences).
 """
 
@@ -29,8 +30,8 @@ def block(text: str, name: str) -> list[str]:
 def read_flow(text: str) -> dict[str, set[str]]:
     """Folder -> folders that it may use; its own is among them."""
     allowed: dict[str, set[str]] = {}
-    for line in block(text, "flow"):
-        prefix, _, chain = line.rpartition(":")
+    for line in "\n".join(block(text, "flow")).replace("\n->", " ->").splitlines():
+        prefix, _, chain = line.strip().rpartition(":")
         before: set[str] = set()
         for step in chain.split("->"):
             names = [name.strip() for name in step.split(",")]
@@ -140,6 +141,8 @@ def check(root: Path) -> tuple[int, list[str]]:
                 wrong.append(f"{file}: {does} {name}, which {'comes later' if later else 'is not before it in the flow'}")
     for ring in cycles(edges):
         wrong.append(f"{edges[ring[-2]][ring[-1]]}: closes a cycle: {' -> '.join(ring)}")
+    quoted = re.findall(r"`((?:[a-z_]+|\.ci)/[a-z_/.0-9-]*[a-z_/])`", text)
+    wrong += [f"CONTRIBUTING.md: names {name}, which is not there" for name in dict.fromkeys(quoted) if not (root / name).exists()]
     wrong += [f"CONTRIBUTING.md: the map names {name}, which is not there" for name in sorted(named - seen)]
     wrong += [f"CONTRIBUTING.md: the flow names {name}, which holds no source" for name in sorted(allowed.keys() - used_folders)]
     return len(paths), wrong

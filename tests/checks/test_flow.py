@@ -11,7 +11,8 @@ import flow
 
 GUIDE = """# Made up
 ```flow
-lib: base -> mesh, tables -> api
+lib: base -> mesh, tables
+-> api
 py: binding -> core -> ui, render -> .
 py/binding -> gallery
 ```
@@ -38,6 +39,7 @@ py/render/    pictures
 gallery/      pages
     page      one
 ```
+See `lib/base/`, `mesh.h`, `gallery/page.py` and `build/<preset>/`.
 """
 GOOD = {
     "lib/base/status.h": "", "lib/base/status.c": '#include "base/status.h"\n#include <stdio.h>\n',
@@ -66,6 +68,9 @@ CASES = {
                                    "py/new/more.py: the flow in CONTRIBUTING.md does not name its folder"]),
     "a name without a file": ({"lib/mesh/fan.h": None, "lib/mesh/mesh.c": ""},
                               ["CONTRIBUTING.md: the map names lib/mesh/fan, which is not there"]),
+    "a file that only the text names": ({"gallery/page.py": None, "gallery/__init__.py": ""},
+                                        ["CONTRIBUTING.md: names gallery/page.py, which is not there",
+                                         "CONTRIBUTING.md: the map names gallery/page, which is not there"]),
     "a folder without files": ({"lib/tables/gauss.h": None, "lib/api/api.c": ""},
                                ["CONTRIBUTING.md: the map names lib/tables/gauss, which is not there",
                                 "CONTRIBUTING.md: the flow names lib/tables, which holds no source"]),
