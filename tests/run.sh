@@ -209,10 +209,13 @@ times() {
 
 # report_times PART...: the slowest ten tests, and how many take longer than SLOW.
 report_times() {
+    local measured
+    measured=$(times "$@")
+    [[ -n $measured ]] || return 0
     say "the slowest tests:"
-    times "$@" | head -n 10 | awk '{ printf "  %7.1f s  %s: %s\n", $1, $2, substr($0, index($0, $3)) }'
-    times "$@" | awk -v slow="$SLOW" '$1 > slow { n++; sum += $1; names = names " " substr($0, index($0, $3)) }
-        END { printf "  %d tests take over %d s, %.0f s in all:%s\n", n, slow, sum, names }'
+    head -n 10 <<<"$measured" | awk '{ printf "  %7.1f s  %s: %s\n", $1, $2, substr($0, index($0, $3)) }'
+    awk -v slow="$SLOW" '$1 > slow { n++; sum += $1; names = names " " substr($0, index($0, $3)) }
+        END { printf "  %d tests take over %d s, %.0f s in all:%s\n", n, slow, sum, names }' <<<"$measured"
 }
 
 main() {
