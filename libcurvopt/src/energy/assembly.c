@@ -36,15 +36,19 @@ static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_
 }
 
 int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
-    co_element_batches_free(&a->layout);
-    co_element_batches_free(&a->finer);
+    co_element_batches_free(&a->batches);
+    co_element_batches_free(&a->finer_batches);
     a->rules_version++;
-    int32_t status = co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 0, 1,
-                                               needs_area_gradient(a), &a->layout, error);
+    co_element_batches_spec spec = {.patches = &a->patches,
+                                    .cache = a->cache,
+                                    .lanes = a->kernel->lanes,
+                                    .rule = a->rule,
+                                    .gradients = 1 + needs_area_gradient(a)};
+    int32_t status = co_element_batches_create(&spec, &a->batches, error);
     if (status == CURVOPT_OK)
-        status = ensure_work(a, &a->layout, error);
+        status = ensure_work(a, &a->batches, error);
     if (status != CURVOPT_OK)
-        co_element_batches_free(&a->layout);
+        co_element_batches_free(&a->batches);
     return status;
 }
 
@@ -102,7 +106,7 @@ static int widest_blend(const curvopt_options *options) {
 
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface};
+    *a = (co_assembly){.surface = options->surface, .tuning = &co_quadrature_tuning_default};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
@@ -112,15 +116,15 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
-        status = co_boundary_turning_create(mesh, &a->patches, &a->rim, error);
+        status = co_boundary_turning_create(mesh, &a->patches, &a->turning, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);
     a->cache = tables ? tables : &a->own_cache;
     if (status == CURVOPT_OK) {
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
-        a->point_shares = CO_NEW(double, 6 * (size_t)a->patches.n_points);
-        a->deal = CO_NEW_ALIGNED(co_work_sharing, a->n_threads);
-        if (!a->points || !a->point_gradient || !a->point_shares || !a->deal)
+        a->point_sums = CO_NEW(double, 6 * (size_t)a->patches.n_points);
+        a->sharing = CO_NEW_ALIGNED(co_work_sharing, a->n_threads);
+        if (!a->points || !a->point_gradient || !a->point_sums || !a->sharing)
             status = co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
@@ -136,25 +140,19 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
 
 void co_assembly_free(co_assembly *a) {
     co_patches_free(&a->patches);
-    co_boundary_turning_free(&a->rim);
+    co_boundary_turning_free(&a->turning);
     co_basis_table_cache_free(&a->own_cache);
-    co_element_batches_free(&a->layout);
-    co_element_batches_free(&a->finer);
+    co_element_batches_free(&a->batches);
+    co_element_batches_free(&a->finer_batches);
     free(a->rule);
     free(a->weight);
     free(a->active);
     free(a->points);
     free(a->point_gradient);
-    free(a->point_shares);
+    free(a->point_sums);
     free(a->work);
-    free(a->deal);
-    free(a->coarse);
-    free(a->fine);
-    free(a->finest);
-    free(a->looked);
-    free(a->patch_error);
-    free(a->price);
-    free(a->sorted);
+    free(a->sharing);
+    co_quadrature_estimates_free(&a->estimates);
     *a = (co_assembly){0};
 }
 
@@ -270,22 +268,22 @@ static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch
 /* A point's shares of all batches, in their order; `first` of co_element_batches.touched. */
 static void collect_shares(co_assembly *a, const co_element_batches *l, size_t first) {
     size_t n = needs_area_gradient(a) ? 6 : 3;
-    double *sum = a->point_shares + 6 * (size_t)l->touched[first].point;
+    double *sum = a->point_sums + 6 * (size_t)l->touched[first].point;
     memcpy(sum, l->shares + n * first, n * sizeof *sum);
     for (size_t k = l->touched[first].next; k; k = l->touched[k].next)
         for (size_t c = 0; c < n; c++)
             sum[c] += l->shares[n * k + c];
 }
 
-/* All blocks of a layout; `integrand` is what gradients are of. */
+/* Evaluates all blocks; gradients are those of `integrand`. */
 static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
                        int gradient) {
-    co_work_sharing_start(a->deal, a->n_threads);
+    co_work_sharing_start(a->sharing, a->n_threads);
 #pragma omp parallel num_threads(a->n_threads)
     {
         double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
         int32_t k, helped = 0;
-        while ((k = co_work_sharing_next(a->deal, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
+        while ((k = co_work_sharing_next(a->sharing, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
             if (gradient)
                 run_batch(a, l, k, integrand, third, work);
             else
@@ -343,7 +341,7 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t i = 0; i < n; i++) {
         size_t p = (size_t)(a->active ? a->active[i] : i);
-        const double *share = a->point_shares + 6 * p;
+        const double *share = a->point_sums + 6 * p;
         double *to = p < n_cage ? gradient : a->point_gradient;
         for (size_t c = 0; c < 3; c++)
             to[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
@@ -358,13 +356,13 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     double factor = 1, area_factor = 0;
     double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
-        run_blocks(a, &a->layout, &f->second, 0, 0);
-        total(a, &a->layout, out);
+        run_blocks(a, &a->batches, &f->second, 0, 0);
+        total(a, &a->batches, out);
         integrand = f->second;
         co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
     }
-    run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
-    total(a, &a->layout, out);
+    run_blocks(a, &a->batches, &integrand, third, request->gradient != NULL);
+    total(a, &a->batches, out);
     out->radius = radius;
     a->worst_face = out->worst_face;
     if (!request->gradient)
@@ -383,23 +381,23 @@ void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co
     int third = f->has_third || (all_terms && a->third_allowed);
     a->radius = co_assembly_place(a, x, 1);
     if (gradients->second && f->has_second) {
-        run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);
+        run_blocks(a, &a->batches, &f->second, third && !f->has_third, 1);
         collect_gradient(a, 1, 0, gradients->second);
     }
     if (gradients->third && f->has_third) {
-        run_blocks(a, &a->layout, &f->third, 1, 1);
+        run_blocks(a, &a->batches, &f->third, 1, 1);
         collect_gradient(a, 1, 0, gradients->third);
         collect_gradient(a, 0, 1, gradients->area);
     }
     if (!gradients->second && !gradients->third)
-        run_blocks(a, &a->layout, &f->second, third, 0);
-    total(a, &a->layout, out);
+        run_blocks(a, &a->batches, &f->second, third, 0);
+    total(a, &a->batches, out);
     out->radius = a->radius;
     a->worst_face = out->worst_face;
 }
 
-int32_t co_assembly_evaluate_layout(co_assembly *a, const co_element_batches *l, int third, co_values *out,
-                                    curvopt_error *error) {
+int32_t co_assembly_evaluate_batches(co_assembly *a, const co_element_batches *l, int third, co_values *out,
+                                     curvopt_error *error) {
     int32_t status = ensure_work(a, l, error);
     if (status != CURVOPT_OK)
         return status;
@@ -409,9 +407,9 @@ int32_t co_assembly_evaluate_layout(co_assembly *a, const co_element_batches *l,
 }
 
 double co_assembly_turning(const co_assembly *a) {
-    return co_boundary_turning_total(&a->rim, &a->patches, a->weight, a->points);
+    return co_boundary_turning_total(&a->turning, &a->patches, a->weight, a->points);
 }
 
 double co_assembly_defect(const co_assembly *a, const co_values *values) {
-    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->rim.target);
+    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->turning.target);
 }

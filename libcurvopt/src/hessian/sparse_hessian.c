@@ -21,7 +21,7 @@ void co_sparse_hessian_free(co_sparse_hessian *h) {
     free(h->whole);
     free(h->before);
     co_blend_disc_hessian_free(&h->wide);
-    co_element_batches_free(&h->layout);
+    co_element_batches_free(&h->batches);
     *h = (co_sparse_hessian){0};
 }
 
@@ -201,16 +201,16 @@ static int steps_coarser(const co_second_kind *kind) {
     return kind->rules == CO_SECOND_COARSER;
 }
 
-/* What a layout depends on. */
+/* Batches with the same key have the same rules. */
 static int32_t key_of(const co_assembly *a, int coarser) {
     return coarser == CO_N_RULES ? CO_N_RULES : a->rules_version * (CO_N_RULES + 1) + coarser;
 }
 
-/* Layout of rules so many steps coarser than the assembly's, and room. */
-static int32_t renew_layout(co_assembly *a, co_sparse_hessian *h, int coarser, curvopt_error *error) {
+/* Makes the batches by rules so many steps coarser than the assembly's, and room for them. */
+static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
     uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
-    co_element_batches_free(&h->layout);
+    co_element_batches_free(&h->batches);
     free(h->chunk);
     free(h->work);
     h->chunk = h->work = NULL;
@@ -219,14 +219,14 @@ static int32_t renew_layout(co_assembly *a, co_sparse_hessian *h, int coarser, c
         return co_status_no_memory(error);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         rule[p] = (uint8_t)(a->rule[p] > coarser ? a->rule[p] - coarser : 0);
-    int32_t status =
-        co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, rule, 0, 0, 0, &h->layout, error);
+    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
+    int32_t status = co_element_batches_create(&spec, &h->batches, error);
     free(rule);
     if (status != CURVOPT_OK)
         return status;
-    size_t size = 3 * (size_t)h->layout.max_points;
+    size_t size = 3 * (size_t)h->batches.max_points;
     h->matrix_stride = size * (size + 1) / 2 * lanes;
-    h->work_stride = co_element_hessian_work(h->layout.max_points) * lanes;
+    h->work_stride = co_element_hessian_work(h->batches.max_points) * lanes;
     h->chunk = CO_NEW_ALIGNED(double, CHUNK_BLOCKS * h->matrix_stride);
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
@@ -319,8 +319,8 @@ static void face_block(const double *matrix, size_t lanes, size_t lane, int32_t 
 /* What the points p >= q of one face's matrix contribute to columns of the nodes first <= node < end. */
 static void scatter_pair(const co_patches *patches, co_sparse_hessian *h, const co_block *b, const double *matrix,
                          size_t lane, int32_t p, int32_t q, double weight, int32_t first, int32_t end) {
-    size_t lanes = (size_t)h->layout.lanes;
-    const int32_t *points = h->layout.points + b->points, *node = h->reduction->node;
+    size_t lanes = (size_t)h->batches.lanes;
+    const int32_t *points = h->batches.points + b->points, *node = h->reduction->node;
     point_row x = row_of_point(patches, &points[(size_t)p * lanes + lane]);
     point_row y = row_of_point(patches, &points[(size_t)q * lanes + lane]);
     double block[3][3];
@@ -340,8 +340,8 @@ static void scatter_pair(const co_patches *patches, co_sparse_hessian *h, const 
 
 static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t block, int32_t lane, const double *matrix,
                          int32_t first, int32_t end) {
-    const co_block *b = &h->layout.block[block];
-    int32_t patch = h->layout.patch[block * h->layout.lanes + lane];
+    const co_block *b = &h->batches.block[block];
+    int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
     int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->valence) ? CO_BLEND_DISC_TERMS : 0);
     double weight = a->weight ? a->weight[patch] : 1;
     for (int32_t p = 0; p < n_own; p++)
@@ -353,9 +353,9 @@ static void sweep_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int
                         int exact, const double *before) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(a->n_threads)
     for (int32_t k = 0; k < n; k++) {
-        const co_block *b = &h->layout.block[first + k];
+        const co_block *b = &h->batches.block[first + k];
         co_element_hessian sweep = {.table = b->table,
-                                    .points = h->layout.points + b->points,
+                                    .points = h->batches.points + b->points,
                                     .xyz = a->points,
                                     .before = before,
                                     .eps4 = co_functional_eps4(),
@@ -371,15 +371,15 @@ static void sweep_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int
 /* The same of one thread's discs: what faces of wide blends say of the polynomials' points. */
 static void scatter_wide(const co_assembly *a, co_sparse_hessian *h, int32_t block, const double *matrix,
                          int32_t thread) {
-    const co_block *b = &h->layout.block[block];
+    const co_block *b = &h->batches.block[block];
     if (!co_fan_is_wide(b->table->valence))
         return;
     for (int32_t lane = 0; lane < b->n_used; lane++) {
-        co_blend_disc_face_matrix share = {.patch = h->layout.patch[block * h->layout.lanes + lane],
+        co_blend_disc_face_matrix share = {.patch = h->batches.patch[block * h->batches.lanes + lane],
                                            .n_own = b->table->n_points - CO_BLEND_DISC_TERMS,
-                                           .points = h->layout.points + b->points + lane,
+                                           .points = h->batches.points + b->points + lane,
                                            .face = matrix + lane,
-                                           .stride = (size_t)h->layout.lanes};
+                                           .stride = (size_t)h->batches.lanes};
         share.weight = a->weight ? a->weight[share.patch] : 1;
         if (co_blend_disc_hessian_disc_of(&a->patches, share.patch) % a->n_threads == thread)
             co_blend_disc_hessian_add(&h->wide, &share);
@@ -425,7 +425,7 @@ static void scatter_chunk(const co_assembly *a, co_sparse_hessian *h, int32_t fi
         int32_t begin = (int32_t)((int64_t)n_nodes * t / a->n_threads);
         int32_t end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads);
         for (int32_t k = 0; k < n; k++)
-            for (int32_t lane = 0; lane < h->layout.block[first + k].n_used; lane++)
+            for (int32_t lane = 0; lane < h->batches.block[first + k].n_used; lane++)
                 scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, begin, end);
         for (int32_t k = 0; k < n; k++)
             scatter_wide(a, h, first + k, h->chunk + (size_t)k * h->matrix_stride, t);
@@ -447,7 +447,7 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
                                    curvopt_error *error) {
     const int exact = kind->exact, coarser = steps_coarser(kind);
     const co_whole *whole = kind->whole;
-    int32_t status = h->rules_key == key_of(a, coarser) ? CURVOPT_OK : renew_layout(a, h, coarser, error);
+    int32_t status = h->rules_key == key_of(a, coarser) ? CURVOPT_OK : update_batches(a, h, coarser, error);
     if (status == CURVOPT_OK && kind->before)
         status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)
@@ -462,8 +462,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
     co_integrand integrand = f->second;
     co_integrand_add(&integrand, area, &f->third);
     integrand.area += f->has_third ? third : 0;
-    for (int32_t first = 0; first < h->layout.n_blocks; first += CHUNK_BLOCKS) {
-        int32_t n = h->layout.n_blocks - first;
+    for (int32_t first = 0; first < h->batches.n_blocks; first += CHUNK_BLOCKS) {
+        int32_t n = h->batches.n_blocks - first;
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
         sweep_chunk(a, h, first, n, &integrand, exact, kind->before ? h->before : NULL);
         scatter_chunk(a, h, first, n);

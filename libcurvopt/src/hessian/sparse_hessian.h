@@ -13,15 +13,15 @@
 typedef struct co_sparse_hessian {
     const co_dof_map *reduction; /* the caller's */
     size_t n_entries;
-    size_t *neighbour_start;   /* [n_nodes + 1] */
-    int32_t *neighbour;        /* larger nodes that share a patch or a wide blend, ascending */
-    int32_t *neighbour_row;    /* where their rows begin below the own block */
-    int32_t *column_start;     /* [n_variables + 1] */
-    int32_t *row;              /* [n_entries] */
-    double *value;             /* [n_entries] */
-    co_element_batches layout; /* of the rules that were used last, */
-    int32_t rules_key;         /* which say what they were */
-    double *chunk;             /* blocks of a few dozen layout blocks, on their way into the matrix */
+    size_t *neighbour_start;    /* [n_nodes + 1] */
+    int32_t *neighbour;         /* larger nodes that share a patch or a wide blend, ascending */
+    int32_t *neighbour_row;     /* where their rows begin below the own block */
+    int32_t *column_start;      /* [n_variables + 1] */
+    int32_t *row;               /* [n_entries] */
+    double *value;              /* [n_entries] */
+    co_element_batches batches; /* of the rules that were used last, */
+    int32_t rules_key;          /* which say what they were */
+    double *chunk;              /* blocks of a few dozen element blocks, on their way into the matrix */
     size_t matrix_stride, work_stride;
     double *work;
     co_blend_disc_hessian wide; /* of wide blends' points, on its way too, */

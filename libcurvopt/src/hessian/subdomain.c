@@ -49,7 +49,7 @@ void co_subdomain_sum(co_assembly *a, const double *x, int all_terms, double *gr
                           .third = f->has_third ? co_functional_integrate(&f->third, values.integral) : 0,
                           .gauss = values.integral[CO_INT_K],
                           .turning = co_assembly_turning(a),
-                          .samples = (double)a->layout.n_samples,
+                          .samples = (double)a->batches.n_samples,
                           .min_jacobian = values.min_jacobian};
     values.integral[CO_INT_AREA] = 1; /* the factor of third-order terms */
     co_functional_terms(values.integral, f->has_third || (all_terms && a->third_allowed), out->term);
@@ -81,8 +81,8 @@ int32_t co_subdomain_errors(co_assembly *a, const double *x, const co_whole *who
     int32_t status = co_adaptive_quadrature_evaluate_finer(a, third, &values, error);
     if (status != CURVOPT_OK)
         return status;
-    add_shares(a, &a->layout, &used, 1, errors);
-    add_shares(a, &a->finer, &used, -1, errors);
+    add_shares(a, &a->batches, &used, 1, errors);
+    add_shares(a, &a->finer_batches, &used, -1, errors);
     return CURVOPT_OK;
 }
 
