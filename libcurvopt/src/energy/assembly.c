@@ -11,19 +11,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rule of every face at first; and of the report's settings, which never refine. */
+/* Rule of every face at first, and of the fixed settings of Joshi and Sequin's report, which never refine. */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
 
 static int needs_area_gradient(const co_assembly *a) {
     return a->functional.has_third;
 }
 
-static size_t work_of_sweep(const co_element_batches *l) {
+static size_t work_of_kernel(const co_element_batches *l) {
     return 9 * (size_t)l->max_points * (size_t)l->lanes;
 }
 
 static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_error *error) {
-    size_t stride = work_of_sweep(l) + l->batch_size;
+    size_t stride = work_of_kernel(l) + l->batch_size;
     if (stride <= a->work_stride)
         return CURVOPT_OK;
     free(a->work);
@@ -52,7 +52,7 @@ int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
     return status;
 }
 
-/* Rules at first, and weights by faces. */
+/* Sets the rules of the beginning, and the patches' weights. */
 static int32_t start_rules(co_assembly *a, int first_rule, const double *face_weight, curvopt_error *error) {
     a->rule = CO_NEW(uint8_t, a->patches.n_patches);
     a->weight = face_weight ? CO_NEW(double, a->patches.n_patches) : NULL;
@@ -64,7 +64,7 @@ static int32_t start_rules(co_assembly *a, int first_rule, const double *face_we
     return CURVOPT_OK;
 }
 
-/* Points that the patches are made of; and of derived points, the cage's vertices behind them. */
+/* Finds the active points: those that patches are made of, and the cage's vertices that derived points depend on. */
 static int32_t find_active(co_assembly *a, curvopt_error *error) {
     const co_patches *patches = &a->patches;
     int32_t n_points = patches->n_points;
@@ -187,8 +187,9 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     return radius;
 }
 
-/* Gradient with respect to positions from that with respect to normalized ones: what would change centroid and radius
- * drops out, the rest scales. */
+/* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling
+ * drop out, the rest scales:  g <- (g - mean g - x (g.x) / n) / radius . co_dof_map_normalized_gradient() has the same
+ * formula in the variables of a minimization. */
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
     const double part = 1 / (double)n, unit = 1 / radius;
@@ -214,7 +215,7 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
             gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
 }
 
-/* What a block found, times the weights of its patches. gradients: the block's, or NULL */
+/* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
 static void weigh_block(const co_assembly *a, const co_element_batches *l, int32_t b, double *gradients, int area) {
     const co_block *block = &l->block[b];
     size_t lanes = (size_t)l->lanes, n = gradients ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
@@ -228,31 +229,31 @@ static void weigh_block(const co_assembly *a, const co_element_batches *l, int32
     }
 }
 
-/* gradients: where the block's go, or NULL; work: this thread's. */
+/* Evaluates a block. gradients: where its gradients go, or NULL; work: this thread's. */
 static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, const co_integrand *integrand, int third,
                       double *gradients, double *work) {
     const co_block *block = &l->block[b];
     int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
-    co_element_block sweep = {.table = block->table,
-                              .points = l->points + block->points,
-                              .xyz = a->points,
-                              .eps4 = co_functional_eps4(),
-                              .integrand = *integrand,
-                              .third = third,
-                              .gradient = gradient,
-                              .area_gradient = area,
-                              .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
-                              .gradients = gradients,
-                              .work = work};
-    a->kernel->run(&sweep);
+    co_element_block element = {.table = block->table,
+                                .points = l->points + block->points,
+                                .xyz = a->points,
+                                .eps4 = co_functional_eps4(),
+                                .integrand = *integrand,
+                                .third = third,
+                                .gradient = gradient,
+                                .area_gradient = area,
+                                .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                                .gradients = gradients,
+                                .work = work};
+    a->kernel->run(&element);
     if (a->weight)
         weigh_block(a, l, b, gradients, area);
 }
 
-/* Blocks of a batch, and their gradients added up by points: the integrand's, and the area's behind it. */
+/* Evaluates the blocks of a batch, and adds their gradients up by points: the integrand's, and the area's behind it. */
 static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch, const co_integrand *integrand,
                       int third, double *work) {
-    double *gradients = work + work_of_sweep(l);
+    double *gradients = work + work_of_kernel(l);
     size_t lanes = (size_t)l->lanes, n = needs_area_gradient(a) ? 6 : 3;
     for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
         run_block(a, l, b, integrand, third, gradients + l->block[b].gradient, work);
@@ -261,18 +262,19 @@ static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch
         for (size_t e = l->touched[k].incident; e < l->touched[k + 1].incident; e++)
             for (size_t c = 0; c < n; c++)
                 sum[c] += gradients[l->incident[e] + c * lanes];
-        memcpy(l->shares + n * k, sum, n * sizeof *sum);
+        memcpy(l->batch_sums + n * k, sum, n * sizeof *sum);
     }
 }
 
-/* A point's shares of all batches, in their order; `first` of co_element_batches.touched. */
-static void collect_shares(co_assembly *a, const co_element_batches *l, size_t first) {
+/* Adds up the contributions of all batches to a point, in their order. `first`: its first entry in
+ * co_element_batches.touched. */
+static void add_batches(co_assembly *a, const co_element_batches *l, size_t first) {
     size_t n = needs_area_gradient(a) ? 6 : 3;
     double *sum = a->point_sums + 6 * (size_t)l->touched[first].point;
-    memcpy(sum, l->shares + n * first, n * sizeof *sum);
+    memcpy(sum, l->batch_sums + n * first, n * sizeof *sum);
     for (size_t k = l->touched[first].next; k; k = l->touched[k].next)
         for (size_t c = 0; c < n; c++)
-            sum[c] += l->shares[n * k + c];
+            sum[c] += l->batch_sums[n * k + c];
 }
 
 /* Evaluates all blocks; gradients are those of `integrand`. */
@@ -293,7 +295,7 @@ static void run_blocks(co_assembly *a, const co_element_batches *l, const co_int
 #pragma omp for schedule(static)
             for (size_t first = 0; first < l->batch_touched[l->n_batches]; first++)
                 if (l->touched[first].is_first)
-                    collect_shares(a, l, first);
+                    add_batches(a, l, first);
         }
     }
 }
@@ -333,7 +335,7 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
-/* Of each point factor * the integrand's share + area_factor * the area's; takes derived points' to the cage. */
+/* The gradient factor * the integrand's + area_factor * the area's, that of derived points taken back to the cage. */
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
     int area = needs_area_gradient(a);
     int32_t n = a->active ? a->n_active : a->patches.n_points;
@@ -341,10 +343,10 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t i = 0; i < n; i++) {
         size_t p = (size_t)(a->active ? a->active[i] : i);
-        const double *share = a->point_sums + 6 * p;
+        const double *sum = a->point_sums + 6 * p;
         double *to = p < n_cage ? gradient : a->point_gradient;
         for (size_t c = 0; c < 3; c++)
-            to[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
+            to[3 * p + c] = factor * sum[c] + (area ? area_factor * sum[3 + c] : 0);
     }
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
@@ -355,7 +357,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     co_integrand integrand = f->has_third ? f->third : f->second;
     double factor = 1, area_factor = 0;
     double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
-    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
+    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the integrand depends on A */
         run_blocks(a, &a->batches, &f->second, 0, 0);
         total(a, &a->batches, out);
         integrand = f->second;

@@ -25,7 +25,7 @@ void co_element_batches_free(co_element_batches *l) {
     free(l->batch_block);
     free(l->batch_touched);
     free(l->touched);
-    free(l->shares);
+    free(l->batch_sums);
     free(l->incident);
     *l = (co_element_batches){0};
 }
@@ -256,7 +256,7 @@ static size_t count_touched(const co_element_batches *l, size_t *mark) {
  *     4. move back   each point's place is the one that the point before was moved on to: 9, 11 */
 static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t first, size_t *slot) {
     int32_t begin = l->batch_block[batch], end = l->batch_block[batch + 1], lanes = l->lanes;
-    const size_t start = l->touched[first].incident; /* of the shares; left there by the batch before */
+    const size_t start = l->touched[first].incident; /* place of the batch's first; left there by the batch before */
     size_t n = first, at = start;
     for (int32_t b = begin; b < end; b++)
         for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++) {
@@ -286,18 +286,18 @@ static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t 
 }
 
 static int32_t build_batches(int32_t n_points, int area, co_element_batches *l, curvopt_error *error) {
-    size_t n_shares = 0, n = 0, n_touched;
+    size_t n_incident = 0, n = 0, n_touched;
     size_t *slot = CO_NEW(size_t, n_points);
     int32_t status = slot ? split_batches(area, l, error) : co_status_no_memory(error);
     if (status != CURVOPT_OK)
         goto done;
     for (int32_t b = 0; b < l->n_blocks; b++)
-        n_shares += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
+        n_incident += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
     n_touched = count_touched(l, slot);
     l->touched = CO_NEW(co_touched, n_touched + 1);
-    l->shares = CO_NEW(double, n_touched * 3 * (size_t)(1 + area));
-    l->incident = CO_NEW(uint32_t, n_shares);
-    if (!l->touched || !l->shares || !l->incident) {
+    l->batch_sums = CO_NEW(double, n_touched * 3 * (size_t)(1 + area));
+    l->incident = CO_NEW(uint32_t, n_incident);
+    if (!l->touched || !l->batch_sums || !l->incident) {
         status = co_status_no_memory(error);
         goto done;
     }

@@ -46,7 +46,7 @@ typedef struct co_element_batches {
     int32_t *batch_block;  /* [n_batches + 1] first block of each batch */
     size_t *batch_touched; /* [n_batches + 1] first entry in `touched` of each batch */
     co_touched *touched;   /* points that batches contribute to, batch by batch */
-    double *shares;        /* [number touched][1 + area][3] contribution of a batch to a point */
+    double *batch_sums;    /* [number touched][1 + area][3] contribution of a batch to a point */
     uint32_t *incident;    /* place among the batch's gradients of each summand of a touched point, in the order of
                               blocks, which makes sums the same for any number of threads */
 } co_element_batches;

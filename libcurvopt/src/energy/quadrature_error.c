@@ -1,5 +1,5 @@
-/* Terms of single patches by several quadrature rules, and how far each is off. SPDX-License-Identifier:
- * GPL-3.0-or-later */
+/* Terms of single patches by several quadrature rules, and how far each is off.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/quadrature_error.h"
 
 #include "base/memory.h"

@@ -1,6 +1,5 @@
-/* Terms of single patches by several quadrature rules, and how far each is off. SPDX-License-Identifier:
- * GPL-3.0-or-later
- */
+/* Terms of single patches by several quadrature rules, and how far each is off.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_QUADRATURE_ERROR_H
 #define CO_ENERGY_QUADRATURE_ERROR_H
 
