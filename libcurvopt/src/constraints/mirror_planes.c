@@ -15,7 +15,7 @@ typedef struct diagnosis {
     const double *xyz;
     const co_constraints *constraints;
     int axis;
-    double position;  /* of the plane along the axis */
+    double position;  /* coordinate of the plane along the axis */
     double tolerance; /* a length */
     int32_t *partner; /* [n_vertices] */
 } diagnosis;

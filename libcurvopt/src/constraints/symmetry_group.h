@@ -9,7 +9,7 @@
 /* A group; element 0 is the identity. Motions are about the centroid of the vertices. */
 typedef struct co_symmetry {
     int32_t order;     /* number of elements */
-    int32_t n_corners; /* of the mesh */
+    int32_t n_corners; /* corners of the mesh */
     int32_t *corner;   /* [order][n_corners] image of each corner of the mesh */
     uint8_t *mirrored; /* [order] whether faces come to run the other way round */
     double *matrix;    /* [order][9] orthogonal, by rows; an exact representation of the group but for rounding */

@@ -321,7 +321,7 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
         return co_status_no_memory(error);
     int32_t status = co_element_batches_create(&spec, &coarser, error);
     if (status == CURVOPT_OK && cost_of(&coarser) <= a->tuning->quadrature_saving * cost_of(&a->batches)) {
-        co_patch_terms *terms = a->estimates.finer; /* what it had was compared when rules were resolved */
+        co_patch_terms *terms = a->estimates.finer; /* free for the coarser rule: its own values were compared before */
         status = co_assembly_evaluate_batches(a, &coarser, third, &values, error);
         if (status == CURVOPT_OK) {
             store_terms(a, &coarser, values.integral[CO_INT_AREA], third, terms);

@@ -16,12 +16,12 @@
 
 /* Which terms a call of co_adaptive_quadrature_resolve() is about. */
 typedef enum co_terms {
-    CO_TERMS_OBJECTIVE, /* those with a weight */
+    CO_TERMS_OBJECTIVE, /* terms with a weight */
     CO_TERMS_REPORT,    /* all are evaluated, the objective decides */
     CO_TERMS_ALL        /* all must meet the tolerance */
 } co_terms;
 
-/* What co_adaptive_quadrature_resolve() is asked for. */
+/* The request to co_adaptive_quadrature_resolve(). */
 typedef struct co_quadrature_goal {
     double tolerance;  /* wanted relative error */
     co_terms terms;    /* terms that are evaluated, and that count */

@@ -45,7 +45,7 @@ typedef struct co_assembly {
     double *points;                   /* [3 n_points] normalized positions, evaluated last */
     double *point_gradient; /* [3 n_points] gradient with respect to derived points; the cage's part is unused */
     double *point_sums;     /* [n_points][2][3] gradients of the integrand and of the area */
-    double radius;          /* of the positions evaluated last, before they were normalized */
+    double radius;          /* root mean square radius of the positions evaluated last, before they were normalized */
     int32_t worst_face;     /* face with the least |S_u x S_v| at the positions evaluated last */
     co_quadrature_estimates estimates; /* errors of the rules */
     double *work;                      /* [n_threads][work_stride] work space of the kernels */
@@ -53,18 +53,17 @@ typedef struct co_assembly {
     co_work_sharing *sharing;          /* [n_threads] */
 } co_assembly;
 
-/* What an evaluation is asked for. */
+/* The request to co_assembly_evaluate(). */
 typedef struct co_request {
-    int is_normalized; /* positions have centroid 0 and radius 1 already, and are taken as they are; so is the gradient
-                        */
+    int is_normalized; /* positions have centroid 0 and radius 1, and are taken as they are; so is the gradient */
     int all_terms;     /* third-order integrals are wanted even if the objective has none */
     double *gradient;  /* [3 n_cage] out, or NULL */
 } co_request;
 
 typedef struct co_values {
     double objective;
-    double integral[CO_N_INTEGRALS]; /* of the normalized surface */
-    double radius;                   /* of the positions; areas are in units of its square */
+    double integral[CO_N_INTEGRALS]; /* integrals over the normalized surface */
+    double radius;                   /* root mean square radius of the positions; areas are in units of its square */
     double min_jacobian;             /* least |S_u x S_v|, by the mean on the same face */
     int32_t worst_face;              /* cage face that has it */
 } co_values;

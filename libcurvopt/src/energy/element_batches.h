@@ -51,11 +51,11 @@ typedef struct co_element_batches {
                               blocks, which makes sums the same for any number of threads */
 } co_element_batches;
 
-/* What batches are made of. */
+/* Input of co_element_batches_create(). */
 typedef struct co_element_batches_spec {
     const co_patches *patches;
     co_basis_table_cache *cache; /* tables are taken from here, and made here */
-    int32_t lanes;               /* of the kernel */
+    int32_t lanes;               /* lanes of the kernel */
     const uint8_t *rule;         /* [n_patches] */
     int step;                    /* added to every patch's rule; the result is at least 0, the coarsest */
     int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
@@ -70,7 +70,7 @@ static inline double co_block_cost(const co_block *block) {
     return (double)block->table->n_samples * block->table->n_points;
 }
 
-/* What was summed over one patch: one of CO_N_INTEGRALS, or of element_kernel.h's sums. */
+/* A sum over one patch: one of CO_N_INTEGRALS, or of element_kernel.h's sums. */
 static inline double co_element_batches_sum(const co_element_batches *l, int32_t block, int32_t lane, int which) {
     return l->sums[((size_t)block * CO_N_SUMS + (size_t)which) * (size_t)l->lanes + (size_t)lane];
 }

@@ -338,7 +338,7 @@ CO_SIMD_INLINE void add_columns(const double *rows, int mixed, int32_t n_points,
 CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
     const co_basis_table *t = s->table;
     const int size = 3 * t->n_points, last = third ? 9 : 5;
-    /* of |S_u|, |S_v|; 3e-6 to 3e-8 were tried: libcurvopt/notes/41-difference-step-of-the-hessian.md */
+    /* Step relative to |S_u|, |S_v|; 3e-6 to 3e-8 were tried: libcurvopt/notes/41-difference-step-of-the-hessian.md */
     const double relative_step = third ? 3e-7 : 3e-6;
     lane(*before)[3] = (lane(*)[3])(void *)(V + 9 * size);
     if (third && s->before)
@@ -400,7 +400,7 @@ static void run_second(const co_element_hessian *s) {
     else
         add_gauss_newton(s, P, V, 0, 0, 0);
     for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
-        s->matrix[i] *= 2; /* of squares */
+        s->matrix[i] *= 2; /* a square r^2 has 2 grad r grad r^T */
 }
 
 #define STRING_(x) #x

@@ -27,7 +27,7 @@ static inline double co_functional_eps4(void) {
     return CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC;
 }
 
-/* What the element kernels integrate. */
+/* Integrals that the element kernels sum up. */
 typedef enum co_integral {
     CO_INT_AREA, /* dA */
     CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */

@@ -227,7 +227,7 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
 CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
                                    int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
     lane seed = weight * m->J, h_bar[3], C_bar[4];
-    for (int k = 0; k < 3; k++) /* of h2; of K = h11 h22 - h12^2 */
+    for (int k = 0; k < 3; k++) /* adjoints of h2 and of K = h11 h22 - h12^2 */
         h_bar[k] = ((k == 1 ? 4 : 2) * w->h2 * m->h[k] + w->gauss * (k == 1 ? -2 * m->h[1] : m->h[2 - k])) * seed;
     if (third)
         adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);

@@ -14,7 +14,7 @@ typedef struct co_patch_terms {
     double area;
 } co_patch_terms;
 
-/* What differences are measured against: the objective of these weights, or every term. */
+/* Reference of relative differences: the objective of these weights, or every term. */
 typedef struct co_quadrature_error_measure {
     const double *weights; /* [CURVOPT_N_TERMS] */
     int every_term;        /* the worst term counts, not the objective alone */
@@ -40,7 +40,7 @@ void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_erro
 /* |net| and the part `reference_error` (quadrature_tuning.h) of the last changes. */
 double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error);
 
-/* What is known of every patch's quadrature error. All NULL until first needed. */
+/* Estimates of every patch's quadrature error. All NULL until first needed. */
 typedef struct co_quadrature_estimates {
     co_patch_terms *used;             /* [n_patches] terms by the patch's own rule */
     co_patch_terms *finer;            /* [n_patches] terms by the rule one step finer */

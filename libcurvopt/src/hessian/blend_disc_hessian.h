@@ -47,7 +47,7 @@ typedef struct co_blend_disc_face_matrix {
     const int32_t *points; /* [n_own + TERMS] with stride `stride` */
     const double *face;    /* lower triangle by rows, with stride `stride` */
     size_t stride;
-    double weight; /* of the face */
+    double weight; /* factor of the face */
 } co_blend_disc_face_matrix;
 /* Adds the rows of the polynomial's points. Entries of the face's own points among themselves are left to the caller.
  */

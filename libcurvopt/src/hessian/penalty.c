@@ -64,7 +64,7 @@ static void find_target(const co_soft_constraints *s, const co_dof_map *r, int32
     }
 }
 
-/* What the spring of vertex v, of node k, adds: with r = B rest - target, k |Q (B y + r)|^2 / 2. */
+/* Adds the energy of the spring of vertex v, in node k: with r = B rest - target, stiffness |Q (B y + r)|^2 / 2. */
 static void add_vertex(const co_soft_constraints *s, const co_dof_map *r, int32_t v, const double target[3],
                        double stiffness, co_penalty *p, int32_t k) {
     const double *basis = r->basis + 9 * (size_t)v, *rest = p->rest + 3 * (size_t)k;

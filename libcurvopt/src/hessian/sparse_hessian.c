@@ -176,7 +176,7 @@ typedef struct face_matrix {
     const int32_t *points; /* [n_points] with stride `lanes` */
     const double *matrix;  /* lower triangle by rows, with stride `lanes` */
     size_t lanes, lane;
-    double weight;                /* of the face */
+    double weight;                /* factor of the face */
     int32_t begin_node, end_node; /* nodes whose columns are filled */
 } face_matrix;
 

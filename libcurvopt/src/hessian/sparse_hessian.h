@@ -14,7 +14,7 @@ typedef struct co_sparse_hessian {
     co_sparsity pattern;         /* where it has entries: made once */
     double *value;               /* [pattern.n_entries] */
     co_element_batches batches;  /* by the rules that were used last */
-    int32_t rules_key;           /* what those rules were */
+    int32_t rules_key;           /* identifies those rules */
     double *chunk;               /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
     size_t matrix_stride;        /* doubles of one block's matrices */
     double *work;                /* [n_threads][work_stride] work space of the kernels */
