@@ -79,8 +79,10 @@ static double evaluate(co_assembly *a, int rule, int term, double *share) {
     if (!rules)
         stop("no memory");
     memset(rules, rule, (size_t)a->patches.n_patches);
-    must(co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, rules, 0, 0, 0, &l, &error), &error);
-    must(co_assembly_evaluate_layout(a, &l, third, &values, &error), &error);
+    co_element_batches_spec spec = {
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rules};
+    must(co_element_batches_create(&spec, &l, &error), &error);
+    must(co_assembly_evaluate_batches(a, &l, third, &values, &error), &error);
     for (int32_t b = 0; b < l.n_blocks; b++)
         for (int32_t lane = 0; lane < l.block[b].n_used; lane++) {
             double integral[CO_N_INTEGRALS], terms[8];

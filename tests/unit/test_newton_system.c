@@ -70,8 +70,8 @@ static void multiply(const co_newton_system *m, int n, const double *v, double *
     const co_sparse_hessian *h = &m->hessian;
     memset(out, 0, sizeof *out * (size_t)n);
     for (int j = 0; j < n; j++)
-        for (int32_t e = h->column_start[j]; e < h->column_start[j + 1]; e++) {
-            int i = h->row[e];
+        for (int32_t e = h->pattern.column_start[j]; e < h->pattern.column_start[j + 1]; e++) {
+            int i = h->pattern.row[e];
             out[i] += h->value[e] * v[j];
             if (i != j)
                 out[j] += h->value[e] * v[i];
@@ -191,7 +191,7 @@ static void test_reduced_cages(void **state) {
 static double largest_diagonal(const co_newton_system *m, int n) {
     double largest = 0;
     for (int j = 0; j < n; j++)
-        largest = fmax(largest, fabs(m->hessian.value[m->hessian.column_start[j]]));
+        largest = fmax(largest, fabs(m->hessian.value[m->hessian.pattern.column_start[j]]));
     return largest;
 }
 
@@ -340,8 +340,8 @@ static void test_mixture(void **state) {
         co_newton_system_assemble(&model, p.x, &(co_second_kind){.rules = CO_SECOND_OWN}, CO_GAUGE_SIMILARITY, &error),
         &error);
     CHECK_NEAR(model.mix, 0, 0);
-    for (size_t e = 0; e < model.hessian.n_entries; e++)
-        CHECK_NEAR(model.hessian.value[e], model.guide[e], 0);
+    for (size_t e = 0; e < model.hessian.pattern.n_entries; e++)
+        CHECK_NEAR(model.hessian.value[e], model.gauss_newton[e], 0);
     co_newton_system_free(&model);
     problem_free(&p);
     free(v);
@@ -369,7 +369,7 @@ static void test_coarser_rules(void **state) {
     curvopt_error error;
     set_rules(&p, 2);
     CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
-    size_t n = model.hessian.n_entries;
+    size_t n = model.hessian.pattern.n_entries;
     double *led = calloc(3 * n, sizeof *led), *guide = led + n, *fine = led + 2 * n, apart = 0;
     CHECK_TRUE(led != NULL);
     CHECK_OK(co_newton_system_assemble(&model, p.x, &usual, CO_GAUGE_NONE, &error), &error);

@@ -174,9 +174,9 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
             s.z[i] = at;
             CHECK_NEAR(g[i], value[0] - value[1], 1e-11);
             for (int j = 0; j < n; j++) /* its lower triangle has the column from i on, and rows before */
-                for (int32_t e = hessian.column_start[j]; e < hessian.column_start[j + 1]; e++)
-                    if (j == i || hessian.row[e] == i)
-                        column[j == i ? hessian.row[e] : j] = hessian.value[e];
+                for (int32_t e = hessian.pattern.column_start[j]; e < hessian.pattern.column_start[j + 1]; e++)
+                    if (j == i || hessian.pattern.row[e] == i)
+                        column[j == i ? hessian.pattern.row[e] : j] = hessian.value[e];
             for (int j = 0; j < n; j++)
                 CHECK_NEAR(column[j], up[j] - down[j], 1e-11);
         }

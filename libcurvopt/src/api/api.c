@@ -431,8 +431,10 @@ void curvopt_hessian_destroy(curvopt_hessian *hessian) {
 
 void curvopt_hessian_get(const curvopt_hessian *hessian, curvopt_matrix *out) {
     const co_sparse_hessian *h = &hessian->hessian;
-    *out = (curvopt_matrix){
-        .column_start = h->column_start, .row = h->row, .value = h->value, .n = hessian->reduction.n_variables};
+    *out = (curvopt_matrix){.column_start = h->pattern.column_start,
+                            .row = h->pattern.row,
+                            .value = h->value,
+                            .n = hessian->reduction.n_variables};
 }
 
 int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, int32_t exact, double area, double third,

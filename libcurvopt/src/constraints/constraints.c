@@ -8,28 +8,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double UNSEEN = -1;
+static const double UNSEEN = -1; /* weight of a vertex that no constraint was seen on */
 
-static int32_t allocate(int32_t n_vertices, co_constraints *hold, curvopt_error *error) {
-    if (hold->freedom)
+static int32_t allocate(int32_t n_vertices, co_constraints *constraints, curvopt_error *error) {
+    if (constraints->freedom)
         return CURVOPT_OK;
-    hold->freedom = CO_NEW(uint8_t, n_vertices);
-    hold->direction = CO_NEW(double, 3 * (size_t)n_vertices);
-    hold->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
-    if (!hold->freedom || !hold->direction || !hold->anchor) {
-        co_constraints_free(hold);
+    constraints->freedom = CO_NEW(uint8_t, n_vertices);
+    constraints->direction = CO_NEW(double, 3 * (size_t)n_vertices);
+    constraints->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
+    if (!constraints->freedom || !constraints->direction || !constraints->anchor) {
+        co_constraints_free(constraints);
         return co_status_no_memory(error);
     }
-    memset(hold->freedom, CO_FREEDOM_ALL, (size_t)n_vertices);
+    memset(constraints->freedom, CO_FREEDOM_ALL, (size_t)n_vertices);
     return CURVOPT_OK;
 }
 
-void co_constraints_free(co_constraints *hold) {
-    free(hold->freedom);
-    free(hold->direction);
-    free(hold->anchor);
-    co_soft_constraints_free(&hold->springs);
-    *hold = (co_constraints){0};
+void co_constraints_free(co_constraints *constraints) {
+    free(constraints->freedom);
+    free(constraints->direction);
+    free(constraints->anchor);
+    co_soft_constraints_free(&constraints->springs);
+    *constraints = (co_constraints){0};
 }
 
 int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
@@ -50,17 +50,17 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
     return status;
 }
 
-static int same_constraint(const co_constraints *hold, int32_t v, int32_t w) {
-    int freedom = hold->freedom[v];
-    if (freedom != hold->freedom[w])
+static int same_constraint(const co_constraints *constraints, int32_t v, int32_t w) {
+    int freedom = constraints->freedom[v];
+    if (freedom != constraints->freedom[w])
         return 0;
     return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
-           co_freedom_same_direction(hold->direction + 3 * (size_t)v, hold->direction + 3 * (size_t)w);
+           co_freedom_same_direction(constraints->direction + 3 * (size_t)v, constraints->direction + 3 * (size_t)w);
 }
 
 /* weight [n_vertices]: UNSEEN where there is no constraint yet. */
 static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, double *weight,
-                              co_constraints *hold, curvopt_error *error) {
+                              co_constraints *constraints, curvopt_error *error) {
     int32_t v = from->vertices[i], freedom = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
     double direction[3] = {0, 0, 0}, length = 0, firm = from->weights ? from->weights[i] : 1;
     if (v < 0 || v >= m->info.n_vertices)
@@ -85,18 +85,19 @@ static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *
     }
     for (int c = 0; c < 3 && length > 0; c++)
         direction[c] /= length;
-    if (weight[v] != UNSEEN && (weight[v] != firm || hold->freedom[v] != freedom ||
-                                (length > 0 && !co_freedom_same_direction(direction, hold->direction + 3 * (size_t)v))))
+    if (weight[v] != UNSEEN &&
+        (weight[v] != firm || constraints->freedom[v] != freedom ||
+         (length > 0 && !co_freedom_same_direction(direction, constraints->direction + 3 * (size_t)v))))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
     weight[v] = firm;
-    hold->freedom[v] = (uint8_t)freedom;
-    memcpy(hold->direction + 3 * (size_t)v, direction, sizeof direction);
+    constraints->freedom[v] = (uint8_t)freedom;
+    memcpy(constraints->direction + 3 * (size_t)v, direction, sizeof direction);
     return CURVOPT_OK;
 }
 
-/* Constraints of a weight below 1 become springs, or nothing. */
-static int32_t divide(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *hold,
-                      curvopt_error *error) {
+/* Constraints of a weight below 1 become soft ones, or none. */
+static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *constraints,
+                             curvopt_error *error) {
     int32_t status = CURVOPT_OK, n_exact = 0, n_soft = 0;
     for (int32_t v = 0; v < m->info.n_vertices; v++) {
         weight[v] = fmax(weight[v], 0);
@@ -104,112 +105,113 @@ static int32_t divide(const curvopt_mesh *m, const double *xyz, double *weight, 
         n_soft += weight[v] > 0 && weight[v] < 1;
     }
     if (n_soft)
-        status = co_soft_constraints_create(m, xyz, weight, hold->freedom, hold->direction, &hold->springs, error);
+        status = co_soft_constraints_create(m, xyz, weight, constraints->freedom, constraints->direction,
+                                            &constraints->springs, error);
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (weight[v] < 1)
-            hold->freedom[v] = CO_FREEDOM_ALL;
+            constraints->freedom[v] = CO_FREEDOM_ALL;
     if (!n_exact && !n_soft)
-        co_constraints_free(hold);
+        co_constraints_free(constraints);
     return status;
 }
 
 int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from,
-                              co_constraints *hold, curvopt_error *error) {
-    *hold = (co_constraints){0};
+                              co_constraints *constraints, curvopt_error *error) {
+    *constraints = (co_constraints){0};
     if (!from || from->n == 0)
         return CURVOPT_OK;
     if (from->n < 0 || !from->vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
                               from->vertices ? "given" : "is NULL");
     double *weight = CO_NEW(double, m->info.n_vertices);
-    int32_t status = weight ? allocate(m->info.n_vertices, hold, error) : co_status_no_memory(error);
+    int32_t status = weight ? allocate(m->info.n_vertices, constraints, error) : co_status_no_memory(error);
     for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
         weight[v] = UNSEEN;
     for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
-        status = add_constraint(m, from, i, weight, hold, error);
+        status = add_constraint(m, from, i, weight, constraints, error);
     if (status == CURVOPT_OK) {
-        memcpy(hold->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
-        status = divide(m, xyz, weight, hold, error);
+        memcpy(constraints->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+        status = separate_soft(m, xyz, weight, constraints, error);
     }
     free(weight);
     if (status != CURVOPT_OK)
-        co_constraints_free(hold);
+        co_constraints_free(constraints);
     return status;
 }
 
-/* Vertex `to` of the finer cage, at x, inherits from vertex `from` of the coarser one as part of a held face. */
+/* Vertex `to` of the finer cage, at xyz, inherits the constraint of vertex `from` of the coarser one. */
 static void inherit(const co_constraints *coarse, int32_t from, const double *xyz, co_constraints *fine, int32_t to) {
     fine->freedom[to] = coarse->freedom[from];
     memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
     memcpy(fine->anchor + 3 * (size_t)to, xyz + 3 * (size_t)to, 3 * sizeof(double));
 }
 
-static int is_held_face(const curvopt_mesh *m, const co_constraints *hold, int32_t f) {
+static int is_constrained_face(const curvopt_mesh *m, const co_constraints *constraints, int32_t f) {
     int32_t first = m->corner_vertex[m->face_start[f]];
-    if (hold->freedom[first] == CO_FREEDOM_ALL)
+    if (constraints->freedom[first] == CO_FREEDOM_ALL)
         return 0;
     for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
-        if (!same_constraint(hold, first, m->corner_vertex[h]))
+        if (!same_constraint(constraints, first, m->corner_vertex[h]))
             return 0;
     return 1;
 }
 
-/* Puts a guide back to its point, line or plane. */
-static void put_back(const co_constraints *hold, int32_t v, double *x) {
-    const double *anchor = hold->anchor + 3 * (size_t)v, *d = hold->direction + 3 * (size_t)v;
+/* Moves a vertex at x to the closest point of its point, line or plane. */
+static void put_back(const co_constraints *constraints, int32_t v, double *x) {
+    const double *anchor = constraints->anchor + 3 * (size_t)v, *d = constraints->direction + 3 * (size_t)v;
     double off[3] = {x[0] - anchor[0], x[1] - anchor[1], x[2] - anchor[2]};
     double along = off[0] * d[0] + off[1] * d[1] + off[2] * d[2];
     for (int c = 0; c < 3; c++) {
-        if (hold->freedom[v] == CO_FREEDOM_NONE)
+        if (constraints->freedom[v] == CO_FREEDOM_NONE)
             x[c] = anchor[c];
-        else if (hold->freedom[v] == CO_FREEDOM_LINE)
+        else if (constraints->freedom[v] == CO_FREEDOM_LINE)
             x[c] = anchor[c] + along * d[c];
-        else if (hold->freedom[v] == CO_FREEDOM_PLANE)
+        else if (constraints->freedom[v] == CO_FREEDOM_PLANE)
             x[c] -= along * d[c];
     }
 }
 
 int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine, const co_sparse_rows *rows,
-                                 double *xyz, co_constraints *hold, curvopt_error *error) {
+                                 double *xyz, co_constraints *constraints, curvopt_error *error) {
     co_constraints out = {0};
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
-    if (!hold->freedom)
+    if (!constraints->freedom)
         return CURVOPT_OK;
     int32_t status = allocate(fine->info.n_vertices, &out, error);
     if (status == CURVOPT_OK)
-        status = co_soft_constraints_subdivide(m, fine, rows, &hold->springs, error);
+        status = co_soft_constraints_subdivide(m, fine, rows, &constraints->springs, error);
     if (status != CURVOPT_OK) {
         co_constraints_free(&out);
         return status;
     }
-    out.springs = hold->springs;
-    hold->springs = (co_soft_constraints){0};
+    out.springs = constraints->springs;
+    constraints->springs = (co_soft_constraints){0};
     for (int32_t f = 0; f < m->info.n_faces; f++) {
-        if (!is_held_face(m, hold, f))
+        if (!is_constrained_face(m, constraints, f))
             continue;
-        inherit(hold, m->corner_vertex[m->face_start[f]], xyz, &out, n + n_edges + f);
+        inherit(constraints, m->corner_vertex[m->face_start[f]], xyz, &out, n + n_edges + f);
         for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
-            inherit(hold, m->corner_vertex[h], xyz, &out, m->corner_vertex[h]);
-            inherit(hold, m->corner_vertex[h], xyz, &out, n + m->edge[h]);
+            inherit(constraints, m->corner_vertex[h], xyz, &out, m->corner_vertex[h]);
+            inherit(constraints, m->corner_vertex[h], xyz, &out, n + m->edge[h]);
         }
     }
     for (int32_t v = 0; v < n; v++)
-        if (out.freedom[v] == CO_FREEDOM_ALL && hold->freedom[v] != CO_FREEDOM_ALL) {
-            inherit(hold, v, hold->anchor, &out, v);
+        if (out.freedom[v] == CO_FREEDOM_ALL && constraints->freedom[v] != CO_FREEDOM_ALL) {
+            inherit(constraints, v, constraints->anchor, &out, v);
             put_back(&out, v, xyz + 3 * (size_t)v);
         }
-    co_constraints_free(hold);
-    *hold = out;
+    co_constraints_free(constraints);
+    *constraints = out;
     return CURVOPT_OK;
 }
 
-/* The next row: vertices of faces with a held one. face [n_faces] is work space. */
-static void add_row(const curvopt_mesh *m, uint8_t *held, uint8_t *face) {
+/* Adds the next row: vertices of faces with a marked one. face [n_faces] is work space. */
+static void add_row(const curvopt_mesh *m, uint8_t *mark, uint8_t *face) {
     memset(face, 0, (size_t)m->info.n_faces);
     for (int32_t h = 0; h < m->info.n_corners; h++)
-        face[m->corner_face[h]] |= held[m->corner_vertex[h]];
+        face[m->corner_face[h]] |= mark[m->corner_vertex[h]];
     for (int32_t h = 0; h < m->info.n_corners; h++)
-        held[m->corner_vertex[h]] |= face[m->corner_face[h]];
+        mark[m->corner_vertex[h]] |= face[m->corner_face[h]];
 }
 
 static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_t *face) {
@@ -224,7 +226,8 @@ static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_
             mark[m->corner_vertex[h]] = mark[co_mesh_destination(m, h)] = 1;
 }
 
-int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_constraints *hold, curvopt_error *error) {
+int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_constraints *constraints,
+                                curvopt_error *error) {
     int any = 0, rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
     int32_t status = CURVOPT_OK;
     if (boundary == CURVOPT_BOUNDARY_FREE || !(m->info.n_boundary_edges || m->edge_sharpness || m->vertex_sharpness))
@@ -237,10 +240,10 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
         for (int32_t v = 0; v < m->info.n_vertices; v++)
             any |= mark[v];
         if (any)
-            status = allocate(m->info.n_vertices, hold, error);
+            status = allocate(m->info.n_vertices, constraints, error);
         for (int32_t v = 0; any && status == CURVOPT_OK && v < m->info.n_vertices; v++)
             if (mark[v])
-                hold->freedom[v] = CO_FREEDOM_NONE;
+                constraints->freedom[v] = CO_FREEDOM_NONE;
     }
     free(mark);
     free(face);
@@ -289,11 +292,11 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *c
     return CURVOPT_OK;
 }
 
-int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *hold, curvopt_error *error) {
-    for (int32_t v = 0; hold->freedom && v < m->info.n_vertices; v++)
-        if (hold->freedom[v] != CO_FREEDOM_NONE)
+int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *constraints, curvopt_error *error) {
+    for (int32_t v = 0; constraints->freedom && v < m->info.n_vertices; v++)
+        if (constraints->freedom[v] != CO_FREEDOM_NONE)
             return CURVOPT_OK;
-    if (!hold->freedom)
+    if (!constraints->freedom)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
                           "nothing may move: all %d vertices are held by pins, boundary or creases",

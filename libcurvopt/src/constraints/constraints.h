@@ -6,11 +6,10 @@
 
 /* How each vertex may move. */
 typedef struct co_constraints {
-    uint8_t *freedom;  /* [n_vertices] dimensions; NULL: all are free */
-    double *direction; /* [3 n_vertices] unit: the line, or the plane's normal; what stands elsewhere means nothing */
-    double *anchor;    /* [3 n_vertices] a point of what the vertex is held to, in the user's units */
-    co_soft_constraints
-        springs; /* of vertices held softly, free as far as `freedom` goes; without that there are none */
+    uint8_t *freedom;  /* [n_vertices] dimensions in which a vertex may move (freedom.h); NULL: all are free */
+    double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
+    double *anchor;    /* [3 n_vertices] a point of the line or plane, in the user's units */
+    co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
 } co_constraints;
 
 /* The user's constraints on a cage at xyz [3 n_vertices], checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY.
@@ -20,32 +19,35 @@ int32_t co_constraints_create(const curvopt_mesh *mesh, const double *xyz, const
 /* ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);
-void co_constraints_free(co_constraints *hold);
+void co_constraints_free(co_constraints *constraints);
 
 /* Takes constraints from a cage to its subdivision `fine` by `rows` (subdivide.h), at xyz [3 fine vertices].
  *
- * Where all vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit,
- * and are where subdivision puts them. Any other vertex is a guide: it goes back to the point, line or plane that it
- * was held to at first, which the surface comes closer to with every level. ERROR_MEMORY. */
+ * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of
+ * its children inherit the constraint, at the places where subdivision puts them. Any other constrained vertex keeps
+ * its point, line or plane, and is put back there; the surface comes closer to it with every level. ERROR_MEMORY. */
 int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
-                                 double *xyz, co_constraints *hold, curvopt_error *error);
+                                 double *xyz, co_constraints *constraints, curvopt_error *error);
 
-/* Adds what `boundary` (curvopt_boundary) holds.
+/* Adds the constraints of `boundary` (curvopt_boundary).
  *
  * The limit of a boundary is a B-spline curve of the boundary's vertices. Of the surface's derivatives across it the
  * first depends on the next row of vertices too, and the second, 0 in the parameter across, on no more than that; a
- * third row holds how curvature changes. Subdivision keeps all this: what the finer cage's rows determine is what the
- * coarser one's did. Rows are counted by faces: all vertices of a face that touches the row before. ERROR_MEMORY. */
-int32_t co_constraints_boundary(const curvopt_mesh *mesh, int32_t boundary, co_constraints *hold, curvopt_error *error);
+ * third row determines how curvature changes. Subdivision keeps all this: the finer cage's rows determine the same
+ * derivatives as the coarser one's did. Rows are counted by faces: all vertices of a face that touches the row before.
+ * ERROR_MEMORY. */
+int32_t co_constraints_boundary(const curvopt_mesh *mesh, int32_t boundary, co_constraints *constraints,
+                                curvopt_error *error);
 
-/* What is held in all: a copy of `constraints`, with what `boundary` adds. ERROR_MEMORY. */
+/* All constraints: a copy of `constraints`, with those of `boundary`. ERROR_MEMORY. */
 int32_t co_constraints_all(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
                            co_constraints *out, curvopt_error *error);
-/* What is held in all, and every vertex that this leaves free on the line of its normal at xyz. ERROR_MEMORY. */
+/* A copy of `all` in which every vertex that is free there moves on the line of its normal at xyz, and every other not
+ * at all. ERROR_MEMORY. */
 int32_t co_constraints_to_normals(const curvopt_mesh *mesh, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error);
 
 /* ERROR_ARGUMENT if no vertex may move. */
-int32_t co_constraints_check(const curvopt_mesh *mesh, const co_constraints *hold, curvopt_error *error);
+int32_t co_constraints_check(const curvopt_mesh *mesh, const co_constraints *constraints, curvopt_error *error);
 
 #endif

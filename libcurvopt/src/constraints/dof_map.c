@@ -9,9 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TRANSLATES = 1e-6; /* of a unit translation, what keeps the symmetry */
+/* Part of a unit translation that must keep the symmetry for it to count as one: what keeps it does so wholly, or not
+ * at all. */
+static const double TRANSLATES = 1e-6;
 enum { FIXED = -1, UNSEEN = -2 };
-static const double IN_PLANE = 0.5; /* a projector's columns are 0 or not */
+/* Length from which on a projector's column counts as in its range, at first. One of the columns of a projector onto k
+ * dimensions has a length of at least sqrt(k / 3). */
+static const double IN_PLANE = 0.5;
 
 void co_dof_map_free(co_dof_map *r) {
     free(r->node);
@@ -67,7 +71,7 @@ static int range_of(const double projector[9], double basis[9]) {
 
 /* Directions in which vertex v may move so that its orbit keeps the symmetry: those that its stabilizer fixes. *size is
  * the orbit's. */
-static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *hold, int32_t v,
+static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *constraints, int32_t v,
                             double projector[9], int32_t *size) {
     double mean[9] = {0}, own[9];
     int32_t stabilizer = 0;
@@ -79,18 +83,18 @@ static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const c
         }
     for (int k = 0; k < 9; k++)
         mean[k] /= stabilizer;
-    co_freedom_projector(hold->freedom ? hold->freedom[v] : CO_FREEDOM_ALL,
-                         hold->freedom ? hold->direction + 3 * (size_t)v : NULL, own);
+    co_freedom_projector(constraints->freedom ? constraints->freedom[v] : CO_FREEDOM_ALL,
+                         constraints->freedom ? constraints->direction + 3 * (size_t)v : NULL, own);
     co_small_dense_multiply_3(mean, own, projector);
     *size = s->order / stabilizer;
 }
 
 /* The orbit of v becomes a node, unless it cannot move. */
-static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *hold, int32_t v,
+static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *constraints, int32_t v,
                       co_dof_map *r) {
     double projector[9], basis[9];
     int32_t size;
-    free_directions(m, s, hold, v, projector, &size);
+    free_directions(m, s, constraints, v, projector, &size);
     int n = range_of(projector, basis);
     double stretch = 1 / sqrt((double)size);
     for (int32_t g = 0; g < s->order; g++) {
@@ -110,15 +114,15 @@ static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_cons
     r->first[r->n_nodes] = r->n_variables;
 }
 
-/* Where nothing is free: what x is. Else what of it no variables reach. */
-static void find_offset(co_dof_map *r, const co_constraints *hold, const double *x, double *z) {
+/* Offset of constrained vertices: the part of x that no variables reach. z is work space. */
+static void find_offset(co_dof_map *r, const co_constraints *constraints, const double *x, double *z) {
     size_t n = 3 * (size_t)r->n_vertices;
     double *offset = r->offset;
     r->offset = NULL;
     co_dof_map_variables(r, x, z);
     co_dof_map_expand(r, z, offset);
     for (size_t i = 0; i < n; i++)
-        offset[i] = hold->freedom[i / 3] == CO_FREEDOM_ALL ? 0 : x[i] - offset[i];
+        offset[i] = constraints->freedom[i / 3] == CO_FREEDOM_ALL ? 0 : x[i] - offset[i];
     r->offset = offset;
 }
 
@@ -153,18 +157,18 @@ static int32_t find_translations(co_dof_map *r, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-int32_t co_dof_map_create(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *hold, const double *x,
-                          co_dof_map *r, curvopt_error *error) {
+int32_t co_dof_map_create(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *constraints,
+                          const double *x, co_dof_map *r, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    double *z = hold->freedom ? CO_NEW(double, 3 * n) : NULL;
+    double *z = constraints->freedom ? CO_NEW(double, 3 * n) : NULL;
     *r = (co_dof_map){.n_vertices = m->info.n_vertices,
                       .node = CO_NEW(int32_t, n),
                       .first = CO_NEW(int32_t, n + 1),
                       .basis = CO_NEW(double, 9 * n),
-                      .offset = hold->freedom ? CO_NEW(double, 3 * n) : NULL,
+                      .offset = constraints->freedom ? CO_NEW(double, 3 * n) : NULL,
                       .stretch = CO_NEW(double, n),
-                      .plain = s->order == 1 && !hold->freedom};
-    if (!r->node || !r->first || !r->basis || !r->stretch || (hold->freedom && (!z || !r->offset))) {
+                      .plain = s->order == 1 && !constraints->freedom};
+    if (!r->node || !r->first || !r->basis || !r->stretch || (constraints->freedom && (!z || !r->offset))) {
         free(z);
         co_dof_map_free(r);
         return co_status_no_memory(error);
@@ -173,10 +177,10 @@ int32_t co_dof_map_create(const curvopt_mesh *m, const co_symmetry *s, const co_
         r->node[v] = UNSEEN;
     for (int32_t v = 0; v < r->n_vertices; v++)
         if (r->node[v] == UNSEEN)
-            add_orbit(m, s, hold, v, r);
+            add_orbit(m, s, constraints, v, r);
     int32_t status = CURVOPT_OK;
-    if (hold->freedom)
-        find_offset(r, hold, x, z);
+    if (constraints->freedom)
+        find_offset(r, constraints, x, z);
     else
         status = find_translations(r, error);
     free(z);

@@ -9,16 +9,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Looking for what is not symmetric about one plane. */
-typedef struct inquiry {
+/* Search for the vertex or face that makes a cage unsymmetric about one plane. */
+typedef struct diagnosis {
     const curvopt_mesh *mesh;
     const double *xyz;
-    const co_constraints *hold;
+    const co_constraints *constraints;
     int axis;
-    double position;  /* of the plane: the mean of the vertices, but one that is astray moves that */
+    double position;  /* coordinate of the plane along the axis */
     double tolerance; /* a length */
     int32_t *partner; /* [n_vertices] */
-} inquiry;
+} diagnosis;
 
 typedef struct ranked {
     double at;
@@ -40,8 +40,8 @@ static int by_ends(const void *a, const void *b) {
     return from ? from : (x->to > y->to) - (x->to < y->to);
 }
 
-/* From the mirror image of v to w. */
-static double distance(const inquiry *q, int32_t v, int32_t w) {
+/* Distance from the mirror image of v to w. */
+static double distance(const diagnosis *q, int32_t v, int32_t w) {
     const double *x = q->xyz + 3 * (size_t)v, *y = q->xyz + 3 * (size_t)w;
     double square = 0;
     for (int c = 0; c < 3; c++) {
@@ -51,7 +51,7 @@ static double distance(const inquiry *q, int32_t v, int32_t w) {
     return sqrt(square);
 }
 
-static int32_t refuse_vertex(const inquiry *q, int32_t v, curvopt_error *error) {
+static int32_t refuse_vertex(const diagnosis *q, int32_t v, curvopt_error *error) {
     int32_t nearest = 0;
     for (int32_t w = 1; w < q->mesh->info.n_vertices; w++)
         if (distance(q, v, w) < distance(q, v, nearest))
@@ -63,7 +63,7 @@ static int32_t refuse_vertex(const inquiry *q, int32_t v, curvopt_error *error) 
 }
 
 /* order [n_vertices]: along the axis. */
-static void sort_along(const inquiry *q, ranked *order) {
+static void sort_along(const diagnosis *q, ranked *order) {
     int32_t n = q->mesh->info.n_vertices;
     for (int32_t v = 0; v < n; v++)
         order[v] = (ranked){q->xyz[3 * (size_t)v + (size_t)q->axis], v};
@@ -71,7 +71,7 @@ static void sort_along(const inquiry *q, ranked *order) {
 }
 
 /* Partners, by a window in the order along the axis; how many vertices have none, *first of them. */
-static int32_t find_partners(inquiry *q, const ranked *order, int32_t *first) {
+static int32_t find_partners(diagnosis *q, const ranked *order, int32_t *first) {
     int32_t n = q->mesh->info.n_vertices, n_alone = 0;
     for (int32_t v = 0; v < n; v++) {
         double image = 2 * q->position - q->xyz[3 * (size_t)v + (size_t)q->axis];
@@ -93,9 +93,10 @@ static int32_t find_partners(inquiry *q, const ranked *order, int32_t *first) {
     return n_alone;
 }
 
-/* Of the planes through the mean, through the origin and halfway between the ends, the one that pairs most vertices:
- * one vertex that is astray must not make all look so. Returns the first that is alone, or -1. */
-static int32_t choose_plane(inquiry *q, const ranked *order) {
+/* Chooses the plane that pairs most vertices: through their mean, through the origin, or halfway between the ends. A
+ * single vertex that is astray moves the mean, and all would look unpaired. Returns the first vertex without a partner,
+ * or -1. */
+static int32_t choose_plane(diagnosis *q, const ranked *order) {
     const double mean = fabs(q->position) > q->tolerance ? q->position : 0;
     const double candidate[3] = {mean, 0, (order[0].at + order[q->mesh->info.n_vertices - 1].at) / 2};
     int32_t fewest = INT32_MAX, first = -1, best = 0;
@@ -112,17 +113,17 @@ static int32_t choose_plane(inquiry *q, const ranked *order) {
 }
 
 /* Whether half-edge h and its image k have the same creases and constraints. */
-static int alike(const inquiry *q, int32_t h, int32_t k) {
+static int alike(const diagnosis *q, int32_t h, int32_t k) {
     const curvopt_mesh *m = q->mesh;
     int32_t v = m->corner_vertex[h], w = q->partner[v];
     return co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, k)) &&
            co_crease_alike(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
-           (!q->hold->freedom || q->hold->freedom[v] == q->hold->freedom[w]) &&
-           co_soft_constraints_alike(&q->hold->springs, v, w);
+           (!q->constraints->freedom || q->constraints->freedom[v] == q->constraints->freedom[w]) &&
+           co_soft_constraints_alike(&q->constraints->springs, v, w);
 }
 
 /* Vertices have partners; names the first face that has none, or the first vertex that differs from its partner. */
-static int32_t refuse_connection(const inquiry *q, curvopt_error *error) {
+static int32_t refuse_connection(const diagnosis *q, curvopt_error *error) {
     const curvopt_mesh *m = q->mesh;
     size_t n = (size_t)m->info.n_corners;
     int32_t face = -1, vertex = -1;
@@ -157,15 +158,20 @@ static int32_t refuse_connection(const inquiry *q, curvopt_error *error) {
                           "xyz"[q->axis], q -> position);
 }
 
-int32_t co_mirror_planes_create(const curvopt_mesh *m, const double *xyz, const co_constraints *hold, int32_t planes,
-                                co_symmetry *out, curvopt_error *error) {
+int32_t co_mirror_planes_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
+                                int32_t planes, co_symmetry *out, curvopt_error *error) {
     double centroid[3], radius = co_similarity_frame((size_t)m->info.n_vertices, xyz, centroid);
     int missing;
-    int32_t status = co_symmetry_of_planes(m, xyz, hold, planes, out, &missing, error);
+    int32_t status = co_symmetry_of_planes(m, xyz, constraints, planes, out, &missing, error);
     if (status != CURVOPT_OK || missing < 0)
         return status;
-    inquiry q = {
-        m, xyz, hold, missing, centroid[missing], CO_SYMMETRY_TOLERANCE * radius, CO_NEW(int32_t, m->info.n_vertices)};
+    diagnosis q = {m,
+                   xyz,
+                   constraints,
+                   missing,
+                   centroid[missing],
+                   CO_SYMMETRY_TOLERANCE * radius,
+                   CO_NEW(int32_t, m->info.n_vertices)};
     ranked *order = CO_NEW(ranked, m->info.n_vertices);
     status = q.partner && order ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {

@@ -1,4 +1,4 @@
-/* Vertices that are drawn to where they were. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Soft constraints: vertices that springs pull back. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "constraints/soft_constraints.h"
 
 #include "base/memory.h"
@@ -7,7 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SAME_STIFFNESS = 1e-9; /* relative: sums over a patch and its mirror image differ by rounding */
+/* Relative difference up to which stiffnesses count as equal: sums over a patch and its mirror image differ by rounding
+ * (libcurvopt/notes/80-soft-constraints.md). */
+static const double SAME_STIFFNESS = 1e-9;
 
 static int32_t allocate(int32_t n_vertices, co_soft_constraints *s, curvopt_error *error) {
     size_t n = (size_t)n_vertices;
@@ -50,7 +52,7 @@ int32_t co_soft_constraints_copy(const curvopt_mesh *m, const co_soft_constraint
 
 /* ------------------------------------------------------------------------------------------------- patches -- */
 
-/* The vertex that stands for v's patch; ways to it get shorter. */
+/* The vertex that stands for v's patch (union-find); paths to it get shorter. */
 static int32_t find(int32_t *parent, int32_t v) {
     while (parent[v] != v)
         v = parent[v] = parent[parent[v]];
@@ -112,7 +114,7 @@ int co_soft_constraints_alike(const co_soft_constraints *s, int32_t v, int32_t w
 /* ------------------------------------------------------------------------------------------- subdivision -- */
 
 /* Whether all vertices of a face have springs of one kind. */
-static int is_held_face(const curvopt_mesh *m, const co_soft_constraints *s, int32_t f) {
+static int is_constrained_face(const curvopt_mesh *m, const co_soft_constraints *s, int32_t f) {
     int32_t first = m->corner_vertex[m->face_start[f]];
     for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
         int32_t v = m->corner_vertex[h];
@@ -125,30 +127,37 @@ static int is_held_face(const curvopt_mesh *m, const co_soft_constraints *s, int
     return 1;
 }
 
-/* Vertex `to` of the finer cage gets a share of the spring of vertex `from`, and gives way as that does. */
-static void inherit(const co_soft_constraints *coarse, int32_t from, double share, const double *anchor,
+/* Vertex `to` of the finer cage gets a part of the stiffness of vertex `from`, and its freedom. */
+static void inherit(const co_soft_constraints *coarse, int32_t from, double stiffness, const double *anchor,
                     co_soft_constraints *fine, int32_t to) {
-    fine->stiffness[to] += share;
+    fine->stiffness[to] += stiffness;
     fine->freedom[to] = coarse->freedom[from];
     memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
     memcpy(fine->anchor + 3 * (size_t)to, anchor + 3 * (size_t)to, 3 * sizeof(double));
 }
 
-/* A spring's vertex gives each of its held faces a share, and that the four corners of the child at the vertex a
- * quarter each: inside a patch all vertices get alike. held_faces [n_vertices] */
-static void share_out(const curvopt_mesh *m, const co_soft_constraints *s, const int32_t *held_faces,
-                      co_soft_constraints *out) {
+/* A vertex gives each of its constrained faces an equal part of its stiffness, and of that a quarter to each of the
+ * four corners of the child at the vertex:
+ *
+ *     v---e---.      4 constrained faces at v of stiffness k: each of them gives k / 16 to v, e, f, d; in the end v
+ *     |   |          has k / 4 from its own four faces, the edge points e and d have k / 8 from v and as much from the
+ *     d---f          edge's other end, and the face point f has k / 16 from each of the face's corners: inside a patch
+ *     |              all have k / 4
+ *
+ * n_faces_of [n_vertices]: number of constrained faces at each. */
+static void distribute(const curvopt_mesh *m, const co_soft_constraints *s, const int32_t *n_faces_of,
+                       co_soft_constraints *out) {
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         int32_t v = m->corner_vertex[h], f = m->corner_face[h];
-        if (!held_faces[v] || !is_held_face(m, s, f))
+        if (!n_faces_of[v] || !is_constrained_face(m, s, f))
             continue;
         int32_t child[4] = {v, n + m->edge[h], n + n_edges + f, n + m->edge[co_mesh_prev(m, h)]};
         for (int k = 0; k < 4; k++)
-            inherit(s, v, s->stiffness[v] / (4 * held_faces[v]), out->original, out, child[k]);
+            inherit(s, v, s->stiffness[v] / (4 * n_faces_of[v]), out->original, out, child[k]);
     }
     for (int32_t v = 0; v < n; v++)
-        if (!held_faces[v] && s->stiffness[v] > 0)
+        if (!n_faces_of[v] && s->stiffness[v] > 0)
             inherit(s, v, s->stiffness[v], s->anchor, out, v);
 }
 
@@ -157,17 +166,17 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh 
     co_soft_constraints out = {0};
     if (!springs->stiffness)
         return CURVOPT_OK;
-    int32_t *held_faces = CO_NEW(int32_t, m->info.n_vertices);
-    int32_t status = held_faces ? allocate(fine->info.n_vertices, &out, error) : co_status_no_memory(error);
+    int32_t *n_faces_of = CO_NEW(int32_t, m->info.n_vertices);
+    int32_t status = n_faces_of ? allocate(fine->info.n_vertices, &out, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         for (int32_t f = 0; f < m->info.n_faces; f++)
-            for (int32_t h = m->face_start[f]; is_held_face(m, springs, f) && h < m->face_start[f + 1]; h++)
-                held_faces[m->corner_vertex[h]]++;
+            for (int32_t h = m->face_start[f]; is_constrained_face(m, springs, f) && h < m->face_start[f + 1]; h++)
+                n_faces_of[m->corner_vertex[h]]++;
         co_sparse_rows_apply(rows, springs->original, out.original);
-        share_out(m, springs, held_faces, &out);
+        distribute(m, springs, n_faces_of, &out);
         co_soft_constraints_free(springs);
         *springs = out;
     }
-    free(held_faces);
+    free(n_faces_of);
     return status;
 }

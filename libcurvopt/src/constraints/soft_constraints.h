@@ -1,4 +1,4 @@
-/* Vertices that are drawn to where they were: softly held ones. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Soft constraints: vertices that springs pull back to where they were. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_SOFT_CONSTRAINTS_H
 #define CO_CONSTRAINTS_SOFT_CONSTRAINTS_H
 
@@ -6,26 +6,27 @@
 #include "linalg/sparse_rows.h"
 #include "mesh/mesh.h"
 
-/* The term that they add to the objective, with R the radius of the input cage and K the stiffness of the objective
- * (penalty.h), is
+/* Springs that pull vertices back. The term that they add to the objective, with R the radius of the input cage and K
+ * the stiffness of the objective (penalty.h), is
  *
  *     K / (2 R^2)  sum over vertices  k_v |Q_v (x_v - a_v)|^2 ,      k_v = m_v w_v / (1 - w_v) ,
  *
  * Q_v the projector onto the directions that the constraint takes away, a_v where the vertex was. The weight w_v comes
- * from the user: nothing at 0, firmer without bound towards 1, and at w what the surface resists with K goes w of the
- * way back. The mass m_v makes a painted patch one handle, however many vertices it has: over each connected patch of
- * vertices with a weight it is max w / sum w, which is 1 for a single vertex, 1/n for n of one weight, and does not
- * jump when a weight at the rim of the patch goes to 0 (unless that tears the patch in two). What is held exactly,
- * w = 1, counts in its patch. */
+ * from the user: no force at 0, firmer without bound towards 1, and at w the vertex goes back by the part w of the way
+ * against the surface's stiffness K. The mass m_v makes a painted patch one handle, however many vertices it has: over
+ * each connected patch of vertices with a weight it is max w / sum w. That is 1 for a single vertex, 1/n for n of one
+ * weight, and does not jump when a weight at the edge of the patch goes to 0 (unless that tears the patch in two).
+ * Exact constraints, w = 1, count in their patch. */
 typedef struct co_soft_constraints {
     double *stiffness; /* [n_vertices] k_v; NULL: no vertex has a spring */
-    uint8_t *freedom;  /* [n_vertices] dimensions in which it gives way, as co_constraints has them */
-    double *direction; /* [3 n_vertices] unit: the line, or the plane's normal */
+    uint8_t *freedom;  /* [n_vertices] dimensions in which there is no force, as in co_constraints */
+    double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane */
     double *anchor;    /* [3 n_vertices] a_v, in the user's units */
     double *original;  /* [3 n_vertices] the input cage, subdivided as often as this one */
 } co_soft_constraints;
 
-/* Springs where 0 < weight [n_vertices] < 1, of these freedoms and directions, at xyz [3 n_vertices]. ERROR_MEMORY. */
+/* Makes springs where 0 < weight [n_vertices] < 1, of these freedoms and directions, at xyz [3 n_vertices].
+ * ERROR_MEMORY. */
 int32_t co_soft_constraints_create(const curvopt_mesh *mesh, const double *xyz, const double *weight,
                                    const uint8_t *freedom, const double *direction, co_soft_constraints *out,
                                    curvopt_error *error);
@@ -34,14 +35,14 @@ int32_t co_soft_constraints_copy(const curvopt_mesh *mesh, const co_soft_constra
                                  curvopt_error *error);
 void co_soft_constraints_free(co_soft_constraints *springs);
 
-/* From a cage to its subdivision `fine` by `rows` (subdivide.h). As with what is held exactly (constraints.h), faces
- * all of whose vertices have springs of one kind are held as pieces of the surface: their children have springs to
- * where subdividing the input puts them, and share the stiffness, so that a patch is as stiff as it was. Any other
- * vertex is a guide with its spring and its first place. ERROR_MEMORY. */
+/* From a cage to its subdivision `fine` by `rows` (subdivide.h). As with exact constraints (constraints.h), faces all
+ * of whose vertices have springs of one kind are constrained as pieces of the surface: their children have springs to
+ * the places where subdividing the input puts them, and the stiffness is distributed over them, so that a patch is as
+ * stiff as it was. Any other vertex keeps its spring and its first place. ERROR_MEMORY. */
 int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                       co_soft_constraints *springs, curvopt_error *error);
 
-/* Whether vertices v and w are held alike, but for directions. */
+/* Whether the springs of vertices v and w are alike, directions aside. */
 int co_soft_constraints_alike(const co_soft_constraints *springs, int32_t v, int32_t w);
 
 #endif

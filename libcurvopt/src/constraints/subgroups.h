@@ -6,13 +6,13 @@
 
 /* One of each class of conjugate subgroups, the largest first, the whole group the first of all. */
 typedef struct co_subgroups {
-    int32_t n;
-    int32_t n_elements; /* of the whole group */
-    uint8_t *member;    /* [n][n_elements] */
-    int32_t *order;     /* [n] */
+    int32_t n;          /* number of classes */
+    int32_t n_elements; /* elements of the whole group */
+    uint8_t *member;    /* [n][n_elements] whether an element is in the subgroup */
+    int32_t *order;     /* [n] elements of the subgroup */
 } co_subgroups;
 
-/* At most LARGEST_COUNT classes; what is beyond is left out. ERROR_MEMORY. */
+/* At most 512 classes; others are left out. ERROR_MEMORY. */
 int32_t co_subgroups_create(const co_symmetry *symmetry, co_subgroups *out, curvopt_error *error);
 void co_subgroups_free(co_subgroups *subgroups);
 /* The subgroup of the elements marked in member [order], which must be one. ERROR_MEMORY. */

@@ -1,4 +1,4 @@
-/* A cage's symmetries.
+/* Search for a cage's symmetries.
  *
  * An automorphism of a connected cage is given by where it takes one corner, and whether it mirrors: the rest follows
  * from edge to edge. So all of them are found by trying the images of one corner that has few candidates. What remains
@@ -16,29 +16,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LARGEST_ORDER = 512, UNSET = -1 };
+enum { LARGEST_ORDER = 512, UNSET = -1 }; /* elements of the largest group that is kept; no other number was tried */
+/* Tolerance down to which a group is looked for: rounding of positions leaves some 1e-15 of the radius. */
+static const double LEAST_TOLERANCE = 1e-12;
 
 /* The search. */
 typedef struct search {
     const curvopt_mesh *mesh;
-    const co_constraints *hold;
+    const co_constraints *constraints;
     double *x;      /* [3 n_vertices] centroid 0, radius 1 */
     double *length; /* [n_vertices] |x| */
     int32_t *queue; /* [n_corners] */
     int with_mirrors;
     int32_t seed;      /* corner whose images are tried */
-    double tolerance;  /* of the size */
+    double tolerance;  /* length, at radius 1 */
     co_symmetry found; /* room for LARGEST_ORDER elements, one more than is used */
-    int32_t room;
+    int32_t room;      /* elements that there is room for */
 } search;
-
-void co_symmetry_free(co_symmetry *s) {
-    free(s->corner);
-    free(s->mirrored);
-    free(s->matrix);
-    free(s->product);
-    *s = (co_symmetry){0};
-}
 
 static int32_t grow(search *s, curvopt_error *error) {
     co_symmetry *f = &s->found;
@@ -77,12 +71,15 @@ static int goes_to(const search *s, const double matrix[9], int32_t v, int32_t w
     return distance(at, s->x + 3 * (size_t)w) <= s->tolerance;
 }
 
-/* The half-edge that the image of half-edge h is, as the image of its corner is `to`. */
+/* The image of a half-edge whose corner goes to `to`. A mirrored face runs the other way round, so that the edge that
+ * left the corner is the one that arrives there:
+ *
+ *     corner h, edge h --->      not mirrored: to, edge to --->      mirrored: <--- edge prev(to), to */
 static int32_t image_of_edge(const curvopt_mesh *m, int32_t to, int mirrored) {
     return mirrored ? co_mesh_prev(m, to) : to;
 }
 
-/* Whether corner h could go to `to`, by what can be seen from there. */
+/* Whether corner h could go to `to`, by valence, lengths, creases and constraints there. */
 static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
     const curvopt_mesh *m = s->mesh;
     int32_t v = m->corner_vertex[h], w = m->corner_vertex[to], edge = image_of_edge(m, to, mirrored);
@@ -94,8 +91,8 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
                 distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
            co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
            co_crease_alike(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
-           (!s->hold->freedom || s->hold->freedom[v] == s->hold->freedom[w]) &&
-           co_soft_constraints_alike(&s->hold->springs, v, w);
+           (!s->constraints->freedom || s->constraints->freedom[v] == s->constraints->freedom[w]) &&
+           co_soft_constraints_alike(&s->constraints->springs, v, w);
 }
 
 /* Follows corner h -> to over its component; s->queue [the number returned] has the corners that were mapped, *fits
@@ -146,7 +143,7 @@ static int propagate(search *s, int32_t h, int32_t to, int mirrored, const doubl
 
 /* ------------------------------------------------------------------------------------------------ geometry -- */
 
-/* The motion that takes the vertices of mapped corners closest to their images; 0 if they do not determine one. */
+/* The motion that takes mapped corners' vertices closest to their images; 0 if they do not determine one. */
 static int fit_motion(const search *s, const int32_t *map, double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
     double sum[3][3] = {{0}};
@@ -178,12 +175,13 @@ static int keeps_direction(const search *s, const double *direction, int freedom
 /* Whether `map` is the motion, and keeps the constraints' directions. */
 static int is_motion(const search *s, const int32_t *map, const double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
-    const co_soft_constraints *springs = &s->hold->springs;
+    const co_soft_constraints *springs = &s->constraints->springs;
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         int32_t v = m->corner_vertex[h], w = m->corner_vertex[map[h]];
         if (!goes_to(s, matrix, v, w))
             return 0;
-        if (s->hold->freedom && !keeps_direction(s, s->hold->direction, s->hold->freedom[v], v, w, matrix))
+        if (s->constraints->freedom &&
+            !keeps_direction(s, s->constraints->direction, s->constraints->freedom[v], v, w, matrix))
             return 0;
         if (springs->stiffness && springs->stiffness[v] > 0 &&
             !keeps_direction(s, springs->direction, springs->freedom[v], v, w, matrix))
@@ -324,7 +322,7 @@ static int complete(search *s) {
 }
 
 static int32_t run(search *s, curvopt_error *error) {
-    for (s->tolerance = CO_SYMMETRY_TOLERANCE; s->tolerance > 1e-12; s->tolerance /= 10) {
+    for (s->tolerance = CO_SYMMETRY_TOLERANCE; s->tolerance > LEAST_TOLERANCE; s->tolerance /= 10) {
         int32_t status = find_all(s, error);
         if (status != CURVOPT_OK)
             return status;
@@ -345,12 +343,12 @@ static void end_search(search *s) {
     free(s->queue);
 }
 
-static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_constraints *hold, int with_mirrors,
-                            search *s, curvopt_error *error) {
+static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
+                            int with_mirrors, search *s, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     double centroid[3], radius = co_similarity_frame(n, xyz, centroid);
     *s = (search){.mesh = m,
-                  .hold = hold,
+                  .constraints = constraints,
                   .with_mirrors = with_mirrors,
                   .tolerance = CO_SYMMETRY_TOLERANCE,
                   .x = CO_NEW(double, 3 * n),
@@ -366,10 +364,10 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
     return CURVOPT_OK;
 }
 
-int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_constraints *hold, int with_mirrors,
-                           co_symmetry *out, curvopt_error *error) {
+int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
+                           int with_mirrors, co_symmetry *out, curvopt_error *error) {
     search s;
-    int32_t status = begin_search(m, xyz, hold, with_mirrors, &s, error);
+    int32_t status = begin_search(m, xyz, constraints, with_mirrors, &s, error);
     if (status == CURVOPT_OK)
         status = run(&s, error);
     end_search(&s);
@@ -447,10 +445,10 @@ static int32_t find_planes(search *s, int32_t planes, int *missing, curvopt_erro
     return CURVOPT_OK;
 }
 
-int32_t co_symmetry_of_planes(const curvopt_mesh *m, const double *xyz, const co_constraints *hold, int32_t planes,
-                              co_symmetry *out, int *missing, curvopt_error *error) {
+int32_t co_symmetry_of_planes(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
+                              int32_t planes, co_symmetry *out, int *missing, curvopt_error *error) {
     search s;
-    int32_t status = begin_search(m, xyz, hold, 1, &s, error);
+    int32_t status = begin_search(m, xyz, constraints, 1, &s, error);
     if (status == CURVOPT_OK)
         status = find_planes(&s, planes, missing, error);
     end_search(&s);
@@ -458,38 +456,4 @@ int32_t co_symmetry_of_planes(const curvopt_mesh *m, const double *xyz, const co
         co_symmetry_free(&s.found);
     *out = s.found;
     return status;
-}
-
-int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error *error) {
-    co_symmetry_free(out);
-    *out = (co_symmetry){.order = 1,
-                         .n_corners = m->info.n_corners,
-                         .corner = CO_NEW(int32_t, m->info.n_corners),
-                         .mirrored = CO_NEW(uint8_t, 1),
-                         .matrix = CO_NEW(double, 9),
-                         .product = CO_NEW(int32_t, 1)};
-    if (!out->corner || !out->mirrored || !out->matrix || !out->product) {
-        co_symmetry_free(out);
-        return co_status_no_memory(error);
-    }
-    for (int32_t h = 0; h < m->info.n_corners; h++)
-        out->corner[h] = h;
-    for (int k = 0; k < 3; k++)
-        out->matrix[4 * k] = 1;
-    return CURVOPT_OK;
-}
-
-int32_t co_symmetry_subdivide(co_symmetry *s, curvopt_error *error) {
-    size_t n = (size_t)s->n_corners;
-    int32_t *fine = CO_NEW(int32_t, 4 * n * (size_t)s->order);
-    if (!fine)
-        return co_status_no_memory(error);
-    for (size_t g = 0; g < (size_t)s->order; g++)
-        for (size_t h = 0; h < n; h++)
-            for (int32_t k = 0; k < 4; k++) /* a child's corners: vertex, edge leaving it, face, edge arriving */
-                fine[(g * n + h) * 4 + (size_t)k] = 4 * s->corner[g * n + h] + (s->mirrored[g] ? (4 - k) % 4 : k);
-    free(s->corner);
-    s->corner = fine;
-    s->n_corners *= 4;
-    return CURVOPT_OK;
 }

@@ -1,4 +1,5 @@
-/* Quadrature fine enough for a wanted error. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Adaptive quadrature: chooses the rule of each patch from error estimates. SPDX-License-Identifier: GPL-3.0-or-later
+ */
 #include "energy/adaptive_quadrature.h"
 
 #include "base/memory.h"
@@ -8,37 +9,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rules at their finest may miss the wanted error, on `plane` most of all; up to this relative error a surface still
- * counts as resolved: far from where an optimizer could gain anything in the gap. */
-static const double ACCEPTABLE = 1e-2;
-static const double HYSTERESIS = 3;
-/* Coarser rules may bring the error up to this share of the tolerance, and are taken where they bring the cost below
- * this share of what it was: values change, which an optimizer has to be told. */
-static const double COARSENING = 0.5, WORTH = 0.8;
-/* Faces that two rules alone are compared on are off by no more than this share of all errors together. */
-static const double UNSEEN = 0.2;
-/* Errors below this share of the tolerance, by two rules, are not worth a third: it costs more than both. */
-static const double NEGLIGIBLE = 1e-2;
-static const double ALIKE = 1 - 1e-6;     /* errors that differ by less are those of symmetric patches */
-static const double SMALLEST_AREA = 1e-9; /* of the cage's size squared */
+/* ------------------------------------------------------------------------------- terms and errors of patches -- */
 
-static void store_shares(const co_assembly *a, const co_element_batches *l, double area, int third,
-                         co_patch_terms *out) {
+/* Terms of every patch of these batches, whose integrals were evaluated last, into `out`; `area`: the whole surface's.
+ */
+static void store_terms(const co_assembly *a, const co_element_batches *l, double area, int third,
+                        co_patch_terms *out) {
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t b = 0; b < l->n_blocks; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
             double term[8], integral[CO_N_INTEGRALS];
-            co_patch_terms *share = &out[l->patch[b * l->lanes + lane]];
+            co_patch_terms *to = &out[l->patch[b * l->lanes + lane]];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = co_element_batches_sum(l, b, lane, i);
-            share->area = integral[CO_INT_AREA];
+            to->area = integral[CO_INT_AREA];
             integral[CO_INT_AREA] = area;
             co_functional_terms(integral, third, term);
-            memcpy(share->term, term, sizeof share->term);
+            memcpy(to->term, term, sizeof to->term);
         }
 }
 
-static co_quadrature_error_measure measure_of(const co_assembly *a, int every_term, const co_patch_terms *shares) {
+/* The measure whose whole is the sum of these patches' terms. */
+static co_quadrature_error_measure measure_of(const co_assembly *a, int every_term, const co_patch_terms *terms) {
     co_quadrature_error_measure m = {.weights = a->weights, .every_term = every_term};
     double sum[CO_ORDERED_SUM_CHUNKS][CURVOPT_N_TERMS];
     size_t n = (size_t)a->patches.n_patches;
@@ -47,7 +39,7 @@ static co_quadrature_error_measure measure_of(const co_assembly *a, int every_te
         memset(sum[k], 0, sizeof sum[k]);
         for (size_t p = co_ordered_sum_begin(n, k); p < co_ordered_sum_begin(n, k + 1); p++)
             for (int t = 0; t < CURVOPT_N_TERMS; t++)
-                sum[k][t] += shares[p].term[t];
+                sum[k][t] += terms[p].term[t];
     }
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
@@ -55,39 +47,44 @@ static co_quadrature_error_measure measure_of(const co_assembly *a, int every_te
     return m;
 }
 
-/* Into a->patch_error, what the shares by two rules differ by, relative to the whole. */
-static void compare_shares(co_assembly *a, int every_term) {
-    co_quadrature_error_measure measure = measure_of(a, every_term, a->fine);
+/* Fills estimates.error with the differences between the terms by the patches' rules and those by other rules. */
+static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other) {
+    co_quadrature_error_measure measure = measure_of(a, every_term, other);
+    co_quadrature_estimates *e = &a->estimates;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        a->patch_error[p] = co_quadrature_error_relative(&measure, &a->coarse[p], &a->fine[p]);
+        e->error[p] = co_quadrature_error_relative(&measure, &e->used[p], &other[p]);
 }
 
 int32_t co_adaptive_quadrature_evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
-    if (!a->finer.n_blocks)
-        status = co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 1, 0, 0, &a->finer, error);
+    co_element_batches_spec spec = {
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = a->rule, .step = 1};
+    if (!a->finer_batches.n_blocks)
+        status = co_element_batches_create(&spec, &a->finer_batches, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_evaluate_layout(a, &a->finer, third, values, error);
-    if (status != CURVOPT_OK) {
-        co_element_batches_free(&a->finer);
-        return status;
-    }
+        status = co_assembly_evaluate_batches(a, &a->finer_batches, third, values, error);
+    if (status != CURVOPT_OK)
+        co_element_batches_free(&a->finer_batches);
     return status;
 }
 
-/* Into a->price what each patch's error is worth: its size by what it costs to have a finer rule, or by what a coarser
- * one saves. */
-static void price_errors(co_assembly *a, const co_element_batches *coarse, const co_element_batches *fine) {
-    memset(a->price, 0, sizeof *a->price * (size_t)a->patches.n_patches);
+/* ---------------------------------------------------------------------------------------------- marking -- */
+
+/* Fills estimates.error_per_cost: each patch's error by the difference in cost between the finer and the coarser of two
+ * rules, of which it has one. */
+static void divide_by_costs(co_assembly *a, const co_element_batches *coarse, const co_element_batches *fine) {
+    co_quadrature_estimates *e = &a->estimates;
+    double *cost = e->error_per_cost;
+    memset(cost, 0, sizeof *cost * (size_t)a->patches.n_patches);
     for (int side = 0; side < 2; side++) {
         const co_element_batches *l = side ? coarse : fine;
         for (int32_t b = 0; b < l->n_blocks; b++)
             for (int32_t lane = 0; lane < l->block[b].n_used; lane++)
-                a->price[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * co_block_cost(&l->block[b]);
+                cost[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * co_block_cost(&l->block[b]);
     }
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        a->price[p] = isnan(a->patch_error[p]) ? (double)INFINITY : a->patch_error[p] / a->price[p];
+        e->error_per_cost[p] = co_marking_error_per_cost(e->error[p], cost[p]);
 }
 
 static int is_refinable(const co_assembly *a, int32_t p) {
@@ -98,64 +95,55 @@ static int is_coarsenable(const co_assembly *a, int32_t p) {
     return a->rule[p] > 0;
 }
 
-static int compare_prices(const void *a, const void *b) {
-    const double *x = a, *y = b;
-    return (x[0] > y[0]) - (x[0] < y[0]);
-}
-
-/* Of the patches that `counts`, those priced below the result are off by no more than `bearable` together; like patches
- * are treated alike. INFINITY: that is all of them. */
-static double marking_threshold(const co_assembly *a, int (*counts)(const co_assembly *, int32_t), double bearable) {
-    int32_t n = 0, kept = 0;
-    double sum = 0, *sorted = a->sorted;
+/* The threshold (marking.h) among the patches for which `can_change` holds. */
+static double threshold_of(co_assembly *a, int (*can_change)(const co_assembly *, int32_t), double unmarked) {
+    co_quadrature_estimates *e = &a->estimates;
+    int32_t n = 0;
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (counts(a, p)) {
-            sorted[2 * n] = a->price[p];
-            sorted[2 * n++ + 1] = a->patch_error[p];
-        }
-    qsort(sorted, (size_t)n, 2 * sizeof *sorted, compare_prices);
-    while (kept < n && sum + sorted[2 * kept + 1] <= bearable)
-        sum += sorted[2 * kept++ + 1];
-    return kept == n ? (double)INFINITY : sorted[2 * kept] * ALIKE;
+        if (can_change(a, p))
+            e->candidates[n++] = (co_marking_candidate){.error_per_cost = e->error_per_cost[p], .error = e->error[p]};
+    return co_marking_threshold(e->candidates, n, unmarked, a->tuning->quadrature_tie);
 }
 
-/* Raises the rules of the patches where that brings most for its cost, so that those that keep theirs are off by no
- * more than half of the tolerance together; returns how many were raised. */
+/* Raises the rules of the patches where that brings most for its cost; returns how many were raised. */
 static int32_t refine_rules(co_assembly *a, double tolerance) {
     int32_t raised = 0;
-    price_errors(a, &a->layout, &a->finer);
-    double cut = marking_threshold(a, is_refinable, 0.5 * tolerance);
-    for (int32_t p = 0; cut < INFINITY && p < a->patches.n_patches; p++)
-        if (is_refinable(a, p) && !(a->price[p] < cut)) {
+    divide_by_costs(a, &a->batches, &a->finer_batches);
+    double threshold = threshold_of(a, is_refinable, a->tuning->quadrature_unmarked * tolerance);
+    for (int32_t p = 0; threshold < INFINITY && p < a->patches.n_patches; p++)
+        if (is_refinable(a, p) && !(a->estimates.error_per_cost[p] < threshold)) {
             a->rule[p]++;
             raised++;
         }
     return raised;
 }
 
-/* What is known of patch p's error: the share by its rule, by the finest one that it was held against, and by the one
- * before that. */
-typedef struct shares {
-    const co_patch_terms *used, *finest, *before;
-} shares;
+/* ----------------------------------------------------------------------------------------- claimed errors -- */
 
-static shares shares_of(const co_assembly *a, size_t p) {
-    int looked = a->looked[p];
-    return (shares){.used = &a->coarse[p],
-                    .finest = looked ? &a->finest[p] : &a->fine[p],
-                    .before = looked ? &a->fine[p] : &a->coarse[p]};
+/* Terms of one patch that its error is told from. */
+typedef struct patch_comparison {
+    const co_patch_terms *used;   /* by its own rule */
+    const co_patch_terms *finest; /* by the finest rule that it was compared with */
+    const co_patch_terms *before; /* by the rule one step coarser than that */
+} patch_comparison;
+
+static patch_comparison comparison_of(const co_quadrature_estimates *e, size_t p) {
+    int third = e->has_third_rule[p];
+    return (patch_comparison){.used = &e->used[p],
+                              .finest = third ? &e->finest[p] : &e->finer[p],
+                              .before = third ? &e->finer[p] : &e->used[p]};
 }
 
-/* What an evaluation is off. */
+/* Errors of an evaluation. */
 typedef struct errors {
     co_quadrature_error objective, area, term[CURVOPT_N_TERMS];
 } errors;
 
-/* Patches begin .. end - 1. */
+/* Sums over patches begin .. end - 1. */
 static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) {
     errors e = {0};
     for (size_t p = begin; p < end; p++) {
-        shares s = shares_of(a, p);
+        patch_comparison s = comparison_of(&a->estimates, p);
         co_quadrature_error_add(&e.objective, co_quadrature_error_difference(a->weights, s.used, s.finest),
                                 co_quadrature_error_difference(a->weights, s.before, s.finest));
         co_quadrature_error_add(&e.area, s.used->area - s.finest->area, s.before->area - s.finest->area);
@@ -182,106 +170,114 @@ static errors errors_of(const co_assembly *a) {
 }
 
 static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
-    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius, reference = a->tuning->quadrature_reference;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
     out->gauss_bonnet_defect = co_assembly_defect(a, v);
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
-    out->n_samples = a->layout.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->layout.n_samples;
+    out->n_samples = a->batches.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->batches.n_samples;
     errors e = errors_of(a);
-    out->objective_error = co_quadrature_error_claimed(&e.objective);
-    out->area_error = unit * co_quadrature_error_claimed(&e.area);
+    out->objective_error = co_quadrature_error_claimed(&e.objective, reference);
+    out->area_error = unit * co_quadrature_error_claimed(&e.area, reference);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t]);
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t], reference);
 }
 
-/* Holds the rules one step finer against those two steps finer, where that tells most for its cost: an estimate is as
- * good as the finer of two rules, and two may miss the same fold. area: the whole one, by the former */
-static int32_t look_closer(co_assembly *a, double area, int third, curvopt_error *error) {
-    co_element_batches closer;
+/* Compares the rules one step finer with those two steps finer, where that tells most for its cost: an estimate is as
+ * good as the finer of two rules, and two may miss the same fold. `area`: the whole one, by the former. */
+static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvopt_error *error) {
+    co_quadrature_estimates *e = &a->estimates;
+    co_element_batches finest;
     co_values values;
     uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
     if (!rule)
         return co_status_no_memory(error);
-    price_errors(a, &a->layout, &a->finer);
-    double cut = marking_threshold(a, is_refinable, UNSEEN * a->error);
+    divide_by_costs(a, &a->batches, &a->finer_batches);
+    double threshold = threshold_of(a, is_refinable, a->tuning->quadrature_two_rules * e->sum);
     for (int32_t p = 0; p < a->patches.n_patches; p++) {
-        a->looked[p] = is_refinable(a, p) && !(a->price[p] < cut);
-        rule[p] = (uint8_t)(a->rule[p] + 2 * a->looked[p]);
+        e->has_third_rule[p] = is_refinable(a, p) && !(e->error_per_cost[p] < threshold);
+        rule[p] = (uint8_t)(a->rule[p] + 2 * e->has_third_rule[p]);
     }
-    int32_t status = co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, rule, 0, 0, 0, &closer, error);
+    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
+    int32_t status = co_element_batches_create(&spec, &finest, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_evaluate_layout(a, &closer, third, &values, error);
+        status = co_assembly_evaluate_batches(a, &finest, third, &values, error);
     if (status == CURVOPT_OK)
-        store_shares(a, &closer, area, third, a->finest);
-    co_element_batches_free(&closer);
+        store_terms(a, &finest, area, third, e->finest);
+    co_element_batches_free(&finest);
     free(rule);
     return status;
 }
 
-/* Room for what is known by patch, once. */
-static int32_t ensure_shares(co_assembly *a, curvopt_error *error) {
-    size_t n = (size_t)a->patches.n_patches;
-    if (!a->coarse)
-        a->coarse = CO_NEW(co_patch_terms, n);
-    if (!a->fine)
-        a->fine = CO_NEW(co_patch_terms, n);
-    if (!a->finest)
-        a->finest = CO_NEW(co_patch_terms, n);
-    if (!a->looked)
-        a->looked = CO_NEW(uint8_t, n);
-    if (!a->patch_error)
-        a->patch_error = CO_NEW(double, n);
-    if (!a->price)
-        a->price = CO_NEW(double, n);
-    if (!a->sorted)
-        a->sorted = CO_NEW(double, 2 * n);
-    int all = a->coarse && a->fine && a->finest && a->looked && a->patch_error && a->price && a->sorted;
-    return all ? CURVOPT_OK : co_status_no_memory(error);
+/* --------------------------------------------------------------------------------------------- refinement -- */
+
+/* One call of co_adaptive_quadrature_resolve(). */
+typedef struct resolution {
+    const double *xyz;              /* [3 n_cage] */
+    const co_quadrature_goal *goal; /* the caller's */
+    int third;                      /* third-order integrals are evaluated */
+    co_values used, finer;          /* values by the present rules, and by those one step finer */
+} resolution;
+
+/* Evaluates by the present rules and by those one step finer; fills the estimates. */
+static int32_t estimate(co_assembly *a, resolution *r, curvopt_error *error) {
+    co_quadrature_estimates *e = &a->estimates;
+    const co_request request = {.is_normalized = r->goal->is_normalized, .all_terms = r->third};
+    double sum = 0;
+    co_assembly_evaluate(a, r->xyz, &request, &r->used);
+    store_terms(a, &a->batches, r->used.integral[CO_INT_AREA], r->third, e->used);
+    int32_t status = co_adaptive_quadrature_evaluate_finer(a, r->third, &r->finer, error);
+    if (status != CURVOPT_OK)
+        return status;
+    store_terms(a, &a->finer_batches, r->finer.integral[CO_INT_AREA], r->third, e->finer);
+    compare_terms(a, r->goal->terms == CO_TERMS_ALL, e->finer);
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        sum += e->error[p];
+    e->sum = sum;
+    return CURVOPT_OK;
+}
+
+/* The result of the rules that were estimated last; a third rule where all terms are reported. */
+static int32_t conclude(co_assembly *a, const resolution *r, curvopt_energies *energies, curvopt_error *error) {
+    const co_quadrature_estimates *e = &a->estimates;
+    int32_t status = CURVOPT_OK;
+    memset(e->has_third_rule, 0, (size_t)a->patches.n_patches);
+    if (r->goal->terms != CO_TERMS_OBJECTIVE && isfinite(e->sum) &&
+        e->sum > a->tuning->quadrature_negligible * r->goal->tolerance)
+        status = evaluate_third_rule(a, r->finer.integral[CO_INT_AREA], r->third, error);
+    report_energies(a, &r->used, r->third, energies);
+    return status;
 }
 
 int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error) {
-    const double tolerance = goal->tolerance;
-    const co_terms terms = goal->terms;
-    size_t n = (size_t)a->patches.n_patches;
-    int third = a->functional.has_third || (terms != CO_TERMS_OBJECTIVE && a->third_allowed);
-    double bearable = a->met ? HYSTERESIS * tolerance : tolerance;
+    resolution r = {.xyz = xyz,
+                    .goal = goal,
+                    .third = a->functional.has_third || (goal->terms != CO_TERMS_OBJECTIVE && a->third_allowed)};
+    double allowed = (a->met ? a->tuning->quadrature_hysteresis : 1) * goal->tolerance;
     *resolved = *changed = 0;
-    int32_t status = ensure_shares(a, error);
-    if (status == CURVOPT_OK && !a->layout.n_blocks) /* memory was out last time */
+    int32_t status = co_quadrature_estimates_ensure(&a->estimates, (size_t)a->patches.n_patches, error);
+    if (status == CURVOPT_OK && !a->batches.n_blocks) /* memory was out last time */
         status = co_assembly_update_batches(a, error);
     while (status == CURVOPT_OK) {
-        co_request request = {.is_normalized = goal->is_normalized, .all_terms = third};
-        co_values values, finer;
-        double difference = 0;
-        co_assembly_evaluate(a, xyz, &request, &values);
-        store_shares(a, &a->layout, values.integral[CO_INT_AREA], third, a->coarse);
-        status = co_adaptive_quadrature_evaluate_finer(a, third, &finer, error);
+        status = estimate(a, &r, error);
         if (status != CURVOPT_OK)
             break;
-        store_shares(a, &a->finer, finer.integral[CO_INT_AREA], third, a->fine);
-        compare_shares(a, terms == CO_TERMS_ALL);
-        for (size_t p = 0; p < n; p++)
-            difference += a->patch_error[p];
-        a->error = difference;
-        *resolved = difference <= fmax(bearable, ACCEPTABLE);
-        a->met |= difference <= bearable;
-        if (difference <= bearable || !isfinite(values.objective) || refine_rules(a, tolerance) == 0) {
-            memset(a->looked, 0, n);
-            if (terms != CO_TERMS_OBJECTIVE && isfinite(difference) && difference > NEGLIGIBLE * tolerance)
-                status = look_closer(a, finer.integral[CO_INT_AREA], third, error);
-            report_energies(a, &values, third, energies);
-            break;
-        }
-        bearable = tolerance;
+        int meets = a->estimates.sum <= allowed;
+        a->met |= meets;
+        *resolved = a->estimates.sum <= fmax(allowed, a->tuning->quadrature_acceptable);
+        if (meets || !isfinite(r.used.objective) || refine_rules(a, goal->tolerance) == 0)
+            return conclude(a, &r, energies, error);
+        allowed = goal->tolerance;
         *changed = 1;
         status = co_assembly_update_batches(a, error);
     }
     return status;
 }
+
+/* --------------------------------------------------------------------------------------------- coarsening -- */
 
 /* Blocks cost the same however many of their lanes are in use. */
 static double cost_of(const co_element_batches *l) {
@@ -291,20 +287,20 @@ static double cost_of(const co_element_batches *l) {
     return cost;
 }
 
-/* Lowers the rules of patches where the errors that this adds are least for what they save; renews the layout if it was
- * worth it. spare: room for the rules as they are */
+/* Lowers the rules of patches where the errors that this adds are least for what they save; takes it back if the cost
+ * does not fall enough. spare [n_patches]: room for the rules as they are. */
 static int32_t coarsen_rules(co_assembly *a, const co_element_batches *coarser, double tolerance, uint8_t *spare,
                              int *changed, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
-    double before = cost_of(&a->layout);
-    price_errors(a, coarser, &a->layout);
-    double cut = marking_threshold(a, is_coarsenable, COARSENING * tolerance - a->error);
+    double before = cost_of(&a->batches);
+    divide_by_costs(a, coarser, &a->batches);
+    double threshold = threshold_of(a, is_coarsenable, a->tuning->quadrature_coarsened * tolerance - a->estimates.sum);
     memcpy(spare, a->rule, n);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        if (is_coarsenable(a, p) && a->price[p] < cut)
+        if (is_coarsenable(a, p) && a->estimates.error_per_cost[p] < threshold)
             a->rule[p]--;
     int32_t status = co_assembly_update_batches(a, error);
-    *changed = status == CURVOPT_OK && cost_of(&a->layout) <= WORTH * before;
+    *changed = status == CURVOPT_OK && cost_of(&a->batches) <= a->tuning->quadrature_saving * before;
     if (status != CURVOPT_OK || *changed)
         return status;
     memcpy(a->rule, spare, n);
@@ -312,23 +308,24 @@ static int32_t coarsen_rules(co_assembly *a, const co_element_batches *coarser, 
 }
 
 int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *changed, curvopt_error *error) {
-    size_t n = (size_t)a->patches.n_patches;
     int third = a->functional.has_third;
     co_element_batches coarser;
+    co_element_batches_spec spec = {
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = a->rule, .step = -1};
     co_values values;
     *changed = 0;
     if (isinf(tolerance)) /* rules that nothing checks stay as they are */
         return CURVOPT_OK;
-    uint8_t *spare = CO_NEW(uint8_t, n);
+    uint8_t *spare = CO_NEW(uint8_t, a->patches.n_patches);
     if (!spare)
         return co_status_no_memory(error);
-    int32_t status =
-        co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, a->rule, -1, 0, 0, &coarser, error);
-    if (status == CURVOPT_OK && cost_of(&coarser) <= WORTH * cost_of(&a->layout)) {
-        status = co_assembly_evaluate_layout(a, &coarser, third, &values, error);
+    int32_t status = co_element_batches_create(&spec, &coarser, error);
+    if (status == CURVOPT_OK && cost_of(&coarser) <= a->tuning->quadrature_saving * cost_of(&a->batches)) {
+        co_patch_terms *terms = a->estimates.finer; /* free for the coarser rule: its own values were compared before */
+        status = co_assembly_evaluate_batches(a, &coarser, third, &values, error);
         if (status == CURVOPT_OK) {
-            store_shares(a, &coarser, values.integral[CO_INT_AREA], third, a->fine);
-            compare_shares(a, 0);
+            store_terms(a, &coarser, values.integral[CO_INT_AREA], third, terms);
+            compare_terms(a, 0, terms);
             status = coarsen_rules(a, &coarser, tolerance, spare, changed, error);
         }
     }
@@ -339,13 +336,14 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
 
 int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
     double relative_area = e->area / (a->radius * a->radius);
-    if (!(relative_area > SMALLEST_AREA))
+    if (!(relative_area > a->tuning->quadrature_area))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
                               "the cage has zero area: its surface's is %g of its size squared", relative_area);
     if (!isfinite(e->objective))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
                               "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
-    if (e->gauss_bonnet_defect > 1 + ACCEPTABLE * e->term[CURVOPT_TERM_WILLMORE])
+    if (e->gauss_bonnet_defect >
+        a->tuning->quadrature_defect + a->tuning->quadrature_acceptable * e->term[CURVOPT_TERM_WILLMORE])
         return co_status_fail(
             error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
             "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "

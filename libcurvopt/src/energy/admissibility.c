@@ -1,4 +1,4 @@
-/* Which surface can carry which energies on a cage's fans. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Which energies are finite on which surface of a cage. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/admissibility.h"
 
 /* The cage's vertex at (0, 0) of a patch with an irregular fan, or -1 where that is the centre of a face that is no

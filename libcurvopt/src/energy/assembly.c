@@ -11,19 +11,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rule of every face at first; and of the report's settings, which never refine. */
+/* Rule of every face at first, and of the fixed settings of Joshi and Sequin's report, which never refine. */
 enum { FIRST_RULE = 0, REPORT_RULE = 1 };
 
 static int needs_area_gradient(const co_assembly *a) {
     return a->functional.has_third;
 }
 
-static size_t work_of_sweep(const co_element_batches *l) {
+static size_t work_of_kernel(const co_element_batches *l) {
     return 9 * (size_t)l->max_points * (size_t)l->lanes;
 }
 
 static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_error *error) {
-    size_t stride = work_of_sweep(l) + l->batch_size;
+    size_t stride = work_of_kernel(l) + l->batch_size;
     if (stride <= a->work_stride)
         return CURVOPT_OK;
     free(a->work);
@@ -36,19 +36,23 @@ static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_
 }
 
 int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
-    co_element_batches_free(&a->layout);
-    co_element_batches_free(&a->finer);
+    co_element_batches_free(&a->batches);
+    co_element_batches_free(&a->finer_batches);
     a->rules_version++;
-    int32_t status = co_element_batches_create(&a->patches, a->cache, a->kernel->lanes, a->rule, 0, 1,
-                                               needs_area_gradient(a), &a->layout, error);
+    co_element_batches_spec spec = {.patches = &a->patches,
+                                    .cache = a->cache,
+                                    .lanes = a->kernel->lanes,
+                                    .rule = a->rule,
+                                    .gradients = 1 + needs_area_gradient(a)};
+    int32_t status = co_element_batches_create(&spec, &a->batches, error);
     if (status == CURVOPT_OK)
-        status = ensure_work(a, &a->layout, error);
+        status = ensure_work(a, &a->batches, error);
     if (status != CURVOPT_OK)
-        co_element_batches_free(&a->layout);
+        co_element_batches_free(&a->batches);
     return status;
 }
 
-/* Rules at first, and weights by faces. */
+/* Sets the rules of the beginning, and the patches' weights. */
 static int32_t start_rules(co_assembly *a, int first_rule, const double *face_weight, curvopt_error *error) {
     a->rule = CO_NEW(uint8_t, a->patches.n_patches);
     a->weight = face_weight ? CO_NEW(double, a->patches.n_patches) : NULL;
@@ -60,7 +64,7 @@ static int32_t start_rules(co_assembly *a, int first_rule, const double *face_we
     return CURVOPT_OK;
 }
 
-/* Points that the patches are made of; and of derived points, the cage's vertices behind them. */
+/* Finds the active points: those that patches are made of, and the cage's vertices that derived points depend on. */
 static int32_t find_active(co_assembly *a, curvopt_error *error) {
     const co_patches *patches = &a->patches;
     int32_t n_points = patches->n_points;
@@ -102,7 +106,7 @@ static int widest_blend(const curvopt_options *options) {
 
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface};
+    *a = (co_assembly){.surface = options->surface, .tuning = &co_quadrature_tuning_default};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
@@ -112,15 +116,15 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
-        status = co_boundary_turning_create(mesh, &a->patches, &a->rim, error);
+        status = co_boundary_turning_create(mesh, &a->patches, &a->turning, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);
     a->cache = tables ? tables : &a->own_cache;
     if (status == CURVOPT_OK) {
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
-        a->point_shares = CO_NEW(double, 6 * (size_t)a->patches.n_points);
-        a->deal = CO_NEW_ALIGNED(co_work_sharing, a->n_threads);
-        if (!a->points || !a->point_gradient || !a->point_shares || !a->deal)
+        a->point_sums = CO_NEW(double, 6 * (size_t)a->patches.n_points);
+        a->sharing = CO_NEW_ALIGNED(co_work_sharing, a->n_threads);
+        if (!a->points || !a->point_gradient || !a->point_sums || !a->sharing)
             status = co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
@@ -136,25 +140,19 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
 
 void co_assembly_free(co_assembly *a) {
     co_patches_free(&a->patches);
-    co_boundary_turning_free(&a->rim);
+    co_boundary_turning_free(&a->turning);
     co_basis_table_cache_free(&a->own_cache);
-    co_element_batches_free(&a->layout);
-    co_element_batches_free(&a->finer);
+    co_element_batches_free(&a->batches);
+    co_element_batches_free(&a->finer_batches);
     free(a->rule);
     free(a->weight);
     free(a->active);
     free(a->points);
     free(a->point_gradient);
-    free(a->point_shares);
+    free(a->point_sums);
     free(a->work);
-    free(a->deal);
-    free(a->coarse);
-    free(a->fine);
-    free(a->finest);
-    free(a->looked);
-    free(a->patch_error);
-    free(a->price);
-    free(a->sorted);
+    free(a->sharing);
+    co_quadrature_estimates_free(&a->estimates);
     *a = (co_assembly){0};
 }
 
@@ -189,8 +187,9 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     return radius;
 }
 
-/* Gradient with respect to positions from that with respect to normalized ones: what would change centroid and radius
- * drops out, the rest scales. */
+/* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling
+ * drop out, the rest scales:  g <- (g - mean g - x (g.x) / n) / radius . co_dof_map_normalized_gradient() has the same
+ * formula in the variables of a minimization. */
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
     const double part = 1 / (double)n, unit = 1 / radius;
@@ -216,7 +215,7 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
             gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
 }
 
-/* What a block found, times the weights of its patches. gradients: the block's, or NULL */
+/* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
 static void weigh_block(const co_assembly *a, const co_element_batches *l, int32_t b, double *gradients, int area) {
     const co_block *block = &l->block[b];
     size_t lanes = (size_t)l->lanes, n = gradients ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
@@ -230,31 +229,31 @@ static void weigh_block(const co_assembly *a, const co_element_batches *l, int32
     }
 }
 
-/* gradients: where the block's go, or NULL; work: this thread's. */
+/* Evaluates a block. gradients: where its gradients go, or NULL; work: this thread's. */
 static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, const co_integrand *integrand, int third,
                       double *gradients, double *work) {
     const co_block *block = &l->block[b];
     int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
-    co_element_block sweep = {.table = block->table,
-                              .points = l->points + block->points,
-                              .xyz = a->points,
-                              .eps4 = co_functional_eps4(),
-                              .integrand = *integrand,
-                              .third = third,
-                              .gradient = gradient,
-                              .area_gradient = area,
-                              .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
-                              .gradients = gradients,
-                              .work = work};
-    a->kernel->run(&sweep);
+    co_element_block element = {.table = block->table,
+                                .points = l->points + block->points,
+                                .xyz = a->points,
+                                .eps4 = co_functional_eps4(),
+                                .integrand = *integrand,
+                                .third = third,
+                                .gradient = gradient,
+                                .area_gradient = area,
+                                .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                                .gradients = gradients,
+                                .work = work};
+    a->kernel->run(&element);
     if (a->weight)
         weigh_block(a, l, b, gradients, area);
 }
 
-/* Blocks of a batch, and their gradients added up by points: the integrand's, and the area's behind it. */
+/* Evaluates the blocks of a batch, and adds their gradients up by points: the integrand's, and the area's behind it. */
 static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch, const co_integrand *integrand,
                       int third, double *work) {
-    double *gradients = work + work_of_sweep(l);
+    double *gradients = work + work_of_kernel(l);
     size_t lanes = (size_t)l->lanes, n = needs_area_gradient(a) ? 6 : 3;
     for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
         run_block(a, l, b, integrand, third, gradients + l->block[b].gradient, work);
@@ -263,29 +262,30 @@ static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch
         for (size_t e = l->touched[k].incident; e < l->touched[k + 1].incident; e++)
             for (size_t c = 0; c < n; c++)
                 sum[c] += gradients[l->incident[e] + c * lanes];
-        memcpy(l->shares + n * k, sum, n * sizeof *sum);
+        memcpy(l->batch_sums + n * k, sum, n * sizeof *sum);
     }
 }
 
-/* A point's shares of all batches, in their order; `first` of co_element_batches.touched. */
-static void collect_shares(co_assembly *a, const co_element_batches *l, size_t first) {
+/* Adds up the contributions of all batches to a point, in their order. `first`: its first entry in
+ * co_element_batches.touched. */
+static void add_batches(co_assembly *a, const co_element_batches *l, size_t first) {
     size_t n = needs_area_gradient(a) ? 6 : 3;
-    double *sum = a->point_shares + 6 * (size_t)l->touched[first].point;
-    memcpy(sum, l->shares + n * first, n * sizeof *sum);
+    double *sum = a->point_sums + 6 * (size_t)l->touched[first].point;
+    memcpy(sum, l->batch_sums + n * first, n * sizeof *sum);
     for (size_t k = l->touched[first].next; k; k = l->touched[k].next)
         for (size_t c = 0; c < n; c++)
-            sum[c] += l->shares[n * k + c];
+            sum[c] += l->batch_sums[n * k + c];
 }
 
-/* All blocks of a layout; `integrand` is what gradients are of. */
+/* Evaluates all blocks; gradients are those of `integrand`. */
 static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
                        int gradient) {
-    co_work_sharing_start(a->deal, a->n_threads);
+    co_work_sharing_start(a->sharing, a->n_threads);
 #pragma omp parallel num_threads(a->n_threads)
     {
         double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
         int32_t k, helped = 0;
-        while ((k = co_work_sharing_next(a->deal, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
+        while ((k = co_work_sharing_next(a->sharing, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
             if (gradient)
                 run_batch(a, l, k, integrand, third, work);
             else
@@ -295,7 +295,7 @@ static void run_blocks(co_assembly *a, const co_element_batches *l, const co_int
 #pragma omp for schedule(static)
             for (size_t first = 0; first < l->batch_touched[l->n_batches]; first++)
                 if (l->touched[first].is_first)
-                    collect_shares(a, l, first);
+                    add_batches(a, l, first);
         }
     }
 }
@@ -335,7 +335,7 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
-/* Of each point factor * the integrand's share + area_factor * the area's; takes derived points' to the cage. */
+/* The gradient factor * the integrand's + area_factor * the area's, that of derived points taken back to the cage. */
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
     int area = needs_area_gradient(a);
     int32_t n = a->active ? a->n_active : a->patches.n_points;
@@ -343,10 +343,10 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t i = 0; i < n; i++) {
         size_t p = (size_t)(a->active ? a->active[i] : i);
-        const double *share = a->point_shares + 6 * p;
+        const double *sum = a->point_sums + 6 * p;
         double *to = p < n_cage ? gradient : a->point_gradient;
         for (size_t c = 0; c < 3; c++)
-            to[3 * p + c] = factor * share[c] + (area ? area_factor * share[3 + c] : 0);
+            to[3 * p + c] = factor * sum[c] + (area ? area_factor * sum[3 + c] : 0);
     }
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
@@ -357,14 +357,14 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     co_integrand integrand = f->has_third ? f->third : f->second;
     double factor = 1, area_factor = 0;
     double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
-    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the sweep must know A */
-        run_blocks(a, &a->layout, &f->second, 0, 0);
-        total(a, &a->layout, out);
+    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the integrand depends on A */
+        run_blocks(a, &a->batches, &f->second, 0, 0);
+        total(a, &a->batches, out);
         integrand = f->second;
         co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
     }
-    run_blocks(a, &a->layout, &integrand, third, request->gradient != NULL);
-    total(a, &a->layout, out);
+    run_blocks(a, &a->batches, &integrand, third, request->gradient != NULL);
+    total(a, &a->batches, out);
     out->radius = radius;
     a->worst_face = out->worst_face;
     if (!request->gradient)
@@ -383,23 +383,23 @@ void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co
     int third = f->has_third || (all_terms && a->third_allowed);
     a->radius = co_assembly_place(a, x, 1);
     if (gradients->second && f->has_second) {
-        run_blocks(a, &a->layout, &f->second, third && !f->has_third, 1);
+        run_blocks(a, &a->batches, &f->second, third && !f->has_third, 1);
         collect_gradient(a, 1, 0, gradients->second);
     }
     if (gradients->third && f->has_third) {
-        run_blocks(a, &a->layout, &f->third, 1, 1);
+        run_blocks(a, &a->batches, &f->third, 1, 1);
         collect_gradient(a, 1, 0, gradients->third);
         collect_gradient(a, 0, 1, gradients->area);
     }
     if (!gradients->second && !gradients->third)
-        run_blocks(a, &a->layout, &f->second, third, 0);
-    total(a, &a->layout, out);
+        run_blocks(a, &a->batches, &f->second, third, 0);
+    total(a, &a->batches, out);
     out->radius = a->radius;
     a->worst_face = out->worst_face;
 }
 
-int32_t co_assembly_evaluate_layout(co_assembly *a, const co_element_batches *l, int third, co_values *out,
-                                    curvopt_error *error) {
+int32_t co_assembly_evaluate_batches(co_assembly *a, const co_element_batches *l, int third, co_values *out,
+                                     curvopt_error *error) {
     int32_t status = ensure_work(a, l, error);
     if (status != CURVOPT_OK)
         return status;
@@ -409,9 +409,9 @@ int32_t co_assembly_evaluate_layout(co_assembly *a, const co_element_batches *l,
 }
 
 double co_assembly_turning(const co_assembly *a) {
-    return co_boundary_turning_total(&a->rim, &a->patches, a->weight, a->points);
+    return co_boundary_turning_total(&a->turning, &a->patches, a->weight, a->points);
 }
 
 double co_assembly_defect(const co_assembly *a, const co_values *values) {
-    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->rim.target);
+    return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->turning.target);
 }

@@ -3,6 +3,11 @@
  * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too
  * large or too small and the energies' invariance under translation and scaling is exact.
  *
+ *     xyz [3 n_cage] --normalize--> points [0 .. n_cage) --derive--> points [n_cage .. n_points)
+ *                                        |  element kernels, block by block
+ *                                        v
+ *     values, and gradients of points --add derived points' to the cage--> --undo the normalization--> gradient
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_ASSEMBLY_H
 #define CO_ENERGY_ASSEMBLY_H
@@ -10,91 +15,86 @@
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
 #include "energy/quadrature_error.h"
+#include "energy/quadrature_tuning.h"
 #include "surface/boundary_turning.h"
 
-/* The finest rule that is held against a finer one. */
+/* The finest rule of a patch: there are finer ones to compare it with. */
 enum { CO_FINEST_RULE = CO_N_RULES - 2 };
 
 typedef struct co_assembly {
     co_patches patches;
-    co_basis_table_cache *cache; /* the caller's, or */
-    co_basis_table_cache own_cache;
+    co_basis_table_cache *cache;    /* tables in use: the caller's, or own_cache */
+    co_basis_table_cache own_cache; /* tables of this assembly alone; empty where the caller has some */
     const co_element_kernel *kernel;
+    const co_quadrature_tuning *tuning; /* constants of adaptive quadrature; the defaults until replaced */
     co_functional functional;
-    double weights[CURVOPT_N_TERMS]; /* what it is made of */
-    int32_t surface;
-    co_boundary_turning rim; /* boundaries and creases, for Gauss-Bonnet */
+    double weights[CURVOPT_N_TERMS]; /* the functional's */
+    int32_t surface;                 /* curvopt_surface, not AUTO */
+    co_boundary_turning turning;     /* boundaries and creases, for Gauss-Bonnet */
     int32_t n_threads;
-    int32_t *active; /* [n_active] points that patches are made of, ascending; NULL where that is all of them */
-    int32_t n_active, n_active_cage; /* and those of them that are the cage's, which come first */
-    int met;                         /* the tolerance has been met before */
-    int third_allowed;               /* the surface can carry third-order energies */
-    double *weight;                  /* [n_patches] how often each counts; NULL: once */
-    uint8_t *rule;                   /* [n_patches] 0 .. CO_FINEST_RULE */
-    int32_t rules_version;           /* counts their changes */
-    co_element_batches layout;       /* of these rules */
-    co_element_batches finer;        /* of rules one step finer, values only; made when first needed */
-    double *points;                  /* [3 n_points] */
-    double *point_gradient;
-    double *point_shares;          /* [6 n_points] the integrand's gradient and the area's, summed over patches */
-    double radius;                 /* of the positions evaluated last */
-    int32_t worst_face;            /* of them: the one with the least |S_u x S_v| */
-    co_patch_terms *coarse, *fine; /* [n_patches] shares by the rules, and by those one step finer */
-    co_patch_terms *finest;        /* [n_patches] and two steps finer, */
-    uint8_t *looked;               /* [n_patches] where these were looked at */
-    double *patch_error;           /* [n_patches] relative differences of these, */
-    double *price;                 /* [n_patches] and by what a rule that mends them costs; */
-    double *sorted;                /* [2 n_patches] work */
-    double error;                  /* sum of patch_error when last resolved */
-    double *work;                  /* [n_threads][work_stride] */
-    size_t work_stride;
-    co_work_sharing *deal; /* [n_threads] */
+    int32_t *active;                  /* [n_active] points that patches are made of, ascending; NULL: all points */
+    int32_t n_active;                 /* number of active points */
+    int32_t n_active_cage;            /* number of active points that are vertices of the cage; they come first */
+    int met;                          /* the tolerance has been met before */
+    int third_allowed;                /* the surface can carry third-order energies */
+    double *weight;                   /* [n_patches] factor of each patch's contribution; NULL: all are 1 */
+    uint8_t *rule;                    /* [n_patches] quadrature rule, 0 .. CO_FINEST_RULE */
+    int32_t rules_version;            /* number of times that rules have changed */
+    co_element_batches batches;       /* by the present rules */
+    co_element_batches finer_batches; /* by rules one step finer, for values only; made when first needed */
+    double *points;                   /* [3 n_points] normalized positions, evaluated last */
+    double *point_gradient; /* [3 n_points] gradient with respect to derived points; the cage's part is unused */
+    double *point_sums;     /* [n_points][2][3] gradients of the integrand and of the area */
+    double radius;          /* root mean square radius of the positions evaluated last, before they were normalized */
+    int32_t worst_face;     /* face with the least |S_u x S_v| at the positions evaluated last */
+    co_quadrature_estimates estimates; /* errors of the rules */
+    double *work;                      /* [n_threads][work_stride] work space of the kernels */
+    size_t work_stride;                /* doubles that one thread needs */
+    co_work_sharing *sharing;          /* [n_threads] */
 } co_assembly;
 
-/* What an evaluation is asked for. */
+/* The request to co_assembly_evaluate(). */
 typedef struct co_request {
-    int is_normalized; /* positions have centroid 0 and radius 1 already, and are taken as they are; so is the gradient
-                        */
+    int is_normalized; /* positions have centroid 0 and radius 1, and are taken as they are; so is the gradient */
     int all_terms;     /* third-order integrals are wanted even if the objective has none */
-    double *gradient;  /* [3 n_cage] or NULL */
+    double *gradient;  /* [3 n_cage] out, or NULL */
 } co_request;
 
 typedef struct co_values {
     double objective;
-    double integral[CO_N_INTEGRALS];
-    double radius; /* integrals of area are in its square */
-    double min_jacobian;
-    int32_t worst_face; /* cage face that has it */
+    double integral[CO_N_INTEGRALS]; /* integrals over the normalized surface */
+    double radius;                   /* root mean square radius of the positions; areas are in units of its square */
+    double min_jacobian;             /* least |S_u x S_v|, by the mean on the same face */
+    int32_t worst_face;              /* cage face that has it */
 } co_values;
 
-/* options->surface is not AUTO. tables: of that surface, to be shared by several assemblies one after another, which
- * they must outlive; NULL: the assembly has its own and must then stay where it is in memory. face_weight [n_faces] or
- * NULL: how often each face's share counts. Faces of weight 0 are left out. With weights from a cage's symmetry
- * (dof_map.h) values are those of the whole; of gradients that is true of their symmetric part only. As
- * curvopt_problem_create. */
+/* Needs options->surface other than AUTO. `tables`: a cache of that surface, which several assemblies may share one
+ * after another, and which they must not outlive; NULL: the assembly has its own, and must then stay where it is in
+ * memory. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0 are left out. With
+ * weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the symmetric part is.
+ * Errors are those of curvopt_problem_create. */
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
                            const double *face_weight, co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
-/* The same of rules [n_patches] that it has had itself. ERROR_MEMORY. */
+/* Takes back rules [n_patches] that this assembly had before. ERROR_MEMORY. */
 int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curvopt_error *error);
 
-/* With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
- * of a gradient is not written (`active`).
- *
- * Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
+/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
  * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
- */
+ *
+ * With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
+ * of a gradient is not written (`active`). */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
 /* Sets assembly->points from xyz [3 n_cage]: the cage's, normalized unless they are so already, and what is derived
  * from them. Returns the radius that was divided by. */
 double co_assembly_place(co_assembly *assembly, const double *xyz, int is_normalized);
 
-/* Gradients [3 n_cage] of what an objective is made of: second + area * third. NULL: not wanted; `third` and `area`
- * only together. Where the objective has no such terms they are not written. */
+/* Gradients [3 n_cage] of the parts of an objective, second + area * third. NULL: not wanted; `third` and `area` only
+ * together. Where the objective has no such terms they are not written. */
 typedef struct co_pieces {
     double *second, *third, *area;
 } co_pieces;
@@ -102,16 +102,16 @@ typedef struct co_pieces {
 /* Values at x [3 n_cage], normalized, and raw gradients: normalization is not differentiated. */
 void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, const co_pieces *gradients,
                         co_values *out);
-/* What boundaries and creases turn (boundary_turning.h), of the positions that were evaluated last. */
+/* Total turning of boundaries and creases (boundary_turning.h) at the positions that were evaluated last. */
 double co_assembly_turning(const co_assembly *assembly);
 
-/* How far total curvature is from what Gauss and Bonnet say, of the positions that were evaluated last. */
+/* Distance of the total curvature from what Gauss and Bonnet say, at the positions that were evaluated last. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
-/* The layout that goes with the present rules; empty on failure. ERROR_MEMORY. */
+/* Makes the batches of the present rules; they are empty on failure. ERROR_MEMORY. */
 int32_t co_assembly_update_batches(co_assembly *assembly, curvopt_error *error);
-/* Values by another layout of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY. */
-int32_t co_assembly_evaluate_layout(co_assembly *assembly, const co_element_batches *layout, int third, co_values *out,
-                                    curvopt_error *error);
+/* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY. */
+int32_t co_assembly_evaluate_batches(co_assembly *assembly, const co_element_batches *batches, int third,
+                                     co_values *out, curvopt_error *error);
 
 #endif

@@ -1,4 +1,4 @@
-/* Patches dealt out to blocks. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Patches grouped for the element kernels. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/element_batches.h"
 
 #include "base/memory.h"
@@ -7,10 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a batch's gradients, in doubles: 1 MB, which a core's own cache holds beside what else is read. All
- * faces' together would go to memory and back, 768 bytes a face. And into how many batches of like cost there are at
- * least, where there are as many blocks: for two cores or a few to get done at the same time. */
-enum { BATCH = 1 << 17, FEWEST_BATCHES = 32 };
+/* Largest size of a batch's gradients: 2^17 doubles, 1 MB, which a core's own cache holds beside what else is read. The
+ * gradients of all faces together would go to memory and back, 768 bytes a face. */
+enum { BATCH_SIZE = 1 << 17 };
+/* Least number of batches of like cost, where there are as many blocks: so many that two cores or a few get done at the
+ * same time. Both: libcurvopt/notes/30-batches-of-gradients.md. */
+enum { FEWEST_BATCHES = 32 };
 
 void co_element_batches_free(co_element_batches *l) {
     free(l->block);
@@ -23,59 +25,60 @@ void co_element_batches_free(co_element_batches *l) {
     free(l->batch_block);
     free(l->batch_touched);
     free(l->touched);
-    free(l->shares);
+    free(l->batch_sums);
     free(l->incident);
     *l = (co_element_batches){0};
 }
 
-static int32_t kind_of(const co_patches *patches, const uint8_t *rule, int step, int32_t p) {
-    int number = rule[p] + step;
-    return co_patches_kind(patches, patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
+/* ------------------------------------------------------------------------------------------------- kinds -- */
+
+/* A kind is a fan and a rule: number of the fan among the patches' times CO_N_RULES + rule. */
+static int32_t kind_of(const co_element_batches_spec *s, int32_t p) {
+    int number = s->rule[p] + s->step;
+    return co_patches_kind(s->patches, s->patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
-/* Patches sorted by kind, stably: order [n_patches]; start [n_kinds + 1]. */
-static void sort_by_kind(const co_patches *patches, const uint8_t *rule, int step, int32_t n_kinds, int32_t *start,
-                         int32_t *order) {
-    for (int32_t p = 0; p < patches->n_patches; p++)
-        start[kind_of(patches, rule, step, p) + 1]++;
-    for (int32_t k = 0; k < n_kinds; k++)
-        start[k + 1] += start[k];
-    for (int32_t p = 0; p < patches->n_patches; p++)
-        order[start[kind_of(patches, rule, step, p)]++] = p;
-    for (int32_t k = n_kinds; k > 0; k--)
-        start[k] = start[k - 1];
-    start[0] = 0;
-}
-
-/* Patches that blocks are cut from, one after the other: of one kind, or of one rule and kinds that can be mixed. */
-typedef struct deal {
+/* Patches sorted by kind, stably. */
+typedef struct sorted_patches {
     int32_t n_kinds;
-    int32_t *start; /* [n_kinds + 1] where a kind's patches begin, */
-    int32_t *order; /* [n_patches] in this */
-    int32_t *whole; /* [n_kinds] how many of them fill blocks of their own; the others are mixed */
-} deal;
+    int32_t *start; /* [n_kinds + 1] place in `order` of each kind's first patch */
+    int32_t *order; /* [n_patches] */
+    int32_t *whole; /* [n_kinds] patches of a kind that fill blocks of their own; the others are mixed */
+} sorted_patches;
 
-static int32_t table_of(const co_patches *patches, co_basis_table_cache *cache, int32_t kind,
-                        const co_basis_table **table, curvopt_error *error) {
-    return co_basis_table_cache_get(cache, patches->kinds[kind / CO_N_RULES], kind % CO_N_RULES, table, error);
+static void sort_by_kind(const co_element_batches_spec *s, sorted_patches *d) {
+    for (int32_t p = 0; p < s->patches->n_patches; p++)
+        d->start[kind_of(s, p) + 1]++;
+    for (int32_t k = 0; k < d->n_kinds; k++)
+        d->start[k + 1] += d->start[k];
+    for (int32_t p = 0; p < s->patches->n_patches; p++)
+        d->order[d->start[kind_of(s, p)]++] = p;
+    for (int32_t k = d->n_kinds; k > 0; k--)
+        d->start[k] = d->start[k - 1];
+    d->start[0] = 0;
+}
+
+static int32_t table_of(const co_element_batches_spec *s, int32_t kind, const co_basis_table **table,
+                        curvopt_error *error) {
+    return co_basis_table_cache_get(s->cache, s->patches->kinds[kind / CO_N_RULES], kind % CO_N_RULES, table, error);
 }
 
 static int32_t blocks_of(int32_t n, int32_t lanes) {
     return (n + lanes - 1) / lanes;
 }
 
-/* What is left of kinds that can be mixed, beside whole blocks, where that makes fewer blocks; fetches all tables. */
-static int32_t choose_mixed(deal *d, const co_patches *patches, co_basis_table_cache *cache, int32_t lanes,
-                            curvopt_error *error) {
+/* Fills d->whole: the rest of a kind beside whole blocks is mixed with others of the same rule where that makes fewer
+ * blocks. Fetches all tables. */
+static int32_t choose_mixed(const co_element_batches_spec *s, sorted_patches *d, curvopt_error *error) {
     int32_t rest[CO_N_RULES] = {0}, blocks[CO_N_RULES] = {0};
     for (int pass = 0; pass < 2; pass++)
         for (int32_t k = 0; k < d->n_kinds; k++) {
-            int32_t n = d->start[k + 1] - d->start[k], left = n % lanes, rule = k % CO_N_RULES;
+            int32_t n = d->start[k + 1] - d->start[k], left = n % s->lanes, rule = k % CO_N_RULES;
             const co_basis_table *table;
             d->whole[k] = n;
             if (n == 0)
                 continue;
-            int32_t status = table_of(patches, cache, k, &table, error);
+            int32_t status = table_of(s, k, &table, error);
             if (status != CURVOPT_OK)
                 return status;
             if (left == 0 || !co_basis_table_is_mixable(table))
@@ -83,12 +86,14 @@ static int32_t choose_mixed(deal *d, const co_patches *patches, co_basis_table_c
             if (pass == 0) {
                 rest[rule] += left;
                 blocks[rule]++;
-            } else if (blocks_of(rest[rule], lanes) < blocks[rule]) {
+            } else if (blocks_of(rest[rule], s->lanes) < blocks[rule]) {
                 d->whole[k] = n - left;
             }
         }
     return CURVOPT_OK;
 }
+
+/* ------------------------------------------------------------------------------------------------- blocks -- */
 
 static void count_blocks(co_element_batches *l, int32_t n, const co_basis_table *table, size_t *n_points) {
     int32_t blocks = blocks_of(n, l->lanes);
@@ -98,8 +103,8 @@ static void count_blocks(co_element_batches *l, int32_t n, const co_basis_table 
     *n_points += (size_t)blocks * (size_t)table->n_points * (size_t)l->lanes;
 }
 
-/* Counts blocks and what they hold. */
-static int32_t measure(co_element_batches *l, const deal *d, const co_patches *patches, co_basis_table_cache *cache,
+/* Counts blocks and their points. */
+static int32_t measure(const co_element_batches_spec *s, const sorted_patches *d, co_element_batches *l,
                        size_t *n_points, curvopt_error *error) {
     const co_basis_table *table, *any[CO_N_RULES];
     int32_t rest[CO_N_RULES] = {0};
@@ -108,7 +113,7 @@ static int32_t measure(co_element_batches *l, const deal *d, const co_patches *p
         int32_t n = d->start[k + 1] - d->start[k];
         if (n == 0)
             continue;
-        int32_t status = table_of(patches, cache, k, &table, error);
+        int32_t status = table_of(s, k, &table, error);
         if (status != CURVOPT_OK)
             return status;
         count_blocks(l, d->whole[k], table, n_points);
@@ -139,7 +144,7 @@ static void fill_block(const co_patches *patches, const int32_t *order, int32_t 
     }
 }
 
-/* Where the next block goes. */
+/* Where the next block, table of mixed kinds and points go. */
 typedef struct place {
     int32_t block, mixed;
     size_t points;
@@ -165,41 +170,41 @@ static int32_t add_mixed(const co_patches *patches, const co_basis_table **table
 }
 
 /* The blocks of one rule's mixed patches. */
-static int32_t fill_mixed(const deal *d, int32_t rule, const co_patches *patches, co_basis_table_cache *cache,
+static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches *d, int32_t rule,
                           co_element_batches *l, place *at, curvopt_error *error) {
     const co_basis_table *tables[CO_MAX_LANES];
     int32_t order[CO_MAX_LANES], n = 0, status = CURVOPT_OK;
     for (int32_t k = rule; k < d->n_kinds; k += CO_N_RULES)
         for (int32_t i = d->start[k] + d->whole[k]; status == CURVOPT_OK && i < d->start[k + 1]; i++) {
             order[n] = d->order[i];
-            status = table_of(patches, cache, k, &tables[n++], error);
+            status = table_of(s, k, &tables[n++], error);
             if (status == CURVOPT_OK && n == l->lanes) {
-                status = add_mixed(patches, tables, order, n, l, at, error);
+                status = add_mixed(s->patches, tables, order, n, l, at, error);
                 n = 0;
             }
         }
-    return status == CURVOPT_OK && n ? add_mixed(patches, tables, order, n, l, at, error) : status;
+    return status == CURVOPT_OK && n ? add_mixed(s->patches, tables, order, n, l, at, error) : status;
 }
 
-static int32_t fill_blocks(const deal *d, const co_patches *patches, co_basis_table_cache *cache, co_element_batches *l,
+static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patches *d, co_element_batches *l,
                            curvopt_error *error) {
     place at = {0};
     int32_t status = CURVOPT_OK;
     for (int32_t k = 0; k < d->n_kinds && status == CURVOPT_OK; k++) {
         const co_basis_table *table = NULL;
         if (d->whole[k])
-            status = table_of(patches, cache, k, &table, error);
+            status = table_of(s, k, &table, error);
         for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += l->lanes)
-            add_block(patches, table, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
+            add_block(s->patches, table, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
     }
     for (int32_t rule = 0; rule < CO_N_RULES && status == CURVOPT_OK; rule++)
-        status = fill_mixed(d, rule, patches, cache, l, &at, error);
+        status = fill_mixed(s, d, rule, l, &at, error);
     return status;
 }
 
 /* -------------------------------------------------------------------------------------------------- batches -- */
 
-/* Deals blocks out to batches, and gives each its place among the batch's gradients. */
+/* Cuts the list of blocks into batches, and gives each block its place among its batch's gradients. */
 static int32_t split_batches(int area, co_element_batches *l, curvopt_error *error) {
     size_t at = 0;
     double cost = 0, whole = 0;
@@ -211,7 +216,7 @@ static int32_t split_batches(int area, co_element_batches *l, curvopt_error *err
     for (int32_t b = 0; b < l->n_blocks; b++) {
         size_t size = (size_t)l->block[b].table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
         cost += co_block_cost(&l->block[b]);
-        if (at == 0 || at + size > BATCH || cost > whole / FEWEST_BATCHES) {
+        if (at == 0 || at + size > BATCH_SIZE || cost > whole / FEWEST_BATCHES) {
             l->batch_block[l->n_batches++] = b;
             at = 0;
             cost = co_block_cost(&l->block[b]);
@@ -238,11 +243,20 @@ static size_t count_touched(const co_element_batches *l, size_t *mark) {
     return n;
 }
 
-/* The points that one batch touches, from number `first` of co_element_batches.touched on, and where their shares are;
- * the next free number. slot [n_points]: 1 + the number of a point when it was last touched, 0 before. */
+/* Lists the points that one batch touches, from entry `first` of `touched` on, and where their contributions are;
+ * returns the next free entry. slot [n_points]: 1 + the entry of a point where it was touched last, 0 before.
+ *
+ * For example the second batch, first = 2, has one block of two lanes, both with the points 7 and 5, and the first
+ * batch touched point 5 as its entry 1:
+ *
+ *     1. count       touched[2] = {point 7, is_first}, touched[3] = {point 5}, touched[1].next = 3; slot[7] = 3,
+ *                    slot[5] = 4; `incident` counts the contributions: 2, 2
+ *     2. places      with 9 contributions in the first batch `incident` becomes 9, 11
+ *     3. fill        each contribution is written to its point's place, which is moved on: 11, 13
+ *     4. move back   each point's place is the one that the point before was moved on to: 9, 11 */
 static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t first, size_t *slot) {
     int32_t begin = l->batch_block[batch], end = l->batch_block[batch + 1], lanes = l->lanes;
-    const size_t start = l->touched[first].incident; /* of the shares; left there by the batch before */
+    const size_t start = l->touched[first].incident; /* place of the batch's first; left there by the batch before */
     size_t n = first, at = start;
     for (int32_t b = begin; b < end; b++)
         for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++) {
@@ -272,18 +286,18 @@ static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t 
 }
 
 static int32_t build_batches(int32_t n_points, int area, co_element_batches *l, curvopt_error *error) {
-    size_t n_shares = 0, n = 0, n_touched;
+    size_t n_incident = 0, n = 0, n_touched;
     size_t *slot = CO_NEW(size_t, n_points);
     int32_t status = slot ? split_batches(area, l, error) : co_status_no_memory(error);
     if (status != CURVOPT_OK)
         goto done;
     for (int32_t b = 0; b < l->n_blocks; b++)
-        n_shares += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
+        n_incident += (size_t)l->block[b].table->n_points * (size_t)l->block[b].n_used;
     n_touched = count_touched(l, slot);
     l->touched = CO_NEW(co_touched, n_touched + 1);
-    l->shares = CO_NEW(double, n_touched * 3 * (size_t)(1 + area));
-    l->incident = CO_NEW(uint32_t, n_shares);
-    if (!l->touched || !l->shares || !l->incident) {
+    l->batch_sums = CO_NEW(double, n_touched * 3 * (size_t)(1 + area));
+    l->incident = CO_NEW(uint32_t, n_incident);
+    if (!l->touched || !l->batch_sums || !l->incident) {
         status = co_status_no_memory(error);
         goto done;
     }
@@ -310,29 +324,27 @@ static int32_t allocate(co_element_batches *l, size_t n_points, curvopt_error *e
     return co_status_no_memory(error);
 }
 
-int32_t co_element_batches_create(const co_patches *patches, co_basis_table_cache *cache, int32_t lanes,
-                                  const uint8_t *rule, int step, int gradients, int area, co_element_batches *l,
-                                  curvopt_error *error) {
-    int32_t n_kinds = patches->n_kinds * CO_N_RULES;
+int32_t co_element_batches_create(const co_element_batches_spec *spec, co_element_batches *l, curvopt_error *error) {
+    int32_t n_kinds = spec->patches->n_kinds * CO_N_RULES;
     size_t n_points;
-    deal d = {.n_kinds = n_kinds,
-              .start = CO_NEW(int32_t, n_kinds + 1),
-              .order = CO_NEW(int32_t, patches->n_patches),
-              .whole = CO_NEW(int32_t, n_kinds)};
-    *l = (co_element_batches){.lanes = lanes};
+    sorted_patches d = {.n_kinds = n_kinds,
+                        .start = CO_NEW(int32_t, n_kinds + 1),
+                        .order = CO_NEW(int32_t, spec->patches->n_patches),
+                        .whole = CO_NEW(int32_t, n_kinds)};
+    *l = (co_element_batches){.lanes = spec->lanes};
     int32_t status = d.start && d.order && d.whole ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
-        sort_by_kind(patches, rule, step, n_kinds, d.start, d.order);
-        status = choose_mixed(&d, patches, cache, lanes, error);
+        sort_by_kind(spec, &d);
+        status = choose_mixed(spec, &d, error);
     }
     if (status == CURVOPT_OK)
-        status = measure(l, &d, patches, cache, &n_points, error);
+        status = measure(spec, &d, l, &n_points, error);
     if (status == CURVOPT_OK)
         status = allocate(l, n_points, error);
     if (status == CURVOPT_OK)
-        status = fill_blocks(&d, patches, cache, l, error);
-    if (status == CURVOPT_OK && gradients)
-        status = build_batches(patches->n_points, area, l, error);
+        status = fill_blocks(spec, &d, l, error);
+    if (status == CURVOPT_OK && spec->gradients)
+        status = build_batches(spec->patches->n_points, spec->gradients > 1, l, error);
     free(d.start);
     free(d.order);
     free(d.whole);

@@ -1,10 +1,10 @@
-/* Energies and gradients of a block of faces of one kind, one face per vector lane.
- * Compiled once per instruction set, with CO_LANES and CO_ELEMENT_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later
- */
+/* Energies and gradients of a block of faces of one kind, one face per vector lane. Compiled once per instruction set,
+ * with CO_LANES and CO_ELEMENT_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/element_kernel.h"
 
 #include "energy/kernel_gauss_newton.h"
 #include "energy/kernel_hessian.h"
+#include "energy/kernel_plane.h"
 
 #include <string.h>
 
@@ -15,13 +15,6 @@ typedef struct block {
     lane (*G)[3];
     lane (*G_area)[3];
 } block;
-
-/* The report's surface: S' = S - w ((S - V).n_V) n_V with limit position V and normal n_V. */
-typedef struct plane_state {
-    lane V[3], n[3], tangent[2][3], inv_length;
-    lane V_bar[3], n_bar[3];
-    lane phi[CO_JET], psi[CO_JET]; /* jets of (S - V).n and of w times it */
-} plane_state;
 
 /* Where a sample's rows begin. `mixed` is a constant where this is called: of co_basis_table. */
 CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
@@ -75,90 +68,6 @@ CO_SIMD_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points
     transpose_jets(rows, mixed, n_points, S_bar, first, last, 1, G);
 }
 
-CO_SIMD_INLINE void plane_begin(const co_basis_table *t, const block *b, plane_state *m) {
-    lane sums[3][3], normal[3];
-    memset(sums, 0, sizeof sums);
-    for (int i = 0; i < 3; i++)
-        for (int32_t p = 0; p < t->n_points; p++)
-            lane_add_scaled(sums[i], lane_all(t->masks[i * t->n_points + p]), b->P[p]);
-    memcpy(m->V, sums[0], sizeof m->V);
-    memcpy(m->tangent, sums[1], sizeof m->tangent);
-    memset(m->V_bar, 0, sizeof m->V_bar);
-    memset(m->n_bar, 0, sizeof m->n_bar);
-    lane_cross(m->tangent[0], m->tangent[1], normal);
-    m->inv_length = 1.0 / lane_sqrt(lane_dot(normal, normal));
-    for (int c = 0; c < 3; c++)
-        m->n[c] = normal[c] * m->inv_length;
-}
-
-/* Adjoint of V and n_V back to the points. */
-CO_SIMD_INLINE void plane_end(const co_basis_table *t, const plane_state *m, lane (*G)[3]) {
-    lane normal_bar[3], bar[3][3];
-    lane along = lane_dot(m->n_bar, m->n);
-    for (int c = 0; c < 3; c++) {
-        normal_bar[c] = (m->n_bar[c] - along * m->n[c]) * m->inv_length;
-        bar[0][c] = m->V_bar[c];
-    }
-    lane_cross(m->tangent[1], normal_bar, bar[1]);
-    lane_cross(normal_bar, m->tangent[0], bar[2]);
-    for (int i = 0; i < 3; i++)
-        for (int32_t p = 0; p < t->n_points; p++)
-            lane_add_scaled(G[p], lane_all(t->masks[i * t->n_points + p]), bar[i]);
-}
-
-/* Binomials of Leibniz' rule. */
-static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
-
-CO_SIMD_INLINE int jet_index(int p, int q) {
-    return (p + q) * (p + q + 1) / 2 + q;
-}
-
-/* psi = w phi; or, transposed, phi from psi. */
-CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane in[CO_JET], lane out[CO_JET]) {
-    for (int k = 0; k < CO_JET; k++)
-        out[k] = lane_all(0);
-    for (int k = 0; k < CO_JET; k++)
-        for (int i = 0; i <= co_jet_order_u[k]; i++)
-            for (int j = 0; j <= co_jet_order_v[k]; j++) {
-                int from = jet_index(i, j), with = jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
-                double factor = binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with];
-                if (transposed)
-                    out[from] += factor * in[k];
-                else
-                    out[k] += factor * in[from];
-            }
-}
-
-/* S -> S' in place. */
-CO_SIMD_INLINE void plane_forward(plane_state *m, const double w[CO_JET], lane S[CO_JET][3]) {
-    for (int k = 0; k < CO_JET; k++)
-        m->phi[k] = lane_dot(S[k], m->n);
-    m->phi[0] -= lane_dot(m->V, m->n);
-    leibniz(w, 0, m->phi, m->psi);
-    for (int k = 0; k < CO_JET; k++)
-        lane_add_scaled(S[k], -m->psi[k], m->n);
-}
-
-/* S'_bar -> S_bar in place; S is S'. */
-CO_SIMD_INLINE void plane_adjoint(plane_state *m, const double w[CO_JET], lane S[CO_JET][3], lane S_bar[CO_JET][3]) {
-    lane psi_bar[CO_JET], phi_bar[CO_JET];
-    for (int k = 0; k < CO_JET; k++) {
-        psi_bar[k] = -lane_dot(S_bar[k], m->n);
-        lane_add_scaled(m->n_bar, -m->psi[k], S_bar[k]);
-    }
-    leibniz(w, 1, psi_bar, phi_bar);
-    for (int k = 0; k < CO_JET; k++) {
-        lane original[3];
-        for (int c = 0; c < 3; c++) {
-            original[c] = S[k][c] + m->psi[k] * m->n[c] - (k == 0 ? m->V[c] : lane_all(0));
-            S_bar[k][c] += phi_bar[k] * m->n[c];
-        }
-        lane_add_scaled(m->n_bar, phi_bar[k], original);
-    }
-    for (int c = 0; c < 3; c++)
-        m->V_bar[c] -= phi_bar[0] * m->n[c];
-}
-
 CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
     memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
     lane_cross(S[2], m->n, S_bar[1]);
@@ -184,15 +93,15 @@ CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int thir
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
 }
 
-/* The sweep over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each combination
- * is compiled without the others' work. */
-CO_SIMD_INLINE void sweep_samples(const co_element_block *s, const block *b, int third, int plane, int mixed,
-                                  lane sums[CO_N_SUMS]) {
+/* The integrals over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each
+ * combination is compiled without the others' work. */
+CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b, int third, int plane, int mixed,
+                                      lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
     const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
     plane_state plane_of_block;
     if (plane)
-        plane_begin(t, b, &plane_of_block);
+        plane_begin(t, b->P, &plane_of_block);
     for (int32_t i = 0; i < t->n_samples; i++) {
         const double *rows = rows_of(t, mixed, i);
         const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
@@ -229,11 +138,11 @@ CO_SIMD_INLINE void sweep_samples(const co_element_block *s, const block *b, int
         plane_end(t, &plane_of_block, b->G);
 }
 
-/* The area's gradient on `plane`, whose V and n_V need an adjoint of their own: a sweep for it alone. */
-CO_SIMD_INLINE void sweep_plane_area(const co_element_block *s, const block *b) {
+/* The area's gradient on `plane`, whose V and n_V need an adjoint of their own: all samples once more. */
+CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block *b) {
     const co_basis_table *t = s->table;
     plane_state m;
-    plane_begin(t, b, &m);
+    plane_begin(t, b->P, &m);
     for (int32_t i = 0; i < t->n_samples; i++) {
         const double *rows = rows_of(t, 0, i), *w = t->blend + (size_t)i * CO_JET;
         lane S[CO_JET][3], S_bar[CO_JET][3];
@@ -276,17 +185,17 @@ static void run(const co_element_block *s) {
     if (s->gradient)
         memset(b.G, 0, sizeof *b.G * 2 * n);
     if (s->table->blend) {
-        sweep_samples(s, &b, 1, 1, 0, sums);
+        integrate_samples(s, &b, 1, 1, 0, sums);
         if (s->gradient && s->area_gradient)
-            sweep_plane_area(s, &b);
+            integrate_plane_area(s, &b);
     } else if (s->third && s->table->is_mixed) {
-        sweep_samples(s, &b, 1, 0, 1, sums);
+        integrate_samples(s, &b, 1, 0, 1, sums);
     } else if (s->third) {
-        sweep_samples(s, &b, 1, 0, 0, sums);
+        integrate_samples(s, &b, 1, 0, 0, sums);
     } else if (s->table->is_mixed) {
-        sweep_samples(s, &b, 0, 0, 1, sums);
+        integrate_samples(s, &b, 0, 0, 1, sums);
     } else {
-        sweep_samples(s, &b, 0, 0, 0, sums);
+        integrate_samples(s, &b, 0, 0, 0, sums);
     }
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
@@ -328,7 +237,7 @@ CO_SIMD_INLINE void residual_gradient(const co_basis_table *t, int mixed, int32_
         out[i] *= weight;
 }
 
-/* On `plane`, with the vertex's normal held: what it contributes is small, and this matrix is a guide only. */
+/* On `plane`, the vertex's normal taken for constant: its contribution is small, and this matrix only preconditions. */
 CO_SIMD_INLINE void plane_residual(plane_state *m, const co_basis_table *t, int32_t sample, lane S[CO_JET][3],
                                    lane S_bar[CO_JET][3], lane *out) {
     memset(S_bar[0], 0, sizeof S_bar[0]);
@@ -340,16 +249,15 @@ CO_SIMD_INLINE void plane_residual(plane_state *m, const co_basis_table *t, int3
 }
 
 /* `third`, `plane` and `mixed` are constants where this is called. */
-CO_SIMD_INLINE void sweep_gauss_newton(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int plane,
-                                       int mixed) {
+CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int plane,
+                                     int mixed) {
     const co_basis_table *t = s->table;
     const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
     int n_columns = 0;
     lane *matrix = (lane *)(void *)s->matrix;
     plane_state vertex;
-    block b = {.P = P};
     if (plane)
-        plane_begin(t, &b, &vertex);
+        plane_begin(t, P, &vertex);
     for (int32_t i = 0; i < t->n_samples; i++) {
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
@@ -379,7 +287,7 @@ CO_SIMD_INLINE void sweep_gauss_newton(const co_element_hessian *s, lane (*P)[3]
     add_squares(V, n_columns, size, matrix);
 }
 
-/* C becomes what a step from `before` was to make of it, to first order. */
+/* C becomes its linear extrapolation from `before` along the step. */
 CO_SIMD_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_points, lane (*P)[3], lane (*before)[3],
                                    lane C[4]) {
     lane S[CO_JET][3], D[CO_JET][3];
@@ -417,13 +325,20 @@ CO_SIMD_INLINE void add_columns(const double *rows, int mixed, int32_t n_points,
  * After a step it can be the lifted Newton method's matrix instead (Albersmeyer, Diehl, "The lifted Newton method and
  * its application in optimization", SIAM J. Optim. 20, 2010; for thin shells Magisano, Leonetti, Garcea, "Advantages of
  * the mixed format in geometrically nonlinear analysis of beams and shells using solid finite elements", Int. J. Numer.
- * Meth. Engng 109, 2017). A step that slides vertices by a hundredth of an edge leaves in C a remainder of second order
- * that is as large as C, and the Hessian, in which C multiplies curvatures, is then another one, indefinite and of no
- * use for the way that is still to be gone. So C is taken for a variable of its own: in the matrix, not in the
- * gradient, it is what the step was to make of it to first order. */
-CO_SIMD_INLINE void sweep_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
+ * Meth. Engng 109, 2017). After a step that slides vertices by a hundredth of an edge, C differs from its linear
+ * extrapolation by a second-order remainder that is as large as C. In the Hessian C multiplies curvatures; with that
+ * remainder it is indefinite, and no model of the rest of the way. So C is taken for a variable of its own: in the
+ * matrix, not in the gradient, it is its linear extrapolation (libcurvopt/notes/54-lifted-newton-method.md).
+ *
+ * At each sample, with S the 9 derivatives (27 numbers) and x the points (S = R x, R the rows of the table):
+ *
+ *     core (27 x 27) = d^2 f / dS dS    columns 1..5 by differences, 6..9 analytic (kernel_hessian.h: in this order)
+ *     V = R^T core                      for one coordinate d: [last][3 n], by transpose_jets
+ *     matrix += V R                     the lower triangle, columns of coordinate d, by add_columns */
+CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
     const co_basis_table *t = s->table;
     const int size = 3 * t->n_points, last = third ? 9 : 5;
+    /* Step relative to |S_u|, |S_v|; 3e-6 to 3e-8 were tried: libcurvopt/notes/41-difference-step-of-the-hessian.md */
     const double relative_step = third ? 3e-7 : 3e-6;
     lane(*before)[3] = (lane(*)[3])(void *)(V + 9 * size);
     if (third && s->before)
@@ -463,29 +378,29 @@ static void run_second(const co_element_hessian *s) {
     const int mixed = s->table->is_mixed;
     if (s->exact && !s->table->blend) {
         if (s->third && mixed)
-            sweep_hessian(s, P, V, 1, 1);
+            add_hessian(s, P, V, 1, 1);
         else if (s->third)
-            sweep_hessian(s, P, V, 1, 0);
+            add_hessian(s, P, V, 1, 0);
         else if (mixed)
-            sweep_hessian(s, P, V, 0, 1);
+            add_hessian(s, P, V, 0, 1);
         else
-            sweep_hessian(s, P, V, 0, 0);
+            add_hessian(s, P, V, 0, 0);
         return;
     }
     if (s->table->blend && s->third)
-        sweep_gauss_newton(s, P, V, 1, 1, 0);
+        add_gauss_newton(s, P, V, 1, 1, 0);
     else if (s->table->blend)
-        sweep_gauss_newton(s, P, V, 0, 1, 0);
+        add_gauss_newton(s, P, V, 0, 1, 0);
     else if (s->third && mixed)
-        sweep_gauss_newton(s, P, V, 1, 0, 1);
+        add_gauss_newton(s, P, V, 1, 0, 1);
     else if (s->third)
-        sweep_gauss_newton(s, P, V, 1, 0, 0);
+        add_gauss_newton(s, P, V, 1, 0, 0);
     else if (mixed)
-        sweep_gauss_newton(s, P, V, 0, 0, 1);
+        add_gauss_newton(s, P, V, 0, 0, 1);
     else
-        sweep_gauss_newton(s, P, V, 0, 0, 0);
+        add_gauss_newton(s, P, V, 0, 0, 0);
     for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
-        s->matrix[i] *= 2; /* of squares */
+        s->matrix[i] *= 2; /* a square r^2 has 2 grad r grad r^T */
 }
 
 #define STRING_(x) #x

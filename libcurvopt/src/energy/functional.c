@@ -1,10 +1,10 @@
-/* The energies as weights over a few integrals of curvature. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The energies as weighted sums of six integrals. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/functional.h"
 
 #include <math.h>
 
-/* Third-order terms over |F1|^2, |F3|^2, X: Moreton and Sequin 1992 for MVS, the report's eq. 7 for its extension,
- * Joshi's thesis (2008) for the mean over directions. */
+/* Integrands of the terms. Third-order ones follow Moreton and Sequin 1992 for MVS, Joshi and Sequin's report, eq. 7,
+ * for MVS_cross, and Joshi's thesis (2008) for the mean over directions. */
 static const co_integrand term_integrand[CURVOPT_N_TERMS] = {
     [CURVOPT_TERM_WILLMORE] = {.h2 = 1},
     [CURVOPT_TERM_MVS] = {.f1 = 1, .f3 = 1, .x = 2},

@@ -1,4 +1,4 @@
-/* The energies as weights over a few integrals of curvature.
+/* The energies as weighted sums of six integrals.
  *
  * With the first and second fundamental forms in an orthonormal tangent frame, C = grad h (symmetric, Codazzi), the
  * derivative of normal curvature along direction theta is A1 cos + B1 sin + A3 cos 3 theta + B3 sin 3 theta, and with
@@ -8,8 +8,8 @@
  * At an umbilic, q = 0, X is bounded but has no limit, and its gradient none either. It is replaced by
  *     X_eps = Re(F1 F3 q^2) |q|^2 / (|q|^4 + eps^4),
  * smooth everywhere, with |X_eps - X| <= |F1 F3| eps^4 / (|q|^4 + eps^4): the fourth power keeps the error below 1e-6
- * of |F1 F3| wherever k1 and k2 differ by a tenth of the surface's mean curvature or so, where MVS lives off the
- * cancellation of X against |F1|^2 + |F3|^2. eps = CO_UMBILIC / (root mean square distance of the cage's vertices from
+ * of |F1 F3| wherever k1 and k2 differ by a tenth of the surface's mean curvature or more, where X cancels
+ * most of |F1|^2 + |F3|^2 in MVS. eps = CO_UMBILIC / (root mean square distance of the cage's vertices from
  * their centroid), so energies stay invariant.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
@@ -27,7 +27,7 @@ static inline double co_functional_eps4(void) {
     return CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC;
 }
 
-/* What the element kernels integrate. */
+/* Integrals that the element kernels sum up. */
 typedef enum co_integral {
     CO_INT_AREA, /* dA */
     CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */
@@ -55,11 +55,11 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
 /* Whether a term (curvopt_term) has derivatives of curvature. Its integral is then multiplied by the area. */
 int co_functional_is_third_order(int term);
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
-/* All terms, from the integrals; third-order ones only if `with_third`, else NAN. */
+/* All terms from the integrals; third-order ones are NAN unless `with_third`. */
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);
-/* Of one integrand. */
+/* The integral of one integrand. */
 double co_functional_integrate(const co_integrand *integrand, const double integral[CO_N_INTEGRALS]);
-/* The objective's value. */
+/* The value of the objective. */
 double co_functional_value(const co_functional *functional, const double integral[CO_N_INTEGRALS]);
 
 #endif

@@ -1,4 +1,4 @@
-/* Choice of the sweep for this processor. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Choice of the element kernel for this processor. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/element_kernel.h"
 
 #include <string.h>

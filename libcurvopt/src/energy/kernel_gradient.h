@@ -2,7 +2,7 @@
  * all this, by hand. Included by element_kernel.c only, once per instruction set.
  *
  * The frame is e1 = S_u / |S_u|, e2 = n x e1. With alpha = |S_u|, J = |S_u x S_v| and tau = S_u.S_v / alpha^2, a
- * second- order array X (uu, uv, vv) has the frame components s^2 X_uu,   s t (X_uv - tau X_uu),   t^2 (X_vv - 2 tau
+ * second-order array X (uu, uv, vv) has the frame components s^2 X_uu,   s t (X_uv - tau X_uu),   t^2 (X_vv - 2 tau
  * X_uv + tau^2 X_uu),    s = 1 / alpha, t = alpha / J, and so on for third order. In a parametrization that is
  * orthonormal at the point, C_ijk = S_ijk.n - sum over the three choices of k of h_kl S_ij.e_l .
  *
@@ -14,14 +14,14 @@
 #include "energy/simd.h"
 #include "surface/bspline.h"
 
-/* Everything the adjoint needs of the forward pass. */
+/* Results of the forward pass that the adjoint needs. */
 typedef struct sample_state {
     lane n[3], J, inv_E, s, t, tau;
     lane L[3];               /* S_ij.n */
     lane h[3];               /* h11 h12 h22 in the frame */
     lane ga[3], gb[3];       /* S_ij.S_u, S_ij.S_v */
     lane p_raw[3], q_raw[3]; /* S_ij.e1, S_ij.e2 */
-    lane p[3], q[3];         /* the same in the frame */
+    lane p[3], q[3];         /* p_raw, q_raw in the frame */
     lane T[4];               /* S_ijk.n */
     lane A1, B1, A3, B3;     /* Fourier coefficients of the derivative of normal curvature */
 } sample_state;
@@ -91,7 +91,7 @@ CO_SIMD_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
     m->B3 = 0.75 * C112 - 0.25 * C222;
 }
 
-/* What third-order integrands are made of, from C and the second fundamental form. */
+/* |F1|^2, |F3|^2 and X from C and the second fundamental form. */
 CO_SIMD_INLINE void forward_invariants(const sample_state *m, double eps4, sample_values *out) {
     const lane *h = m->h;
     lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
@@ -227,7 +227,7 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
 CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
                                    int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
     lane seed = weight * m->J, h_bar[3], C_bar[4];
-    for (int k = 0; k < 3; k++) /* of h2; of K = h11 h22 - h12^2 */
+    for (int k = 0; k < 3; k++) /* adjoints of h2 and of K = h11 h22 - h12^2 */
         h_bar[k] = ((k == 1 ? 4 : 2) * w->h2 * m->h[k] + w->gauss * (k == 1 ? -2 * m->h[1] : m->h[2 - k])) * seed;
     if (third)
         adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);

@@ -43,7 +43,7 @@ CO_SIMD_INLINE void differentiate_curvature(lane S[CO_JET][3], curvature_derivat
     }
 }
 
-/* What is integrated at one sample. */
+/* The integrand at one sample. */
 typedef struct sample_integrand {
     const co_integrand *integrand;
     double eps4;        /* functional.h's regularization: eps to the fourth */

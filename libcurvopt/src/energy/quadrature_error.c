@@ -1,9 +1,11 @@
-/* Shares of patches in the energies, and what they are off. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Terms of single patches by several quadrature rules, and how far each is off.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/quadrature_error.h"
 
-#include <math.h>
+#include "base/memory.h"
 
-static const double LUCK = 0.2; /* of what the finest rules may be off themselves, and of errors that seem to cancel */
+#include <math.h>
+#include <stdlib.h>
 
 double co_quadrature_error_difference(const double *weights, const co_patch_terms *x, const co_patch_terms *y) {
     double sum = 0;
@@ -26,16 +28,43 @@ double co_quadrature_error_relative(const co_quadrature_error_measure *m, const 
     return worst;
 }
 
-void co_quadrature_error_add(co_quadrature_error *sum, double difference, double doubt) {
+void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change) {
     sum->net += difference;
-    sum->doubt += fabs(doubt);
+    sum->last_change += fabs(last_change);
 }
 
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other) {
     sum->net += other->net;
-    sum->doubt += other->doubt;
+    sum->last_change += other->last_change;
 }
 
-double co_quadrature_error_claimed(const co_quadrature_error *sum) {
-    return fabs(sum->net) + LUCK * sum->doubt;
+double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error) {
+    return fabs(sum->net) + reference_error * sum->last_change;
+}
+
+int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, curvopt_error *error) {
+    if (e->candidates)
+        return CURVOPT_OK;
+    *e = (co_quadrature_estimates){.used = CO_NEW(co_patch_terms, n),
+                                   .finer = CO_NEW(co_patch_terms, n),
+                                   .finest = CO_NEW(co_patch_terms, n),
+                                   .has_third_rule = CO_NEW(uint8_t, n),
+                                   .error = CO_NEW(double, n),
+                                   .error_per_cost = CO_NEW(double, n),
+                                   .candidates = CO_NEW(co_marking_candidate, n)};
+    if (e->used && e->finer && e->finest && e->has_third_rule && e->error && e->error_per_cost && e->candidates)
+        return CURVOPT_OK;
+    co_quadrature_estimates_free(e);
+    return co_status_no_memory(error);
+}
+
+void co_quadrature_estimates_free(co_quadrature_estimates *e) {
+    free(e->used);
+    free(e->finer);
+    free(e->finest);
+    free(e->has_third_rule);
+    free(e->error);
+    free(e->error_per_cost);
+    free(e->candidates);
+    *e = (co_quadrature_estimates){0};
 }

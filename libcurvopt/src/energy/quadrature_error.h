@@ -1,39 +1,59 @@
-/* Shares of patches in the energies, and what they are off. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Terms of single patches by several quadrature rules, and how far each is off.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_QUADRATURE_ERROR_H
 #define CO_ENERGY_QUADRATURE_ERROR_H
 
 #include "energy/functional.h"
+#include "energy/marking.h"
 
-/* A patch's share in every term and in the area. */
+#include <stddef.h>
+
+/* A patch's contributions to every term and to the area. */
 typedef struct co_patch_terms {
     double term[CURVOPT_N_TERMS]; /* third order multiplied by the whole area */
     double area;
 } co_patch_terms;
 
-/* What shares are measured against: the objective of these weights, or every term; `whole` is a sum of shares. */
+/* Reference of relative differences: the objective of these weights, or every term. */
 typedef struct co_quadrature_error_measure {
-    const double *weights;
-    int every_term;
-    co_patch_terms whole;
+    const double *weights; /* [CURVOPT_N_TERMS] */
+    int every_term;        /* the worst term counts, not the objective alone */
+    co_patch_terms whole;  /* sum over all patches */
 } co_quadrature_error_measure;
 
-/* Of the objective with these weights [CURVOPT_N_TERMS]: x - y. */
+/* Difference x - y of the objective with these weights [CURVOPT_N_TERMS]. */
 double co_quadrature_error_difference(const double *weights, const co_patch_terms *x, const co_patch_terms *y);
 /* |x - y| relative to the whole: the objective's, or the worst term's. */
 double co_quadrature_error_relative(const co_quadrature_error_measure *measure, const co_patch_terms *x,
                                     const co_patch_terms *y);
 
-/* What patches are off, together. Errors of different sign cancel; those of the rules that others are held against need
- * not, and are no larger than what the last step changed. */
+/* Error of a sum over patches. Signed differences to the finest rule compared may cancel. That rule has an error of
+ * unknown sign itself, which is bounded by what the last step to it changed. */
 typedef struct co_quadrature_error {
-    double net, doubt;
+    double net;         /* sum of signed differences to the finest rule */
+    double last_change; /* sum of absolute values of the last step's changes */
 } co_quadrature_error;
 
-/* A patch is off by `difference` by the finest rule that it was held against, which was the last of several: it changed
- * the value by `doubt`. */
-void co_quadrature_error_add(co_quadrature_error *sum, double difference, double doubt);
+/* Adds a patch: its difference to the finest rule that it was compared with, and what the last step to that changed. */
+void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change);
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other);
-/* |net| and a fifth of the doubts. */
-double co_quadrature_error_claimed(const co_quadrature_error *sum);
+/* |net| and the part `reference_error` (quadrature_tuning.h) of the last changes. */
+double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error);
+
+/* Estimates of every patch's quadrature error. All NULL until first needed. */
+typedef struct co_quadrature_estimates {
+    co_patch_terms *used;             /* [n_patches] terms by the patch's own rule */
+    co_patch_terms *finer;            /* [n_patches] terms by the rule one step finer */
+    co_patch_terms *finest;           /* [n_patches] terms by the rule two steps finer, where has_third_rule */
+    uint8_t *has_third_rule;          /* [n_patches] whether `finest` was evaluated */
+    double *error;                    /* [n_patches] relative difference of two rules' terms */
+    double *error_per_cost;           /* [n_patches] the same per cost of changing the rule */
+    co_marking_candidate *candidates; /* [n_patches] work space of the marking */
+    double sum;                       /* sum of `error` when rules were last resolved */
+} co_quadrature_estimates;
+
+/* Makes room for n_patches, once. ERROR_MEMORY. */
+int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *estimates, size_t n_patches, curvopt_error *error);
+void co_quadrature_estimates_free(co_quadrature_estimates *estimates);
 
 #endif

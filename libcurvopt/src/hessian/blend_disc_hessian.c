@@ -30,10 +30,11 @@ static int compare_nodes(const void *a, const void *b) {
     return (*x > *y) - (*x < *y);
 }
 
-/* The nodes of one disc, and its points' places among their variables. at [n_nodes] is work space. */
+/* Fills `node` and `first` of one disc k: its nodes, and its points' places among their variables. at [n_nodes] is work
+ * space. */
 static void find_nodes(co_blend_disc_hessian *m, int32_t k, int32_t *at) {
     const co_blend_discs *w = &m->patches->wide;
-    const co_dof_map *r = m->reduction;
+    const co_dof_map *r = m->dofs;
     const size_t column = w->disc[k].column, n = (size_t)co_blend_disc_fit_of(w, &w->disc[k])->n_points;
     int32_t *node = m->node + m->node_start[k], variables = 0;
     size_t found = 0, kept = 0;
@@ -58,17 +59,17 @@ static void find_nodes(co_blend_disc_hessian *m, int32_t k, int32_t *at) {
 size_t co_blend_disc_hessian_n_variables(const co_blend_disc_hessian *m, int32_t disc) {
     size_t n = 0;
     for (size_t e = m->node_start[disc]; e < m->node_start[disc + 1]; e++)
-        n += (size_t)co_dof_map_dimension(m->reduction, m->node[e]);
+        n += (size_t)co_dof_map_dimension(m->dofs, m->node[e]);
     return n;
 }
 
-/* Where discs' points go, and work space for that. */
+/* Makes `node` and `first` of all discs, and work space of their size. */
 static int32_t create_nodes(co_blend_disc_hessian *m, curvopt_error *error) {
     const co_blend_discs *w = &m->patches->wide;
     size_t all = 0, most = 0;
     for (int32_t k = 0; k < w->n_discs; k++)
         all += (size_t)co_blend_disc_fit_of(w, &w->disc[k])->n_points;
-    int32_t *at = CO_NEW(int32_t, m->reduction->n_nodes);
+    int32_t *at = CO_NEW(int32_t, m->dofs->n_nodes);
     m->node_start = CO_NEW(size_t, w->n_discs + 1);
     m->node = CO_NEW(int32_t, all);
     m->first = CO_NEW(int32_t, all);
@@ -104,9 +105,9 @@ static int32_t create_sums(co_blend_disc_hessian *m, curvopt_error *error) {
     return m->value ? CURVOPT_OK : co_status_no_memory(error);
 }
 
-int32_t co_blend_disc_hessian_create(const co_patches *patches, const co_dof_map *reduction, co_blend_disc_hessian *m,
+int32_t co_blend_disc_hessian_create(const co_patches *patches, const co_dof_map *dofs, co_blend_disc_hessian *m,
                                      curvopt_error *error) {
-    *m = (co_blend_disc_hessian){.patches = patches, .reduction = reduction};
+    *m = (co_blend_disc_hessian){.patches = patches, .dofs = dofs};
     int32_t status = create_sums(m, error);
     if (status == CURVOPT_OK)
         status = create_nodes(m, error);
@@ -119,7 +120,7 @@ void co_blend_disc_hessian_clear(co_blend_disc_hessian *m) {
     memset(m->value, 0, m->start[m->patches->wide.n_discs] * sizeof *m->value);
 }
 
-/* Discs stand in the order of their points. */
+/* The disc that has a point of a polynomial: they stand in the order of these points. */
 static int32_t disc_of_point(const co_blend_discs *w, int32_t point) {
     int32_t low = 0, high = w->n_discs;
     while (high - low > 1) {
@@ -165,10 +166,14 @@ static void add_row(size_t n, double factor, const double *from, double *to) {
         to[i] += factor * from[i];
 }
 
-/* A sector's sums in terms of sector 0's points, added to those. */
+/* Adds a sector's sums to sector 0's, in terms of sector 0's points. With T = `turn`, by which the sector's points of
+ * the polynomial are made from sector 0's, p = T p0, a sum D over pairs of them becomes T^T D T, and a sum E over them
+ * and the disc's points T^T E:
+ *
+ *     from:  ( E | D )  --columns-->  ( E | D T )  --rows-->  ( T^T E | T^T D T )  added to `to` */
 static void turn_sums(const double *turn, size_t n_columns, double *from, double *to) {
     const size_t length = n_columns + ROWS;
-    for (size_t r = 0; r < ROWS; r++) { /* columns */
+    for (size_t r = 0; r < ROWS; r++) { /* D becomes D T */
         double turned[ROWS] = {0}, *row = from + r * length + n_columns;
         for (size_t a = 0; a < TERMS; a++)
             for (size_t b = 0; b < TERMS; b++)
@@ -176,14 +181,15 @@ static void turn_sums(const double *turn, size_t n_columns, double *from, double
                     turned[3 * b + c] += turn[a * TERMS + b] * row[3 * a + c];
         memcpy(row, turned, sizeof turned);
     }
-    for (size_t a = 0; a < TERMS; a++) /* rows */
+    for (size_t a = 0; a < TERMS; a++) /* T^T of both */
         for (size_t b = 0; b < TERMS; b++)
             for (size_t c = 0; turn[a * TERMS + b] != 0 && c < 3; c++)
                 add_row(length, turn[a * TERMS + b], from + (3 * a + c) * length, to + (3 * b + c) * length);
 }
 
-/* m->fit and m->sums: the polynomial's points, and the rows `sum` over the disc's points, in terms of its variables. */
-static void reduce(co_blend_disc_hessian *m, int32_t disc, size_t n_variables, const double *sum) {
+/* Fills m->fit and m->sums: the polynomial's points, and the rows `sum` over the disc's points, in terms of the disc's
+ * variables. */
+static void reduce_to_variables(co_blend_disc_hessian *m, int32_t disc, size_t n_variables, const double *sum) {
     const co_blend_discs *w = &m->patches->wide;
     const co_blend_disc_fit *f = co_blend_disc_fit_of(w, &w->disc[disc]);
     size_t n = (size_t)f->n_points, length = row_length(f);
@@ -193,8 +199,8 @@ static void reduce(co_blend_disc_hessian *m, int32_t disc, size_t n_variables, c
         size_t at = w->disc[disc].column + i;
         if (m->first[at] < 0)
             continue;
-        const double *basis = m->reduction->basis + 9 * (size_t)w->column[at];
-        size_t dimensions = (size_t)co_dof_map_dimension(m->reduction, m->reduction->node[w->column[at]]);
+        const double *basis = m->dofs->basis + 9 * (size_t)w->column[at];
+        size_t dimensions = (size_t)co_dof_map_dimension(m->dofs, m->dofs->node[w->column[at]]);
         for (size_t k = 0; k < dimensions; k++)
             for (size_t r = 0; r < ROWS; r++) {
                 size_t to = r * n_variables + (size_t)m->first[at] + k;
@@ -205,8 +211,9 @@ static void reduce(co_blend_disc_hessian *m, int32_t disc, size_t n_variables, c
     }
 }
 
-/* With F the polynomial's points over the variables, D what is summed of these points among themselves and E of them
- * with the faces' own: F^T (E + D F / 2) and its transpose. */
+/* With z the variables, p = F z the polynomial's points and x = X z the disc's own, the sums stand for the second
+ * derivative p^T D p + 2 p^T E x = z^T (F^T D F + F^T E X + X^T E^T F) z. `fit` is F^T and `sums` is (E X)^T; after
+ * dgemm sums is (E X + D F / 2)^T =: Y^T, and dsyr2k makes F^T Y + Y^T F, whose two halves of F^T D F add up. */
 void co_blend_disc_hessian_collect(co_blend_disc_hessian *m, int32_t disc, double *out) {
     const co_blend_disc_fit *f = co_blend_disc_fit_of(&m->patches->wide, &m->patches->wide.disc[disc]);
     const double zero = 0, half = 0.5, one = 1;
@@ -217,7 +224,7 @@ void co_blend_disc_hessian_collect(co_blend_disc_hessian *m, int32_t disc, doubl
         return;
     for (size_t s = 1; s < (size_t)f->valence; s++)
         turn_sums(f->turn + s * TERMS * TERMS, 3 * (size_t)f->n_points, sum + s * ROWS * length, sum);
-    reduce(m, disc, n_variables, sum);
+    reduce_to_variables(m, disc, n_variables, sum);
     dgemm_("N", "N", &n, &rows, &rows, &half, m->fit, &n, among, &stride, &one, m->sums, &n, 1, 1);
     dsyr2k_("L", "N", &n, &rows, &one, m->fit, &n, m->sums, &n, &zero, out, &n, 1, 1);
 }

@@ -1,4 +1,4 @@
-/* A quadratic model of the objective. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The linear system of Newton's method. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/newton_system.h"
 
 #include "base/memory.h"
@@ -9,21 +9,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
-/* Part of a motion that has to be allowed to count as an invariance. Along normals next to nothing is left of a
- * rotation about the axis of a torus, and that only because the torus is discrete: to make it stiff would decide the
- * decrement. */
+/* Length that a unit motion must keep beside the others for it to count as another one. No other value was tried. */
+static const double DEPENDENT = 1e-6;
+/* Part of a motion that must be within the variables for it to count as an invariance. With every vertex on its normal
+ * a rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
+ * stiff would decide the decrement (libcurvopt/notes/72-invariances.md). */
 static const double ALLOWED = .1;
 enum { N_MOTIONS = 10, N_SIMILARITIES = 7 };
 
 typedef double small_matrix[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE];
 
 static size_t n_variables(const co_newton_system *m) {
-    return (size_t)m->hessian.reduction->n_variables;
+    return (size_t)m->hessian.dofs->n_variables;
 }
 
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *hold) {
-    if (hold->freedom)
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints) {
+    if (constraints->freedom)
         return CO_GAUGE_NONE;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
@@ -31,18 +32,18 @@ co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints
     return CO_GAUGE_MOEBIUS;
 }
 
-int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *reduction, co_newton_system *m,
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *m,
                                 curvopt_error *error) {
-    size_t n = (size_t)reduction->n_variables;
+    size_t n = (size_t)dofs->n_variables;
     *m = (co_newton_system){.assembly = assembly};
-    int32_t status = co_sparse_hessian_create(assembly, reduction, &m->hessian, error);
+    int32_t status = co_sparse_hessian_create(assembly, dofs, &m->hessian, error);
     if (status == CURVOPT_OK)
-        status = co_sparse_cholesky_create((int32_t)n, m->hessian.column_start, m->hessian.row, m->hessian.value,
-                                           &m->factor, error);
+        status = co_sparse_cholesky_create((int32_t)n, m->hessian.pattern.column_start, m->hessian.pattern.row,
+                                           m->hessian.value, &m->factor, error);
     if (status == CURVOPT_OK) {
         m->dense = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
         m->solved = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
-        m->full = CO_NEW(double, 6 * (size_t)reduction->n_vertices);
+        m->full = CO_NEW(double, 6 * (size_t)dofs->n_vertices);
         if (!m->dense || !m->solved || !m->full)
             status = co_status_no_memory(error);
     }
@@ -58,7 +59,7 @@ void co_newton_system_free(co_newton_system *m) {
     free(m->solved);
     free(m->full);
     free(m->exact);
-    free(m->guide);
+    free(m->gauss_newton);
     *m = (co_newton_system){0};
 }
 
@@ -98,7 +99,7 @@ static void append_orthogonal(co_newton_system *m, int first) {
 }
 
 static void append_motions(co_newton_system *m, const double *x, int n_motions) {
-    const co_dof_map *r = m->hessian.reduction;
+    const co_dof_map *r = m->hessian.dofs;
     for (int k = 0; k < n_motions; k++) {
         double *column = m->dense + (size_t)m->n_dense * n_variables(m), whole;
         for (size_t v = 0; v < (size_t)r->n_vertices; v++)
@@ -112,7 +113,7 @@ static void append_motions(co_newton_system *m, const double *x, int n_motions) 
 
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error) {
-    const co_dof_map *r = m->hessian.reduction;
+    const co_dof_map *r = m->hessian.dofs;
     m->mix = 0;
     m->rules = kind->rules;
     m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
@@ -133,24 +134,24 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
 int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x, curvopt_error *error) {
     const co_sparse_hessian *h = &m->hessian;
     if (!m->exact)
-        m->exact = CO_NEW(double, h->n_entries);
-    if (!m->guide)
-        m->guide = CO_NEW(double, h->n_entries);
-    if (!m->exact || !m->guide)
+        m->exact = CO_NEW(double, h->pattern.n_entries);
+    if (!m->gauss_newton)
+        m->gauss_newton = CO_NEW(double, h->pattern.n_entries);
+    if (!m->exact || !m->gauss_newton)
         return co_status_no_memory(error);
-    memcpy(m->exact, h->value, h->n_entries * sizeof *h->value);
+    memcpy(m->exact, h->value, h->pattern.n_entries * sizeof *h->value);
     co_second_kind kind = {.rules = m->rules == CO_SECOND_USUAL ? CO_SECOND_OWN : m->rules};
     return co_sparse_hessian_assemble(m->assembly, x, &kind, &m->hessian, error);
 }
 
 void co_newton_system_end_gauss_newton(co_newton_system *m) {
-    memcpy(m->guide, m->hessian.value, m->hessian.n_entries * sizeof *m->guide);
+    memcpy(m->gauss_newton, m->hessian.value, m->hessian.pattern.n_entries * sizeof *m->gauss_newton);
     m->mix = 1;
 }
 
 void co_newton_system_mix(co_newton_system *m, double mix) {
-    for (size_t e = 0; e < m->hessian.n_entries; e++)
-        m->hessian.value[e] = (1 - mix) * m->exact[e] + mix * m->guide[e];
+    for (size_t e = 0; e < m->hessian.pattern.n_entries; e++)
+        m->hessian.value[e] = (1 - mix) * m->exact[e] + mix * m->gauss_newton[e];
     m->mix = mix;
 }
 
@@ -160,8 +161,8 @@ double co_newton_system_mean_diagonal(const co_newton_system *m) {
 
 /* --------------------------------------------------------------------------------------------- capacity matrix -- */
 
-/* Inverts C^-1 + U^T H^-1 U, whose positive eigenvalues are returned. */
-static int invert_capacity(co_newton_system *m) {
+/* Inverts C^-1 + U^T H^-1 U, the capacitance matrix; returns the number of its positive eigenvalues. */
+static int invert_capacitance(co_newton_system *m) {
     size_t n = n_variables(m);
     small_matrix a = {{0}}, v = {{0}};
     double value[CO_NEWTON_SYSTEM_DENSE];
@@ -184,7 +185,7 @@ static int invert_capacity(co_newton_system *m) {
     return positive;
 }
 
-/* Of C^-1. */
+/* Number of positive eigenvalues of C^-1. */
 static int positive_of_weights(const co_newton_system *m) {
     return m->n_dense - m->n_pair / 2;
 }
@@ -197,7 +198,7 @@ int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *posit
     for (size_t k = 0; k < (size_t)m->n_dense && *positive && status == CURVOPT_OK; k++)
         status = co_sparse_cholesky_solve(m->factor, m->dense + k * n, m->solved + k * n, error);
     if (status == CURVOPT_OK && *positive)
-        *positive = invert_capacity(m) == positive_of_weights(m);
+        *positive = invert_capacitance(m) == positive_of_weights(m);
     return status;
 }
 
@@ -228,6 +229,6 @@ int32_t co_newton_system_count_negative(co_newton_system *m, double shift, int32
     int32_t status =
         co_sparse_cholesky_count_negative(m->factor, shift, m->n_dense, m->dense, m->solved, n_negative, error);
     if (status == CURVOPT_OK && *n_negative >= 0)
-        *n_negative += invert_capacity(m) - positive_of_weights(m);
+        *n_negative += invert_capacitance(m) - positive_of_weights(m);
     return status;
 }

@@ -1,8 +1,8 @@
-/* A quadratic model of the objective over a reduction's variables, factored.
+/* The linear system of Newton's method over the variables of a dof_map, factored.
  *
- * The sparse matrix is sparse_hessian.h's. Two things are dense. Of an objective S + A T, second order plus area times
- * third order, the Hessian also has grad A grad T^T + grad T grad A^T. And motions that the objective does not see
- * (rigid ones, scaling) are made stiff, or rounding would decide whether they are soft or negative. Together the matrix
+ * The sparse matrix is sparse_hessian.h's. Two parts are dense. Of an objective S + A T, second order plus area times
+ * third order, the Hessian also has grad A grad T^T + grad T grad A^T. Motions that leave the objective as it is (rigid
+ * ones, scaling) are made stiff, or rounding would decide whether they are soft or negative. Together the matrix
  * is M = H + U C U^T with a dozen columns U; it is solved by the formula of Sherman, Morrison and Woodbury, and its
  * inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
  *
@@ -19,58 +19,58 @@ typedef struct co_newton_system {
     co_assembly *assembly; /* the caller's */
     co_sparse_hessian hessian;
     co_sparse_cholesky *factor;
-    double *dense;  /* [CO_NEWTON_SYSTEM_DENSE][n_variables] U */
-    double *solved; /* [CO_NEWTON_SYSTEM_DENSE][n_variables] H^-1 U */
-    double *full;   /* [2][3 n_vertices] work */
-    int n_dense;
-    int n_pair;       /* 2 if the first two columns are grad A, grad T, else 0 */
-    double stiffness; /* of the others, which are orthonormal */
+    double *dense;    /* [CO_NEWTON_SYSTEM_DENSE][n_variables] U */
+    double *solved;   /* [CO_NEWTON_SYSTEM_DENSE][n_variables] H^-1 U */
+    double *full;     /* [2][3 n_vertices] work */
+    int n_dense;      /* columns of U in use */
+    int n_pair;       /* 2 if the first two columns are grad A and grad T, else 0 */
+    double stiffness; /* entry in C of the other columns, which are orthonormal */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
-    double *exact, *guide; /* [n_entries] the Hessian and the Gauss-Newton matrix that are mixed; made when first
-                              needed */
-    double mix;            /* part of the second */
-    co_second_rules rules; /* that the matrix was assembled by */
+    double *exact;         /* [n_entries] the Hessian, for a mixture; made when first needed */
+    double *gauss_newton;  /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
+    double mix;            /* part of the Gauss-Newton matrix in the mixture */
+    co_second_rules rules; /* rules of quadrature of the matrix */
 } co_newton_system;
 
-/* Motions that count as seen by nobody. */
+/* Motions that leave the objective as it is. */
 typedef enum co_gauge {
-    CO_GAUGE_NONE,       /* something is held */
+    CO_GAUGE_NONE,       /* none: vertices are constrained */
     CO_GAUGE_SIMILARITY, /* translations, rotations, scaling */
-    CO_GAUGE_MOEBIUS     /* also inversions' infinitesimal ones: of Willmore's energy, but for discretization */
+    CO_GAUGE_MOEBIUS     /* also infinitesimal inversions: of Willmore's energy, up to discretization */
 } co_gauge;
 
-/* Those of an objective with these weights (curvopt_term) where these constraints hold. */
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *hold);
-/* Those of them along which the discrete gradient vanishes, too. */
+/* The motions of an objective with these weights (curvopt_term) and these constraints. */
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints);
+/* The motions among `gauge` along which the discrete gradient vanishes, too. */
 static inline co_gauge co_gauge_exact(co_gauge gauge) {
     return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;
 }
 
-/* assembly and reduction must outlive it; the reduction has variables. ERROR_SIZE, ERROR_MEMORY. */
-int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *reduction, co_newton_system *out,
+/* Assembly and dofs must outlive the system; dofs has variables. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *out,
                                 curvopt_error *error);
-void co_newton_system_free(co_newton_system *model);
-/* The matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the Hessian. What was
- * factored is lost. ERROR_MEMORY. */
-int32_t co_newton_system_assemble(co_newton_system *model, const double *x, const co_second_kind *kind, co_gauge gauge,
+void co_newton_system_free(co_newton_system *system);
+/* Makes the matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the Hessian. The
+ * factor is lost. ERROR_MEMORY. */
+int32_t co_newton_system_assemble(co_newton_system *system, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error);
-/* For co_newton_system_mix(), of a model of the Hessian that was assembled last: sets its values aside, those of the
- * Gauss-Newton matrix at the same x take their place; and, after what the caller has added, sets these aside, too.
- * ERROR_MEMORY. */
-int32_t co_newton_system_begin_gauss_newton(co_newton_system *model, const double *x, curvopt_error *error);
-void co_newton_system_end_gauss_newton(co_newton_system *model);
+/* For co_newton_system_mix(), after the Hessian was assembled: sets its values aside, and puts those of the
+ * Gauss-Newton matrix at the same x in their place. The caller may add to them. ERROR_MEMORY. */
+int32_t co_newton_system_begin_gauss_newton(co_newton_system *system, const double *x, curvopt_error *error);
+/* Then sets the values of the Gauss-Newton matrix aside, too. */
+void co_newton_system_end_gauss_newton(co_newton_system *system);
 /* The sparse matrix becomes (1 - mix) times the Hessian's plus mix times the Gauss-Newton matrix, 0 <= mix <= 1. The
  * dense columns, which are of first derivatives, stay. */
-void co_newton_system_mix(co_newton_system *model, double mix);
-double co_newton_system_mean_diagonal(const co_newton_system *model);
+void co_newton_system_mix(co_newton_system *system, double mix);
+double co_newton_system_mean_diagonal(const co_newton_system *system);
 /* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
-int32_t co_newton_system_factorize(co_newton_system *model, double shift, int *positive, curvopt_error *error);
+int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
-int32_t co_newton_system_solve(co_newton_system *model, const double *b, double *x, curvopt_error *error);
-/* out += the part of M v that makes motions stiff which the objective does not see. */
-void co_newton_system_add_stiffness(const co_newton_system *model, const double *v, double *out);
+int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);
+/* out += the part of M v that makes motions stiff. */
+void co_newton_system_add_stiffness(const co_newton_system *system, const double *v, double *out);
 /* Negative eigenvalues of M + shift; -1 if it is singular to rounding. ERROR_MEMORY. */
-int32_t co_newton_system_count_negative(co_newton_system *model, double shift, int32_t *n_negative,
+int32_t co_newton_system_count_negative(co_newton_system *system, double shift, int32_t *n_negative,
                                         curvopt_error *error);
 
 #endif

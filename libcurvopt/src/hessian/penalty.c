@@ -1,4 +1,4 @@
-/* What springs add to the objective. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The penalty that soft constraints add to the objective. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/penalty.h"
 
 #include "base/constants.h"
@@ -31,7 +31,7 @@ void co_penalty_free(co_penalty *p) {
     *p = (co_penalty){0};
 }
 
-/* Nodes of vertices with springs: index [n_nodes] says which of the pull's they are. */
+/* Numbers the nodes of vertices with springs: index [n_nodes], -1 for the others; makes room for them. */
 static int32_t number_nodes(const co_soft_constraints *s, const co_dof_map *r, int32_t *index, co_penalty *p,
                             curvopt_error *error) {
     for (int32_t node = 0; node < r->n_nodes; node++)
@@ -64,7 +64,7 @@ static void find_target(const co_soft_constraints *s, const co_dof_map *r, int32
     }
 }
 
-/* What the spring of vertex v, of node k, adds: with r = B rest - target, k |Q (B y + r)|^2 / 2. */
+/* Adds the energy of the spring of vertex v, in node k: with r = B rest - target, stiffness |Q (B y + r)|^2 / 2. */
 static void add_vertex(const co_soft_constraints *s, const co_dof_map *r, int32_t v, const double target[3],
                        double stiffness, co_penalty *p, int32_t k) {
     const double *basis = r->basis + 9 * (size_t)v, *rest = p->rest + 3 * (size_t)k;
@@ -139,5 +139,6 @@ void co_penalty_add_hessian(const co_penalty *p, co_sparse_hessian *h) {
     for (int32_t k = 0; k < p->n; k++)
         for (int j = 0; j < p->size[k]; j++) /* a column begins with its own block, from the diagonal on */
             for (int i = j; i < p->size[k]; i++)
-                h->value[h->column_start[p->first[k] + j] + i - j] += p->matrix[9 * (size_t)k + (size_t)(3 * i + j)];
+                h->value[h->pattern.column_start[p->first[k] + j] + i - j] +=
+                    p->matrix[9 * (size_t)k + (size_t)(3 * i + j)];
 }

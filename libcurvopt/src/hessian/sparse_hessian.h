@@ -1,55 +1,51 @@
-/* Second derivatives of an objective over the cage's coordinates, sparse. SPDX-License-Identifier:
- * GPL-3.0-or-later */
+/* Second derivatives of an objective over the cage's coordinates, sparse.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_SPARSE_HESSIAN_H
 #define CO_HESSIAN_SPARSE_HESSIAN_H
 
 #include "constraints/dof_map.h"
 #include "energy/assembly.h"
 #include "hessian/blend_disc_hessian.h"
+#include "hessian/sparsity.h"
 
-/* Symmetric, its lower triangle by columns (as CHOLMOD takes it), over a reduction's variables: a column has the rows
- * of its own node from itself on, then those of each neighbour of larger number. The pattern is that of one
- * connectivity: made once. */
+/* A symmetric matrix over the variables of a dof_map. */
 typedef struct co_sparse_hessian {
-    const co_dof_map *reduction; /* the caller's */
-    size_t n_entries;
-    size_t *neighbour_start;   /* [n_nodes + 1] */
-    int32_t *neighbour;        /* larger nodes that share a patch or a wide blend, ascending */
-    int32_t *neighbour_row;    /* where their rows begin below the own block */
-    int32_t *column_start;     /* [n_variables + 1] */
-    int32_t *row;              /* [n_entries] */
-    double *value;             /* [n_entries] */
-    co_element_batches layout; /* of the rules that were used last, */
-    int32_t rules_key;         /* which say what they were */
-    double *chunk;             /* blocks of a few dozen layout blocks, on their way into the matrix */
-    size_t matrix_stride, work_stride;
-    double *work;
-    co_blend_disc_hessian wide; /* of wide blends' points, on its way too, */
-    double *whole;              /* and a disc's, over its variables */
-    double *before;             /* [3 n_points] where a step began; made when first needed */
+    const co_dof_map *dofs;      /* the caller's */
+    co_sparsity pattern;         /* where it has entries: made once */
+    double *value;               /* [pattern.n_entries] */
+    co_element_batches batches;  /* by the rules that were used last */
+    int32_t rules_key;           /* identifies those rules */
+    double *chunk;               /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
+    size_t matrix_stride;        /* doubles of one block's matrices */
+    double *work;                /* [n_threads][work_stride] work space of the kernels */
+    size_t work_stride;          /* doubles that one thread needs */
+    co_blend_disc_hessian discs; /* sums over the faces of wide blends, on their way into `value` */
+    double *disc_matrix;         /* matrix of one blend disc over its variables */
+    double *before;              /* [3 n_points] points where a step began; made when first needed */
 } co_sparse_hessian;
 
 /* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
-int32_t co_sparse_hessian_create(const co_assembly *assembly, const co_dof_map *reduction, co_sparse_hessian *out,
+int32_t co_sparse_hessian_create(const co_assembly *assembly, const co_dof_map *dofs, co_sparse_hessian *out,
                                  curvopt_error *error);
 void co_sparse_hessian_free(co_sparse_hessian *hessian);
-/* Of a surface that the assembly has only a part of. */
+
+/* Integrals over the whole surface, of which the assembly has only a part. */
 typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
-/* By which rules of quadrature. */
+/* The rules of quadrature. */
 typedef enum co_second_rules {
-    CO_SECOND_USUAL,  /* the Hessian by the assembly's own, the Gauss-Newton matrix by the coarsest */
+    CO_SECOND_USUAL,  /* the assembly's own for the Hessian, the coarsest for the Gauss-Newton matrix */
     CO_SECOND_OWN,    /* the assembly's own */
-    CO_SECOND_COARSER /* one step coarser: where the Hessian only leads on, and may cost less */
+    CO_SECOND_COARSER /* one step coarser: cheaper, where the Hessian only shows the way */
 } co_second_rules;
 
-/* Which matrix. */
+/* The matrix that is wanted. */
 typedef struct co_second_kind {
-    int exact; /* the Hessian, not the Gauss-Newton matrix, */
-    const double
-        *before; /* and if not NULL, as the lifted Newton method wants it after a step from here (element_kernel.c) */
+    int exact;             /* 1: the Hessian; 0: the Gauss-Newton matrix */
+    const double *before;  /* [3 n_vertices] where the last step began, for the Hessian: the lifted Newton method's
+                              matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
     co_second_rules rules;
 } co_second_kind;

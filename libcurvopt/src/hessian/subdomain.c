@@ -1,4 +1,4 @@
-/* Parts of a surface. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Subdomains: weighted subsets of a cage's faces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/subdomain.h"
 
 #include "base/memory.h"
@@ -49,16 +49,16 @@ void co_subdomain_sum(co_assembly *a, const double *x, int all_terms, double *gr
                           .third = f->has_third ? co_functional_integrate(&f->third, values.integral) : 0,
                           .gauss = values.integral[CO_INT_K],
                           .turning = co_assembly_turning(a),
-                          .samples = (double)a->layout.n_samples,
+                          .samples = (double)a->batches.n_samples,
                           .min_jacobian = values.min_jacobian};
     values.integral[CO_INT_AREA] = 1; /* the factor of third-order terms */
     co_functional_terms(values.integral, f->has_third || (all_terms && a->third_allowed), out->term);
     out->term[CURVOPT_TERM_AREA] = out->area;
 }
 
-/* Adds sign * each patch's share of the objective to its face, to first order in the whole's area. */
-static void add_shares(const co_assembly *a, const co_element_batches *l, const co_whole *whole, double sign,
-                       double *errors) {
+/* Adds sign * each patch's contribution to the objective to its face, to first order in the whole's area. */
+static void add_contributions(const co_assembly *a, const co_element_batches *l, const co_whole *whole, double sign,
+                              double *errors) {
     co_integrand integrand = a->functional.second;
     co_integrand_add(&integrand, whole->area, &a->functional.third);
     integrand.area += whole->third;
@@ -81,8 +81,8 @@ int32_t co_subdomain_errors(co_assembly *a, const double *x, const co_whole *who
     int32_t status = co_adaptive_quadrature_evaluate_finer(a, third, &values, error);
     if (status != CURVOPT_OK)
         return status;
-    add_shares(a, &a->layout, &used, 1, errors);
-    add_shares(a, &a->finer, &used, -1, errors);
+    add_contributions(a, &a->batches, &used, 1, errors);
+    add_contributions(a, &a->finer_batches, &used, -1, errors);
     return CURVOPT_OK;
 }
 

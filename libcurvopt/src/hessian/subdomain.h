@@ -1,4 +1,4 @@
-/* Parts of a surface: some of a cage's faces, and what they add to the whole's energies.
+/* Subdomains: weighted subsets of a cage's faces, and their contributions to the whole's energies.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_SUBDOMAIN_H
 #define CO_HESSIAN_SUBDOMAIN_H
@@ -16,8 +16,9 @@ void co_subdomain_sum(co_assembly *assembly, const double *x, int all_terms, dou
 /* As curvopt_problem_face_errors. */
 int32_t co_subdomain_errors(co_assembly *assembly, const double *x, const co_whole *whole, double *errors,
                             curvopt_error *error);
-/* Rules by face: the finest of its patches; to all of them. */
+/* Rules by face: the finest among its patches. */
 void co_subdomain_get_rules(const co_assembly *assembly, int32_t n_faces, int32_t *rules);
+/* Gives every patch its face's rule. ERROR_ARGUMENT naming the face, ERROR_MEMORY. */
 int32_t co_subdomain_set_rules(co_assembly *assembly, const int32_t *rules, curvopt_error *error);
 
 #endif

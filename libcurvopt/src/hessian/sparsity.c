@@ -1,0 +1,182 @@
+/* Where a sparse Hessian has entries. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "hessian/sparsity.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+co_point_row co_sparsity_point(const co_patches *patches, const int32_t *point) {
+    static const double one = 1;
+    if (*point < patches->n_cage)
+        return (co_point_row){point, &one, 1};
+    size_t begin = patches->derived.start[*point - patches->n_cage];
+    return (co_point_row){patches->derived.column + begin, patches->derived.value + begin,
+                          patches->derived.start[*point - patches->n_cage + 1] - begin};
+}
+
+/* Points all pairs of which have entries in the matrix: those of a patch, or, numbered after the patches, those of a
+ * blend disc, whose patches then have none. */
+typedef struct clique {
+    const int32_t *point;
+    size_t n;
+} clique;
+
+static clique clique_of(const co_patches *patches, int32_t k) {
+    if (k >= patches->n_patches) {
+        const co_blend_disc *disc = &patches->wide.disc[k - patches->n_patches];
+        int32_t n = disc->is_used ? co_blend_disc_fit_of(&patches->wide, disc)->n_points : 0;
+        return (clique){patches->wide.column + disc->column, (size_t)n};
+    }
+    size_t n = co_fan_is_wide(patches->kind[k]) ? 0 : patches->start[k + 1] - patches->start[k];
+    return (clique){patches->points + patches->start[k], n};
+}
+
+/* Visits every pair of a clique and a node in it once. Moves count [n_nodes] on, and with `list` puts the clique there:
+ * once with count all 0 to count the cliques of each node, once with the places of each node's first. mark [n_nodes] is
+ * work space. */
+static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, int32_t *mark, size_t *count,
+                                   int32_t *list) {
+    for (int32_t n = 0; n < r->n_nodes; n++)
+        mark[n] = -1;
+    for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
+        clique points = clique_of(patches, p);
+        for (size_t i = 0; i < points.n; i++) {
+            co_point_row row = co_sparsity_point(patches, &points.point[i]);
+            for (size_t k = 0; k < row.n; k++) {
+                int32_t node = r->node[row.vertex[k]];
+                if (node < 0 || mark[node] == p)
+                    continue;
+                mark[node] = p;
+                if (list)
+                    list[count[node]] = p;
+                count[node]++;
+            }
+        }
+    }
+}
+
+static int compare_indices(const void *a, const void *b) {
+    int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Larger nodes that share a clique with `node`, ascending, into `out`; NULL: they are only counted. Returns their
+ * number. */
+static size_t neighbours_of(const co_patches *patches, const co_dof_map *r, const size_t *start, const int32_t *list,
+                            int32_t node, int32_t *mark, int32_t *out) {
+    size_t n = 0;
+    for (size_t e = start[node]; e < start[node + 1]; e++) {
+        clique points = clique_of(patches, list[e]);
+        for (size_t i = 0; i < points.n; i++) {
+            co_point_row row = co_sparsity_point(patches, &points.point[i]);
+            for (size_t k = 0; k < row.n; k++) {
+                int32_t other = r->node[row.vertex[k]];
+                if (other <= node || mark[other] == node)
+                    continue;
+                mark[other] = node;
+                if (out)
+                    out[n] = other;
+                n++;
+            }
+        }
+    }
+    if (out)
+        qsort(out, n, sizeof *out, compare_indices);
+    return n;
+}
+
+static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, co_sparsity *s, curvopt_error *error) {
+    size_t n = (size_t)r->n_nodes;
+    int32_t status = CURVOPT_ERROR_MEMORY, *list = NULL, *mark = CO_NEW(int32_t, n);
+    size_t *start = CO_NEW(size_t, n + 1);
+    s->neighbour_start = CO_NEW(size_t, n + 1);
+    if (!mark || !start || !s->neighbour_start)
+        goto done;
+    visit_nodes_of_cliques(patches, r, mark, start + 1, NULL);
+    for (size_t v = 0; v < n; v++)
+        start[v + 1] += start[v];
+    list = CO_NEW(int32_t, start[n]);
+    if (!list)
+        goto done;
+    visit_nodes_of_cliques(patches, r, mark, start, list);
+    for (size_t v = n; v > 0; v--)
+        start[v] = start[v - 1];
+    start[0] = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t v = 0; v < n; v++)
+            mark[v] = -1;
+        for (int32_t v = 0; v < r->n_nodes; v++) {
+            int32_t *out = pass ? s->neighbour + s->neighbour_start[v] : NULL;
+            size_t found = neighbours_of(patches, r, start, list, v, mark, out);
+            s->neighbour_start[v + 1] = s->neighbour_start[v] + found;
+        }
+        if (pass == 0 && !(s->neighbour = CO_NEW(int32_t, s->neighbour_start[n])))
+            goto done;
+    }
+    status = CURVOPT_OK;
+done:
+    free(mark);
+    free(start);
+    free(list);
+    return status == CURVOPT_OK ? status : co_status_no_memory(error);
+}
+
+/* Fills neighbour_row: where each neighbour's rows begin below a node's own block, the same in all its columns. */
+static int32_t count_rows(const co_dof_map *r, co_sparsity *s, curvopt_error *error) {
+    s->n_entries = 0;
+    s->neighbour_row = CO_NEW(int32_t, s->neighbour_start[r->n_nodes]);
+    if (!s->neighbour_row)
+        return co_status_no_memory(error);
+    for (int32_t node = 0; node < r->n_nodes; node++) {
+        int32_t rows = 0, n = co_dof_map_dimension(r, node);
+        for (size_t e = s->neighbour_start[node]; e < s->neighbour_start[node + 1]; e++) {
+            s->neighbour_row[e] = rows;
+            rows += co_dof_map_dimension(r, s->neighbour[e]);
+        }
+        s->n_entries += (size_t)(n * (n + 1) / 2 + n * rows);
+    }
+    if (s->n_entries > INT32_MAX)
+        return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d vertices is too large for this method",
+                              r->n_vertices);
+    return CURVOPT_OK;
+}
+
+static int32_t build_columns(const co_dof_map *r, co_sparsity *s, curvopt_error *error) {
+    int32_t at = 0, status = count_rows(r, s, error);
+    if (status != CURVOPT_OK)
+        return status;
+    s->column_start = CO_NEW(int32_t, (size_t)r->n_variables + 1);
+    s->row = CO_NEW(int32_t, s->n_entries);
+    if (!s->column_start || !s->row)
+        return co_status_no_memory(error);
+    for (int32_t node = 0; node < r->n_nodes; node++)
+        for (int32_t column = r->first[node]; column < r->first[node + 1]; column++) {
+            s->column_start[column] = at;
+            for (int32_t row = column; row < r->first[node + 1]; row++)
+                s->row[at++] = row;
+            for (size_t e = s->neighbour_start[node]; e < s->neighbour_start[node + 1]; e++)
+                for (int32_t row = r->first[s->neighbour[e]]; row < r->first[s->neighbour[e] + 1]; row++)
+                    s->row[at++] = row;
+        }
+    s->column_start[r->n_variables] = at;
+    return CURVOPT_OK;
+}
+
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_sparsity *s, curvopt_error *error) {
+    *s = (co_sparsity){0};
+    int32_t status = find_neighbours(patches, dofs, s, error);
+    if (status == CURVOPT_OK)
+        status = build_columns(dofs, s, error);
+    if (status != CURVOPT_OK)
+        co_sparsity_free(s);
+    return status;
+}
+
+void co_sparsity_free(co_sparsity *s) {
+    free(s->neighbour_start);
+    free(s->neighbour);
+    free(s->neighbour_row);
+    free(s->column_start);
+    free(s->row);
+    *s = (co_sparsity){0};
+}

@@ -1,0 +1,41 @@
+/* Where a sparse Hessian has entries: which nodes are neighbours, and where their rows stand.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_HESSIAN_SPARSITY_H
+#define CO_HESSIAN_SPARSITY_H
+
+#include "constraints/dof_map.h"
+#include "surface/patches.h"
+
+/* The lower triangle of a symmetric matrix over the variables of a dof_map, by columns, as CHOLMOD takes it. A column
+ * has the rows of its own node from itself on, then those of each neighbour of larger number. For example with node 0
+ * of two variables, node 2 of three and node 5 of one, neighbours of each other, the columns of node 0 hold:
+ *
+ *     column of     own node   node 2     node 5
+ *     variable 0    0 1        r r+1 r+2  s            neighbour      = {2, 5, ...}
+ *     variable 1      1        r r+1 r+2  s            neighbour_row  = {0, 3, ...}
+ *
+ * with r and s the first variables of nodes 2 and 5. */
+typedef struct co_sparsity {
+    size_t n_entries;
+    size_t *neighbour_start; /* [n_nodes + 1] place of each node's first entry in `neighbour` */
+    int32_t *neighbour;      /* larger nodes that share a patch or a blend disc with a node, ascending */
+    int32_t *neighbour_row;  /* place of each neighbour's rows in a column, counted from the end of the own block */
+    int32_t *column_start;   /* [n_variables + 1] */
+    int32_t *row;            /* [n_entries] */
+} co_sparsity;
+
+/* ERROR_SIZE if there are more entries than 32-bit indices count, ERROR_MEMORY. */
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_sparsity *out, curvopt_error *error);
+void co_sparsity_free(co_sparsity *sparsity);
+
+/* The cage vertices of which a point is a combination: itself, or a derived point's row. */
+typedef struct co_point_row {
+    const int32_t *vertex;
+    const double *weight;
+    size_t n;
+} co_point_row;
+
+/* `point` must stay where it is while the result is in use. */
+co_point_row co_sparsity_point(const co_patches *patches, const int32_t *point);
+
+#endif

@@ -1,0 +1,348 @@
+/* Adaptive quadrature: the marking on toy numbers, claimed errors by hand, rules of small cages against finer ones.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "check.h"
+
+#include "energy/adaptive_quadrature.h"
+
+/* ------------------------------------------------------------------------------------------------- marking -- */
+
+static double threshold_of(const double (*pair)[2], int32_t n, double unmarked, double tie) {
+    co_marking_candidate candidates[8];
+    for (int32_t i = 0; i < n; i++)
+        candidates[i] = (co_marking_candidate){.error_per_cost = pair[i][0], .error = pair[i][1]};
+    return co_marking_threshold(candidates, n, unmarked, tie);
+}
+
+static void test_unmarked_candidates_stay_below_the_bound(void **state) {
+    (void)state;
+    const double pair[4][2] = {{1, 1}, {2, 8}, {3, 3}, {0.5, 2}}; /* the example of marking.h */
+    CHECK_NEAR(threshold_of(pair, 4, 1.9, 0), 0.5, 0);
+    CHECK_NEAR(threshold_of(pair, 4, 2, 0), 1, 0);
+    CHECK_NEAR(threshold_of(pair, 4, 4, 0), 2, 0);
+    CHECK_NEAR(threshold_of(pair, 4, 11, 0), 3, 0);
+    CHECK_NEAR(threshold_of(pair, 4, 13.9, 0), 3, 0);
+    CHECK_TRUE(isinf(threshold_of(pair, 4, 14, 0)));
+    CHECK_TRUE(isinf(threshold_of(pair, 0, 0, 0)));
+}
+
+static void test_like_candidates_are_marked_alike(void **state) {
+    (void)state;
+    const double pair[3][2] = {{2, 2}, {2 * (1 + 1e-9), 2}, {2 * (1 - 1e-9), 2}};
+    double threshold = threshold_of(pair, 3, 3, 1e-6);
+    for (int i = 0; i < 3; i++)
+        CHECK_TRUE(pair[i][0] >= threshold);
+    threshold = threshold_of(pair, 3, 3, 0);
+    CHECK_TRUE(pair[2][0] < threshold && pair[0][0] >= threshold && pair[1][0] >= threshold);
+}
+
+/* An error that is no number comes last, and no threshold lies behind it. */
+static void test_errors_that_are_no_numbers_come_last(void **state) {
+    (void)state;
+    CHECK_NEAR(co_marking_error_per_cost(6, 3), 2, 0);
+    CHECK_TRUE(isinf(co_marking_error_per_cost(NAN, 3)));
+    const double pair[2][2] = {{INFINITY, NAN}, {1, 1}};
+    CHECK_TRUE(isinf(threshold_of(pair, 2, 5, 1e-6)));
+    CHECK_NEAR(threshold_of(pair, 2, 0.5, 0), 1, 0);
+}
+
+/* ---------------------------------------------------------------------------------------------- errors -- */
+
+static void test_claimed_errors_cancel_and_their_doubts_add(void **state) {
+    (void)state;
+    co_quadrature_error a = {0}, b = {0};
+    co_quadrature_error_add(&a, 3, -0.5);
+    co_quadrature_error_add(&a, -5, 0.25);
+    CHECK_NEAR(co_quadrature_error_claimed(&a, 0), 2, 0);
+    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.2), 2 + 0.2 * 0.75, 1e-15);
+    co_quadrature_error_add(&b, 1, 1);
+    co_quadrature_error_join(&a, &b);
+    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.5), 1 + 0.5 * 1.75, 1e-15);
+}
+
+static void test_differences_are_of_the_objective_or_of_the_worst_term(void **state) {
+    (void)state;
+    double weights[CURVOPT_N_TERMS] = {0};
+    co_patch_terms x = {{0}, 0}, y = {{0}, 0};
+    co_quadrature_error_measure measure = {.weights = weights};
+    weights[CURVOPT_TERM_WILLMORE] = 2;
+    weights[CURVOPT_TERM_MVS] = 1;
+    x.term[CURVOPT_TERM_WILLMORE] = 3;
+    y.term[CURVOPT_TERM_WILLMORE] = 2;
+    x.term[CURVOPT_TERM_MVS] = 1;
+    y.term[CURVOPT_TERM_MVS] = 2;
+    x.term[CURVOPT_TERM_AREA] = 1;
+    y.term[CURVOPT_TERM_AREA] = 3;
+    x.term[CURVOPT_TERM_MEAN] = NAN; /* a term without a weight is not read */
+    CHECK_NEAR(co_quadrature_error_difference(weights, &x, &y), 1, 0);
+    measure.whole.term[CURVOPT_TERM_WILLMORE] = 10;
+    measure.whole.term[CURVOPT_TERM_MVS] = 20;
+    measure.whole.term[CURVOPT_TERM_AREA] = 4;
+    CHECK_NEAR(co_quadrature_error_relative(&measure, &x, &y), 1.0 / 40, 1e-16);
+    measure.every_term = 1;
+    CHECK_NEAR(co_quadrature_error_relative(&measure, &x, &y), 0.5, 1e-16);
+}
+
+/* ------------------------------------------------------------------------------------------------- rules -- */
+
+static curvopt_options options_of(int term) {
+    curvopt_options o;
+    curvopt_options_init(&o);
+    memset(o.weights, 0, sizeof o.weights);
+    o.weights[term] = 1;
+    o.surface = CURVOPT_SURFACE_POLYNOMIAL;
+    o.threads = 1;
+    return o;
+}
+
+typedef struct problem {
+    cage c;
+    curvopt_mesh *mesh;
+    co_assembly *assembly; /* on the heap: it must stay where it is */
+} problem;
+
+static problem problem_of(cage c, int term) {
+    problem p = {.c = c, .mesh = cage_mesh(&c), .assembly = calloc(1, sizeof(co_assembly))};
+    curvopt_options o = options_of(term);
+    curvopt_error error;
+    CHECK_TRUE(p.assembly != NULL);
+    CHECK_OK(co_assembly_create(p.mesh, &o, NULL, NULL, p.assembly, &error), &error);
+    return p;
+}
+
+static void problem_free(problem *p) {
+    co_assembly_free(p->assembly);
+    free(p->assembly);
+    curvopt_mesh_destroy(p->mesh);
+    cage_free(&p->c);
+}
+
+static curvopt_energies resolve(problem *p, double tolerance, co_terms terms, int *resolved, int *changed) {
+    co_quadrature_goal goal = {.tolerance = tolerance, .terms = terms};
+    curvopt_energies e;
+    curvopt_error error;
+    CHECK_OK(co_adaptive_quadrature_resolve(p->assembly, p->c.xyz, &goal, &e, resolved, changed, &error), &error);
+    return e;
+}
+
+static int64_t sum_of_rules(const problem *p) {
+    int64_t sum = 0;
+    for (int32_t i = 0; i < p->assembly->patches.n_patches; i++)
+        sum += p->assembly->rule[i];
+    return sum;
+}
+
+static cage bumpy_cube(double amount) {
+    cage c = cage_refined(cage_cube(), 1);
+    cage_perturb(&c, amount, 7);
+    return c;
+}
+
+/* The error against a tolerance a thousand times as fine is below the tolerance, and not hundreds of times below. */
+static void test_the_tolerance_is_met_and_not_missed_by_far(void **state) {
+    (void)state;
+    static const int terms[] = {CURVOPT_TERM_WILLMORE, CURVOPT_TERM_MVS};
+    for (int k = 0; k < 2; k++) {
+        problem rough = problem_of(bumpy_cube(0.1), terms[k]), fine = problem_of(bumpy_cube(0.1), terms[k]);
+        int resolved, changed;
+        curvopt_energies e = resolve(&rough, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed);
+        CHECK_TRUE(resolved);
+        curvopt_energies best = resolve(&fine, 1e-6, CO_TERMS_OBJECTIVE, &resolved, &changed);
+        CHECK_TRUE(resolved && changed);
+        double off = fabs(e.objective / best.objective - 1);
+        CHECK_BETWEEN(off, 0, 1e-3);
+        CHECK_TRUE(rough.assembly->estimates.sum > 1e-5);
+        CHECK_TRUE(e.n_samples < best.n_samples);
+        resolve(&rough, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed);
+        CHECK_TRUE(resolved && !changed);
+        problem_free(&rough);
+        problem_free(&fine);
+    }
+}
+
+/* The faces of a torus with a ridge fall into N_V orbits of its symmetries, and errors differ from orbit to orbit. */
+static void test_symmetric_patches_get_the_same_rules(void **state) {
+    (void)state;
+    enum { N_U = 6, N_V = 5 };
+    cage c = cage_torus(N_U, N_V, 1, 0.6);
+    for (int32_t i = 0; i < 3 * N_U; i++)
+        c.xyz[3 * N_V * (i / 3) + i % 3] *= i % 3 == 2 ? 1 : 1.3;
+    problem p = problem_of(c, CURVOPT_TERM_MVS);
+    int resolved, changed, differ = 0;
+    resolve(&p, 1e-5, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(resolved && changed);
+    CHECK_INT(p.assembly->patches.n_patches, N_U * N_V);
+    uint8_t of_face[N_U * N_V];
+    for (int32_t i = 0; i < N_U * N_V; i++)
+        of_face[p.assembly->patches.place[i].face] = p.assembly->rule[i];
+    for (int32_t f = 0; f < N_U * N_V; f++) {
+        CHECK_INT(of_face[f], of_face[f % N_V]);
+        differ |= of_face[f] != of_face[0];
+    }
+    CHECK_TRUE(differ); /* else the cage is no test */
+    problem_free(&p);
+}
+
+/* Rules that met 1e-3 stay while the error is below `hysteresis` times the tolerance. */
+static void test_rules_that_met_the_tolerance_are_kept_for_a_while(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    co_quadrature_tuning tuning = *p.assembly->tuning;
+    int resolved, changed;
+    p.assembly->tuning = &tuning;
+    resolve(&p, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    double tolerance = p.assembly->estimates.sum / 2;
+    CHECK_TRUE(p.assembly->met);
+    resolve(&p, tolerance, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(resolved && !changed);
+    tuning.quadrature_hysteresis = 1.5;
+    resolve(&p, tolerance, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(resolved && changed);
+    CHECK_BETWEEN(p.assembly->estimates.sum, 0, tolerance);
+    problem_free(&p);
+}
+
+/* Rules at their finest that miss the tolerance: resolved up to an error of 1e-2. */
+static void test_a_missed_tolerance_may_be_acceptable(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    co_quadrature_tuning tuning = *p.assembly->tuning;
+    int resolved, changed;
+    p.assembly->tuning = &tuning;
+    resolve(&p, 1e-30, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(resolved && changed && !p.assembly->met);
+    double error = p.assembly->estimates.sum;
+    CHECK_BETWEEN(error, 1e-20, 1e-4);
+    tuning.quadrature_acceptable = error / 2;
+    resolve(&p, 1e-30, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(!resolved);
+    problem_free(&p);
+}
+
+/* With all terms, the third-order ones have to meet the tolerance, too, which takes finer rules. */
+static void test_all_terms_take_finer_rules_than_the_objective(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_AREA);
+    int resolved, changed;
+    curvopt_energies e = resolve(&p, 1e-4, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    int64_t rules = sum_of_rules(&p);
+    CHECK_TRUE(isnan(e.term[CURVOPT_TERM_MVS]));
+    e = resolve(&p, 1e-4, CO_TERMS_REPORT, &resolved, &changed);
+    CHECK_TRUE(isfinite(e.term[CURVOPT_TERM_MVS]) && isfinite(e.term_error[CURVOPT_TERM_MVS]));
+    CHECK_INT(sum_of_rules(&p), rules);
+    double error = e.term_error[CURVOPT_TERM_MVS] / e.term[CURVOPT_TERM_MVS];
+    e = resolve(&p, 1e-4, CO_TERMS_ALL, &resolved, &changed);
+    CHECK_TRUE(changed && sum_of_rules(&p) > rules);
+    CHECK_TRUE(e.term_error[CURVOPT_TERM_MVS] / e.term[CURVOPT_TERM_MVS] < error / 2);
+    problem_free(&p);
+}
+
+/* A third rule where errors are largest, unless they are negligible. */
+static void test_a_third_rule_is_compared_where_errors_are_largest(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    co_quadrature_tuning tuning = *p.assembly->tuning;
+    const co_quadrature_estimates *e = &p.assembly->estimates;
+    int32_t n = p.assembly->patches.n_patches, n_third = 0;
+    int resolved, changed;
+    double unseen = 0, least = INFINITY, largest = 0;
+    p.assembly->tuning = &tuning;
+    resolve(&p, 1e-3, CO_TERMS_REPORT, &resolved, &changed);
+    for (int32_t i = 0; i < n; i++) {
+        n_third += e->has_third_rule[i];
+        unseen += e->has_third_rule[i] ? 0 : e->error[i];
+        if (e->has_third_rule[i])
+            least = fmin(least, e->error_per_cost[i]);
+        else
+            largest = fmax(largest, e->error_per_cost[i]);
+    }
+    CHECK_BETWEEN(n_third, 1, n - 1);
+    CHECK_BETWEEN(unseen, 0, tuning.quadrature_two_rules * e->sum);
+    CHECK_TRUE(least > largest);
+    tuning.quadrature_negligible = 1;
+    resolve(&p, 1e-3, CO_TERMS_REPORT, &resolved, &changed);
+    for (int32_t i = 0; i < n; i++)
+        CHECK_INT(e->has_third_rule[i], 0);
+    problem_free(&p);
+}
+
+/* Rules that a bad shape has made fine are taken back on a good one, up to half of the tolerance. */
+static void test_rules_become_coarser_again(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.3), CURVOPT_TERM_WILLMORE);
+    int resolved, changed, rounds = 0;
+    curvopt_error error;
+    resolve(&p, 1e-6, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    int64_t rules = sum_of_rules(&p);
+    CHECK_OK(co_adaptive_quadrature_coarsen(p.assembly, INFINITY, &changed, &error), &error);
+    CHECK_TRUE(!changed && sum_of_rules(&p) == rules);
+    do {
+        curvopt_energies before = resolve(&p, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed);
+        CHECK_TRUE(resolved && !changed);
+        CHECK_OK(co_adaptive_quadrature_coarsen(p.assembly, 1e-3, &changed, &error), &error);
+        curvopt_energies after = resolve(&p, 1, CO_TERMS_OBJECTIVE, &resolved, &(int){0});
+        if (changed) {
+            CHECK_TRUE(after.n_samples < 0.9 * before.n_samples);
+            CHECK_BETWEEN(fabs(after.objective / before.objective - 1), 0, 0.5e-3);
+        } else {
+            CHECK_INT(after.n_samples, before.n_samples);
+        }
+    } while (changed && ++rounds < 20);
+    CHECK_BETWEEN(rounds, 1, 19);
+    CHECK_TRUE(sum_of_rules(&p) < rules);
+    problem_free(&p);
+}
+
+/* ------------------------------------------------------------------------------------------------- check -- */
+
+static void test_what_is_no_surface_is_refused(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    int resolved, changed;
+    curvopt_error error;
+    const curvopt_energies good = resolve(&p, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    curvopt_energies e = good;
+    CHECK_OK(co_adaptive_quadrature_check(p.assembly, &e, &error), &error);
+    e.area = 0.9e-9 * p.assembly->radius * p.assembly->radius;
+    CHECK_REFUSED(co_adaptive_quadrature_check(p.assembly, &e, &error), &error, CURVOPT_ERROR_GEOMETRY, -1,
+                  "zero area");
+    e = good;
+    e.objective = NAN;
+    CHECK_REFUSED(co_adaptive_quadrature_check(p.assembly, &e, &error), &error, CURVOPT_ERROR_GEOMETRY,
+                  p.assembly->worst_face, "the energy is not finite");
+    e = good;
+    e.gauss_bonnet_defect = 0.99 + 0.01 * good.term[CURVOPT_TERM_WILLMORE];
+    CHECK_OK(co_adaptive_quadrature_check(p.assembly, &e, &error), &error);
+    e.gauss_bonnet_defect += 0.02;
+    CHECK_REFUSED(co_adaptive_quadrature_check(p.assembly, &e, &error), &error, CURVOPT_ERROR_RESOLUTION,
+                  p.assembly->worst_face, "cannot be resolved");
+    problem_free(&p);
+}
+
+/* Every constant's default lies in its range. */
+static void test_defaults_are_in_their_ranges(void **state) {
+    (void)state;
+#define CHECK_RANGE(type, name, value, least, largest, unit, why, note)                                                \
+    CHECK_BETWEEN(co_quadrature_tuning_default.name, least, largest);
+    CO_QUADRATURE_TUNING_LIST(CHECK_RANGE)
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_unmarked_candidates_stay_below_the_bound),
+        cmocka_unit_test(test_like_candidates_are_marked_alike),
+        cmocka_unit_test(test_errors_that_are_no_numbers_come_last),
+        cmocka_unit_test(test_claimed_errors_cancel_and_their_doubts_add),
+        cmocka_unit_test(test_differences_are_of_the_objective_or_of_the_worst_term),
+        cmocka_unit_test(test_the_tolerance_is_met_and_not_missed_by_far),
+        cmocka_unit_test(test_symmetric_patches_get_the_same_rules),
+        cmocka_unit_test(test_rules_that_met_the_tolerance_are_kept_for_a_while),
+        cmocka_unit_test(test_a_missed_tolerance_may_be_acceptable),
+        cmocka_unit_test(test_all_terms_take_finer_rules_than_the_objective),
+        cmocka_unit_test(test_a_third_rule_is_compared_where_errors_are_largest),
+        cmocka_unit_test(test_rules_become_coarser_again),
+        cmocka_unit_test(test_what_is_no_surface_is_refused),
+        cmocka_unit_test(test_defaults_are_in_their_ranges),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
