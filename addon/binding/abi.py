@@ -85,7 +85,7 @@ class COptions(C.Structure):
     _fields_ = [
         *(
             (name, C.c_int32)
-            for name in "struct_size surface method levels max_iterations threads as_report boundary".split()
+            for name in "struct_size surface method levels max_iterations threads joshi_sequin boundary".split()
         ),
         ("weights", C.c_double * MAX_TERMS),
         ("tolerance", C.c_double),

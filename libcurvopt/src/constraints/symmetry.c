@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LARGEST_ORDER = 512, UNSET = -1 };
+enum { LARGEST_ORDER = CURVOPT_MAX_SYMMETRIES, UNSET = -1 };
 
 /* The search. */
 typedef struct search {
