@@ -31,6 +31,16 @@ endforeach()
 # The serial BLAS: small dense blocks do not pay for threads, and the threaded ones need a newer C library to load.
 curvopt_find_archive(blas openblas openblas-serial)
 
+# CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: a copy of the archive calls
+# co_sparse_cholesky_parallel where the original calls GCC's OpenMP run time. A CHOLMOD without OpenMP has neither name.
+if(NOT CMAKE_OBJCOPY)
+  message(FATAL_ERROR "objcopy was not found (Debian: binutils)")
+endif()
+set(serial_cholmod ${CMAKE_CURRENT_BINARY_DIR}/libcholmod_serial.a)
+execute_process(COMMAND ${CMAKE_OBJCOPY} --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel ${CURVOPT_cholmod}
+                        ${serial_cholmod} COMMAND_ERROR_IS_FATAL ANY)
+list(TRANSFORM archives REPLACE "^${CURVOPT_cholmod}$" ${serial_cholmod})
+
 # OpenBLAS has LAPACK in it, and that Fortran's run time. It lies in a folder of GCC's; clang knows that folder, too.
 foreach(name gfortran quadmath)
   find_library(CURVOPT_${name} NAMES lib${name}.a)
