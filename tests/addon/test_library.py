@@ -263,7 +263,7 @@ def test_options_defaults_and_refusals(lib):
 def test_defaults_are_the_librarys(lib):
     """What Blender's controls and the batch command show before a library is loaded, and what a request has."""
     options, defaults = abi.COptions(), abi.DEFAULTS
-    lib.c.curvopt_options_init(C.byref(options))
+    lib.c.curvopt_options_init(C.byref(options), C.sizeof(options))
     weights = {term: weight for term, weight in zip(abi.TERMS, options.weights) if weight}
     assert weights == {defaults.energy: 1.0}
     for name, names in (("surface", abi.SURFACES), ("boundary", abi.BOUNDARIES), ("symmetry", abi.SYMMETRIES)):

@@ -87,7 +87,7 @@ def test_samplers_show_the_surface_that_is_evaluated():
     """|grad h|^2 of a sphere's net, which the width changes by a factor, integrated from a sampler's jets and evaluated by
     the library, with the same blend_width in both."""
     mesh = sphere_like(8, "sphere", subdivided_cube)
-    nodes, weights = gauss_rule(8)
+    nodes, weights = gauss_rule(16)
     uv = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
     face = np.repeat(np.arange(mesh.n_faces), len(uv))
     found = []
@@ -98,7 +98,7 @@ def test_samplers_show_the_surface_that_is_evaluated():
         area, variation = float(size.sum()), float((size * density["variation"]).sum())
         evaluated = lib.evaluate(mesh, "variation", "polynomial", blend_width=width, tolerance=1e-5)
         assert area == pytest.approx(evaluated.area, rel=1e-5)
-        assert area * variation == pytest.approx(evaluated.value("variation"), rel=1e-2)
+        assert area * variation == pytest.approx(evaluated.value("variation"), rel=5e-3)
         found.append(area * variation)
     assert found[0] > 1.3 * found[1]
 
