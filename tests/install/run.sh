@@ -48,7 +48,7 @@ by_pkg_config() {
 
 pkg_config_refuses_version() {
     local output
-    ! output=$(by_pkg_config "$1" 2>&1) && grep -q "Requested 'curvopt >= $1'" <<<"$output"
+    ! output=$(by_pkg_config "$1" 2>&1) && grep -q "curvopt >= $1" <<<"$output"
 }
 
 # The name that programs are linked with has the version that they fit.

@@ -97,7 +97,7 @@ def stiffest(problem: lib.Problem, xyz: np.ndarray, pins, stiffness: float) -> f
     """The largest eigenvalue of the objective's Hessian, springs included, by power iteration on differences of
     gradients; from below."""
     along, h, found = np.random.default_rng(1).standard_normal(xyz.shape), 1e-5 * np.ptp(xyz), 0.0
-    for _ in range(12):
+    for _ in range(8):
         along /= np.linalg.norm(along)
         slope = (problem.evaluate(xyz + h * along, True)[1] - problem.evaluate(xyz - h * along, True)[1]) / (2 * h)
         slope[pins] += stiffness * along[pins]
