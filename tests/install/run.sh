@@ -60,7 +60,7 @@ names_its_version() {
 # With a distribution's shared CHOLMOD and BLAS.
 unbundled_builds() {
     cmake -S . -B "$work/unbundled" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCURVOPT_BUNDLE_CHOLMOD=OFF -DCURVOPT_TESTS=OFF &&
-        cmake --build "$work/unbundled" --target curvopt curvopt_tool
+        cmake --build "$work/unbundled"
 }
 
 unbundled_needs_cholmod() {
