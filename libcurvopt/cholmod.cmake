@@ -1,11 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# CHOLMOD, its BLAS and what these need, as static archives inside our own library: an add-on cannot ask its users for them.
-# Target curvopt_cholmod carries them; link it last.
+# Target curvopt_cholmod carries CHOLMOD, its BLAS and what these need; link it last.
+#
+# With CURVOPT_BUNDLE_CHOLMOD they are static archives inside our own library: an add-on cannot ask its users for them.
+# Without, they are shared libraries of the system: what a distribution's package wants.
+add_library(curvopt_cholmod INTERFACE)
+
+if(NOT CURVOPT_BUNDLE_CHOLMOD)
+  find_path(CURVOPT_CHOLMOD_INCLUDE suitesparse/cholmod.h REQUIRED)
+  find_library(CURVOPT_CHOLMOD_SHARED cholmod REQUIRED)
+  find_package(BLAS REQUIRED)
+  target_include_directories(curvopt_objects PRIVATE ${CURVOPT_CHOLMOD_INCLUDE})
+  target_link_libraries(curvopt_cholmod INTERFACE ${CURVOPT_CHOLMOD_SHARED} ${BLAS_LIBRARIES} m)
+  return()
+endif()
 
 function(curvopt_find_archive result name)
   find_library(CURVOPT_${name} NAMES lib${name}.a PATH_SUFFIXES ${ARGN})
   if(NOT CURVOPT_${name})
-    message(FATAL_ERROR "lib${name}.a was not found (Debian: libsuitesparse-dev, libopenblas-serial-dev)")
+    message(FATAL_ERROR "lib${name}.a was not found (Debian: libsuitesparse-dev, libopenblas-serial-dev); "
+                        "with CURVOPT_BUNDLE_CHOLMOD=OFF shared libraries are used")
   endif()
   set(${result} ${CURVOPT_${name}} PARENT_SCOPE)
 endfunction()
@@ -28,15 +41,24 @@ execute_process(COMMAND ${CMAKE_OBJCOPY} --redefine-sym GOMP_parallel=co_sparse_
                         ${serial_cholmod} COMMAND_ERROR_IS_FATAL ANY)
 list(TRANSFORM archives REPLACE "^${CURVOPT_cholmod}$" ${serial_cholmod})
 
-# OpenBLAS has LAPACK in it, and that Fortran's run time.
+# OpenBLAS has LAPACK in it, and that Fortran's run time. It lies in a folder of GCC's; clang knows that folder, too.
 foreach(name gfortran quadmath)
-  execute_process(COMMAND gcc -print-file-name=lib${name}.a OUTPUT_VARIABLE path OUTPUT_STRIP_TRAILING_WHITESPACE)
-  if(IS_ABSOLUTE "${path}")
-    list(APPEND fortran ${path})
+  find_library(CURVOPT_${name} NAMES lib${name}.a)
+  if(NOT CURVOPT_${name})
+    execute_process(COMMAND ${CMAKE_C_COMPILER} -print-file-name=lib${name}.a OUTPUT_VARIABLE path
+                    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+    if(IS_ABSOLUTE "${path}")
+      set(CURVOPT_${name} ${path} CACHE FILEPATH "" FORCE)
+    elseif(name STREQUAL "gfortran") # quadmath is not on every processor
+      message(FATAL_ERROR "libgfortran.a was not found by ${CMAKE_C_COMPILER} (Debian: libgfortran-12-dev); "
+                          "set CURVOPT_gfortran")
+    endif()
+  endif()
+  if(CURVOPT_${name})
+    list(APPEND fortran ${CURVOPT_${name}})
   endif()
 endforeach()
 
-add_library(curvopt_cholmod INTERFACE)
 target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} -Wl,--end-group ${blas} ${fortran} m)
 # Debian has no static METIS. CHOLMOD only calls it for orderings that we do not ask for (sparse_cholesky.c asks for AMD).
 target_link_options(curvopt_cholmod INTERFACE -Wl,--defsym=METIS_NodeND=0 -Wl,--defsym=METIS_ComputeVertexSeparator=0)

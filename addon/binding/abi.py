@@ -15,7 +15,19 @@ SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symme
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 SHARPNESS_INFINITE = 10.0
 
-MAX_TERMS = 8
+MAX_TERMS = 8  # CURVOPT_MAX_TERMS
+
+# Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
+ENUMS = "status boundary_rule surface term method boundary symmetry plane stop step verdict".split()
+NAMES = {
+    "curvopt_term_name": TERMS,
+    "curvopt_surface_name": SURFACES,
+    "curvopt_stop_text": STOPS,
+    "curvopt_verdict_text": VERDICTS,
+    "curvopt_boundary_name": BOUNDARIES,
+    "curvopt_symmetry_name": SYMMETRIES,
+    "curvopt_boundary_rule_name": BOUNDARY_RULES,
+}
 
 
 class Defaults(NamedTuple):
@@ -85,7 +97,7 @@ class COptions(C.Structure):
     _fields_ = [
         *(
             (name, C.c_int32)
-            for name in "struct_size surface method levels max_iterations threads as_report boundary".split()
+            for name in "struct_size surface method levels max_iterations threads joshi_sequin boundary".split()
         ),
         ("weights", C.c_double * MAX_TERMS),
         ("tolerance", C.c_double),
@@ -147,8 +159,6 @@ class CSummary(C.Structure):
     """curvopt_summary"""
 
     _fields_ = [
-        ("start", CEnergies),
-        ("end", CEnergies),
         *((name, C.c_double) for name in "seconds newton_decrement shape_decrement".split()),
         *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
         *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
@@ -167,7 +177,7 @@ STRUCT_SIZES = {
     CEnergies: 200,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 472,
+    CSummary: 72,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -180,25 +190,30 @@ REALS = C.POINTER(C.c_double)
 _HANDLE = C.c_void_p
 _OUT = C.POINTER(C.c_void_p)
 _ERROR = C.POINTER(CError)
+_SIZE = C.c_size_t
 
 # name: (result, arguments). Functions whose last argument is an error are called through Library.call().
 SIGNATURES = {
     "curvopt_status_text": (C.c_char_p, (_I,)),
     "curvopt_version": (C.c_char_p, ()),
+    **{f"curvopt_{enum}_name": (C.c_char_p, (_I,)) for enum in ENUMS},
+    **{f"curvopt_{enum}_from_name": (_I, (C.c_char_p,)) for enum in ENUMS},
     "curvopt_mesh_create": (_I, (_I, _I, INTS, INTS, _OUT, _ERROR)),
     "curvopt_mesh_create_creased": (_I, (_I, _I, INTS, INTS, C.POINTER(CCreases), _OUT, _ERROR)),
     "curvopt_mesh_destroy": (None, (_HANDLE,)),
-    "curvopt_mesh_get_info": (None, (_HANDLE, C.POINTER(CMeshInfo))),
+    "curvopt_mesh_get_info": (None, (_HANDLE, C.POINTER(CMeshInfo), _SIZE)),
     "curvopt_mesh_get_faces": (None, (_HANDLE, INTS, INTS)),
     "curvopt_mesh_count_creases": (None, (_HANDLE, INTS, INTS)),
     "curvopt_mesh_get_creases": (None, (_HANDLE, INTS, REALS, INTS, REALS)),
     "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
-    "curvopt_options_init": (None, (C.POINTER(COptions),)),
+    "curvopt_options_init": (None, (C.POINTER(COptions), _SIZE)),
     "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
     "curvopt_problem_create": (_I, (_HANDLE, C.POINTER(COptions), _OUT, _ERROR)),
     "curvopt_problem_destroy": (None, (_HANDLE,)),
-    "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), REALS, _ERROR)),
-    "curvopt_surface_jets": (_I, (_HANDLE, REALS, _I, _I, INTS, INTS, REALS, REALS, _ERROR)),
+    "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), _SIZE, REALS, _ERROR)),
+    "curvopt_sampler_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
+    "curvopt_sampler_destroy": (None, (_HANDLE,)),
+    "curvopt_sampler_jets": (_I, (_HANDLE, _I, INTS, INTS, REALS, REALS, _ERROR)),
     "curvopt_stop_text": (C.c_char_p, (_I,)),
     "curvopt_verdict_text": (C.c_char_p, (_I,)),
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
@@ -208,6 +223,7 @@ SIGNATURES = {
     "curvopt_result_destroy": (None, (_HANDLE,)),
     "curvopt_result_mesh": (_HANDLE, (_HANDLE,)),
     "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
-    "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary))),
-    "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _ERROR)),
+    "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary), _SIZE)),
+    "curvopt_result_get_energies": (None, (_HANDLE, C.POINTER(CEnergies), C.POINTER(CEnergies), _SIZE)),
+    "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _SIZE, _ERROR)),
 }

@@ -21,6 +21,7 @@ from .abi import (
     HEADER_VERSION,
     INTS,
     MAX_TERMS,
+    NAMES,
     PROGRESS_FN,
     REALS,
     SIGNATURES,
@@ -132,6 +133,7 @@ class Library:
             )
         self._set_signatures(SIGNATURES)
         self._check_sizes()
+        self._check_names()
 
     def _set_signatures(self, names: object) -> None:
         for name in names:
@@ -148,12 +150,19 @@ class Library:
             if C.sizeof(struct) != size:
                 raise LibraryError(f"{struct.__doc__} takes {C.sizeof(struct)} bytes here instead of {size}.")
         options = COptions()
-        self.c.curvopt_options_init(C.byref(options))
+        self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
         if options.struct_size != C.sizeof(COptions):
             raise LibraryError(
                 f"The curvopt library {self.path} has options of {options.struct_size} bytes "
                 f"instead of {C.sizeof(COptions)}."
             )
+
+    def _check_names(self) -> None:
+        for function, names in NAMES.items():
+            known = getattr(self.c, function.replace("_text", "_name"))
+            here = [name.encode() for name in names]
+            if [getattr(self.c, function)(i) for i in range(len(here))] != here or known(len(here)) is not None:
+                raise LibraryError(f"The curvopt library {self.path} has other names by {function} than this add-on.")
 
     def call(self, name: str, *arguments: object) -> None:
         """Call a fallible function with everything but its error; CurvoptError unless it returns 0."""
@@ -176,7 +185,7 @@ class Library:
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
         refuses."""
         options = COptions()
-        self.c.curvopt_options_init(C.byref(options))
+        self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
         options.weights = (C.c_double * MAX_TERMS)()
         for term, weight in weights.items():
             if term not in TERMS:
@@ -296,7 +305,7 @@ class Mesh(_Handle):
     def info(self) -> CMeshInfo:
         """Counts, Euler characteristic, boundary."""
         info = CMeshInfo()
-        self.lib.c.curvopt_mesh_get_info(self.pointer, C.byref(info))
+        self.lib.c.curvopt_mesh_get_info(self.pointer, C.byref(info), C.sizeof(info))
         return info
 
     def faces(self) -> tuple[np.ndarray, np.ndarray]:
@@ -335,10 +344,15 @@ class Mesh(_Handle):
         points = reals(xyz, 3 * self.info().n_vertices, "xyz")
         parameters = reals(uv, 2 * faces.size, "uv")
         jets = np.empty((faces.size, 10, 3))
-        self.lib.call(
-            "curvopt_surface_jets", self.pointer, _real_pointer(points), SURFACES.index(surface), faces.size,
-            _int_pointer(faces), _int_pointer(corners), _real_pointer(parameters), _real_pointer(jets),
-        )  # fmt: skip
+        options = self.lib.options({"willmore": 1.0}, surface=SURFACES.index(surface))
+        sampler = self.lib.create("curvopt_sampler_create", self.pointer, _real_pointer(points), C.byref(options))
+        try:
+            self.lib.call(
+                "curvopt_sampler_jets", sampler, faces.size, _int_pointer(faces), _int_pointer(corners),
+                _real_pointer(parameters), _real_pointer(jets),
+            )  # fmt: skip
+        finally:
+            self.lib.c.curvopt_sampler_destroy(sampler)
         return jets
 
 
@@ -360,8 +374,9 @@ class Problem(_Handle):
         gradient = np.empty((self.n_vertices, 3)) if with_gradient else None
         raw = CEnergies()
         self.lib.call(
-            "curvopt_problem_evaluate", self.pointer, _real_pointer(points), C.byref(raw), _real_pointer(gradient)
-        )
+            "curvopt_problem_evaluate", self.pointer, _real_pointer(points), C.byref(raw), C.sizeof(raw),
+            _real_pointer(gradient),
+        )  # fmt: skip
         return Energies.from_c(raw), gradient
 
 
@@ -403,9 +418,11 @@ class Result(_Handle):
     def summary(self) -> Summary:
         """Energies at start and end, stop reason, verdict, size, symmetries."""
         raw = CSummary()
-        self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw))
+        self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw), C.sizeof(raw))
+        start, end = CEnergies(), CEnergies()
+        self.lib.c.curvopt_result_get_energies(self.pointer, C.byref(start), C.byref(end), C.sizeof(CEnergies))
         return Summary(
-            Energies.from_c(raw.start), Energies.from_c(raw.end), raw.seconds, STOPS[raw.stop],
+            Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
             Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
             raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
             raw.free_negative_directions, raw.all_negative_directions,
@@ -414,7 +431,7 @@ class Result(_Handle):
     def level(self, index: int) -> LevelReport:
         """Report of level index 0 .. n_levels - 1. CurvoptError outside."""
         raw = CLevelReport()
-        self.lib.call("curvopt_result_get_level", self.pointer, index, C.byref(raw))
+        self.lib.call("curvopt_result_get_level", self.pointer, index, C.byref(raw), C.sizeof(raw))
         values = {name: getattr(raw, name) for name in LevelReport.__dataclass_fields__}
         return LevelReport(**{**values, "stop": STOPS[raw.stop]})
 

@@ -19,7 +19,7 @@ _NUDGE = 1e-3  # of a quad, towards its middle, where derivatives do not exist a
 @dataclass(frozen=True)
 class SurfacePoints:
     """quads (q, 4): vertices of each, counter-clockwise seen from outside. For every vertex (n,): a face of the cage,
-    corner and parameters (n, 2) in it, as curvopt_surface_jets() wants them; `inside` (n, 2), a little further in."""
+    corner and parameters (n, 2) in it, as curvopt_sampler_jets() wants them; `inside` (n, 2), a little further in."""
 
     quads: np.ndarray
     face: np.ndarray

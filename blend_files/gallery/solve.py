@@ -32,7 +32,7 @@ def limits(setting: str, energy: str, threads: int) -> dict[str, int]:
         raise ValueError(f"There is no setting '{setting}'; there are {', '.join(SETTINGS)}.")
     fields = {"threads": threads}
     if setting == "report":
-        fields["as_report"] = 1
+        fields["joshi_sequin"] = 1
         fields["max_iterations"] = REPORT_STEPS
     if setting == "plane" and energy != "willmore":
         fields["surface"] = SURFACES.index("plane")

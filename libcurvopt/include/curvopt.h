@@ -1,23 +1,51 @@
-/* curvopt.h - the fairest surface of a control cage.
+/* curvopt.h - fair surfaces from control cages.
  *
- * Catmull-Clark limit surfaces evaluated exactly to third derivatives, curvature energies integrated over
- * them with exact gradients, and minimized over the control cage, level by level.
+ * The library evaluates Catmull-Clark limit surfaces exactly up to third derivatives. It integrates curvature energies
+ * over them, with exact gradients, and minimizes these energies over the vertices of the control cage, level by level.
+ *
+ * The energies and the idea are those of Pushkar Joshi, "Minimizers of Curvature-Based Surface Energy", project report,
+ * University of California, Berkeley, May 2006
+ * (https://people.eecs.berkeley.edu/~sequin/CS285/PROJ_06/Pushkar/ppj_report.pdf), published as Pushkar Joshi and Carlo
+ * Sequin, "Energy Minimizers for Curvature-Based Surface Functionals", Computer-Aided Design and Applications 4, 2007
+ * (http://graphics.berkeley.edu/papers/Joshi-EMC-2007-06/). "The report" below means the first of them.
  *
  * Conventions, for every function below:
- *   - Real numbers are `double`, indices and counts `int32_t`, in every build. Vectors of points are packed
- *     x y z, one point after the other; [n] after a pointer's name is the number of elements it must hold.
- *   - A fallible function returns a curvopt_status (0 is success) and, if `error` is not NULL, fills it. Nothing
- *     else is written on failure, except that `*out` becomes NULL.
- *   - The caller owns every array it passes and every handle it is given; each `_destroy` accepts NULL.
- *   - No global state, no output, no signal handlers. A curvopt_mesh never changes after its creation and may be
- *     used from several threads; every other handle from one thread at a time, curvopt_cancel excepted.
- *   - Energies are dimensionless and invariant under similarities, unless their line says otherwise.
+ *   - Real numbers are `double`, indices and counts `int32_t`, in every build. Vectors of points are packed x y z, one
+ *     point after the other. [n] after a pointer's name is the number of elements that it must hold.
+ *   - A fallible function returns a curvopt_status (0 is success) and fills `error` unless that is NULL. On failure it
+ *     writes nothing else, except that `*out` becomes NULL.
+ *   - The caller owns every array that it passes and every handle that it gets. Each `_destroy` accepts NULL.
+ *   - A fallible function refuses NULL handles and arrays with ERROR_ARGUMENT, unless its comment allows them. The
+ *     other functions (_get_..., _count_..., curvopt_cancel_request, curvopt_result_mesh) must not get NULL.
+ *   - The `element` of an error is the vertex, face or field that its function's comment names, else -1.
+ *   - Energies are dimensionless and invariant under similarities, unless their comment says otherwise.
+ *
+ * Threads. The library keeps no state between calls, writes no output and installs no signal handlers. A curvopt_mesh
+ * never changes after its creation, and several threads may use it at once. Every other handle belongs to one thread at
+ * a time; curvopt_cancel_request alone may come from any thread. Several threads may run curvopt_minimize at once.
+ *
+ * The library computes with GNU OpenMP. Its threads wait for each other by spinning, and on a machine that does other
+ * work, too, this can make a run many times slower. Therefore set the environment variable OMP_WAIT_POLICY=passive
+ * before the process starts: OpenMP reads it when it is loaded. The command line and the add-on do this themselves.
+ *
+ * Determinism. On one machine the same call gives the same bits, with any number of threads. Another processor may have
+ * other vector instructions or another BLAS kernel; there results agree to rounding, and where a run passes near a
+ * saddle it may end in another minimum.
+ *
+ * Structs grow at their end. A caller that was compiled with an older or a newer header works with this library:
+ *   - curvopt_options begins with struct_size. Members beyond it have their defaults. A caller's struct may be larger
+ *     than the library's if all bytes beyond are 0; else the call is refused: the library does not know the option.
+ *   - A function that fills in a struct takes the caller's sizeof as `size`. It writes the members that fit, and 0 into
+ *     bytes that it does not know.
+ *   - curvopt_progress begins with struct_size, the library's: members beyond it are not there.
+ *   - curvopt_error, curvopt_creases and curvopt_constraints never change.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #ifndef CURVOPT_H
 #define CURVOPT_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -34,28 +62,49 @@ extern "C" {
 #define CURVOPT_VERSION_MINOR 1
 #define CURVOPT_VERSION_PATCH 0
 
+/* ------------------------------------------------------------------------------------------------ limits -- */
+
+#define CURVOPT_MAX_TERMS       8  /* room for terms in weights and energies; CURVOPT_N_TERMS of them exist */
+#define CURVOPT_MAX_LEVELS      12 /* options.levels */
+#define CURVOPT_MAX_BLEND_WIDTH 8  /* options.blend_width, in faces */
+/* Free variables up to which negative directions of a Hessian are counted; with more, the count is -1. */
+#define CURVOPT_MAX_COUNTED_VARIABLES 15000
+/* Vertices up to which a result gets a verdict; with more, it is UNKNOWN. */
+#define CURVOPT_MAX_CERTIFIED_VERTICES 50000
+/* Vertices up to which options.escape leaves a saddle. */
+#define CURVOPT_MAX_ESCAPE_VERTICES 5000
+/* Symmetries of a cage up to which its group is kept; of a larger group none is. */
+#define CURVOPT_MAX_SYMMETRIES 512
+
+/* ------------------------------------------------------------------------------------------- enumerations -- */
+
+/* Each enumeration is a list X(NAME, value, "name"). For each, curvopt_..._name() gives the name of a value, or NULL
+ * for an unknown one; curvopt_..._from_name() gives the value of a name, or -1 for an unknown one and for NULL. The
+ * values of an enumeration follow each other from 0, except curvopt_plane's. */
+#define CURVOPT_ENUMERATOR(prefix, name, value) CURVOPT_##prefix##_##name = value,
+
 /* ------------------------------------------------------------------------------------------------ errors -- */
 
-/* X(name, value, text): every status there is; curvopt_status_text() gives the text. */
+/* X(name, value, short name, text); curvopt_status_text() gives the text. */
 #define CURVOPT_STATUS_LIST(X)                                                                                         \
-    X(OK, 0, "done")                                                                                                   \
-    X(ERROR_ARGUMENT, 1, "an argument is out of its range")                                                            \
-    X(ERROR_MEMORY, 2, "out of memory")                                                                                \
-    X(ERROR_SIZE, 3, "the input is larger than 32-bit indices allow")                                                  \
-    X(ERROR_TOPOLOGY, 4, "the cage is not a manifold, consistently oriented surface")                                  \
-    X(ERROR_GEOMETRY, 5, "the cage's coordinates do not make a surface")                                               \
-    X(ERROR_SURFACE, 6, "the chosen surface cannot carry the chosen energy")                                           \
-    X(ERROR_UNSUPPORTED, 7, "this build cannot do that")                                                               \
-    X(ERROR_RESOLUTION, 8, "the energy of this surface cannot be resolved")
+    X(OK, 0, "ok", "done")                                                                                             \
+    X(ERROR_ARGUMENT, 1, "argument", "an argument is out of its range")                                                \
+    X(ERROR_MEMORY, 2, "memory", "out of memory")                                                                      \
+    X(ERROR_SIZE, 3, "size", "the input is larger than 32-bit indices allow")                                          \
+    X(ERROR_TOPOLOGY, 4, "topology", "the cage is not a manifold, consistently oriented surface")                      \
+    X(ERROR_GEOMETRY, 5, "geometry", "the cage's coordinates do not make a surface")                                   \
+    X(ERROR_SURFACE, 6, "surface", "the chosen surface cannot carry the chosen energy")                                \
+    X(ERROR_UNSUPPORTED, 7, "unsupported", "this build cannot do that")                                                \
+    X(ERROR_RESOLUTION, 8, "resolution", "the energy of this surface cannot be resolved")
 
 typedef enum curvopt_status {
-#define CURVOPT_STATUS_ENUM(name, value, text) CURVOPT_##name = value,
+#define CURVOPT_STATUS_ENUM(name, value, short_name, text) CURVOPT_##name = value,
     CURVOPT_STATUS_LIST(CURVOPT_STATUS_ENUM)
 #undef CURVOPT_STATUS_ENUM
         CURVOPT_STATUS_FORCE_INT = 0x7fffffff
 } curvopt_status;
 
-/* What went wrong: `message` is one sentence that names the element and the value. */
+/* The reason of a failure: `message` is one sentence that names the element and the value. */
 typedef struct curvopt_error {
     int32_t code;      /* curvopt_status */
     int32_t element;   /* index of the offending vertex, face or field, or -1 */
@@ -64,6 +113,8 @@ typedef struct curvopt_error {
 
 /* The text of a status; never NULL, also for an unknown code. */
 CURVOPT_API const char *curvopt_status_text(int32_t status);
+CURVOPT_API const char *curvopt_status_name(int32_t status);
+CURVOPT_API int32_t curvopt_status_from_name(const char *name);
 /* "major.minor.patch" of the library that is loaded; compare with CURVOPT_VERSION_* of the header. */
 CURVOPT_API const char *curvopt_version(void);
 
@@ -93,11 +144,21 @@ typedef struct curvopt_mesh_info {
 CURVOPT_API int32_t curvopt_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                                         const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
 
-/* What becomes of a boundary vertex that belongs to one face. The names of Blender's modifier, and OpenSubdiv's: */
+/* The rule for a boundary vertex that belongs to one face.
+ *   SMOOTH   the boundary runs smoothly through it (Blender's modifier: ALL; OpenSubdiv: EDGE_ONLY)
+ *   CORNERS  it is a corner and stays where it is (PRESERVE_CORNERS; EDGE_AND_CORNER) */
+#define CURVOPT_BOUNDARY_RULE_LIST(X)                                                                                  \
+    X(SMOOTH, 0, "smooth")                                                                                             \
+    X(CORNERS, 1, "corners")
+
 typedef enum curvopt_boundary_rule {
-    CURVOPT_BOUNDARY_RULE_SMOOTH = 0, /* the boundary runs smoothly through it (ALL; EDGE_ONLY) */
-    CURVOPT_BOUNDARY_RULE_CORNERS = 1 /* it stays where it is, a corner (PRESERVE_CORNERS; EDGE_AND_CORNER) */
+#define CURVOPT_BOUNDARY_RULE_ENUM(name, value, text) CURVOPT_ENUMERATOR(BOUNDARY_RULE, name, value)
+    CURVOPT_BOUNDARY_RULE_LIST(CURVOPT_BOUNDARY_RULE_ENUM)
+#undef CURVOPT_BOUNDARY_RULE_ENUM
+        CURVOPT_BOUNDARY_RULE_FORCE_INT = 0x7fffffff
 } curvopt_boundary_rule;
+CURVOPT_API const char *curvopt_boundary_rule_name(int32_t boundary_rule);
+CURVOPT_API int32_t curvopt_boundary_rule_from_name(const char *name);
 
 /* From this sharpness on a crease never softens; below, each subdivision takes 1 off, as OpenSubdiv does. */
 #define CURVOPT_SHARPNESS_INFINITE 10.0
@@ -122,7 +183,7 @@ CURVOPT_API int32_t curvopt_mesh_create_creased(int32_t n_vertices, int32_t n_fa
                                                 const int32_t *face_vertices, const curvopt_creases *creases,
                                                 curvopt_mesh **out, curvopt_error *error);
 CURVOPT_API void curvopt_mesh_destroy(curvopt_mesh *mesh);
-CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info);
+CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_info *info, size_t size);
 /* Copies the polygons out: face_sizes [n_faces], face_vertices [n_corners]. */
 CURVOPT_API void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices);
 /* Sharp edges and vertices that the mesh has, counted and copied out; none of sharpness 0. A subdivided mesh has those
@@ -141,142 +202,236 @@ CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *
 
 /* ------------------------------------------------------------------------------------------------ options -- */
 
-/* The surface that a cage stands for. */
-typedef enum curvopt_surface {
-    CURVOPT_SURFACE_AUTO = 0,      /* limit where every term accepts it, else the smoothest the build has */
-    CURVOPT_SURFACE_LIMIT = 1,     /* the Catmull-Clark limit surface itself */
-    CURVOPT_SURFACE_PLANE = 2,     /* blended into the tangent plane at extraordinary vertices (the report's) */
-    CURVOPT_SURFACE_POLYNOMIAL = 3 /* blended into a fitted polynomial there, widely where there is room */
-} curvopt_surface;
+/* The surface that a cage stands for.
+ *   AUTO        LIMIT if every term accepts it, else POLYNOMIAL
+ *   LIMIT       the Catmull-Clark limit surface itself
+ *   PLANE       the limit surface, blended into the tangent plane at extraordinary vertices, as in the report
+ *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide */
+#define CURVOPT_SURFACE_LIST(X)                                                                                        \
+    X(AUTO, 0, "auto")                                                                                                 \
+    X(LIMIT, 1, "limit")                                                                                               \
+    X(PLANE, 2, "plane")                                                                                               \
+    X(POLYNOMIAL, 3, "polynomial")
 
-/* The terms of the objective, which is sum of weights[i] * term i. With A the area, k1, k2 the principal curvatures,
- * e1, e2 their directions, and C = grad h the covariant derivative of the second fundamental form: */
+typedef enum curvopt_surface {
+#define CURVOPT_SURFACE_ENUM(name, value, text) CURVOPT_ENUMERATOR(SURFACE, name, value)
+    CURVOPT_SURFACE_LIST(CURVOPT_SURFACE_ENUM)
+#undef CURVOPT_SURFACE_ENUM
+        CURVOPT_SURFACE_FORCE_INT = 0x7fffffff
+} curvopt_surface;
+CURVOPT_API const char *curvopt_surface_name(int32_t surface);
+CURVOPT_API int32_t curvopt_surface_from_name(const char *name);
+
+/* The terms of the objective, which is the sum of weights[i] * term i. A is the area of the surface, k1 and k2 are its
+ * principal curvatures, e1 and e2 their directions, H = (k1 + k2) / 2, and grad h is the covariant derivative of the
+ * second fundamental form.
+ *   WILLMORE       int (k1^2 + k2^2) dA
+ *   MVS            A int ((dk1/de1)^2 + (dk2/de2)^2) dA
+ *   MVS_CROSS      A int (|grad k1|^2 + |grad k2|^2) dA
+ *   VARIATION      A int |grad h|^2 dA
+ *   MEHLUM_TARROU  A int (1/pi) int_0^{2 pi} kappa'(theta)^2 dtheta dA
+ *   AREA           A / (root mean square distance of the cage's vertices from their centroid)^2
+ *   MEAN           int H^2 dA; on closed surfaces a quarter of WILLMORE plus a constant, on open ones 0 exactly for
+ *                  minimal surfaces */
+#define CURVOPT_TERM_LIST(X)                                                                                           \
+    X(WILLMORE, 0, "willmore")                                                                                         \
+    X(MVS, 1, "mvs")                                                                                                   \
+    X(MVS_CROSS, 2, "mvs_cross")                                                                                       \
+    X(VARIATION, 3, "variation")                                                                                       \
+    X(MEHLUM_TARROU, 4, "mehlum_tarrou")                                                                               \
+    X(AREA, 5, "area")                                                                                                 \
+    X(MEAN, 6, "mean_curvature")
+
 typedef enum curvopt_term {
-    CURVOPT_TERM_WILLMORE = 0,      /* int (k1^2 + k2^2) dA */
-    CURVOPT_TERM_MVS = 1,           /* A int ((dk1/de1)^2 + (dk2/de2)^2) dA */
-    CURVOPT_TERM_MVS_CROSS = 2,     /* A int (|grad k1|^2 + |grad k2|^2) dA */
-    CURVOPT_TERM_VARIATION = 3,     /* A int |grad h|^2 dA */
-    CURVOPT_TERM_MEHLUM_TARROU = 4, /* A int (1/pi) int_0^{2 pi} kappa'(theta)^2 dtheta dA */
-    CURVOPT_TERM_AREA = 5,          /* A / (root mean square distance of the cage's vertices from their centroid)^2 */
-    CURVOPT_TERM_MEAN = 6,          /* int H^2 dA, H = (k1 + k2) / 2; a quarter of Willmore's and a constant on closed
-                                       surfaces, but 0 on open ones that are minimal */
-    CURVOPT_N_TERMS = 7
+#define CURVOPT_TERM_ENUM(name, value, text) CURVOPT_ENUMERATOR(TERM, name, value)
+    CURVOPT_TERM_LIST(CURVOPT_TERM_ENUM)
+#undef CURVOPT_TERM_ENUM
+        CURVOPT_TERM_FORCE_INT = 0x7fffffff
 } curvopt_term;
+/* Terms that exist. */
+#define CURVOPT_N_TERMS 7
+CURVOPT_API const char *curvopt_term_name(int32_t term);
+CURVOPT_API int32_t curvopt_term_from_name(const char *name);
+
+/* The optimizer.
+ *   AUTO          GAUSS_NEWTON; LMVM with options.joshi_sequin
+ *   LMVM          limited-memory variable metric (L-BFGS) on all coordinates, the report's optimizer. It keeps
+ *                 symmetries only if options.symmetry asks for them
+ *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian, then Newton's method: at every level
+ *                 for third-order terms, at the last level for the others */
+#define CURVOPT_METHOD_LIST(X)                                                                                         \
+    X(AUTO, 0, "auto")                                                                                                 \
+    X(LMVM, 1, "lmvm")                                                                                                 \
+    X(GAUSS_NEWTON, 2, "gauss_newton")
 
 typedef enum curvopt_method {
-    CURVOPT_METHOD_AUTO = 0,        /* gauss_newton; the report's with as_report */
-    CURVOPT_METHOD_LMVM = 1,        /* limited-memory variable metric on all coordinates, the report's: symmetries
-                                       are kept only where that is asked for */
-    CURVOPT_METHOD_GAUSS_NEWTON = 2 /* the same, with the factored Gauss-Newton matrix as its initial Hessian; then
-                                       Newton's method, of second-order energies at the last level only */
+#define CURVOPT_METHOD_ENUM(name, value, text) CURVOPT_ENUMERATOR(METHOD, name, value)
+    CURVOPT_METHOD_LIST(CURVOPT_METHOD_ENUM)
+#undef CURVOPT_METHOD_ENUM
+        CURVOPT_METHOD_FORCE_INT = 0x7fffffff
 } curvopt_method;
+CURVOPT_API const char *curvopt_method_name(int32_t method);
+CURVOPT_API int32_t curvopt_method_from_name(const char *name);
 
-/* What a minimization leaves as it is on an open surface. Vertices on infinitely sharp creases, and infinitely sharp
- * ones, stay where they are with all of these but FREE. */
+/* The part of an open surface that a minimization keeps. All but FREE also keep infinitely sharp vertices and the
+ * vertices on infinitely sharp creases.
+ *   POSITION   the boundary curves: the vertices on them are held
+ *   TANGENT    also the tangent planes along them: two rows of vertices are held. Curvature at the boundary of a
+ *              Catmull-Clark surface depends on no more than that
+ *   CURVATURE  also the change of curvature there: three rows
+ *   FREE       nothing */
+#define CURVOPT_BOUNDARY_LIST(X)                                                                                       \
+    X(POSITION, 0, "position")                                                                                         \
+    X(TANGENT, 1, "tangent")                                                                                           \
+    X(CURVATURE, 2, "curvature")                                                                                       \
+    X(FREE, 3, "free")
+
 typedef enum curvopt_boundary {
-    CURVOPT_BOUNDARY_POSITION = 0,  /* the boundary curves: vertices on them are held */
-    CURVOPT_BOUNDARY_TANGENT = 1,   /* the surface's tangent planes along them, too: two rows of vertices are held. On
-                                       Catmull-Clark surfaces curvature there depends on no more than that */
-    CURVOPT_BOUNDARY_CURVATURE = 2, /* how curvature changes there, too: three rows */
-    CURVOPT_BOUNDARY_FREE = 3       /* nothing */
+#define CURVOPT_BOUNDARY_ENUM(name, value, text) CURVOPT_ENUMERATOR(BOUNDARY, name, value)
+    CURVOPT_BOUNDARY_LIST(CURVOPT_BOUNDARY_ENUM)
+#undef CURVOPT_BOUNDARY_ENUM
+        CURVOPT_BOUNDARY_FORCE_INT = 0x7fffffff
 } curvopt_boundary;
+CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
+CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
 
-/* Whether a cage's symmetries are kept. */
+/* The symmetries of the cage that a minimization keeps.
+ *   AUTO       those of KEEP, but some are given up for third-order terms, whose discretization on coarse cages is
+ *              often a saddle that symmetry hides: on levels of 100 to 2000 vertices the group is halved as long as
+ *              each halving lowers the energy by 6 %. With LMVM: NONE
+ *   NONE       none
+ *   ROTATIONS  those of KEEP that are rotations: vertices on a mirror plane may leave it
+ *   KEEP       those that the input cage has, with its creases and constraints, to 1e-5 of its size. The result has
+ *              them to rounding, and one of several equivalent faces stands for all
+ *   PLANES     the reflections in options.symmetry_planes and what they generate, no others. They are not given up. A
+ *              cage without them is refused */
+#define CURVOPT_SYMMETRY_LIST(X)                                                                                       \
+    X(AUTO, 0, "auto")                                                                                                 \
+    X(NONE, 1, "none")                                                                                                 \
+    X(ROTATIONS, 2, "rotations")                                                                                       \
+    X(KEEP, 3, "keep")                                                                                                 \
+    X(PLANES, 4, "planes")
+
 typedef enum curvopt_symmetry {
-    /* KEEP, but where the objective has third-order terms, whose discretization on coarse cages is often a saddle that
-     * symmetry hides (the cage's lines want to twist): there, on levels of 100 to 2000 vertices, symmetries are given
-     * up as long as each halving of their number brings 6 % of the energy. NONE with CURVOPT_METHOD_LMVM */
-    CURVOPT_SYMMETRY_AUTO = 0,
-    CURVOPT_SYMMETRY_NONE = 1,
-    CURVOPT_SYMMETRY_ROTATIONS =
-        2,                      /* of KEEP's, the ones that mirror nothing: vertices on a mirror plane may leave it */
-    CURVOPT_SYMMETRY_KEEP = 3,  /* those that the input cage has, to 1e-5 of its size, with its creases and
-                                   constraints: the result has them to rounding, and one of several like faces
-                                   stands for all */
-    CURVOPT_SYMMETRY_PLANES = 4 /* mirror images across the planes of options.symmetry_planes and what these generate,
-                                   no others; a cage that does not have them is refused. They are not given up */
+#define CURVOPT_SYMMETRY_ENUM(name, value, text) CURVOPT_ENUMERATOR(SYMMETRY, name, value)
+    CURVOPT_SYMMETRY_LIST(CURVOPT_SYMMETRY_ENUM)
+#undef CURVOPT_SYMMETRY_ENUM
+        CURVOPT_SYMMETRY_FORCE_INT = 0x7fffffff
 } curvopt_symmetry;
+CURVOPT_API const char *curvopt_symmetry_name(int32_t symmetry);
+CURVOPT_API int32_t curvopt_symmetry_from_name(const char *name);
 
-/* Mirror planes across the axes; each through the mean of the cage's vertices, for symmetric about another it cannot
- * be. */
-typedef enum curvopt_plane { CURVOPT_PLANE_X = 1, CURVOPT_PLANE_Y = 2, CURVOPT_PLANE_Z = 4 } curvopt_plane;
+/* Mirror planes perpendicular to the axes, through the mean of the cage's vertices; flags to be added up. */
+#define CURVOPT_PLANE_LIST(ENTRY)                                                                                      \
+    ENTRY(X, 1, "x")                                                                                                   \
+    ENTRY(Y, 2, "y")                                                                                                   \
+    ENTRY(Z, 4, "z")
 
-/* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices; then those that are
- * held go back to their point, line or plane, so that the surface comes closer to them with every level. But where all
+typedef enum curvopt_plane {
+#define CURVOPT_PLANE_ENUM(name, value, text) CURVOPT_ENUMERATOR(PLANE, name, value)
+    CURVOPT_PLANE_LIST(CURVOPT_PLANE_ENUM)
+#undef CURVOPT_PLANE_ENUM
+        CURVOPT_PLANE_FORCE_INT = 0x7fffffff
+} curvopt_plane;
+CURVOPT_API const char *curvopt_plane_name(int32_t plane);
+CURVOPT_API int32_t curvopt_plane_from_name(const char *name);
+
+/* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices. Afterwards the held
+ * ones go back to their point, line or plane, and so the surface comes closer to these with every level. Where all
  * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
- * constraint and are where subdivision puts them.
+ * constraint and stay where subdivision puts them.
  *
- * With a weight w between 0 and 1 a vertex is drawn to its point, line or plane by a spring, whose energy is added to
- * the objective: w / (1 - w) times the square of the distance over the input's size, times half of how stiff a sphere
- * is to the objective (for Willmore 24 pi). So it depends on neither scale nor levels; and a connected patch of
- * vertices with weights counts as one spring, however many they are. Where vertices have springs, centroid, orientation
- * and size are not held otherwise. Decrements and verdicts are of the sum, all energies that are reported are the
- * surface's. */
+ * A weight w between 0 and 1 draws a vertex to its point, line or plane by a spring, whose energy adds to the
+ * objective: w / (1 - w) * (distance / size of the input)^2 * half of the stiffness of a sphere (for Willmore 24 pi).
+ * It depends on neither scale nor levels. A connected patch of vertices with weights counts as one spring, however many
+ * they are. With springs centroid, orientation and size are not held otherwise. Decrements and verdicts are of the sum
+ * of energy and springs; every reported energy is the surface's alone. */
 typedef struct curvopt_constraints {
-    const int32_t *vertices;  /* [n] none twice, unless it says the same */
-    const int32_t *freedom;   /* [n] dimensions: 0 held, 1 moves along its direction, 2 across it; NULL: all 0 */
-    const double *directions; /* [3 n] of any length; not looked at where the freedom is 0; NULL if it is everywhere */
+    const int32_t *vertices;  /* [n] a vertex may stand here twice only with the same constraint */
+    const int32_t *freedom;   /* [n] 0: held, 1: moves along its direction, 2: moves across it; NULL: all 0 */
+    const double *directions; /* [3 n] of any length, ignored where the freedom is 0; NULL if it is 0 everywhere */
     int32_t n;
-    int32_t reserved;
-    const double *weights; /* [n] how firmly: 0 not at all to 1 exactly; NULL: all 1 */
+    int32_t reserved;      /* 0 */
+    const double *weights; /* [n] 0: not held at all, to 1: held exactly; NULL: all 1 */
 } curvopt_constraints;
 
-/* Fill with curvopt_options_init(), then change what you want. */
+/* Fill it in with curvopt_options_init(), then change members. */
 typedef struct curvopt_options {
-    int32_t struct_size;    /* sizeof(curvopt_options) of the caller's header, set by the init */
-    int32_t surface;        /* curvopt_surface; default AUTO */
-    int32_t method;         /* curvopt_method; default AUTO */
-    int32_t levels;         /* optimizations, levels - 1 subdivisions between them; 1..12, default 4 */
-    int32_t max_iterations; /* per level; >= 0, default 3000 */
-    int32_t threads;        /* 0: all cores; default 0 */
-    int32_t as_report;      /* 1: as the report: where they are AUTO, its surface (`plane` for third-order terms) and
-                               method, and a fixed quadrature rule that nothing checks; default 0 */
-    int32_t boundary;       /* curvopt_boundary; default POSITION */
-    double weights[8];      /* by curvopt_term, >= 0, not all 0; entries from CURVOPT_N_TERMS on must be 0;
-                               default Willmore 1, the others 0 */
-    double tolerance;       /* relative quadrature error wanted; 1e-12..0.5, default 1e-4 */
-    double
-        gradient_tolerance; /* a level has converged when |gradient| * size < this * energy; 1e-15..1, default 1e-6 */
-    double decrement_tolerance; /* the last level has converged when the quadratic model predicts less than this *
-                                   energy to gain; coarser levels when it is less than the larger of this and 1e-5;
-                                   1e-15..1, default 2e-7. Not for CURVOPT_METHOD_LMVM, which has no model */
-    double max_step;            /* longest step of a vertex, in mean edge lengths; default 0.5 */
-    const curvopt_constraints *constraints; /* for curvopt_minimize(); NULL, the default: none */
-    int32_t symmetry;                       /* curvopt_symmetry; default AUTO; as_report keeps none */
-    int32_t verify;                         /* 1: the result is also looked at without its symmetries, and by a Hessian
-                                               from finite differences; takes longer than the run may; default 0 */
-    int32_t escape;                         /* 1: a level of at most 5000 vertices whose shape is a saddle (verdict, all
-                                               symmetries disregarded) is left along the saddle's negative direction
-                                               and solved again, with as much symmetry as that has; default 0 */
-    int32_t symmetry_planes;                /* with PLANES, a sum of curvopt_plane; else 0, the default */
-    int32_t blend_width; /* `polynomial`: over how many faces of each sector at an extraordinary vertex
-                            blends may reach; they take a quarter of the way to the next vertex that
-                            is not regular. 1..8, default 8; 1 for parts (curvopt_experimental.h) */
-    int32_t reserved;    /* must be 0 */
+    /* sizeof(curvopt_options) of the caller's header, set by the init. */
+    int32_t struct_size;
+    /* curvopt_surface; default AUTO. */
+    int32_t surface;
+    /* curvopt_method; default AUTO. */
+    int32_t method;
+    /* Number of optimizations; the cage is subdivided between them. 1..CURVOPT_MAX_LEVELS, default 4. */
+    int32_t levels;
+    /* Largest number of steps of a level. 0 or more, default 3000. */
+    int32_t max_iterations;
+    /* Number of threads. 0..1024, default 0: as many as the machine has cores. */
+    int32_t threads;
+    /* 1: the settings of the report (Joshi, Sequin; see the top). The surface is PLANE for third-order terms and the
+     * method LMVM where they are AUTO, no symmetries are kept, and a fixed quadrature rule is used that nothing checks.
+     * 0 or 1, default 0. */
+    int32_t joshi_sequin;
+    /* curvopt_boundary; default POSITION. */
+    int32_t boundary;
+    /* Weights of the terms, by curvopt_term. Finite, not negative, not all 0; 0 from CURVOPT_N_TERMS on. Defaults:
+     * WILLMORE 1, the others 0. */
+    double weights[CURVOPT_MAX_TERMS];
+    /* Relative quadrature error wanted. 1e-12..0.5, default 1e-4. */
+    double tolerance;
+    /* A level has converged when |gradient| * size < gradient_tolerance * energy. 1e-15..1, default 1e-6. */
+    double gradient_tolerance;
+    /* The last level has converged when the quadratic model predicts a gain of less than decrement_tolerance * energy.
+     * A coarser level has when it predicts less than the larger of 1e-5 and decrement_tolerance, times energy. LMVM has
+     * no model and does not use it. 1e-15..1, default 2e-7. */
+    double decrement_tolerance;
+    /* Longest displacement of a vertex in one step, in mean edge lengths of the present cage. 1e-6..100, default 0.5.
+     */
+    double max_step;
+    /* Vertices that may not move freely, for curvopt_minimize() only; default NULL: none. */
+    const curvopt_constraints *constraints;
+    /* curvopt_symmetry; default AUTO. */
+    int32_t symmetry;
+    /* 1: examine the result also without its symmetries, and by a Hessian from finite differences. This may take longer
+     * than the run. 0 or 1, default 0. */
+    int32_t verify;
+    /* 1: leave a level of at most CURVOPT_MAX_ESCAPE_VERTICES vertices whose shape is a saddle, all symmetries
+     * disregarded, along the negative direction of the saddle, and solve it again with the symmetries that this
+     * direction has. 0 or 1, default 0. */
+    int32_t escape;
+    /* Sum of curvopt_plane with the symmetry PLANES, else 0; default 0. */
+    int32_t symmetry_planes;
+    /* Largest width of a blend of POLYNOMIAL, in faces of each sector at an extraordinary vertex. Blends take a quarter
+     * of the way to the next vertex that is not regular. 1..CURVOPT_MAX_BLEND_WIDTH, default 8. */
+    int32_t blend_width;
+    /* 0. */
+    int32_t reserved;
 } curvopt_options;
 
-CURVOPT_API void curvopt_options_init(curvopt_options *options);
+/* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
+CURVOPT_API void curvopt_options_init(curvopt_options *options, size_t size);
 /* OK, or ERROR_ARGUMENT with a message that names the field and its value. */
 CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, curvopt_error *error);
 
 /* ----------------------------------------------------------------------------------------------- energies -- */
 
-/* What an evaluation found. NAN stands for an energy that the surface cannot give (third order on `limit` with an
- * extraordinary vertex). */
+/* The result of an evaluation. NAN stands for an energy that the surface does not have: third order on LIMIT with an
+ * extraordinary vertex. */
 typedef struct curvopt_energies {
-    double objective;           /* weighted sum of terms, as the options say */
-    double area;                /* in squared units of the cage */
-    double term[8];             /* every term by curvopt_term, whatever its weight */
-    double h2;                  /* int H^2 dA, H = (k1 + k2) / 2 */
-    double gauss;               /* int K dA */
-    double gauss_bonnet_defect; /* 0 for a resolved surface: |int K dA - 2 pi chi|; boundaries and infinitely sharp
-                                   creases cut it, and their geodesic curvature and corner angles count */
-    double objective_error;     /* estimated |objective - exact integral|, as the next two: from finer rules */
-    double area_error;          /* in squared units of the cage */
-    double term_error[8];       /* by curvopt_term */
-    double min_jacobian;        /* least |S_u x S_v| over its face's mean; near 0 the surface folds or pinches */
-    int32_t surface;            /* curvopt_surface that was used, never AUTO */
-    int32_t n_samples;          /* quadrature points */
+    double objective;                     /* weighted sum of the terms, by the options */
+    double area;                          /* in squared units of the cage */
+    double term[CURVOPT_MAX_TERMS];       /* every term by curvopt_term, whatever its weight */
+    double h2;                            /* int H^2 dA, H = (k1 + k2) / 2 */
+    double gauss;                         /* int K dA, K = k1 k2 */
+    double gauss_bonnet_defect;           /* |int K dA + int kappa_g ds + corner angles - 2 pi chi| with the curves at
+                                             boundaries and infinitely sharp creases; 0 for a resolved surface */
+    double objective_error;               /* estimate of |objective - exact integral| from finer rules */
+    double area_error;                    /* the same of the area, in squared units of the cage */
+    double term_error[CURVOPT_MAX_TERMS]; /* the same of each term, by curvopt_term */
+    double min_jacobian;                  /* smallest |S_u x S_v| over its mean on the face; near 0 the surface folds */
+    int32_t surface;                      /* curvopt_surface that was used, never AUTO */
+    int32_t n_samples;                    /* quadrature points */
 } curvopt_energies;
 
 /* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */
@@ -291,47 +446,79 @@ typedef struct curvopt_problem curvopt_problem;
 CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options,
                                            curvopt_problem **out, curvopt_error *error);
 CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
-/* Energies at xyz [3 n_vertices]; the objective's exact gradient into gradient [3 n_vertices] unless it is NULL.
- * Quadrature is refined until every term meets options.tolerance, and not made coarser again for the next positions (so
- * that differences of nearby energies are smooth). ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area),
- * ERROR_RESOLUTION (folded flat), ERROR_MEMORY. */
+/* Energies at xyz [3 n_vertices] into out, whose sizeof is `size`, and the objective's exact gradient into gradient
+ * [3 n_vertices] unless that is NULL. Quadrature is refined until every term meets options.tolerance, and not made
+ * coarser again for the next positions, so that differences of nearby energies are smooth.
+ * ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area), ERROR_RESOLUTION (the surface is folded flat; `element` is
+ * the face), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
-                                             double *gradient, curvopt_error *error);
+                                             size_t size, double *gradient, curvopt_error *error);
 
+/* A surface made ready to be sampled: a cage with positions, and the same options as for minimizing or evaluating it.
+ */
+typedef struct curvopt_sampler curvopt_sampler;
+
+/* The surface of cage xyz [3 n_vertices] that these options stand for: of their members surface, weights (for AUTO),
+ * joshi_sequin and blend_width count here. Keeps its own copy of mesh and positions.
+ * ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_sampler_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                           curvopt_sampler **out, curvopt_error *error);
+CURVOPT_API void curvopt_sampler_destroy(curvopt_sampler *sampler);
 /* Points of the surface and their derivatives.
- * face [n], corner [n], uv [2 n]: where. On a face with four corners only corner 0, u towards corner 1 and v towards
- * corner 3, both in 0..1 over the face; on a face with another number the quarter at that corner, u towards the middle
- * of the edge to the next corner, v of the edge to the one before. jets [30 n]: S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu,
- * S_uuv, S_uvv, S_vvv of each point.
- *
- * `surface` is not AUTO. Exactly at an extraordinary vertex derivatives do not exist: NAN.
- *
- * ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY, ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_surface_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n,
-                                         const int32_t *face, const int32_t *corner, const double *uv, double *jets,
-                                         curvopt_error *error);
+ *   face [n], corner [n], uv [2 n]: places. On a face with four corners, corner is 0, and u (towards corner 1) and v
+ *     (towards corner 3) run from 0 to 1 over the face. On another face, corner chooses the quarter at that corner; u
+ *     runs to the middle of the edge to the next corner, v to the middle of the edge to the previous one.
+ *   jets [30 n]: S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu, S_uuv, S_uvv, S_vvv of each point. Exactly at an extraordinary
+ *     vertex derivatives do not exist: NAN.
+ * ERROR_ARGUMENT (`element` is the point's index), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, const int32_t *face,
+                                         const int32_t *corner, const double *uv, double *jets, curvopt_error *error);
 
 /* --------------------------------------------------------------------------------------------- minimizing -- */
 
-/* Why a run or a level stopped; none of these is an error, all return the best iterate. */
+/* The reason why a run or a level stopped. None of them is an error; each has the best iterate as its result.
+ *   CONVERGED   the gradient or the predicted gain is below its tolerance
+ *   STALLED     no further decrease is possible in floating point
+ *   LIMIT       max_iterations steps were made
+ *   CANCELLED   the callback or curvopt_cancel_request asked for it
+ *   UNRESOLVED  the surface develops features that the finest quadrature cannot resolve
+ *   SETTLED     the energy still falls, but too slowly to go on; GAUSS_NEWTON only */
+#define CURVOPT_STOP_LIST(X)                                                                                           \
+    X(CONVERGED, 0, "converged")                                                                                       \
+    X(STALLED, 1, "stalled")                                                                                           \
+    X(LIMIT, 2, "limit")                                                                                               \
+    X(CANCELLED, 3, "cancelled")                                                                                       \
+    X(UNRESOLVED, 4, "unresolved")                                                                                     \
+    X(SETTLED, 5, "settled")
+
 typedef enum curvopt_stop {
-    CURVOPT_STOP_CONVERGED = 0,  /* the gradient is below its tolerance, or what is left to gain */
-    CURVOPT_STOP_STALLED = 1,    /* no further decrease is possible in floating point */
-    CURVOPT_STOP_LIMIT = 2,      /* max_iterations */
-    CURVOPT_STOP_CANCELLED = 3,  /* by the callback or curvopt_cancel_request */
-    CURVOPT_STOP_UNRESOLVED = 4, /* the surface develops features that the finest quadrature cannot resolve */
-    CURVOPT_STOP_SETTLED = 5     /* it still falls, but by less than 5e-6 in 15 steps (1e-3 before the last level);
-                                    gauss_newton only */
+#define CURVOPT_STOP_ENUM(name, value, text) CURVOPT_ENUMERATOR(STOP, name, value)
+    CURVOPT_STOP_LIST(CURVOPT_STOP_ENUM)
+#undef CURVOPT_STOP_ENUM
+        CURVOPT_STOP_FORCE_INT = 0x7fffffff
 } curvopt_stop;
+CURVOPT_API const char *curvopt_stop_name(int32_t stop);
+CURVOPT_API int32_t curvopt_stop_from_name(const char *name);
 /* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
-/* The method that made a step. */
+/* The method that made a step.
+ *   NONE    no step: the start of a level
+ *   LBFGS   limited-memory BFGS with a line search
+ *   NEWTON  Newton's method with a shifted Hessian */
+#define CURVOPT_STEP_LIST(X)                                                                                           \
+    X(NONE, 0, "none")                                                                                                 \
+    X(LBFGS, 1, "lbfgs")                                                                                               \
+    X(NEWTON, 2, "newton")
+
 typedef enum curvopt_step {
-    CURVOPT_STEP_NONE = 0,  /* no step: the start of a level */
-    CURVOPT_STEP_LBFGS = 1, /* limited-memory BFGS with a line search */
-    CURVOPT_STEP_NEWTON = 2 /* Newton's method with a shifted Hessian */
+#define CURVOPT_STEP_ENUM(name, value, text) CURVOPT_ENUMERATOR(STEP, name, value)
+    CURVOPT_STEP_LIST(CURVOPT_STEP_ENUM)
+#undef CURVOPT_STEP_ENUM
+        CURVOPT_STEP_FORCE_INT = 0x7fffffff
 } curvopt_step;
+CURVOPT_API const char *curvopt_step_name(int32_t step);
+CURVOPT_API int32_t curvopt_step_from_name(const char *name);
 
 /* The record of one iteration. The callback gets it at the start of every level (iteration 0) and after every accepted
  * step. Its pointers are valid during the call only. A number that is not known is NAN. */
@@ -375,59 +562,68 @@ typedef struct curvopt_result curvopt_result;
 typedef struct curvopt_level_report {
     double energy;        /* objective at the end of the level */
     double gradient_norm; /* as in curvopt_progress */
-    double seconds;
-    int32_t level; /* 1 .. */
-    int32_t n_vertices;
-    int32_t iterations;
-    int32_t evaluations;
-    int32_t stop; /* curvopt_stop */
-    int32_t reserved;
+    double seconds;       /* of this level */
+    int32_t level;        /* 1 .. levels */
+    int32_t n_vertices;   /* of its cage */
+    int32_t iterations;   /* accepted steps */
+    int32_t evaluations;  /* of the objective */
+    int32_t stop;         /* curvopt_stop */
+    int32_t reserved;     /* 0 */
 } curvopt_level_report;
 
-/* What the Hessian at the result says of it. */
+/* The verdict of the Hessian on the result.
+ *   UNKNOWN         not examined: joshi_sequin, cancelled, or more than CURVOPT_MAX_CERTIFIED_VERTICES vertices
+ *   MINIMUM         stationary, and no small change of shape that keeps the symmetries lowers the objective
+ *   SADDLE          stationary, with negative directions
+ *   NOT_STATIONARY  a Newton decrement is above 1e-6 of the objective */
+#define CURVOPT_VERDICT_LIST(X)                                                                                        \
+    X(UNKNOWN, 0, "unknown")                                                                                           \
+    X(MINIMUM, 1, "minimum")                                                                                           \
+    X(SADDLE, 2, "saddle")                                                                                             \
+    X(NOT_STATIONARY, 3, "not_stationary")
+
 typedef enum curvopt_verdict {
-    CURVOPT_VERDICT_UNKNOWN = 0,        /* not looked at: as_report, cancelled, too many vertices */
-    CURVOPT_VERDICT_MINIMUM = 1,        /* stationary, and no small change of shape that keeps symmetries goes down */
-    CURVOPT_VERDICT_SADDLE = 2,         /* stationary, with negative directions */
-    CURVOPT_VERDICT_NOT_STATIONARY = 3, /* a Newton decrement is above 1e-6 of the objective */
-    CURVOPT_VERDICT_FORCE_INT = 0x7fffffff
+#define CURVOPT_VERDICT_ENUM(name, value, text) CURVOPT_ENUMERATOR(VERDICT, name, value)
+    CURVOPT_VERDICT_LIST(CURVOPT_VERDICT_ENUM)
+#undef CURVOPT_VERDICT_ENUM
+        CURVOPT_VERDICT_FORCE_INT = 0x7fffffff
 } curvopt_verdict;
+CURVOPT_API const char *curvopt_verdict_name(int32_t verdict);
+CURVOPT_API int32_t curvopt_verdict_from_name(const char *name);
 /* "unknown", "minimum", "saddle", "not stationary"; never NULL. */
 CURVOPT_API const char *curvopt_verdict_text(int32_t verdict);
 
 typedef struct curvopt_summary {
-    curvopt_energies start; /* of the input cage */
-    curvopt_energies end;   /* of the result */
-    double seconds;
-    double newton_decrement; /* half of gradient . Hessian^-1 gradient: what is left to gain; by the Gauss-Newton matrix
-                                where the Hessian has negative directions; NAN if unknown. Either is shifted by a tenth
-                                of the objective by the number of vertices, at radius 1: softer than that is not told
-                                from flat */
-    double shape_decrement;  /* the same for motion along the cage's normals alone; NAN if the Hessian has negative
-                                directions there, or if unknown */
-    int32_t n_levels;        /* levels that were worked on, the last one perhaps not to its end */
-    int32_t stop;            /* curvopt_stop of the last of them */
-    int32_t n_vertices;
-    int32_t n_faces;
+    double seconds;              /* of the whole run */
+    double newton_decrement;     /* 1/2 gradient . Hessian^-1 gradient at the result: the gain that the quadratic model
+                                    predicts. With the Gauss-Newton matrix where the Hessian has negative directions;
+                                    NAN if unknown. Both matrices get the shift 0.1 * objective / n_vertices at root
+                                    mean square radius 1: curvature below it counts as 0 */
+    double shape_decrement;      /* the same for motion along the cage's normals alone; NAN if the Hessian has negative
+                                    directions there, or if unknown */
+    int32_t n_levels;            /* levels that were worked on; the last of them perhaps not to its end */
+    int32_t stop;                /* curvopt_stop of the last of them */
+    int32_t n_vertices;          /* of the result */
+    int32_t n_faces;             /* of the result */
     int32_t method;              /* curvopt_method that was used, never AUTO */
     int32_t verdict;             /* curvopt_verdict */
-    int32_t negative_directions; /* of the Hessian for motion along the cage's normals, symmetries kept, beyond the
-                                    invariances (similarities; for Willmore alone Moebius maps). Sliding within the
-                                    surface does not change the shape. -1: not counted, or unknown */
+    int32_t negative_directions; /* of the Hessian for motion along the cage's normals that keeps the symmetries,
+                                    without the invariances (similarities; for Willmore alone Moebius maps). Tangential
+                                    motion does not change the shape and does not count. -1: not counted, or unknown */
     int32_t symmetry_order;      /* symmetries that were kept; 1: none */
-    /* with options.verify, else NAN and -1: */
-    double difference_decrement;      /* shape_decrement by a Hessian from finite differences of the gradient, as the
-                                         report checked its minima */
-    int32_t all_negative_directions;  /* over everything that may move, sliding too, no symmetry kept */
-    int32_t free_negative_directions; /* of motion along normals, no symmetry kept */
+    double difference_decrement; /* with options.verify: shape_decrement by a Hessian from finite differences of the
+                                    gradient, as the report checked its minima; else NAN */
+    int32_t all_negative_directions;  /* with options.verify: over everything that may move, tangential motion included,
+                                         no symmetry kept; else -1 */
+    int32_t free_negative_directions; /* with options.verify: for motion along normals, no symmetry kept; else -1 */
 } curvopt_summary;
 
-/* Minimizes the objective over all vertices of the cage, refines, repeats. Centroid, orientation and size are held,
- * unless options.boundary holds vertices: then these stay exactly where they are, and their limit curves.
+/* Minimizes the objective over all vertices of the cage, subdivides, repeats. It holds centroid, orientation and size,
+ * unless options.boundary or options.constraints hold vertices: then these stay exactly where they are.
  *   progress, user, cancel may be NULL.
- * Errors as curvopt_problem_create and _evaluate; ERROR_GEOMETRY for a cage that is not symmetric about a plane of
- * options.symmetry_planes (`element` is the first vertex without a partner, or face). A cancelled or stalled run is OK
- * and has a result. */
+ * Errors as curvopt_problem_create and curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about
+ * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner). A cancelled or stalled
+ * run is OK and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);
@@ -436,10 +632,13 @@ CURVOPT_API void curvopt_result_destroy(curvopt_result *result);
 CURVOPT_API const curvopt_mesh *curvopt_result_mesh(const curvopt_result *result);
 /* Copies its positions into xyz [3 n_vertices]. */
 CURVOPT_API void curvopt_result_get_positions(const curvopt_result *result, double *xyz);
-CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvopt_summary *summary);
+CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvopt_summary *summary, size_t size);
+/* Energies of the input cage and of the result; either pointer may be NULL. */
+CURVOPT_API void curvopt_result_get_energies(const curvopt_result *result, curvopt_energies *start,
+                                             curvopt_energies *end, size_t size);
 /* Report of level index 0 .. n_levels - 1; ERROR_ARGUMENT outside. */
 CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
-                                             curvopt_error *error);
+                                             size_t size, curvopt_error *error);
 
 #ifdef __cplusplus
 }

@@ -16,9 +16,8 @@ extern "C" {
 
 /* ------------------------------------------------------------------------------------ parts of a surface -- */
 
-/* For whoever shares a surface out: over processes (tao/), over symmetric pieces, over faces that matter. A part is
- * some of a cage's faces, each counted so and so often. What the library finds for parts of one surface, evaluated by
- * the same quadrature rules, adds up to what it finds for the whole, but for rounding.
+/* A part is a weighted subset of a cage's faces. With the same quadrature rules the sums of the parts add up to those
+ * of the whole surface, to rounding. curvopt-tao distributes a surface over processes in this way.
  *
  * An energy is second + area * third, each a sum over faces: `second` the weighted terms without third order, `third`
  * the weighted third-order terms, which lack their factor, the area of the whole surface. So the whole's energy needs
@@ -58,10 +57,10 @@ typedef struct curvopt_sums {
     double gauss;   /* int K dA */
     double turning; /* int kappa_g ds along boundaries and infinitely sharp creases, and the angles there: on a closed
                        surface without those 0, and gauss is 2 pi chi */
-    double term[8]; /* every term by curvopt_term: third-order ones without their factor, and NAN where they were not
-                       asked for or the surface cannot give them; AREA's is the area */
-    double samples; /* quadrature points */
-    double min_jacobian; /* least |S_u x S_v| over its face's mean */
+    double term[CURVOPT_MAX_TERMS]; /* every term by curvopt_term: third-order ones without their factor, and NAN where
+                       they were not asked for or the surface cannot give them; AREA's is the area */
+    double samples;                 /* quadrature points */
+    double min_jacobian;            /* least |S_u x S_v| over its face's mean */
 } curvopt_sums;
 
 /* By the present rules, which this does not change.
@@ -79,9 +78,9 @@ CURVOPT_API int32_t curvopt_problem_sum(curvopt_problem *problem, const double *
 #define CURVOPT_FINEST_RULE 6
 CURVOPT_API void curvopt_problem_get_rules(const curvopt_problem *problem, int32_t *rules);
 CURVOPT_API int32_t curvopt_problem_set_rules(curvopt_problem *problem, const int32_t *rules, curvopt_error *error);
-/* What each face's share in the objective is off, as far as a rule one finer can tell, signed: present rule less finer
- * one, times the face's weight; 0 for faces that do not count. area, third: the whole surface's, which a share depends
- * on. errors [n_faces]. ERROR_ARGUMENT, ERROR_MEMORY. */
+/* Signed estimate of the quadrature error of each face: its contribution to the objective by the present rule minus
+ * that by the next finer rule, times the face's weight; 0 for faces that do not count. area, third: of the whole
+ * surface, on which a contribution depends. errors [n_faces]. ERROR_ARGUMENT, ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_problem_face_errors(curvopt_problem *problem, const double *xyz, double area, double third,
                                                 double *errors, curvopt_error *error);
 

@@ -44,7 +44,7 @@ static void mark_boundary(const portion *on, int32_t boundary, unsigned char *he
     int rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
     if (boundary == CURVOPT_BOUNDARY_FREE)
         return;
-    curvopt_mesh_get_info(on->mesh, &info);
+    curvopt_mesh_get_info(on->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(on->comm, int32_t, info.n_faces),
             *vertices = AGREE_NEW(on->comm, int32_t, info.n_corners);
     unsigned char *touched = AGREE_NEW(on->comm, unsigned char, info.n_faces);
@@ -96,7 +96,7 @@ PetscErrorCode hold_find(const portion *on, int32_t boundary, const level_pins *
 static void cage_normals(const energy *e, double *normal) {
     curvopt_mesh_info info;
     MPI_Comm comm = e->on->comm;
-    curvopt_mesh_get_info(e->on->mesh, &info);
+    curvopt_mesh_get_info(e->on->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
     for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++])

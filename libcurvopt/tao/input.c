@@ -31,10 +31,10 @@ static int read_cage(const program *p, obj_cage *cage, curvopt_mesh **mesh, char
 
 /* Coordinates that the library would refuse must not come as far as any arithmetic. */
 static int32_t check_positions(const program *p, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
-    int32_t face = 0, corner = 0, surface = CURVOPT_SURFACE_LIMIT;
-    double uv[2] = {0.5, 0.5}, jets[30];
-    (void)p;
-    return curvopt_surface_jets(mesh, xyz, surface, 0, &face, &corner, uv, jets, error);
+    curvopt_sampler *sampler;
+    int32_t status = curvopt_sampler_create(mesh, xyz, &p->args.options, &sampler, error);
+    curvopt_sampler_destroy(sampler);
+    return status;
 }
 
 int read_and_share(program *p) {

@@ -77,7 +77,7 @@ static PetscErrorCode report_energies(const level *l, double value, double unit,
     PetscFunctionBeginUser;
     *out = (curvopt_energies){.objective = value, .gauss = s->gauss, .min_jacobian = s->min_jacobian};
     out->area = unit * unit * s->area;
-    for (int t = 0; t < 8; t++) {
+    for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
         int third = t >= CURVOPT_TERM_MVS && t <= CURVOPT_TERM_MEHLUM_TARROU;
         out->term[t] = t < CURVOPT_N_TERMS ? (third ? s->area : 1) * s->term[t] : (double)NAN;
         out->term_error[t] = (double)NAN; /* the objective's alone is estimated */
@@ -113,9 +113,9 @@ static PetscErrorCode report_start(level *l, int *refused) {
     double value, error;
     PetscFunctionBeginUser;
     PetscCall(energy_resolve(&l->e, l->x, l->tolerance, &value, &error));
-    PetscCall(report_energies(l, value, l->unit * l->e.radius, &r->summary.start));
-    r->area = r->summary.start.area;
-    *refused = r->options->as_report ? CURVOPT_OK : check_energies(r, &l->e, &r->summary.start);
+    PetscCall(report_energies(l, value, l->unit * l->e.radius, &r->start));
+    r->area = r->start.area;
+    *refused = r->options->joshi_sequin ? CURVOPT_OK : check_energies(r, &l->e, &r->start);
     PetscFunctionReturn(0);
 }
 
@@ -136,7 +136,7 @@ static PetscErrorCode test_convergence(Tao tao, void *context) {
     PetscCall(TaoGetSolutionStatus(tao, &iteration, NULL, NULL, NULL, NULL, &reason));
     PetscCall(TaoGetSolution(tao, &x));
     PetscCall(energy_set_base(&l->e, x));
-    if (l->r->options->as_report || reason != TAO_CONTINUE_ITERATING || iteration == 0 ||
+    if (l->r->options->joshi_sequin || reason != TAO_CONTINUE_ITERATING || iteration == 0 ||
         (iteration % RESOLVE_EVERY && fabs(total_of(l) - l->total) <= SUSPICIOUS))
         PetscFunctionReturn(0);
     PetscCall(energy_compare(&l->e, x, &value, &error));
@@ -186,7 +186,7 @@ static PetscErrorCode settle(level *l, int *again) {
     double value, error, safe_value;
     PetscFunctionBeginUser;
     *again = 0;
-    if (l->r->options->as_report)
+    if (l->r->options->joshi_sequin)
         PetscFunctionReturn(0);
     PetscCall(energy_compare(&l->e, l->x, &value, &error));
     if (!l->broke && error <= HYSTERESIS * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
@@ -246,7 +246,7 @@ static PetscErrorCode minimize(level *l) {
 static PetscErrorCode verify(level *l) {
     curvopt_summary *s = &l->r->summary;
     verification *all = &l->r->all, *shape = &l->r->shape;
-    double bearable = STATIONARY * fabs(s->end.objective);
+    double bearable = STATIONARY * fabs(l->r->end.objective);
     PetscFunctionBeginUser;
     PetscCall(verify_at(&l->e, "verify_", l->x, all));
     PetscCall(hold_to_normals(&l->e, l->x));
@@ -302,7 +302,7 @@ static PetscErrorCode report_end(level *l, double started) {
     PetscCall(energy_set_base(&l->e, l->x));
     PetscCall(energy_resolve(&l->e, l->x, last ? l->tolerance : l->working_tolerance, &value, &error));
     double unit = l->e.framed ? l->unit : sqrt(r->area / l->e.sums.area);
-    PetscCall(report_energies(l, value, unit, &r->summary.end));
+    PetscCall(report_energies(l, value, unit, &r->end));
     PetscCall(energy_evaluate(&l->e, l->x, &value, gradient));
     PetscCall(VecNorm(gradient, NORM_2, &norm));
     PetscCall(VecDestroy(&gradient));
@@ -314,7 +314,7 @@ static PetscErrorCode report_end(level *l, double started) {
         .n_vertices = l->on->whole_vertices,
         .iterations = l->iterations,
         .evaluations = l->e.evaluations,
-        .stop = error <= ACCEPTABLE || r->options->as_report ? l->stop : CURVOPT_STOP_UNRESOLVED};
+        .stop = error <= ACCEPTABLE || r->options->joshi_sequin ? l->stop : CURVOPT_STOP_UNRESOLVED};
     r->summary.stop = r->level[r->n_levels - 1].stop;
     PetscFunctionReturn(0);
 }
@@ -371,7 +371,7 @@ static PetscErrorCode work(level *l, double *xyz, int *refused) {
 PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused) {
     level l = {.r = r, .on = on, .number = number, .stop = CURVOPT_STOP_LIMIT};
     PetscFunctionBeginUser;
-    l.tolerance = r->options->as_report ? (double)INFINITY : r->options->tolerance;
+    l.tolerance = r->options->joshi_sequin ? (double)INFINITY : r->options->tolerance;
     l.working_tolerance = number < r->options->levels ? WORKING_FACTOR * l.tolerance : l.tolerance;
     if (number == 1)
         PetscCall(energy_frame(on, xyz, r->centroid, &r->radius));

@@ -15,7 +15,8 @@ typedef struct run {
     double centroid[3], radius; /* of the input cage */
     double area;                /* of its surface, in the user's units */
     int n_levels;
-    curvopt_level_report level[12];
+    curvopt_level_report level[CURVOPT_MAX_LEVELS];
+    curvopt_energies start, end; /* of the input cage and of the result */
     curvopt_summary summary;
     int verified;
     verification all, shape; /* of what moves, and of motion along normals; if verified */

@@ -114,7 +114,9 @@ static void settle_options(curvopt_options *o) {
     for (int t = CURVOPT_TERM_MVS; t <= CURVOPT_TERM_MEHLUM_TARROU; t++)
         third |= o->weights[t] > 0;
     if (o->surface == CURVOPT_SURFACE_AUTO)
-        o->surface = !third ? CURVOPT_SURFACE_LIMIT : o->as_report ? CURVOPT_SURFACE_PLANE : CURVOPT_SURFACE_POLYNOMIAL;
+        o->surface = !third            ? CURVOPT_SURFACE_LIMIT
+                     : o->joshi_sequin ? CURVOPT_SURFACE_PLANE
+                                       : CURVOPT_SURFACE_POLYNOMIAL;
     o->threads = o->threads ? o->threads : 1;
     o->symmetry = CURVOPT_SYMMETRY_NONE;
     o->blend_width = 1;

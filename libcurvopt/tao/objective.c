@@ -206,7 +206,7 @@ PetscErrorCode energy_limit_steps(energy *e, Vec x, double max_step) {
     MPI_Comm comm = e->on->comm;
     double mine[2] = {0, 0}, all[2];
     PetscFunctionBeginUser;
-    curvopt_mesh_get_info(e->on->mesh, &info);
+    curvopt_mesh_get_info(e->on->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(comm, int32_t, info.n_faces), *vertices = AGREE_NEW(comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(e->on->mesh, sizes, vertices);
     PetscCall(energy_place(e, x));

@@ -75,7 +75,7 @@ typedef struct polygons {
 static polygons own_polygons(const portion *p) {
     polygons out = {0};
     curvopt_mesh_info info;
-    curvopt_mesh_get_info(p->mesh, &info);
+    curvopt_mesh_get_info(p->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *vertices = AGREE_NEW(p->comm, int32_t, info.n_corners);
     out.face = AGREE_NEW(p->comm, PetscInt, info.n_faces);
     out.size = AGREE_NEW(p->comm, PetscInt, info.n_faces);

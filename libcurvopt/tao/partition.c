@@ -88,7 +88,7 @@ static void find_rim(whole *w) {
     if (!w->info.n_boundary_edges)
         return;
     agree_succeeded(w->comm, curvopt_mesh_refine(w->source->mesh, NULL, &fine, NULL, &error), &error);
-    curvopt_mesh_get_info(fine, &info);
+    curvopt_mesh_get_info(fine, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(w->comm, int32_t, info.n_faces), *children = AGREE_NEW(w->comm, int32_t, info.n_corners);
     unsigned char *seen = AGREE_NEW(w->comm, unsigned char, info.n_vertices);
     curvopt_mesh_get_faces(fine, sizes, children);
@@ -109,7 +109,7 @@ static void find_rim(whole *w) {
 
 static whole look_at(MPI_Comm comm, const portion_source *source, int n_ranks) {
     whole w = {.source = source, .comm = comm};
-    curvopt_mesh_get_info(source->mesh, &w.info);
+    curvopt_mesh_get_info(source->mesh, &w.info, sizeof w.info);
     w.sizes = AGREE_NEW(comm, int32_t, w.info.n_faces);
     w.vertices = AGREE_NEW(comm, int32_t, w.info.n_corners);
     w.face_start = AGREE_NEW(comm, int32_t, w.info.n_faces);
@@ -220,7 +220,7 @@ static packet packet_for(const whole *w, int rank) {
     for (int32_t f = 0; f < w->info.n_faces; f++)
         weight[f] = w->rank_of[f] == rank;
     agree_succeeded(w->comm, curvopt_mesh_part(w->source->mesh, weight, &part, vertex_of, face_of, &error), &error);
-    curvopt_mesh_get_info(part, &info);
+    curvopt_mesh_get_info(part, &info, sizeof info);
     p.count[N_VERTICES] = info.n_vertices;
     p.count[N_FACES] = info.n_faces;
     p.count[N_CORNERS] = info.n_corners;

@@ -104,7 +104,8 @@ static int stage_json(const program *p, staged *out) {
                                   .n_faces = on->whole_faces,
                                   .euler = on->whole_vertices - on->whole_edges + on->whole_faces};
         json_report report = {.info = &info,
-                              .energies = &p->run.summary.end,
+                              .energies = &p->run.end,
+                              .start = &p->run.start,
                               .summary = &p->run.summary,
                               .levels = p->run.level,
                               .energy = p->args.energy,
@@ -137,7 +138,7 @@ int deliver(const program *p) {
     }
     if (p->rank == 0 && !p->args.quiet && !(p->args.json && !strcmp(p->args.json, "-")) && strcmp(p->args.output, "-"))
         printf("%s: %.10g -> %.10g in %.2f s by TAO's %s on %d ranks, %s (by Newton's method: %s)\n", p->args.energy,
-               s->start.objective, s->end.objective, s->seconds, p->run.tao_type, p->n_ranks,
+               p->run.start.objective, p->run.end.objective, s->seconds, p->run.tao_type, p->n_ranks,
                curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
     return commit(p, &json);
 }

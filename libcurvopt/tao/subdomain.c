@@ -63,7 +63,7 @@ static PetscErrorCode find_owners(const portion *p, PetscSF by_number, PetscInt 
     PetscFunctionBeginUser;
     PetscCallMPI(MPI_Comm_rank(p->comm, &rank));
     PetscCallMPI(MPI_Comm_size(p->comm, &size));
-    curvopt_mesh_get_info(p->mesh, &info);
+    curvopt_mesh_get_info(p->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *vertices = AGREE_NEW(p->comm, int32_t, info.n_corners);
     unsigned char *touched = AGREE_NEW(p->comm, unsigned char, p->n_vertices);
     PetscInt *root = AGREE_NEW(p->comm, PetscInt, n_roots);
@@ -195,7 +195,7 @@ static PetscErrorCode subdivide(const portion *p, const double *own_xyz, const i
     curvopt_error error;
     PetscFunctionBeginUser;
     *s = (subdivision){.from = p};
-    curvopt_mesh_get_info(p->mesh, &s->coarse_info);
+    curvopt_mesh_get_info(p->mesh, &s->coarse_info, sizeof s->coarse_info);
     const curvopt_mesh_info *c = &s->coarse_info;
     size_t n_fine = (size_t)c->n_vertices + (size_t)c->n_edges + (size_t)c->n_faces;
     double *xyz = AGREE_NEW(p->comm, double, 3 * (size_t)p->n_vertices);
@@ -206,7 +206,7 @@ static PetscErrorCode subdivide(const portion *p, const double *own_xyz, const i
     s->children = AGREE_NEW(p->comm, int32_t, 4 * (size_t)c->n_corners);
     PetscCall(portion_fetch(p, own_xyz, xyz));
     agree_succeeded(p->comm, curvopt_mesh_refine(p->mesh, xyz, &s->fine, s->xyz, &error), &error);
-    curvopt_mesh_get_info(s->fine, &s->info);
+    curvopt_mesh_get_info(s->fine, &s->info, sizeof s->info);
     curvopt_mesh_get_faces(s->fine, fine_sizes, s->children);
     PetscCall(number_vertices(s, sizes));
     free(fine_sizes);
@@ -248,7 +248,7 @@ static PetscErrorCode take_part(const subdivision *s, const int32_t *sizes, port
             number[child] = p->face_corner[f] + k;
         }
     agree_succeeded(p->comm, curvopt_mesh_part(s->fine, counts, &out->mesh, vertex_of, face_of, &error), &error);
-    curvopt_mesh_get_info(out->mesh, &info);
+    curvopt_mesh_get_info(out->mesh, &info, sizeof info);
     out->n_vertices = info.n_vertices;
     out->n_faces = info.n_faces;
     out->vertex = AGREE_NEW(p->comm, PetscInt, info.n_vertices);
@@ -285,7 +285,7 @@ PetscErrorCode portion_refine(const portion *p, const double *own_xyz, portion *
                      .whole_faces = p->whole_corners,
                      .whole_corners = 4 * p->whole_corners};
     curvopt_mesh_info info;
-    curvopt_mesh_get_info(p->mesh, &info);
+    curvopt_mesh_get_info(p->mesh, &info, sizeof info);
     int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *corners = AGREE_NEW(p->comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(p->mesh, sizes, corners);
     PetscCall(subdivide(p, own_xyz, sizes, &s));

@@ -2,14 +2,9 @@
 #include "arguments.h"
 
 #include "option_values.h"
-#include "report_json.h"
 
 #include <stdio.h>
 #include <string.h>
-
-const char *const method_name[3] = {"auto", "lmvm", "gauss_newton"};
-static const char *const boundary_name[4] = {"position", "tangent", "curvature", "free"};
-static const char *const boundary_rule_name[2] = {"smooth", "corners"};
 
 static int complain(char *message, size_t size, const char *what, const char *which) {
     snprintf(message, size, "%s%s%s", what, which ? " " : "", which ? which : "");
@@ -19,20 +14,18 @@ static int complain(char *message, size_t size, const char *what, const char *wh
 /* An option with a value; 0 if understood. */
 static int parse_valued(arguments *a, const char *name, const char *value) {
     curvopt_options *o = &a->options;
-    int surface;
     if (!strcmp(name, "--json"))
         a->json = value;
     else if (!strcmp(name, "--energy"))
         return parse_energy(a->energy = value, o->weights);
     else if (!strcmp(name, "--surface")) {
-        surface = parse_name(json_surface_name, 4, value, strlen(value));
-        o->surface = surface;
-        return surface < CURVOPT_SURFACE_LIMIT;
+        o->surface = curvopt_surface_from_name(value);
+        return o->surface < 0;
     } else if (!strcmp(name, "--boundary-rule")) {
-        a->boundary_rule = parse_name(boundary_rule_name, 2, value, strlen(value));
+        a->boundary_rule = curvopt_boundary_rule_from_name(value);
         return a->boundary_rule < 0;
     } else if (!strcmp(name, "--boundary")) {
-        o->boundary = parse_name(boundary_name, 4, value, strlen(value));
+        o->boundary = curvopt_boundary_from_name(value);
         return o->boundary < 0;
     } else if (!strcmp(name, "--tolerance"))
         return parse_real(value, &o->tolerance);
@@ -56,8 +49,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     else if (!strcmp(name, "--symmetry"))
         return parse_symmetry(value, o);
     else if (!strcmp(name, "--method")) {
-        o->method = parse_name(method_name, 3, value, strlen(value));
-        return o->method < CURVOPT_METHOD_LMVM;
+        o->method = curvopt_method_from_name(value);
+        return o->method < 0;
     }
     return 0;
 }
@@ -78,7 +71,7 @@ int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t s
     int minimize = !strcmp(a->command, "minimize");
     if (!minimize && strcmp(a->command, "evaluate") != 0)
         return complain(message, size, "unknown command", a->command);
-    curvopt_options_init(&a->options);
+    curvopt_options_init(&a->options, sizeof a->options);
     for (int i = 2; i < argc; i++) {
         const char *arg = argv[i];
         if (is_valued(arg, minimize)) {
@@ -90,8 +83,8 @@ int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t s
             }
         } else if (!strcmp(arg, "--quiet")) {
             a->quiet = 1;
-        } else if (minimize && !strcmp(arg, "--as-report")) {
-            a->options.as_report = 1;
+        } else if (minimize && !strcmp(arg, "--joshi-sequin")) {
+            a->options.joshi_sequin = 1;
         } else if (minimize && !strcmp(arg, "--verify")) {
             a->options.verify = 1;
         } else if (minimize && !strcmp(arg, "--escape")) {

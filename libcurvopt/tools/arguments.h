@@ -9,8 +9,6 @@
 /* Exit codes of the programs. */
 enum { ARGUMENTS_DONE = 0, ARGUMENTS_COULD_NOT = 1, ARGUMENTS_USAGE = 2 };
 
-extern const char *const method_name[3]; /* by curvopt_method */
-
 typedef struct arguments {
     const char *command, *input, *output, *json, *energy, *pins, *trace;
     curvopt_options options;

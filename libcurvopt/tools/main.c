@@ -16,64 +16,77 @@
 #include <string.h>
 #include <unistd.h>
 
+/* A format: defaults are the library's, in print_help()'s order. */
 static const char help_text[] =
-    "curvopt - the fairest surface of a control cage\n"
+    "curvopt - fair surfaces from control cages\n"
     "\n"
-    "usage: curvopt evaluate CAGE.obj [options]              energies of a cage's limit surface\n"
+    "usage: curvopt evaluate CAGE.obj [options]              energies of a cage's surface\n"
     "       curvopt minimize CAGE.obj -o OUT.obj [options]   the cage that minimizes one\n"
     "       curvopt --version | --help\n"
     "\n"
-    "CAGE.obj is a polygon mesh, closed or open (any face sizes, any valence from 3); `-` reads standard input. "
-    "Creases\n"
-    "are tags as in OpenSubdiv's shapes, vertices counted from 0: t crease 2/1/0 A B SHARPNESS, t corner 1/1/0 V "
-    "SHARPNESS\n"
-    "(from 10 on infinitely sharp).\n"
+    "CAGE.obj is a polygon mesh, closed or open, with faces of any size. `-` reads standard input. Creases are tags "
+    "as\n"
+    "in OpenSubdiv's shapes, vertices counted from 0: t crease 2/1/0 A B SHARPNESS, t corner 1/1/0 V SHARPNESS. From "
+    "a\n"
+    "sharpness of 10 on they are infinitely sharp.\n"
     "\n"
     "options\n"
     "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, or a mix by\n"
     "                       weights such as mvs:1,willmore:0.1 (default willmore)\n"
-    "  --surface S          limit: the Catmull-Clark limit surface (default for willmore alone); polynomial: smoothed "
-    "at\n"
-    "                       extraordinary vertices (default with third-order energies); plane: flattened there, the\n"
-    "                       report's\n"
-    "  --tolerance T        relative quadrature error wanted (default 1e-4)\n"
-    "  --boundary-rule R    boundary vertices of one face are smooth (default) or corners, as in Blender's modifier\n"
-    "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to 8 (default); they take a\n"
-    "                       quarter of the way to the next vertex that is not regular\n"
-    "  --threads N          default all cores\n"
+    "  --surface S          limit: the Catmull-Clark limit surface; polynomial: smoothed at extraordinary vertices;\n"
+    "                       plane: flattened there, as in the report; auto: limit, but polynomial with third-order\n"
+    "                       energies (default %s)\n"
+    "  --tolerance T        relative quadrature error wanted (default %g)\n"
+    "  --boundary-rule R    boundary vertices of one face: smooth, or corners as in Blender's modifier (default %s)\n"
+    "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to %d (default %d). Blends "
+    "take\n"
+    "                       a quarter of the way to the next vertex that is not regular\n"
+    "  --threads N          threads; 0: all cores (default %d)\n"
     "  --json FILE|-        write all figures as JSON\n"
     "  --quiet              print nothing but errors\n"
     "for minimize\n"
     "  -o, --output FILE    the optimized cage, written whole or not at all\n"
-    "  --boundary B         what an open surface keeps: position of its boundary (default), also tangent planes along "
-    "it,\n"
-    "                       also curvature and how it changes, or free: nothing. All but free keep vertices on "
-    "infinitely\n"
-    "                       sharp creases\n"
-    "  --levels N           optimizations, the cage being subdivided between them (default 4; 1 keeps the cage's own\n"
-    "                       vertices)\n"
-    "  --method M           gauss_newton: limited-memory variable metric that starts from the factored Gauss-Newton\n"
-    "                       matrix, then Newton's method with the Hessian (default); lmvm: without these, the\n"
-    "                       report's\n"
-    "  --max-iterations N   a level (default 3000)\n"
+    "  --boundary B         what an open surface keeps: position of its boundary; tangent: also the tangent planes\n"
+    "                       there; curvature: also curvature and its change; free: nothing. All but free keep "
+    "vertices\n"
+    "                       on infinitely sharp creases (default %s)\n"
+    "  --levels N           optimizations, with a subdivision between them, 1 to %d; 1 keeps the cage's own vertices\n"
+    "                       (default %d)\n"
+    "  --method M           gauss_newton: L-BFGS that starts from the factored Gauss-Newton matrix, then Newton's "
+    "method;\n"
+    "                       lmvm: L-BFGS alone, as in the report; auto: gauss_newton (default %s)\n"
+    "  --max-iterations N   steps of a level (default %d)\n"
     "  --decrement-tolerance T\n"
-    "                       the last level ends when there is less than T of the energy to gain, by a quadratic model\n"
-    "                       (default 2e-7; not for lmvm); coarser levels end at 1e-5 or T, whichever is larger\n"
-    "  --symmetry S         keep: the cage's symmetries are kept, and make the work less; auto: likewise, but where\n"
-    "                       there are third-order terms only as far as it pays, and with lmvm not at all (default);\n"
-    "                       rotations: those that mirror nothing; none: not looked for; x, y, z or several with\n"
-    "                       commas: these mirror planes and no others, refused if the cage does not have them\n"
-    "  --escape             leave a shape that is a saddle, downwards, on levels of up to 5000 vertices\n"
+    "                       the last level ends when a quadratic model predicts less than T of the energy to gain;\n"
+    "                       coarser levels end at 1e-5 or T, whichever is larger; not for lmvm (default %g)\n"
+    "  --symmetry S         symmetries to keep. keep: the cage's; rotations: those of them that are rotations; none;\n"
+    "                       x, y, z or several with commas: these mirror planes and no others, refused if the cage\n"
+    "                       does not have them; auto: keep, but third-order energies give some up where that lowers\n"
+    "                       the energy by 6 %%, and none with lmvm (default %s)\n"
+    "  --escape             leave a shape that is a saddle, downwards, on levels of up to %d vertices\n"
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
-    "                       along a direction, V plane X Y Z across one; a number behind that, 0 to 1, says how\n"
+    "                       along a direction, V plane X Y Z across one. A number behind that, 0 to 1, says how\n"
     "                       firmly: 1 exactly, less by a spring that draws the vertex there\n"
-    "  --trace FILE|-       write a record of every iteration as CSV: energies, steps, what the model had predicted\n"
-    "  --verify             look at the result without its symmetries, too, and by a Hessian from finite differences\n"
-    "  --as-report          the settings of the report: plane for third order, lmvm, 4 levels, and a fixed quadrature\n"
-    "                       rule that nothing checks\n"
+    "  --trace FILE|-       write a record of every iteration as CSV\n"
+    "  --verify             examine the result without its symmetries, too, and by a Hessian from finite differences\n"
+    "  --joshi-sequin          the report's settings: plane for third order, lmvm, and a fixed quadrature rule that "
+    "nothing\n"
+    "                       checks\n"
     "\n"
+    "The report: P. Joshi, Minimizers of Curvature-Based Surface Energy, UC Berkeley, 2006.\n"
     "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
     "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
+
+static int print_help(void) {
+    curvopt_options o;
+    curvopt_options_init(&o, sizeof o);
+    int written = printf(help_text, curvopt_surface_name(o.surface), o.tolerance,
+                         curvopt_boundary_rule_name(CURVOPT_BOUNDARY_RULE_SMOOTH), CURVOPT_MAX_BLEND_WIDTH,
+                         o.blend_width, o.threads, curvopt_boundary_name(o.boundary), CURVOPT_MAX_LEVELS, o.levels,
+                         curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
+                         curvopt_symmetry_name(o.symmetry), CURVOPT_MAX_ESCAPE_VERTICES);
+    return written < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
+}
 
 static int usage_error(const char *message) {
     fprintf(stderr, "curvopt: %s (see curvopt --help)\n", message);
@@ -135,19 +148,20 @@ static void print_number(const char *name, double value, double error) {
 static void print_energies(const curvopt_mesh_info *info, const curvopt_energies *e) {
     printf("%-22s %d vertices, %d faces, Euler characteristic %d\n", "cage", info->n_vertices, info->n_faces,
            info->euler);
-    printf("%-22s %s\n", "surface", json_surface_name[e->surface]);
+    printf("%-22s %s\n", "surface", curvopt_surface_name(e->surface));
     print_number("area", e->area, e->area_error);
     for (int t = 0; t < CURVOPT_TERM_AREA; t++)
-        print_number(json_term_name[t], e->term[t], e->term_error[t]);
+        print_number(curvopt_term_name(t), e->term[t], e->term_error[t]);
     print_number("integral of H^2", e->h2, 0);
     print_number("integral of K", e->gauss, 0);
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
 }
 
 /* Says to people, not to programs, what the run did. */
-static void print_run(const curvopt_summary *s, const char *energy) {
-    printf("%s: %.10g -> %.10g in %.2f s, %s (by its Hessian: %s)\n", energy, s->start.objective, s->end.objective,
-           s->seconds, curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
+static void print_run(const json_report *r) {
+    const curvopt_summary *s = r->summary;
+    printf("%s: %.10g -> %.10g in %.2f s, %s (by its Hessian: %s)\n", r->energy, r->start->objective,
+           r->energies->objective, s->seconds, curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */
@@ -176,12 +190,12 @@ static int run_evaluate(const arguments *a) {
     if (result != ARGUMENTS_DONE)
         return result;
     if (curvopt_problem_create(mesh, &a->options, &problem, &error) != CURVOPT_OK ||
-        curvopt_problem_evaluate(problem, cage.xyz, &energies, NULL, &error) != CURVOPT_OK) {
+        curvopt_problem_evaluate(problem, cage.xyz, &energies, sizeof energies, NULL, &error) != CURVOPT_OK) {
         result = could_not(a->input, error.message);
     } else {
         staged json;
         curvopt_mesh_info info;
-        curvopt_mesh_get_info(mesh, &info);
+        curvopt_mesh_get_info(mesh, &info, sizeof info);
         if (!a->quiet && !is_standard_output(a->json))
             print_energies(&info, &energies);
         json_report report = {.info = &info, .energies = &energies, .energy = a->energy};
@@ -265,24 +279,27 @@ static int deliver(const watch *w, const curvopt_result *result) {
     obj_cage cage;
     curvopt_mesh_info info;
     curvopt_summary summary;
-    curvopt_level_report levels[12]; /* as many as the options allow */
-    curvopt_mesh_get_info(curvopt_result_mesh(result), &info);
-    curvopt_result_get_summary(result, &summary);
+    curvopt_energies start, end;
+    curvopt_level_report levels[CURVOPT_MAX_LEVELS];
+    curvopt_mesh_get_info(curvopt_result_mesh(result), &info, sizeof info);
+    curvopt_result_get_summary(result, &summary, sizeof summary);
+    curvopt_result_get_energies(result, &start, &end, sizeof end);
     for (int32_t i = 0; i < summary.n_levels; i++)
-        curvopt_result_get_level(result, i, &levels[i], NULL);
+        curvopt_result_get_level(result, i, &levels[i], sizeof levels[i], NULL);
     json_report report = {.info = &info,
-                          .energies = &summary.end,
+                          .energies = &end,
+                          .start = &start,
                           .summary = &summary,
                           .levels = levels,
                           .energy = a->energy,
-                          .method = method_name[summary.method]};
+                          .method = curvopt_method_name(summary.method)};
     if (!take_result(result, &info, &cage))
         return could_not(a->output, strerror(ENOMEM));
     int status = deliver_files(a, &cage, &report, &w->trace);
     obj_free(&cage);
     if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
         !is_standard_output(a->trace))
-        print_run(&summary, a->energy);
+        print_run(&report);
     return status;
 }
 
@@ -346,7 +363,7 @@ static int run(int argc, char **argv) {
     if (argc < 2)
         return usage_error("no command");
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
-        return fputs(help_text, stdout) < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
+        return print_help();
     if (!strcmp(argv[1], "--version")) {
         printf("curvopt %s\n", curvopt_version());
         return ARGUMENTS_DONE;

@@ -1,8 +1,6 @@
 /* Values of options, from text. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "option_values.h"
 
-#include "report_json.h"
-
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,48 +28,55 @@ int parse_name(const char *const *names, int n, const char *text, size_t length)
     return -1;
 }
 
+/* Up to the next of `ends`, into room [size]; 0 if it is empty or does not fit. */
+static size_t take_word(const char *at, const char *ends, char *room, size_t size) {
+    size_t length = strcspn(at, ends);
+    if (length >= size)
+        return 0;
+    memcpy(room, at, length);
+    room[length] = 0;
+    return length;
+}
+
 /* "mvs" or "mvs:1,willmore:0.1". */
 int parse_energy(const char *text, double *weights) {
-    for (int t = 0; t < 8; t++)
+    for (int t = 0; t < CURVOPT_MAX_TERMS; t++)
         weights[t] = 0;
-    for (const char *at = text;;) {
-        size_t name_length = strcspn(at, ":,"), length = strcspn(at, ",");
-        int term = parse_name(json_term_name, CURVOPT_N_TERMS, at, name_length);
+    for (const char *at = text;; at++) {
+        char word[64];
         double weight = 1;
+        size_t length = take_word(at, ":,", word, sizeof word);
+        int32_t term = length ? curvopt_term_from_name(word) : -1;
         if (term < 0)
             return 1;
-        if (name_length < length) {
-            char number[64], *end;
-            size_t digits = length - name_length - 1;
-            if (digits == 0 || digits >= sizeof number)
+        at += length;
+        if (*at == ':') {
+            length = take_word(++at, ",", word, sizeof word);
+            if (!length || parse_real(word, &weight))
                 return 1;
-            memcpy(number, at + name_length + 1, digits);
-            number[digits] = 0;
-            weight = strtod(number, &end);
-            if (*end)
-                return 1;
+            at += length;
         }
         weights[term] += weight;
-        if (!at[length])
+        if (!*at)
             return 0;
-        at += length + 1;
     }
 }
 
 int parse_symmetry(const char *text, curvopt_options *o) {
-    static const char *const name[4] = {"auto", "none", "rotations", "keep"};
-    static const char axes[] = "xyz";
     o->symmetry_planes = 0;
-    o->symmetry = parse_name(name, 4, text, strlen(text));
+    o->symmetry = curvopt_symmetry_from_name(text);
     if (o->symmetry >= 0)
-        return 0;
+        return o->symmetry == CURVOPT_SYMMETRY_PLANES;
     o->symmetry = CURVOPT_SYMMETRY_PLANES;
-    for (;; text += 2) {
-        const char *axis = *text ? strchr(axes, *text) : NULL;
-        if (!axis || (text[1] && text[1] != ','))
+    for (;; text++) {
+        char word[8];
+        size_t length = take_word(text, ",", word, sizeof word);
+        int32_t plane = length ? curvopt_plane_from_name(word) : -1;
+        if (plane < 0)
             return 1;
-        o->symmetry_planes |= 1 << (axis - axes);
-        if (!text[1])
+        o->symmetry_planes |= plane;
+        text += length;
+        if (!*text)
             return 0;
     }
 }

@@ -11,7 +11,7 @@ int parse_integer(const char *text, int32_t *out);
 int parse_real(const char *text, double *out);
 /* Index of the name that is text [length], or -1. */
 int parse_name(const char *const *names, int n, const char *text, size_t length);
-/* "mvs" or "mvs:1,willmore:0.1" into weights [8]. */
+/* "mvs" or "mvs:1,willmore:0.1" into weights [CURVOPT_MAX_TERMS]. */
 int parse_energy(const char *text, double *weights);
 /* "keep", or planes such as "x,y". */
 int parse_symmetry(const char *text, curvopt_options *options);

@@ -3,10 +3,6 @@
 
 #include <math.h>
 
-const char *const json_surface_name[4] = {"auto", "limit", "plane", "polynomial"};
-const char *const json_term_name[CURVOPT_N_TERMS] = {"willmore",      "mvs",  "mvs_cross",     "variation",
-                                                     "mehlum_tarrou", "area", "mean_curvature"};
-
 static void put_number(FILE *f, const char *key, double x, const char *after) {
     if (isfinite(x))
         fprintf(f, "\"%s\": %.17g%s", key, x, after);
@@ -17,7 +13,7 @@ static void put_number(FILE *f, const char *key, double x, const char *after) {
 /* All but the area's, which stands by itself, in the cage's units. */
 static void put_terms(FILE *f, const double *term, const char *after) {
     for (int t = 0; t < CURVOPT_TERM_AREA; t++)
-        put_number(f, json_term_name[t], term[t], t + 1 < CURVOPT_TERM_AREA ? ", " : after);
+        put_number(f, curvopt_term_name(t), term[t], t + 1 < CURVOPT_TERM_AREA ? ", " : after);
 }
 
 static void put_energies(FILE *f, const curvopt_energies *e, const char *indent) {
@@ -35,7 +31,7 @@ static void put_energies(FILE *f, const curvopt_energies *e, const char *indent)
     fprintf(f, "%s\"quadrature_errors\": {", indent);
     put_number(f, "area", e->area_error, ", ");
     put_terms(f, e->term_error, "},\n");
-    fprintf(f, "%s\"samples\": %d, \"surface\": \"%s\"", indent, e->n_samples, json_surface_name[e->surface]);
+    fprintf(f, "%s\"samples\": %d, \"surface\": \"%s\"", indent, e->n_samples, curvopt_surface_name(e->surface));
 }
 
 /* A count, or null for -1. */
@@ -71,7 +67,7 @@ static void put_levels(FILE *f, const json_report *r) {
     put_number(f, "seconds", r->summary->seconds, ",\n");
     put_verification(f, r->summary);
     fprintf(f, "  \"start\": {\n");
-    put_energies(f, &r->summary->start, "    ");
+    put_energies(f, r->start, "    ");
     fprintf(f, "\n  },\n");
 }
 

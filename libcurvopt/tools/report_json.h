@@ -6,14 +6,11 @@
 
 #include <stdio.h>
 
-/* Names of surfaces and terms, as on the command line. */
-extern const char *const json_surface_name[4];
-extern const char *const json_term_name[CURVOPT_N_TERMS];
-
 /* What a report is made of; `summary` is NULL for an evaluation. */
 typedef struct json_report {
     const curvopt_mesh_info *info;
     const curvopt_energies *energies;
+    const curvopt_energies *start; /* of the input cage; with a summary */
     const curvopt_summary *summary;
     const curvopt_level_report *levels; /* [summary->n_levels] */
     const char *energy;                 /* as asked for */

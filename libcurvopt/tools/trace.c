@@ -25,7 +25,6 @@ static void put(FILE *f, double x) {
 }
 
 void trace_write(FILE *f, const trace *t) {
-    static const char *const method[] = {"none", "lbfgs", "newton"};
     fputs("level,iteration,energy,gradient_norm,decrement,shift,gain_ratio,step,samples,method,rejected,seconds\n", f);
     for (size_t i = 0; i < t->n; i++) {
         const curvopt_progress *p = &t->row[i];
@@ -36,7 +35,7 @@ void trace_write(FILE *f, const trace *t) {
         put(f, p->shift);
         put(f, p->gain_ratio);
         put(f, p->step);
-        fprintf(f, "%d,%s,%d,%.6f\n", p->samples, method[p->method], p->rejected, p->seconds);
+        fprintf(f, "%d,%s,%d,%.6f\n", p->samples, curvopt_step_name(p->method), p->rejected, p->seconds);
     }
 }
 

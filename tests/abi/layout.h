@@ -46,7 +46,7 @@ AT(curvopt_options, method, 8);
 AT(curvopt_options, levels, 12);
 AT(curvopt_options, max_iterations, 16);
 AT(curvopt_options, threads, 20);
-AT(curvopt_options, as_report, 24);
+AT(curvopt_options, joshi_sequin, 24);
 AT(curvopt_options, boundary, 28);
 AT(curvopt_options, weights, 32);
 AT(curvopt_options, tolerance, 96);
@@ -116,23 +116,21 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
-SIZE(curvopt_summary, 472);
-AT(curvopt_summary, start, 0);
-AT(curvopt_summary, end, 200);
-AT(curvopt_summary, seconds, 400);
-AT(curvopt_summary, newton_decrement, 408);
-AT(curvopt_summary, shape_decrement, 416);
-AT(curvopt_summary, n_levels, 424);
-AT(curvopt_summary, stop, 428);
-AT(curvopt_summary, n_vertices, 432);
-AT(curvopt_summary, n_faces, 436);
-AT(curvopt_summary, method, 440);
-AT(curvopt_summary, verdict, 444);
-AT(curvopt_summary, negative_directions, 448);
-AT(curvopt_summary, symmetry_order, 452);
-AT(curvopt_summary, difference_decrement, 456);
-AT(curvopt_summary, all_negative_directions, 464);
-AT(curvopt_summary, free_negative_directions, 468);
+SIZE(curvopt_summary, 72);
+AT(curvopt_summary, seconds, 0);
+AT(curvopt_summary, newton_decrement, 8);
+AT(curvopt_summary, shape_decrement, 16);
+AT(curvopt_summary, n_levels, 24);
+AT(curvopt_summary, stop, 28);
+AT(curvopt_summary, n_vertices, 32);
+AT(curvopt_summary, n_faces, 36);
+AT(curvopt_summary, method, 40);
+AT(curvopt_summary, verdict, 44);
+AT(curvopt_summary, negative_directions, 48);
+AT(curvopt_summary, symmetry_order, 52);
+AT(curvopt_summary, difference_decrement, 56);
+AT(curvopt_summary, all_negative_directions, 64);
+AT(curvopt_summary, free_negative_directions, 68);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);
@@ -180,7 +178,7 @@ static int use_library(void) {
     sprintf(version, "%d.%d.%d", CURVOPT_VERSION_MAJOR, CURVOPT_VERSION_MINOR, CURVOPT_VERSION_PATCH);
     if (strcmp(curvopt_version(), version) != 0)
         return 1;
-    curvopt_options_init(&options);
+    curvopt_options_init(&options, sizeof options);
     options.levels = 1;
     options.method = CURVOPT_METHOD_LMVM; /* the other one is done too soon to be cancelled */
     if (options.struct_size != (int32_t)sizeof options)
@@ -189,7 +187,7 @@ static int use_library(void) {
         return 3;
     if (curvopt_minimize(mesh, xyz, &options, on_progress, &calls, NULL, &result, &error) != CURVOPT_OK)
         return 4;
-    curvopt_result_get_summary(result, &summary);
+    curvopt_result_get_summary(result, &summary, sizeof summary);
     curvopt_result_destroy(result);
     curvopt_mesh_destroy(mesh);
     return calls == 3 && summary.stop == CURVOPT_STOP_CANCELLED && summary.n_vertices == 4 ? 0 : 5;

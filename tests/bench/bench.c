@@ -139,7 +139,7 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
 
 static curvopt_options options_of(int third, int threads) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.weights[CURVOPT_TERM_WILLMORE] = !third;
     o.weights[CURVOPT_TERM_MVS] = third;
     o.threads = threads;
@@ -201,7 +201,7 @@ static void bench_faces(int32_t n_u, int32_t n_v, int third, const settings *set
         curvopt_options o = options_of(third, k + 1);
         start = now();
         must(curvopt_problem_create(mesh, &o, &problem[k], &error), &error);
-        must(curvopt_problem_evaluate(problem[k], c.xyz, &e, gradient, &error), &error);
+        must(curvopt_problem_evaluate(problem[k], c.xyz, &e, sizeof e, gradient, &error), &error);
         set_up[k] = mesh_time + now() - start;
         megabytes = k ? megabytes : peak_megabytes(0);
     }
@@ -209,7 +209,7 @@ static void bench_faces(int32_t n_u, int32_t n_v, int third, const settings *set
         double t[2];
         for (int k = 0; k < 2; k++) {
             start = now();
-            must(curvopt_problem_evaluate(problem[k], c.xyz, &e, gradient, &error), &error);
+            must(curvopt_problem_evaluate(problem[k], c.xyz, &e, sizeof e, gradient, &error), &error);
             t[k] = now() - start;
             best[k] = t[k] < best[k] ? t[k] : best[k];
         }

@@ -25,7 +25,7 @@ run $cages/torus_050_6x4.obj --energy mvs --levels 2 --escape --verify
 run $cages/torus_050_6x4.obj --energy mvs_cross --levels 2 --symmetry auto
 run $cages/torus_050_6x4.obj --energy willmore --levels 2 --symmetry none --escape --verify
 run $cages/torus_050_6x4.obj --energy mvs --levels 1 --symmetry x,y
-run $cages/torus_050_6x4.obj --energy mvs --levels 2 --as-report --max-iterations 40
+run $cages/torus_050_6x4.obj --energy mvs --levels 2 --joshi-sequin --max-iterations 40
 run $cages/sphere_cube.obj --energy mvs:1,area:0.1 --levels 2 --symmetry none --escape --verify
 run tests/cages/numeric/cube.obj --energy mvs --levels 2 --pin "$work/pins.txt"
 run tests/cages/numeric/mixed.obj --energy mehlum_tarrou --levels 2

@@ -39,7 +39,7 @@ static void decode(const uint8_t *data, size_t size, input *in) {
     int32_t n_corners = 0;
     in->n_vertices = next(&r) % (MOST_VERTICES + 1);
     in->n_faces = next(&r) % (MOST_FACES + 1);
-    curvopt_options_init(&in->options);
+    curvopt_options_init(&in->options, sizeof in->options);
     in->options.surface = next(&r) % 4;
     in->options.weights[CURVOPT_TERM_WILLMORE] = 0;
     in->options.weights[next(&r) % CURVOPT_N_TERMS] = 1;
@@ -69,7 +69,7 @@ static void evaluate(const curvopt_mesh *mesh, const input *in) {
     double gradient[3 * MOST_VERTICES];
     int32_t status = curvopt_problem_create(mesh, &in->options, &problem, &error);
     if (status == CURVOPT_OK)
-        status = curvopt_problem_evaluate(problem, in->xyz, &e, gradient, &error);
+        status = curvopt_problem_evaluate(problem, in->xyz, &e, sizeof e, gradient, &error);
     if (status == CURVOPT_OK) {
         FUZZ_CHECK(isfinite(e.objective) && e.objective >= 0 && e.area > 0 && e.n_samples > 0);
         for (int32_t i = 0; i < 3 * in->n_vertices; i++)
@@ -93,9 +93,11 @@ static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
     if (status == CURVOPT_OK) {
         double xyz[3 * MOST_VERTICES];
         curvopt_summary summary;
-        curvopt_result_get_summary(result, &summary);
+        curvopt_energies end;
+        curvopt_result_get_summary(result, &summary, sizeof summary);
+        curvopt_result_get_energies(result, NULL, &end, sizeof end);
         curvopt_result_get_positions(result, xyz);
-        FUZZ_CHECK(summary.symmetry_order >= 1 && isfinite(summary.end.objective));
+        FUZZ_CHECK(summary.symmetry_order >= 1 && isfinite(end.objective));
         for (int32_t i = 0; i < 3 * in->n_vertices; i++)
             FUZZ_CHECK(isfinite(xyz[i]));
         FUZZ_CHECK(!pinned || memcmp(xyz, in->xyz, 3 * sizeof *xyz) == 0);
@@ -117,7 +119,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         FUZZ_CHECK(error.code == status && error.message[0]);
         return 0;
     }
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     FUZZ_CHECK(info.euler == info.n_vertices - info.n_edges + info.n_faces);
     FUZZ_CHECK(2 * info.n_edges == info.n_corners + info.n_boundary_edges);
     FUZZ_CHECK(curvopt_mesh_refine(mesh, NULL, &fine, NULL, &error) == CURVOPT_OK);

@@ -22,11 +22,27 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("CURVOPT_BUILD", ROOT / "build" / "release"))
 LONG = os.environ.get("CURVOPT_LONG") == "1"
 
-TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou")
-WEIGHTS = (*TERMS, "area", "mean_curvature")  # by curvopt_term
-SURFACES = {"auto": 0, "limit": 1, "plane": 2, "polynomial": 3}
-METHODS = {"auto": 0, "lmvm": 1}
-I32, F64, PTR = C.c_int32, C.c_double, C.c_void_p
+I32, F64, PTR, SIZE = C.c_int32, C.c_double, C.c_void_p, C.c_size_t
+_LIBRARY = C.CDLL(str(BUILD / "libcurvopt.so"))
+
+
+def names(of: str) -> tuple[str, ...]:
+    """Names or texts of an enumeration of the library from 0 on, by a function such as "curvopt_term_name"."""
+    function, known = getattr(_LIBRARY, of), getattr(_LIBRARY, of.replace("_text", "_name"))
+    function.restype = known.restype = C.c_char_p
+    found = []
+    while known(len(found)) is not None:
+        found.append(function(len(found)).decode())
+    return tuple(found)
+
+
+WEIGHTS = names("curvopt_term_name")
+TERMS = tuple(name for name in WEIGHTS if name not in ("area", "mean_curvature"))
+SURFACES = {name: i for i, name in enumerate(names("curvopt_surface_name"))}
+METHODS = {name: i for i, name in enumerate(names("curvopt_method_name"))}
+VERDICTS = names("curvopt_verdict_text")
+STOPS = names("curvopt_stop_text")
+MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 
 
 class Error(C.Structure):
@@ -54,8 +70,8 @@ class Options(C.Structure):
     """curvopt_options"""
 
     _fields_ = [(name, I32) for name in ("struct_size", "surface", "method", "levels", "max_iterations", "threads",
-                                         "as_report", "boundary")] + [
-        ("weights", F64 * 8), ("tolerance", F64), ("gradient_tolerance", F64),
+                                         "joshi_sequin", "boundary")] + [
+        ("weights", F64 * MAX_TERMS), ("tolerance", F64), ("gradient_tolerance", F64),
         ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
@@ -65,8 +81,8 @@ class Options(C.Structure):
 class Energies(C.Structure):
     """curvopt_energies"""
 
-    _fields_ = [("objective", F64), ("area", F64), ("term", F64 * 8), ("h2", F64), ("gauss", F64),
-                ("gauss_bonnet_defect", F64), ("objective_error", F64), ("area_error", F64), ("term_error", F64 * 8),
+    _fields_ = [("objective", F64), ("area", F64), ("term", F64 * MAX_TERMS), ("h2", F64), ("gauss", F64),
+                ("gauss_bonnet_defect", F64), ("objective_error", F64), ("area_error", F64), ("term_error", F64 * MAX_TERMS),
                 ("min_jacobian", F64), ("surface", I32), ("n_samples", I32)]
 
     def value(self, name: str) -> float:
@@ -98,17 +114,15 @@ class LevelReport(C.Structure):
 
 
 class Summary(C.Structure):
-    """curvopt_summary"""
+    """curvopt_summary; Result adds `start` and `end`, Energies"""
 
-    _fields_ = [("start", Energies), ("end", Energies), ("seconds", F64), ("newton_decrement", F64), ("shape_decrement", F64)] + [
+    _fields_ = [("seconds", F64), ("newton_decrement", F64), ("shape_decrement", F64)] + [
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32)]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
-VERDICTS = ("unknown", "minimum", "saddle", "not stationary")
-STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")
 
 SIGNATURES = {
     "curvopt_mesh_create": (I32, [I32, I32, PTR, PTR, PTR, PTR]),
@@ -116,14 +130,16 @@ SIGNATURES = {
     "curvopt_mesh_destroy": (None, [PTR]),
     "curvopt_mesh_count_creases": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_get_creases": (None, [PTR, PTR, PTR, PTR, PTR]),
-    "curvopt_mesh_get_info": (None, [PTR, PTR]),
+    "curvopt_mesh_get_info": (None, [PTR, PTR, SIZE]),
     "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
-    "curvopt_options_init": (None, [PTR]),
+    "curvopt_options_init": (None, [PTR, SIZE]),
     "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR]),
     "curvopt_problem_destroy": (None, [PTR]),
-    "curvopt_problem_evaluate": (I32, [PTR, PTR, PTR, PTR, PTR]),
-    "curvopt_surface_jets": (I32, [PTR, PTR, I32, I32, PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_problem_evaluate": (I32, [PTR, PTR, PTR, SIZE, PTR, PTR]),
+    "curvopt_sampler_create": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_sampler_destroy": (None, [PTR]),
+    "curvopt_sampler_jets": (I32, [PTR, I32, PTR, PTR, PTR, PTR, PTR]),
     "curvopt_minimize": (I32, [PTR, PTR, PTR, PROGRESS_FN, PTR, PTR, PTR, PTR]),
     "curvopt_cancel_create": (I32, [PTR, PTR]),
     "curvopt_cancel_request": (None, [PTR]),
@@ -131,10 +147,12 @@ SIGNATURES = {
     "curvopt_result_destroy": (None, [PTR]),
     "curvopt_result_mesh": (PTR, [PTR]),
     "curvopt_result_get_positions": (None, [PTR, PTR]),
-    "curvopt_result_get_summary": (None, [PTR, PTR]),
-    "curvopt_result_get_level": (I32, [PTR, I32, PTR, PTR]),
+    "curvopt_result_get_summary": (None, [PTR, PTR, SIZE]),
+    "curvopt_result_get_energies": (None, [PTR, PTR, PTR, SIZE]),
+    "curvopt_result_get_level": (I32, [PTR, I32, PTR, SIZE, PTR]),
 }
-_library = None
+for _name, (_result, _arguments) in SIGNATURES.items():
+    getattr(_LIBRARY, _name).restype, getattr(_LIBRARY, _name).argtypes = _result, _arguments
 
 
 class CurvoptError(Exception):
@@ -143,13 +161,7 @@ class CurvoptError(Exception):
 
 def library() -> C.CDLL:
     """The loaded library with typed functions."""
-    global _library
-    if _library is None:
-        _library = C.CDLL(str(BUILD / "libcurvopt.so"))
-        for name, (result, arguments) in SIGNATURES.items():
-            function = getattr(_library, name)
-            function.restype, function.argtypes = result, arguments
-    return _library
+    return _LIBRARY
 
 
 def call(name: str, *arguments) -> None:
@@ -201,7 +213,7 @@ def positions(mesh: Mesh) -> np.ndarray:
 def read_mesh(pointer, xyz: np.ndarray | None = None) -> Mesh:
     """Connectivity of a curvopt_mesh, with positions if given."""
     info = MeshInfo()
-    library().curvopt_mesh_get_info(pointer, C.byref(info))
+    library().curvopt_mesh_get_info(pointer, C.byref(info), C.sizeof(info))
     sizes, flat = np.empty(info.n_faces, np.int32), np.empty(info.n_corners, np.int32)
     library().curvopt_mesh_get_faces(pointer, _pointer(sizes), _pointer(flat))
     xyz = np.zeros((info.n_vertices, 3)) if xyz is None else xyz
@@ -220,7 +232,7 @@ def refine(mesh: Mesh) -> Mesh:
     """curvopt_mesh_refine."""
     handle, fine = make_mesh(mesh), Handle("curvopt_mesh_destroy")
     info = MeshInfo()
-    library().curvopt_mesh_get_info(handle.pointer, C.byref(info))
+    library().curvopt_mesh_get_info(handle.pointer, C.byref(info), C.sizeof(info))
     xyz = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
     call("curvopt_mesh_refine", handle.pointer, _pointer(positions(mesh)), C.byref(fine.pointer), _pointer(xyz))
     return read_mesh(fine.pointer, xyz)
@@ -242,7 +254,7 @@ def constraints(vertices, freedom=None, directions=None, weights=None) -> Constr
 def options(weights: dict[str, float] | str = "willmore", surface: str = "auto", **fields) -> Options:
     """Defaults, changed: weights by term name or the name of one term; any other field by its name."""
     out = Options()
-    library().curvopt_options_init(C.byref(out))
+    library().curvopt_options_init(C.byref(out), C.sizeof(out))
     weights = {weights: 1.0} if isinstance(weights, str) else weights
     for i, name in enumerate(WEIGHTS):
         out.weights[i] = weights.get(name, 0.0)
@@ -267,7 +279,7 @@ class Problem:
         xyz = np.ascontiguousarray(xyz, np.float64)
         out = Energies()
         slope = np.empty_like(xyz)
-        call("curvopt_problem_evaluate", self._handle.pointer, _pointer(xyz), C.byref(out),
+        call("curvopt_problem_evaluate", self._handle.pointer, _pointer(xyz), C.byref(out), C.sizeof(out),
              _pointer(slope) if gradient else None)
         return (out, slope) if gradient else out
 
@@ -277,14 +289,16 @@ def evaluate(mesh: Mesh, weights="willmore", surface: str = "auto", **fields) ->
     return Problem(mesh, options(weights, surface, **fields)).evaluate(mesh.xyz)
 
 
-def jets(mesh: Mesh, face, corner, uv, surface: str = "limit", boundary_rule: int = 0) -> np.ndarray:
-    """curvopt_surface_jets: [n, 10, 3]."""
-    handle = make_mesh(mesh, boundary_rule)
+def jets(mesh: Mesh, face, corner, uv, surface: str = "limit", boundary_rule: int = 0, **fields) -> np.ndarray:
+    """Jets [n, 10, 3] by a curvopt_sampler of this surface; other fields of its options by their names."""
+    handle, sampler = make_mesh(mesh, boundary_rule), Handle("curvopt_sampler_destroy")
+    opts = options("willmore", surface, **fields)
     face, corner = (np.ascontiguousarray(a, np.int32) for a in (face, corner))
     uv = np.ascontiguousarray(uv, np.float64).reshape(-1, 2)
     out = np.empty((len(face), 10, 3))
-    call("curvopt_surface_jets", handle.pointer, _pointer(positions(mesh)), SURFACES[surface], len(face),
-         _pointer(face), _pointer(corner), _pointer(uv), _pointer(out))
+    call("curvopt_sampler_create", handle.pointer, _pointer(positions(mesh)), C.byref(opts), C.byref(sampler.pointer))
+    call("curvopt_sampler_jets", sampler.pointer, len(face), _pointer(face), _pointer(corner), _pointer(uv),
+         _pointer(out))
     return out
 
 
@@ -293,7 +307,10 @@ class Result:
 
     def __init__(self, handle: Handle):
         self.summary = Summary()
-        library().curvopt_result_get_summary(handle.pointer, C.byref(self.summary))
+        library().curvopt_result_get_summary(handle.pointer, C.byref(self.summary), C.sizeof(self.summary))
+        self.summary.start, self.summary.end = Energies(), Energies()
+        library().curvopt_result_get_energies(handle.pointer, C.byref(self.summary.start), C.byref(self.summary.end),
+                                              C.sizeof(Energies))
         xyz = np.empty((self.summary.n_vertices, 3))
         library().curvopt_result_get_positions(handle.pointer, _pointer(xyz))
         self.mesh = read_mesh(library().curvopt_result_mesh(handle.pointer), xyz)
@@ -302,7 +319,7 @@ class Result:
         self.levels = []
         for i in range(self.summary.n_levels):
             report = LevelReport()
-            call("curvopt_result_get_level", handle.pointer, i, C.byref(report))
+            call("curvopt_result_get_level", handle.pointer, i, C.byref(report), C.sizeof(report))
             self.levels.append(report)
 
 

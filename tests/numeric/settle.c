@@ -128,7 +128,7 @@ int main(int argc, char **argv) {
     if (argc != 2 || (strcmp(argv[1], "willmore") && strcmp(argv[1], "mvs")))
         stop("usage: curvopt_settle willmore|mvs < CAGES");
     int mvs = !strcmp(argv[1], "mvs"), term = mvs ? CURVOPT_TERM_MVS : CURVOPT_TERM_WILLMORE;
-    curvopt_options_init(&options);
+    curvopt_options_init(&options, sizeof options);
     memset(options.weights, 0, sizeof options.weights);
     options.weights[term] = 1;
     options.surface = mvs ? CURVOPT_SURFACE_POLYNOMIAL : CURVOPT_SURFACE_LIMIT;

@@ -3,7 +3,7 @@
 
 The difference is extrapolated from steps h and h / 2, error O(h^4) and rounding eps E / h. h is chosen per coordinate
 from a ladder of halvings, where two consecutive extrapolations agree best. The quadrature rule must
-not change between the two ends of a difference: it is the fixed one of `as_report`; the default one is tried too.
+not change between the two ends of a difference: it is the fixed one of `joshi_sequin`; the default one is tried too.
 """
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def compare(mesh, problem: lib.Problem) -> str:
 @pytest.mark.parametrize("name, surface, term", CASES)
 def test_gradient(name, surface, term, capsys):
     mesh = CAGES[name]
-    problem = lib.Problem(mesh, lib.options(term, surface, as_report=1))
+    problem = lib.Problem(mesh, lib.options(term, surface, joshi_sequin=1))
     assert problem.evaluate(mesh.xyz).surface == lib.SURFACES[surface]
     words = compare(mesh, problem)
     with capsys.disabled():
@@ -120,7 +120,7 @@ def test_gradient_of_a_weighted_sum_is_the_weighted_sum():
 def test_taylor_remainder_is_quadratic(name, surface, term):
     """E(x + t d) - E(x) - t g.d falls as t^2, in a random direction."""
     mesh = CAGES[name]
-    problem = lib.Problem(mesh, lib.options(term, surface, as_report=1))
+    problem = lib.Problem(mesh, lib.options(term, surface, joshi_sequin=1))
     energies, gradient = problem.evaluate(mesh.xyz, gradient=True)
     direction = np.random.default_rng(8).normal(size=mesh.xyz.shape) * mean_edge(mesh)
     steps = np.array([4e-3, 2e-3, 1e-3, 5e-4])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""curvopt_surface_jets and curvopt_mesh_refine against deep refinement and OpenSubdiv."""
+"""curvopt_sampler_jets and curvopt_mesh_refine against deep refinement and OpenSubdiv."""
 from __future__ import annotations
 
 import numpy as np

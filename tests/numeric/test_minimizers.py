@@ -274,7 +274,7 @@ def test_rotations_alone():
 
 
 def test_report_settings_keep_no_symmetry():
-    result = lib.minimize(cage("torus_030"), "willmore", levels=1, as_report=1, max_iterations=3)
+    result = lib.minimize(cage("torus_030"), "willmore", levels=1, joshi_sequin=1, max_iterations=3)
     assert result.summary.symmetry_order == 1
 
 

@@ -162,7 +162,7 @@ def test_gradients(name):
     mesh = ACCEPTED[name].reference()
     terms = ["willmore"] + (["mvs"] if name in ("grid_3x3_corners", "torus_crossing", "cube_corner_2.5") else [])
     for term in terms:
-        problem = lib.Problem(mesh, lib.options(term, as_report=1, surface="auto" if term == "willmore" else
+        problem = lib.Problem(mesh, lib.options(term, joshi_sequin=1, surface="auto" if term == "willmore" else
                                                 "polynomial"))
         _, gradient = problem.evaluate(mesh.xyz, gradient=True)
         rng = np.random.default_rng(2)

@@ -9,6 +9,7 @@ import pytest
 
 import lib
 from ccref import Mesh, refine, topology
+from energy_ref import densities, gauss_rule
 from nets import perturbed, quad_cage, sphere_like, subdivided_cube, trapezohedron, valences
 from wide_ref import PLACE, WideBlend, sector_taylor
 
@@ -80,6 +81,26 @@ def test_blends_no_wider_than_asked():
     assert left[:3] == pytest.approx([27.2, 12.8, 9.1], rel=0.03) and left[3] == left[2]
     with pytest.raises(lib.CurvoptError, match="blend_width is 9; it must be 1 to 8"):
         lib.evaluate(mesh, blend_width=9)
+
+
+def test_samplers_show_the_surface_that_is_evaluated():
+    """|grad h|^2 of a sphere's net, which the width changes by a factor, integrated from a sampler's jets and evaluated by
+    the library, with the same blend_width in both."""
+    mesh = sphere_like(8, "sphere", subdivided_cube)
+    nodes, weights = gauss_rule(16)
+    uv = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
+    face = np.repeat(np.arange(mesh.n_faces), len(uv))
+    found = []
+    for width in (1, 8):
+        jets = lib.jets(mesh, face, 0 * face, np.tile(uv, (mesh.n_faces, 1)), "polynomial", blend_width=width)
+        density = densities(jets)
+        size = np.tile(np.outer(weights, weights).ravel(), mesh.n_faces) * density["area"]
+        area, variation = float(size.sum()), float((size * density["variation"]).sum())
+        evaluated = lib.evaluate(mesh, "variation", "polynomial", blend_width=width, tolerance=1e-5)
+        assert area == pytest.approx(evaluated.area, rel=1e-5)
+        assert area * variation == pytest.approx(evaluated.value("variation"), rel=5e-3)
+        found.append(area * variation)
+    assert found[0] > 1.3 * found[1]
 
 
 def test_affine_images_of_the_net_are_affine_images_of_the_surface():

@@ -249,7 +249,7 @@ def bspline_rows(t: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(row, axis=-1) for row in (value, first, second, third)], axis=1) + zero[:, None, None]
 
 
-# (u order, v order) of the ten jets, in the order of curvopt_surface_jets
+# (u order, v order) of the ten jets, in the order of curvopt_sampler_jets
 JET_ORDERS = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)]
 
 
@@ -270,7 +270,7 @@ def quad_location(mesh: Mesh, face: np.ndarray, corner: np.ndarray) -> np.ndarra
 
 
 def deep_jets(mesh: Mesh, face, corner, uv, dtype=np.longdouble, max_level: int = 40) -> np.ndarray:
-    """Jets [n, 10, 3] of the limit surface at (face, corner, u, v), conventions of curvopt_surface_jets.
+    """Jets [n, 10, 3] of the limit surface at (face, corner, u, v), conventions of curvopt_sampler_jets.
 
     Quads: corner is 0 and (u, v) range over the face. Other faces: (u, v) range over the quarter at `corner`.
     Points on an extraordinary vertex or on a crease or boundary never become regular: ValueError.

@@ -4,7 +4,7 @@
 //   g++ -O2 -std=c++14 osd_eval.cpp -o osd_eval -losdCPU
 //   osd_eval CAGE.obj POINTS|- [--creases FILE] [--boundary all|corners] [--level N]
 //
-// POINTS: one "face corner u v" a line, conventions of curvopt_surface_jets. Each gives one output line
+// POINTS: one "face corner u v" a line, conventions of curvopt_sampler_jets. Each gives one output line
 //   P x y z  u: x y z  v: x y z  uu: ...  uv: ...  vv: ...     (18 numbers after the letter P)
 // then every vertex of the cage gives "V x y z nx ny nz": limit position and unit limit normal.
 // Creases: lines "e a b sharpness" and "v a sharpness", vertices from 0. OBJ: v and f lines only, f with plain indices.

@@ -5,6 +5,7 @@
 set -uo pipefail
 
 CURVOPT=$(realpath -- "$1")
+HEADER=$(realpath -- "$(dirname "${BASH_SOURCE[0]}")/../../libcurvopt/include/curvopt.h")
 OUT='' ERR='' CODE=0
 
 fail() {

@@ -33,7 +33,7 @@ test_unknown_options_are_named() {
 
 test_options_of_minimize_are_refused_by_evaluate() {
     local option
-    for option in -o --output --levels --max-iterations --method --trace --as-report; do
+    for option in -o --output --levels --max-iterations --method --trace --joshi-sequin; do
         usage "$option" evaluate cage.obj "$option" 1
     done
 }
@@ -60,7 +60,7 @@ test_values_that_make_no_sense_are_named() {
     minimize "--energy cannot be mvs:" --energy mvs:
     minimize "--energy cannot be mvs:x" --energy mvs:x
     minimize "--energy cannot be mvs,," --energy mvs,,
-    minimize "--surface cannot be auto" --surface auto
+    minimize "--surface cannot be automatic" --surface automatic
     minimize "--surface cannot be Limit" --surface Limit
     minimize "--method cannot be newton" --method newton
     minimize "--levels cannot be two" --levels two
@@ -163,12 +163,39 @@ test_help_and_version() {
     [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
     local option
     for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
-        --as-report --trace; do
+        --joshi-sequin --trace; do
         [[ $OUT == *"$option"* ]] || fail "help does not mention $option"
     done
     run --version
     expect 0 ''
     [[ $OUT =~ ^curvopt\ [0-9]+\.[0-9]+\.[0-9]+$ ]] || fail "version: $OUT"
+}
+
+# "(default X)" of every option in the help text against "default X" of the field's comment in curvopt.h, where
+# another test holds curvopt_options_init() against it.
+test_help_says_the_defaults_of_the_header() {
+    run --help
+    printf '%s' "$OUT" >help
+    python3 - help "$HEADER" <<'END' || fail "help and header differ"
+import re, sys
+text = open(sys.argv[1]).read()
+here = {name.replace("-", "_"): value for name, value in
+        re.findall(r"^  (?:-o, )?--([a-z-]+) (?:(?!^  -).)*?\(default ([^)]+)\)", text, re.M | re.S)}
+body = re.search(r"typedef struct curvopt_options \{(.*?)\} curvopt_options;", open(sys.argv[2]).read(), re.S).group(1)
+there = {}
+for comment, name in re.findall(r"/\*((?:(?!\*/).)*)\*/\s*[^;/]*?(\w+)(?:\[\w+\])?;", body, re.S):
+    found = re.search(r"default\s+([\w.-]+)", comment)
+    if found:
+        there[name] = found.group(1).rstrip(".,").lower()
+both = set(here) & set(there)
+assert {"surface", "method", "levels", "max_iterations", "threads", "boundary", "tolerance", "decrement_tolerance",
+        "symmetry", "blend_width"} <= both, (here, there)
+for name in both:
+    same = here[name] == there[name]
+    if not same and re.match(r"[\d.]", here[name]):
+        same = float(here[name]) == float(there[name])
+    assert same, (name, here[name], there[name])
+END
 }
 
 run_tests

@@ -15,7 +15,7 @@ typedef int32_t (*work)(const cage *c, const curvopt_mesh *mesh, curvopt_error *
 
 static curvopt_options small_options(int32_t surface, int32_t term) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.surface = surface;
     o.weights[CURVOPT_TERM_WILLMORE] = 0;
     o.weights[term] = 1;
@@ -52,10 +52,10 @@ static int32_t evaluate_with(const cage *c, const curvopt_mesh *mesh, const curv
     int32_t status = curvopt_problem_create(mesh, o, &problem, error);
     CHECK_TRUE((problem != NULL) == (status == CURVOPT_OK));
     if (status == CURVOPT_OK) {
-        status = curvopt_problem_evaluate(problem, c->xyz, &e, gradient, error);
+        status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, gradient, error);
         curvopt_error again;
         if (status != CURVOPT_OK)
-            CHECK_OK(curvopt_problem_evaluate(problem, c->xyz, &e, gradient, &again), &again);
+            CHECK_OK(curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, gradient, &again), &again);
         CHECK_TRUE(e.objective > 1);
     }
     curvopt_problem_destroy(problem);
@@ -125,18 +125,29 @@ static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error
     return status;
 }
 
-static int32_t wide_jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
-    int32_t face[2] = {0, 1}, corner[2] = {0, 0}; /* of the four quarters of a face at a vertex, two */
-    const double uv[4] = {0.3, 0.2, 0.4, 0.7};
+static int32_t sample(const cage *c, const curvopt_mesh *mesh, int32_t surface, int32_t n, const double *uv,
+                      curvopt_error *error) {
+    static const int32_t face[2] = {0, 1}, corner[2] = {0, 0};
     double out[60];
-    return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_POLYNOMIAL, 2, face, corner, uv, out, error);
+    curvopt_options o;
+    curvopt_sampler *sampler;
+    curvopt_options_init(&o, sizeof o);
+    o.surface = surface;
+    int32_t status = curvopt_sampler_create(mesh, c->xyz, &o, &sampler, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_sampler_jets(sampler, n, face, corner, uv, out, error);
+    curvopt_sampler_destroy(sampler);
+    return status;
+}
+
+static int32_t wide_jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const double uv[4] = {0.3, 0.2, 0.4, 0.7}; /* of the four quarters of a face at a vertex, two */
+    return sample(c, mesh, CURVOPT_SURFACE_POLYNOMIAL, 2, uv, error);
 }
 
 static int32_t jets(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
-    static const int32_t face = 0, corner = 0;
-    static const double uv[2] = {0.3, 0.2};
-    double out[30];
-    return curvopt_surface_jets(mesh, c->xyz, CURVOPT_SURFACE_PLANE, 1, &face, &corner, uv, out, error);
+    const double uv[2] = {0.3, 0.2};
+    return sample(c, mesh, CURVOPT_SURFACE_PLANE, 1, uv, error);
 }
 
 /* A cage and what is done with it. */

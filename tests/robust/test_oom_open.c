@@ -19,11 +19,11 @@ static int32_t make_mesh(const cage *c, int minimize, curvopt_mesh **mesh, curvo
 static int32_t run(const cage *c, int minimize, curvopt_error *error) {
     curvopt_options o;
     curvopt_mesh *mesh;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.levels = o.threads = 1;
     o.max_iterations = 1;
     o.tolerance = 0.5;
-    o.as_report = !minimize; /* one rule is enough */
+    o.joshi_sequin = !minimize; /* one rule is enough */
     int32_t status = make_mesh(c, minimize, &mesh, error);
     if (status == CURVOPT_OK && minimize) {
         curvopt_result *result;
@@ -34,7 +34,7 @@ static int32_t run(const cage *c, int minimize, curvopt_error *error) {
         curvopt_energies e;
         status = curvopt_problem_create(mesh, &o, &problem, error);
         if (status == CURVOPT_OK)
-            status = curvopt_problem_evaluate(problem, c->xyz, &e, NULL, error);
+            status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, NULL, error);
         curvopt_problem_destroy(problem);
     }
     curvopt_mesh_destroy(mesh);
@@ -60,7 +60,7 @@ static int32_t run_softly(const cage *c, double shift, curvopt_error *error) {
     double xyz[24];
     memcpy(xyz, c->xyz, sizeof xyz);
     xyz[0] += shift;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.threads = o.max_iterations = 1;
     o.levels = 2;
     o.tolerance = 0.5;

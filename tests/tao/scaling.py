@@ -25,7 +25,7 @@ def run(build: Path, ranks: int, *arguments: str) -> None:
     environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMPI_ALLOW_RUN_AS_ROOT": "1",
                    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     command = ["mpirun", "-q", "--bind-to", "none", "--oversubscribe", "-n", str(ranks), str(build / "curvopt-tao")]
-    subprocess.run([*command, "minimize", *arguments, "--as-report", "--quiet"], check=True, env=environment)
+    subprocess.run([*command, "minimize", *arguments, "--joshi-sequin", "--quiet"], check=True, env=environment)
 
 
 def main() -> None:

@@ -64,7 +64,7 @@ def ours(cage: Path, out: Path, *arguments: str) -> dict:
 
 def check_figures(cage: Path, tmp_path: Path, ranks: int, *arguments: str, gradient: np.ndarray | None = None) -> None:
     """Terms, and the gradient where it is given, of a cage under a fixed rule are those of the library."""
-    here = ("--levels", "1", "--max-iterations", "0", "--as-report", *arguments)
+    here = ("--levels", "1", "--max-iterations", "0", "--joshi-sequin", *arguments)
     slope = tmp_path / "gradient"
     got = minimize(ranks, cage, tmp_path / "tao.obj", *here, petsc=("-curvopt_gradient", str(slope)))
     expected = ours(cage, tmp_path / "ours.obj", *here)
@@ -85,7 +85,7 @@ def check_figures(cage: Path, tmp_path: Path, ranks: int, *arguments: str, gradi
 def test_energies_and_gradients_are_the_library_s(name, energy, ranks, tmp_path):
     cage = read_obj(OBJ / f"{name}.obj")
     surface = "limit" if energy == "willmore" else "polynomial"
-    options = lib.options(energy, surface, as_report=1, blend_width=1)
+    options = lib.options(energy, surface, joshi_sequin=1, blend_width=1)
     _, gradient = lib.Problem(cage, options).evaluate(cage.xyz, gradient=True)
     check_figures(OBJ / f"{name}.obj", tmp_path, ranks, "--energy", energy, "--surface", surface, gradient=gradient)
 
@@ -110,7 +110,7 @@ def test_a_subdivided_cage_is_numbered_as_by_the_library(name, ranks, tmp_path):
     cage = {"mixed": CAGES / "mixed.obj", "branch_open": OBJ / "branch_open.obj"}.get(name, tmp_path / "creased.obj")
     if name == "creased":
         cage.write_text(CREASED)
-    options = ("--levels", "3", "--max-iterations", "0", "--as-report")  # the area to scale to by the same rules
+    options = ("--levels", "3", "--max-iterations", "0", "--joshi-sequin")  # the area to scale to by the same rules
     minimize(ranks, cage, tmp_path / "tao.obj", *options)
     ours(cage, tmp_path / "ours.obj", *options)
     got, expected = (tmp_path.joinpath(f"{who}.obj").read_text().split("\n") for who in ("tao", "ours"))
@@ -128,7 +128,7 @@ def minimizer(name: str, energy: str, folder: Path) -> tuple[Path, tuple[str, ..
     if energy == "mvs":
         fine = ("--tolerance", "1e-7", "--energy", energy, "--levels", "1")
         return folder / "start.obj", fine, ours(OBJ / f"{name}.obj", folder / "start.obj", *fine)["objective"], 1e-7
-    fixed = ("--as-report", "--surface", "limit" if energy == "willmore" else "polynomial", "--energy", energy,
+    fixed = ("--joshi-sequin", "--surface", "limit" if energy == "willmore" else "polynomial", "--energy", energy,
              "--levels", "1")
     ours(OBJ / f"{name}.obj", folder / "start.obj", "--energy", energy, "--levels", "1")
     end = ours(folder / "start.obj", folder / "minimizer.obj", *fixed, "--method", "gauss_newton")
@@ -324,11 +324,11 @@ def test_a_rank_with_too_little_memory_ends_the_run(room, tmp_path):
     """The second rank has too little memory for its portion."""
     cage = tmp_path / "large.obj"
     assert tao(1, "minimize", str(OBJ / "torus_050_16x8.obj"), "-o", str(cage), "--levels", "6", "--max-iterations", "0",
-               "--as-report", "--quiet").returncode == 0
+               "--joshi-sequin", "--quiet").returncode == 0
     prefix = ("bash", "-c", f'ulimit -v {room}; exec "$@"', "limited")
     fine = tao(2, "--version", prefix=prefix)
     assert fine.returncode == 0, fine.stderr
     run = tao(2, "minimize", str(cage), "-o", str(tmp_path / "out.obj"), "--levels", "2", "--max-iterations", "1",
-              "--as-report", prefix=prefix)
+              "--joshi-sequin", prefix=prefix)
     assert run.returncode not in (0, 2) and "memory" in run.stderr.lower()
     assert not (tmp_path / "out.obj").exists()

@@ -125,12 +125,12 @@ cage cage_refined(cage c, int times) {
         curvopt_mesh *mesh = cage_mesh(&c), *fine;
         curvopt_mesh_info info;
         curvopt_error error;
-        curvopt_mesh_get_info(mesh, &info);
+        curvopt_mesh_get_info(mesh, &info, sizeof info);
         int32_t n_vertices = info.n_vertices + info.n_edges + info.n_faces;
         double *xyz = calloc(3 * (size_t)n_vertices, sizeof *xyz);
         CHECK_TRUE(xyz != NULL);
         CHECK_OK(curvopt_mesh_refine(mesh, c.xyz, &fine, xyz, &error), &error);
-        curvopt_mesh_get_info(fine, &info);
+        curvopt_mesh_get_info(fine, &info, sizeof info);
         cage_free(&c);
         c = allocate(info.n_vertices, info.n_faces, info.n_corners);
         curvopt_mesh_get_faces(fine, c.sizes, c.vertices);

@@ -87,7 +87,7 @@ static void test_differences_are_of_the_objective_or_of_the_worst_term(void **st
 
 static curvopt_options options_of(int term) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     memset(o.weights, 0, sizeof o.weights);
     o.weights[term] = 1;
     o.surface = CURVOPT_SURFACE_POLYNOMIAL;

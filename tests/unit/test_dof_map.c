@@ -187,7 +187,7 @@ static void test_normalization_is_that_of_positions(void **state) {
         curvopt_error error;
         co_assembly assembly;
         co_values raw, values;
-        curvopt_options_init(&o);
+        curvopt_options_init(&o, sizeof o);
         o.surface = CURVOPT_SURFACE_POLYNOMIAL;
         o.threads = 1;
         CHECK_OK(co_assembly_create(s.mesh, &o, NULL, NULL, &assembly, &error), &error);

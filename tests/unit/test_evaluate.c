@@ -8,7 +8,7 @@ static const double pi = 3.14159265358979323846;
 
 static curvopt_options options_for(int32_t surface, int32_t term) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.surface = surface;
     o.weights[CURVOPT_TERM_WILLMORE] = 0;
     o.weights[term] = 1;
@@ -30,7 +30,7 @@ static curvopt_energies energies_of(curvopt_problem *problem, const double *xyz,
     curvopt_energies e;
     curvopt_error error;
     memset(&e, 0xff, sizeof e);
-    CHECK_OK(curvopt_problem_evaluate(problem, xyz, &e, gradient, &error), &error);
+    CHECK_OK(curvopt_problem_evaluate(problem, xyz, &e, sizeof e, gradient, &error), &error);
     return e;
 }
 
@@ -221,11 +221,11 @@ static void test_auto_surface_is_never_reported(void **state) {
     CHECK_INT(energies_of(problem, c.xyz, NULL).surface, CURVOPT_SURFACE_LIMIT);
     curvopt_problem_destroy(problem);
     o = options_for(CURVOPT_SURFACE_AUTO, CURVOPT_TERM_MVS);
-    o.as_report = 1;
+    o.joshi_sequin = 1;
     problem = problem_of(&c, &o);
     CHECK_INT(energies_of(problem, c.xyz, NULL).surface, CURVOPT_SURFACE_PLANE);
     curvopt_problem_destroy(problem);
-    o.as_report = 0;
+    o.joshi_sequin = 0;
     problem = problem_of(&c, &o);
     CHECK_BETWEEN(energies_of(problem, c.xyz, NULL).surface, CURVOPT_SURFACE_PLANE, CURVOPT_SURFACE_POLYNOMIAL);
     curvopt_problem_destroy(problem);
@@ -265,10 +265,12 @@ static void test_null_arguments_are_refused_by_name(void **state) {
     CHECK_REFUSED(curvopt_problem_create(mesh, &o, &problem, &error), &error, code, -1, "levels is 0");
     o.levels = 1;
     problem = problem_of(&c, &o);
-    CHECK_REFUSED(curvopt_problem_evaluate(NULL, c.xyz, &e, NULL, &error), &error, code, -1, "problem is NULL");
-    CHECK_REFUSED(curvopt_problem_evaluate(problem, NULL, &e, NULL, &error), &error, code, -1, "xyz is NULL");
-    CHECK_REFUSED(curvopt_problem_evaluate(problem, c.xyz, NULL, NULL, &error), &error, code, -1, "out is NULL");
-    CHECK_INT(curvopt_problem_evaluate(problem, c.xyz, &e, NULL, NULL), CURVOPT_OK); /* no message wanted */
+    CHECK_REFUSED(curvopt_problem_evaluate(NULL, c.xyz, &e, sizeof e, NULL, &error), &error, code, -1,
+                  "problem is NULL");
+    CHECK_REFUSED(curvopt_problem_evaluate(problem, NULL, &e, sizeof e, NULL, &error), &error, code, -1, "xyz is NULL");
+    CHECK_REFUSED(curvopt_problem_evaluate(problem, c.xyz, NULL, sizeof(curvopt_energies), NULL, &error), &error, code,
+                  -1, "out is NULL");
+    CHECK_INT(curvopt_problem_evaluate(problem, c.xyz, &e, sizeof e, NULL, NULL), CURVOPT_OK); /* no message wanted */
     curvopt_problem_destroy(problem);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);

@@ -155,7 +155,7 @@ typedef struct counts {
 static void check_counts(cage c, const counts *expected) {
     curvopt_mesh *mesh = cage_mesh(&c);
     curvopt_mesh_info info;
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     CHECK_INT(info.n_vertices, expected->vertices);
     CHECK_INT(info.n_edges, expected->edges);
     CHECK_INT(info.n_faces, expected->faces);
@@ -192,7 +192,7 @@ static void test_open_cage_counts_its_boundary(void **state) {
     curvopt_mesh_info info;
     curvopt_error error;
     CHECK_OK(curvopt_mesh_create(8, 5, c.sizes, c.vertices, &mesh, &error), &error);
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     CHECK_INT(info.n_boundary_edges, 4);
     CHECK_INT(info.n_extraordinary, 4);
     CHECK_INT(info.euler, 1);

@@ -129,7 +129,7 @@ static void check_against_differences(problem p, double tolerance) {
 
 static curvopt_options options_of(int32_t surface, double willmore, double mvs, double cross) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.surface = surface;
     o.weights[CURVOPT_TERM_WILLMORE] = willmore;
     o.weights[CURVOPT_TERM_MVS] = mvs;

@@ -1,11 +1,12 @@
 /* Options, texts, version. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
 #include "check.h"
 
 #include <stdlib.h>
 
 static curvopt_options usual(void) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     return o;
 }
 
@@ -14,8 +15,8 @@ static void test_init_writes_every_byte(void **state) {
     curvopt_options a, b;
     memset(&a, 0xa5, sizeof a);
     memset(&b, 0x5a, sizeof b);
-    curvopt_options_init(&a);
-    curvopt_options_init(&b);
+    curvopt_options_init(&a, sizeof a);
+    curvopt_options_init(&b, sizeof b);
     assert_memory_equal(&a, &b, sizeof a);
 }
 
@@ -29,13 +30,13 @@ static void test_defaults_are_those_of_the_header_and_valid(void **state) {
     CHECK_INT(o.levels, 4);
     CHECK_INT(o.max_iterations, 3000);
     CHECK_INT(o.threads, 0);
-    CHECK_INT(o.as_report, 0);
+    CHECK_INT(o.joshi_sequin, 0);
     CHECK_NEAR(o.weights[CURVOPT_TERM_WILLMORE], 1, 0);
     CHECK_NEAR(o.tolerance, 1e-4, 0);
     CHECK_NEAR(o.gradient_tolerance, 1e-6, 0);
     CHECK_NEAR(o.decrement_tolerance, 2e-7, 0);
     CHECK_NEAR(o.max_step, 0.5, 0);
-    for (int t = 1; t < 8; t++)
+    for (int t = 1; t < CURVOPT_MAX_TERMS; t++)
         CHECK_NEAR(o.weights[t], 0, 0);
     CHECK_OK(curvopt_options_validate(&o, &error), &error);
 }
@@ -46,15 +47,13 @@ typedef struct integer_field {
     int32_t low, high; /* what is just accepted */
 } integer_field;
 
-static const integer_field integers[] = {
-    {"struct_size", offsetof(curvopt_options, struct_size), sizeof(curvopt_options), sizeof(curvopt_options)},
-    {"surface", offsetof(curvopt_options, surface), 0, 3},
-    {"method", offsetof(curvopt_options, method), 0, 2},
-    {"levels", offsetof(curvopt_options, levels), 1, 12},
-    {"max_iterations", offsetof(curvopt_options, max_iterations), 0, INT32_MAX},
-    {"threads", offsetof(curvopt_options, threads), 0, 1024},
-    {"as_report", offsetof(curvopt_options, as_report), 0, 1},
-    {"boundary", offsetof(curvopt_options, boundary), 0, 3}};
+static const integer_field integers[] = {{"surface", offsetof(curvopt_options, surface), 0, 3},
+                                         {"method", offsetof(curvopt_options, method), 0, 2},
+                                         {"levels", offsetof(curvopt_options, levels), 1, CURVOPT_MAX_LEVELS},
+                                         {"max_iterations", offsetof(curvopt_options, max_iterations), 0, INT32_MAX},
+                                         {"threads", offsetof(curvopt_options, threads), 0, 1024},
+                                         {"joshi_sequin", offsetof(curvopt_options, joshi_sequin), 0, 1},
+                                         {"boundary", offsetof(curvopt_options, boundary), 0, 3}};
 
 static int32_t validate_integer(const integer_field *f, int32_t value, curvopt_error *error) {
     curvopt_options o = usual();
@@ -130,17 +129,17 @@ static void test_planes_go_with_their_symmetry(void **state) {
             else
                 CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
                               "symmetry_planes is");
-            o.as_report = 1;
+            o.joshi_sequin = 1;
             if (chosen && good)
                 CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
-                              "as_report keeps no symmetries");
+                              "joshi_sequin keeps no symmetries");
         }
 }
 
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY};
-    for (int t = 0; t < 8; t++)
+    for (int t = 0; t < CURVOPT_MAX_TERMS; t++)
         for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
             curvopt_options o = usual();
             curvopt_error error;
@@ -153,7 +152,7 @@ static void test_weights_are_refused_by_index(void **state) {
 
 static void test_weights_of_no_term_must_be_zero(void **state) {
     (void)state;
-    for (int t = CURVOPT_N_TERMS; t < 8; t++) {
+    for (int t = CURVOPT_N_TERMS; t < CURVOPT_MAX_TERMS; t++) {
         curvopt_options o = usual();
         curvopt_error error;
         o.weights[t] = 1;
@@ -179,7 +178,7 @@ static void test_no_options_are_refused(void **state) {
 
 static void test_every_status_has_its_own_text(void **state) {
     (void)state;
-#define CHECK_STATUS_TEXT(name, value, text) assert_string_equal(curvopt_status_text(CURVOPT_##name), text);
+#define CHECK_STATUS_TEXT(name, value, short_name, text) assert_string_equal(curvopt_status_text(CURVOPT_##name), text);
     CURVOPT_STATUS_LIST(CHECK_STATUS_TEXT)
 #undef CHECK_STATUS_TEXT
     CHECK_TEXT(curvopt_status_text(-1), "unknown");
@@ -196,6 +195,163 @@ static void test_every_stop_has_its_text(void **state) {
     assert_string_equal(curvopt_stop_text(CURVOPT_STOP_UNRESOLVED), "unresolved");
     CHECK_TEXT(curvopt_stop_text(-1), "unknown");
     CHECK_TEXT(curvopt_stop_text(INT32_MAX), "unknown");
+}
+
+typedef const char *(*name_function)(int32_t);
+typedef int32_t (*find_function)(const char *);
+
+/* n values in order, or 1, 2, 4 if they are flags; no other value has a name, and no other name a value. */
+static void check_names(name_function name_of, find_function find, const char *const *names, int32_t n, int flags) {
+    for (int32_t i = 0; i < n; i++) {
+        int32_t value = flags ? 1 << i : i;
+        assert_string_equal(name_of(value), names[i]);
+        CHECK_INT(find(names[i]), value);
+    }
+    assert_null(name_of(flags ? 1 << n : n));
+    assert_null(name_of(-1));
+    assert_null(name_of(INT32_MAX));
+    CHECK_INT(find(NULL), -1);
+    CHECK_INT(find(""), -1);
+    CHECK_INT(find("Limit"), -1);
+    CHECK_INT(find("auto "), -1);
+}
+
+#define CHECK_NAMES(type, flags, ...)                                                                                  \
+    do {                                                                                                               \
+        static const char *const names[] = {__VA_ARGS__};                                                              \
+        check_names(curvopt_##type##_name, curvopt_##type##_from_name, names, (int32_t)(sizeof names / sizeof *names), \
+                    flags);                                                                                            \
+    } while (0)
+
+static void test_names_and_values_find_each_other(void **state) {
+    (void)state;
+    CHECK_NAMES(status, 0, "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported",
+                "resolution");
+    CHECK_NAMES(boundary_rule, 0, "smooth", "corners");
+    CHECK_NAMES(surface, 0, "auto", "limit", "plane", "polynomial");
+    CHECK_NAMES(term, 0, "willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "mean_curvature");
+    CHECK_NAMES(method, 0, "auto", "lmvm", "gauss_newton");
+    CHECK_NAMES(boundary, 0, "position", "tangent", "curvature", "free");
+    CHECK_NAMES(symmetry, 0, "auto", "none", "rotations", "keep", "planes");
+    CHECK_NAMES(plane, 1, "x", "y", "z");
+    CHECK_NAMES(stop, 0, "converged", "stalled", "limit", "cancelled", "unresolved", "settled");
+    CHECK_NAMES(step, 0, "none", "lbfgs", "newton");
+    CHECK_NAMES(verdict, 0, "unknown", "minimum", "saddle", "not_stationary");
+    assert_string_equal(curvopt_verdict_text(CURVOPT_VERDICT_NOT_STATIONARY), "not stationary");
+    CHECK_INT(CURVOPT_N_TERMS, curvopt_term_from_name("mean_curvature") + 1);
+}
+
+/* A caller's struct, by an older or newer header: `extra` bytes more than the library knows, or fewer. */
+static int32_t validate_sized(long extra, long set_byte, curvopt_options *o, curvopt_error *error) {
+    union {
+        curvopt_options options;
+        unsigned char byte[sizeof(curvopt_options) + 64];
+    } theirs;
+    size_t size = (size_t)((long)sizeof theirs.options + extra);
+    memset(&theirs, 0x5a, sizeof theirs);
+    curvopt_options_init(&theirs.options, size);
+    CHECK_INT(theirs.options.struct_size, size);
+    for (size_t i = size; i < sizeof theirs; i++) /* what does not belong to the caller's struct is left alone */
+        CHECK_INT(theirs.byte[i], 0x5a);
+    if (set_byte >= 0)
+        theirs.byte[set_byte] = 1;
+    memcpy(o, &theirs, sizeof *o);
+    return curvopt_options_validate(&theirs.options, error);
+}
+
+static void test_options_of_older_and_newer_headers(void **state) {
+    (void)state;
+    curvopt_options o;
+    curvopt_error error;
+    for (size_t size = 8; size <= sizeof o; size += 8) /* older: what is behind is not read, here 0x5a5a5a5a */
+        CHECK_OK(validate_sized((long)size - (long)sizeof o, -1, &o, &error), &error);
+    CHECK_OK(validate_sized(16, -1, &o, &error), &error);
+    CHECK_INT(o.levels, 4);
+    for (long byte = 0; byte < 16; byte++)
+        CHECK_REFUSED(validate_sized(16, (long)sizeof o + byte, &o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                      "struct_size is");
+    static const int32_t refused[] = {0, 4, -8, 12, (int32_t)sizeof o + 1, 1 << 20, INT32_MAX};
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        curvopt_options_init(&o, sizeof o);
+        o.struct_size = refused[i];
+        CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "struct_size is");
+    }
+}
+
+/* Members that an older caller does not know have their defaults: weights from the second on, here. */
+static void test_older_options_run_with_defaults(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_energies energies[2];
+    for (int old = 0; old < 2; old++) {
+        curvopt_options o = usual();
+        curvopt_problem *problem;
+        curvopt_error error;
+        if (old) {
+            memset((char *)&o + offsetof(curvopt_options, tolerance), 0xff,
+                   sizeof o - offsetof(curvopt_options, tolerance));
+            o.struct_size = offsetof(curvopt_options, tolerance);
+        }
+        CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+        CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, &energies[old], sizeof *energies, NULL, &error), &error);
+        curvopt_problem_destroy(problem);
+    }
+    CHECK_TRUE(memcmp(&energies[0], &energies[1], sizeof *energies) == 0);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Every function that fills in a struct: a shorter one gets its first bytes, a longer one 0 behind what is known. */
+static void test_results_of_older_and_newer_headers(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_options o = usual();
+    curvopt_problem *problem;
+    curvopt_result *result;
+    curvopt_error error;
+    enum { ROOM = 512 };
+    o.levels = 1;
+    o.max_iterations = 2;
+    CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+    CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
+    for (int kind = 0; kind < 6; kind++) {
+        static const size_t known[] = {sizeof(curvopt_mesh_info),    sizeof(curvopt_energies),
+                                       sizeof(curvopt_summary),      sizeof(curvopt_energies),
+                                       sizeof(curvopt_level_report), sizeof(curvopt_energies)};
+        double whole[ROOM / sizeof(double)];
+        for (size_t size = ROOM - 8;; size = size > known[kind] ? known[kind] : size - 8) {
+            double room[ROOM / sizeof(double)];
+            const unsigned char *byte = (const unsigned char *)room;
+            memset(room, 0x5a, sizeof room);
+            if (kind == 0)
+                curvopt_mesh_get_info(mesh, (curvopt_mesh_info *)room, size);
+            else if (kind == 1)
+                CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, (curvopt_energies *)room, size, NULL, &error),
+                         &error);
+            else if (kind == 2)
+                curvopt_result_get_summary(result, (curvopt_summary *)room, size);
+            else if (kind == 4)
+                CHECK_OK(curvopt_result_get_level(result, 0, (curvopt_level_report *)room, size, &error), &error);
+            else
+                curvopt_result_get_energies(result, kind == 3 ? (curvopt_energies *)room : NULL,
+                                            kind == 3 ? NULL : (curvopt_energies *)room, size);
+            if (size > known[kind])
+                memcpy(whole, room, sizeof whole);
+            CHECK_TRUE(memcmp(room, whole, size < known[kind] ? size : known[kind]) == 0);
+            for (size_t i = known[kind]; i < size; i++)
+                CHECK_INT(byte[i], 0);
+            for (size_t i = size; i < ROOM; i++)
+                CHECK_INT(byte[i], 0x5a);
+            if (size == 0)
+                break;
+        }
+    }
+    curvopt_result_destroy(result);
+    curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
 }
 
 static void test_version_is_the_headers(void **state) {
@@ -218,6 +374,10 @@ int main(void) {
         cmocka_unit_test(test_no_options_are_refused),
         cmocka_unit_test(test_every_status_has_its_own_text),
         cmocka_unit_test(test_every_stop_has_its_text),
+        cmocka_unit_test(test_names_and_values_find_each_other),
+        cmocka_unit_test(test_options_of_older_and_newer_headers),
+        cmocka_unit_test(test_older_options_run_with_defaults),
+        cmocka_unit_test(test_results_of_older_and_newer_headers),
         cmocka_unit_test(test_version_is_the_headers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -156,7 +156,7 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
         co_assembly assembly;
         co_sparse_hessian hessian;
         CHECK_TRUE(g);
-        curvopt_options_init(&o);
+        curvopt_options_init(&o, sizeof o);
         o.surface = CURVOPT_SURFACE_LIMIT;
         co_basis_table_cache_create(o.surface, &tables);
         CHECK_OK(co_assembly_create(s.mesh, &o, &tables, NULL, &assembly, &error), &error);

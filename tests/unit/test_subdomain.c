@@ -14,11 +14,11 @@ static int part_of(int32_t face, int32_t n_faces, int n_parts) {
 
 static curvopt_options mixed_options(int32_t surface, int third) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.surface = surface;
     o.threads = 1;
     o.blend_width = 1;
-    o.as_report = 1; /* no rule is changed by evaluating */
+    o.joshi_sequin = 1; /* no rule is changed by evaluating */
     if (third)
         o.weights[CURVOPT_TERM_MVS] = 0.1;
     return o;
@@ -125,7 +125,7 @@ static void check_parts(const curvopt_mesh *mesh, const double *xyz, const curvo
     int32_t n_kept = 0;
     curvopt_error error;
     curvopt_problem *problem;
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     totals whole = totals_for(&info), sum = totals_for(&info);
     int32_t *rules = calloc((size_t)info.n_faces, sizeof *rules);
     double *weight = calloc((size_t)info.n_faces, sizeof *weight);
@@ -141,7 +141,7 @@ static void check_parts(const curvopt_mesh *mesh, const double *xyz, const curvo
         for (int32_t f = 0; f < info.n_faces; f++)
             weight[f] = part_of(f, info.n_faces, n_parts) == p;
         CHECK_OK(curvopt_mesh_part(mesh, weight, &part, vertex_of, face_of, &error), &error);
-        curvopt_mesh_get_info(part, &part_info);
+        curvopt_mesh_get_info(part, &part_info, sizeof part_info);
         n_kept += part_info.n_faces;
         for (int32_t f = 0; f < part_info.n_faces; f++)
             weight[f] = part_of(face_of[f], info.n_faces, n_parts) == p;
@@ -172,7 +172,7 @@ static void check_mesh(const curvopt_mesh *mesh, const double *xyz, int open) {
 static double *refined(const curvopt_mesh *mesh, const double *xyz, curvopt_mesh **fine) {
     curvopt_mesh_info info;
     curvopt_error error;
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     double *out = calloc(3 * (size_t)(info.n_vertices + info.n_edges + info.n_faces), sizeof *out);
     CHECK_TRUE(out != NULL);
     CHECK_OK(curvopt_mesh_refine(mesh, xyz, fine, out, &error), &error);
@@ -238,10 +238,10 @@ static curvopt_sums sums_of_refined_part(const curvopt_mesh *mesh, const double 
     curvopt_problem *problem;
     curvopt_error error;
     curvopt_sums sums;
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     int32_t *vertex_of = calloc((size_t)info.n_vertices, 4), *face_of = calloc((size_t)info.n_faces, 4);
     CHECK_OK(curvopt_mesh_part(mesh, weight, &part, vertex_of, face_of, &error), &error);
-    curvopt_mesh_get_info(part, &info);
+    curvopt_mesh_get_info(part, &info, sizeof info);
     double *x = calloc(3 * (size_t)info.n_vertices, sizeof *x),
            *fine_weight = calloc((size_t)info.n_corners, sizeof *x);
     int32_t *sizes = calloc((size_t)info.n_faces, 4), *vertices = calloc((size_t)info.n_corners, 4);
@@ -249,7 +249,7 @@ static curvopt_sums sums_of_refined_part(const curvopt_mesh *mesh, const double 
     for (int32_t i = 0; i < 3 * info.n_vertices; i++)
         x[i] = xyz[3 * (size_t)vertex_of[i / 3] + (size_t)(i % 3)];
     double *fine_xyz = refined(part, x, &fine);
-    curvopt_mesh_get_info(fine, &fine_info);
+    curvopt_mesh_get_info(fine, &fine_info, sizeof fine_info);
     curvopt_mesh_get_faces(part, sizes, vertices);
     for (int32_t f = 0, child = 0; f < info.n_faces; f++)
         for (int32_t k = 0; k < sizes[f]; k++)
@@ -281,7 +281,7 @@ static void test_parts_can_be_refined_by_themselves(void **state) {
     curvopt_mesh *mesh = cage_mesh(&c), *fine, *finest;
     curvopt_mesh_info info;
     double *fine_xyz = refined(mesh, c.xyz, &fine), *finest_xyz = refined(fine, fine_xyz, &finest), weight[64];
-    curvopt_mesh_get_info(fine, &info);
+    curvopt_mesh_get_info(fine, &info, sizeof info);
     CHECK_OK(curvopt_problem_create(finest, &o, &problem, &error), &error);
     CHECK_OK(curvopt_problem_sum(problem, finest_xyz, 1, NULL, &whole, &error), &error);
     curvopt_problem_destroy(problem);
@@ -379,7 +379,7 @@ static void test_a_whole_makes_the_energy_that_evaluation_gives(void **state) {
     normalize(c.n_vertices, c.xyz);
     curvopt_mesh *mesh = cage_mesh(&c);
     CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
-    CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, &e, gradient, &error), &error);
+    CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, &e, sizeof e, gradient, &error), &error);
     CHECK_OK(curvopt_problem_sum(problem, c.xyz, 1, NULL, &s, &error), &error);
     CHECK_NEAR(s.second + s.area * s.third, e.objective, 1e-13 * e.objective);
     CHECK_NEAR(s.area * s.term[CURVOPT_TERM_VARIATION], e.term[CURVOPT_TERM_VARIATION], 1e-10);
@@ -415,8 +415,8 @@ static void test_bad_parts_are_refused(void **state) {
                   "face_weight[3] is -1");
     weight[3] = 1;
     CHECK_OK(curvopt_problem_create_part(mesh, weight, &o, &problem, &error), &error);
-    CHECK_REFUSED(curvopt_problem_evaluate(problem, c.xyz, &e, NULL, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
-                  "curvopt_problem_sum");
+    CHECK_REFUSED(curvopt_problem_evaluate(problem, c.xyz, &e, sizeof e, NULL, &error), &error, CURVOPT_ERROR_ARGUMENT,
+                  -1, "curvopt_problem_sum");
     curvopt_options wide = mixed_options(CURVOPT_SURFACE_POLYNOMIAL, 1);
     curvopt_problem *none;
     wide.blend_width = 2;

@@ -8,11 +8,24 @@ enum { JET = 30 };
 
 static const int order_u[10] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0}, order_v[10] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
+static curvopt_sampler *sampler_of(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t blend_width) {
+    curvopt_options o;
+    curvopt_sampler *sampler;
+    curvopt_error error;
+    curvopt_options_init(&o, sizeof o);
+    o.surface = surface;
+    o.blend_width = blend_width;
+    CHECK_OK(curvopt_sampler_create(mesh, xyz, &o, &sampler, &error), &error);
+    return sampler;
+}
+
 static void jets_at(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t face, int32_t corner,
                     double u, double v, double *jets) {
     const double uv[2] = {u, v};
     curvopt_error error;
-    CHECK_OK(curvopt_surface_jets(mesh, xyz, surface, 1, &face, &corner, uv, jets, &error), &error);
+    curvopt_sampler *sampler = sampler_of(mesh, xyz, surface, CURVOPT_MAX_BLEND_WIDTH);
+    CHECK_OK(curvopt_sampler_jets(sampler, 1, &face, &corner, uv, jets, &error), &error);
+    curvopt_sampler_destroy(sampler);
 }
 
 /* The same place on the cage and on its subdivision, whose child k of a face has its corner 0 at the face's corner k.
@@ -21,7 +34,7 @@ static void check_refined(cage c, double u, double v) {
     curvopt_mesh *mesh = cage_mesh(&c), *fine;
     curvopt_mesh_info info;
     curvopt_error error;
-    curvopt_mesh_get_info(mesh, &info);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     double *xyz = calloc(3 * (size_t)(info.n_vertices + info.n_edges + info.n_faces), sizeof *xyz);
     CHECK_TRUE(xyz != NULL);
     CHECK_OK(curvopt_mesh_refine(mesh, c.xyz, &fine, xyz, &error), &error);
@@ -112,10 +125,37 @@ static void test_corner_of_a_regular_face_is_its_limit_mask(void **state) {
     cage_free(&c);
 }
 
+/* AUTO is the surface that the weights ask for. */
+static void test_sampler_takes_the_surface_of_its_options(void **state) {
+    (void)state;
+    cage c = cage_trapezohedron(5);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    for (int third = 0; third < 2; third++) {
+        curvopt_options o;
+        curvopt_sampler *sampler;
+        curvopt_error error;
+        const int32_t face = 0, corner = 0;
+        const double uv[2] = {0.1, 0.2};
+        double got[JET], expected[JET];
+        curvopt_options_init(&o, sizeof o);
+        o.weights[CURVOPT_TERM_MVS] = third;
+        CHECK_OK(curvopt_sampler_create(mesh, c.xyz, &o, &sampler, &error), &error);
+        CHECK_OK(curvopt_sampler_jets(sampler, 1, &face, &corner, uv, got, &error), &error);
+        jets_at(mesh, c.xyz, third ? CURVOPT_SURFACE_POLYNOMIAL : CURVOPT_SURFACE_LIMIT, 0, 0, 0.1, 0.2, expected);
+        CHECK_TRUE(memcmp(got, expected, sizeof got) == 0);
+        jets_at(mesh, c.xyz, third ? CURVOPT_SURFACE_LIMIT : CURVOPT_SURFACE_POLYNOMIAL, 0, 0, 0.1, 0.2, expected);
+        CHECK_TRUE(memcmp(got, expected, sizeof got) != 0);
+        curvopt_sampler_destroy(sampler);
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 static void test_points_off_the_surface_are_refused(void **state) {
     (void)state;
     cage c = cage_prism(5);
     curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_sampler *sampler = sampler_of(mesh, c.xyz, CURVOPT_SURFACE_LIMIT, 1);
     curvopt_error error;
     double jets[2 * JET];
     static const struct {
@@ -129,9 +169,10 @@ static void test_points_off_the_surface_are_refused(void **state) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         const int32_t face[2] = {2, bad[i].face}, corner[2] = {0, bad[i].corner};
         const double uv[4] = {0.5, 0.5, bad[i].u, bad[i].v};
-        int32_t status = curvopt_surface_jets(mesh, c.xyz, CURVOPT_SURFACE_LIMIT, 2, face, corner, uv, jets, &error);
-        CHECK_REFUSED(status, &error, CURVOPT_ERROR_ARGUMENT, 1, bad[i].part);
+        CHECK_REFUSED(curvopt_sampler_jets(sampler, 2, face, corner, uv, jets, &error), &error, CURVOPT_ERROR_ARGUMENT,
+                      1, bad[i].part);
     }
+    curvopt_sampler_destroy(sampler);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
 }
@@ -141,21 +182,29 @@ static void test_bad_arguments_are_refused(void **state) {
     cage c = cage_cube();
     curvopt_mesh *mesh = cage_mesh(&c);
     curvopt_error error;
-    const int32_t zero = 0, code = CURVOPT_ERROR_ARGUMENT, limit = CURVOPT_SURFACE_LIMIT;
+    curvopt_options o;
+    curvopt_sampler *sampler;
+    const int32_t zero = 0, code = CURVOPT_ERROR_ARGUMENT;
     const double uv[2] = {0.5, 0.5};
     double jets[JET];
-    CHECK_INT(curvopt_surface_jets(NULL, c.xyz, limit, 1, &zero, &zero, uv, jets, &error), code);
-    CHECK_INT(curvopt_surface_jets(mesh, NULL, limit, 1, &zero, &zero, uv, jets, &error), code);
-    CHECK_INT(curvopt_surface_jets(mesh, c.xyz, limit, 1, NULL, &zero, uv, jets, &error), code);
-    CHECK_INT(curvopt_surface_jets(mesh, c.xyz, limit, 1, &zero, NULL, uv, jets, &error), code);
-    CHECK_INT(curvopt_surface_jets(mesh, c.xyz, limit, 1, &zero, &zero, NULL, jets, &error), code);
-    CHECK_INT(curvopt_surface_jets(mesh, c.xyz, limit, 1, &zero, &zero, uv, NULL, &error), code);
-    CHECK_TEXT(error.message, "NULL");
-    CHECK_REFUSED(curvopt_surface_jets(mesh, c.xyz, CURVOPT_SURFACE_AUTO, 1, &zero, &zero, uv, jets, &error), &error,
-                  code, -1, "surface is 0");
-    CHECK_REFUSED(curvopt_surface_jets(mesh, c.xyz, limit, -3, &zero, &zero, uv, jets, &error), &error, code, -1,
-                  "n is -3");
-    CHECK_OK(curvopt_surface_jets(mesh, c.xyz, limit, 0, &zero, &zero, uv, jets, &error), &error);
+    curvopt_options_init(&o, sizeof o);
+    CHECK_REFUSED(curvopt_sampler_create(mesh, c.xyz, &o, NULL, &error), &error, code, -1, "out is NULL");
+    CHECK_REFUSED(curvopt_sampler_create(NULL, c.xyz, &o, &sampler, &error), &error, code, -1, "mesh is NULL");
+    CHECK_REFUSED(curvopt_sampler_create(mesh, NULL, &o, &sampler, &error), &error, code, -1, "xyz is NULL");
+    CHECK_REFUSED(curvopt_sampler_create(mesh, c.xyz, NULL, &sampler, &error), &error, code, -1, "options is NULL");
+    CHECK_TRUE(sampler == NULL);
+    o.surface = 4;
+    CHECK_REFUSED(curvopt_sampler_create(mesh, c.xyz, &o, &sampler, &error), &error, code, -1, "surface is 4");
+    curvopt_sampler_destroy(NULL);
+    sampler = sampler_of(mesh, c.xyz, CURVOPT_SURFACE_AUTO, 1);
+    CHECK_REFUSED(curvopt_sampler_jets(NULL, 1, &zero, &zero, uv, jets, &error), &error, code, -1, "sampler is NULL");
+    CHECK_REFUSED(curvopt_sampler_jets(sampler, 1, NULL, &zero, uv, jets, &error), &error, code, -1, "face is NULL");
+    CHECK_REFUSED(curvopt_sampler_jets(sampler, 1, &zero, NULL, uv, jets, &error), &error, code, -1, "corner is NULL");
+    CHECK_REFUSED(curvopt_sampler_jets(sampler, 1, &zero, &zero, NULL, jets, &error), &error, code, -1, "uv is NULL");
+    CHECK_REFUSED(curvopt_sampler_jets(sampler, 1, &zero, &zero, uv, NULL, &error), &error, code, -1, "jets is NULL");
+    CHECK_REFUSED(curvopt_sampler_jets(sampler, -3, &zero, &zero, uv, jets, &error), &error, code, -1, "n is -3");
+    CHECK_OK(curvopt_sampler_jets(sampler, 0, &zero, &zero, uv, jets, &error), &error);
+    curvopt_sampler_destroy(sampler);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
 }
@@ -165,6 +214,7 @@ int main(void) {
         cmocka_unit_test(test_subdivision_keeps_the_limit_surface),
         cmocka_unit_test(test_derivatives_are_slopes),
         cmocka_unit_test(test_corner_of_a_regular_face_is_its_limit_mask),
+        cmocka_unit_test(test_sampler_takes_the_surface_of_its_options),
         cmocka_unit_test(test_points_off_the_surface_are_refused),
         cmocka_unit_test(test_bad_arguments_are_refused),
     };

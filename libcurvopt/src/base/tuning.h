@@ -10,6 +10,8 @@
 #ifndef CO_BASE_TUNING_H
 #define CO_BASE_TUNING_H
 
+#include "curvopt.h"
+
 #include <stddef.h>
 
 /* X(type, name, default, least, largest, unit, why, note): type is int or double. */
@@ -100,7 +102,7 @@
     X(double, sliding_distorted, 0.5, 1e-3, 1, "of the least Jacobian", "a cage with less is too distorted", "53")     \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \
-    X(int, escape_vertices, 5000, 1, 1000000, "vertices", "above, --escape is not tried", "65")                        \
+    X(int, escape_vertices, CURVOPT_MAX_ESCAPE_VERTICES, 1, 1000000, "vertices", "above, --escape is not tried", "65") \
     X(int, loosen_least_vertices, 100, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")        \
     X(int, loosen_most_vertices, 2000, 1, 1000000, "vertices", "above, a run with less symmetry takes too long", "62") \
     X(double, loosen_half, 0.06, 1e-6, 1, "of the energy", "what giving up half of the symmetries must bring", "64")   \

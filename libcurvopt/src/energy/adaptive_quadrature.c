@@ -18,7 +18,7 @@ static void store_terms(const co_assembly *a, const co_element_batches *l, doubl
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t b = 0; b < l->n_blocks; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
-            double term[8], integral[CO_N_INTEGRALS];
+            double term[CURVOPT_MAX_TERMS], integral[CO_N_INTEGRALS];
             co_patch_terms *to = &out[l->patch[b * l->lanes + lane]];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = co_element_batches_sum(l, b, lane, i);

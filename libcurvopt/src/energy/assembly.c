@@ -128,7 +128,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
             status = co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
-        status = start_rules(a, options->as_report ? REPORT_RULE : FIRST_RULE, face_weight, error);
+        status = start_rules(a, options->joshi_sequin ? REPORT_RULE : FIRST_RULE, face_weight, error);
     if (status == CURVOPT_OK && a->weight)
         status = find_active(a, error);
     if (status == CURVOPT_OK)

@@ -44,8 +44,8 @@ co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
     return f;
 }
 
-void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]) {
-    for (int t = 0; t < 8; t++) {
+void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[CURVOPT_MAX_TERMS]) {
+    for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
         int third = t < CURVOPT_N_TERMS && co_functional_is_third_order(t);
         term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
                       ? (double)NAN

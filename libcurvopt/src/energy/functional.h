@@ -56,7 +56,7 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
 int co_functional_is_third_order(int term);
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
 /* All terms from the integrals; third-order ones are NAN unless `with_third`. */
-void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[8]);
+void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[CURVOPT_MAX_TERMS]);
 /* The integral of one integrand. */
 double co_functional_integrate(const co_integrand *integrand, const double integral[CO_N_INTEGRALS]);
 /* The value of the objective. */

@@ -77,7 +77,7 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
                                  .length = co_level_objective_distance(&l->objective, before->x, now->x),
                                  .defect = now->found[CO_FOUND_DEFECT]};
     co_level_objective_normalize(&l->objective, now);
-    if (l->objective.run->options->as_report || !co_step_review_is_due(&l->review, &facts))
+    if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
         return CO_STEP_KEEP;
     l->failed = co_step_review_check(&l->review, now, &verdict, l->error);
     return verdict;
@@ -300,7 +300,7 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
     int32_t status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
     if (is_cancelled(l))
         outcome->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK && !l->objective.run->options->as_report)
+    if (status == CURVOPT_OK && !l->objective.run->options->joshi_sequin)
         status = keep_best(l, &outcome->stop, error);
     return status;
 }
@@ -330,7 +330,7 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->number = number;
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
-    l->tolerance = o->as_report ? (double)INFINITY : o->tolerance;
+    l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
     l->working_tolerance = is_last ? l->tolerance : run->tuning->working_factor * l->tolerance;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)

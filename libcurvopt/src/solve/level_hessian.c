@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-enum { LARGEST_COUNT = 15000 }; /* variables up to which negative directions are counted: that factor is slower */
+enum { LARGEST_COUNT = CURVOPT_MAX_COUNTED_VARIABLES }; /* that factor is slower */
 
 static const co_tuning *tuning_of(const co_level_hessian *h) {
     return h->objective->run->tuning;

@@ -16,20 +16,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LARGEST_CERTIFIED = 50000 }; /* vertices */
+enum { LARGEST_CERTIFIED = CURVOPT_MAX_CERTIFIED_VERTICES }; /* vertices */
 
 /* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
 static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     co_assembly assembly;
     int resolved, changed;
-    curvopt_energies *start = &r->result->summary.start;
-    double tolerance = r->context.options->as_report ? (double)INFINITY : r->context.options->tolerance;
+    curvopt_energies *start = &r->result->start;
+    double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
     int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, NULL, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
                                             start, &resolved, &changed, error);
-    if (status == CURVOPT_OK && !r->context.options->as_report)
+    if (status == CURVOPT_OK && !r->context.options->joshi_sequin)
         status = co_adaptive_quadrature_check(&assembly, start, error);
     r->start_energy = start->objective;
     r->context.area = start->area;
@@ -78,7 +78,7 @@ static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
 
 /* Whether the level was the run's last, and one to look at more closely. */
 static int wants_certificate(const co_run *r) {
-    return !r->context.options->as_report && r->at.report.stop != CURVOPT_STOP_CANCELLED &&
+    return !r->context.options->joshi_sequin && r->at.report.stop != CURVOPT_STOP_CANCELLED &&
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
@@ -142,7 +142,7 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
         if (ends_run(r, number))
             break;
     }
-    summary->end = r->at.energies;
+    r->result->end = r->at.energies;
     summary->stop = r->at.report.stop;
     summary->seconds = co_clock_seconds() - r->started;
     summary->n_vertices = r->result->mesh->info.n_vertices;
@@ -183,7 +183,7 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         return status;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
-    if (o->as_report || o->symmetry == CURVOPT_SYMMETRY_NONE)
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
                               error);

@@ -10,6 +10,7 @@
 struct curvopt_result {
     curvopt_mesh *mesh;
     double *xyz;
+    curvopt_energies start, end; /* of the input cage and of the result */
     curvopt_summary summary;
     curvopt_level_report *level; /* [options.levels] */
 };

@@ -26,8 +26,8 @@
 #include "surface/blend_fit.h"
 
 enum {
-    CO_BLEND_DISC_LARGEST = 8,               /* largest width (notes/12-widest-blend.md) */
-    CO_BLEND_DISC_TERMS = CO_BLEND_FIT_TERMS /* coefficients of P: points of a sector */
+    CO_BLEND_DISC_LARGEST = CURVOPT_MAX_BLEND_WIDTH, /* largest width (notes/12-widest-blend.md) */
+    CO_BLEND_DISC_TERMS = CO_BLEND_FIT_TERMS         /* coefficients of P: points of a sector */
 };
 
 /* The fit that all discs of one valence and width share. */

@@ -8,23 +8,11 @@
 #include "surface/evaluate.h"
 
 #include "base/memory.h"
-#include "surface/basis_table.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-typedef struct sampler {
-    const curvopt_mesh *mesh;
-    co_patches patches;
-    int32_t surface;
-    double *points; /* [3 n_points] of the patches: the cage's vertices, then derived points */
-    int32_t *first; /* [n_faces] first patch of each face; -1: none */
-    int32_t *next;  /* [n_patches] next patch of the same face; -1: none */
-    double *rows;   /* rows of one point, room for the largest patch */
-    co_basis_table_cache tables;
-} sampler;
-
-static void sampler_free(sampler *s) {
+void co_sampler_free(co_sampler *s) {
     co_patches_free(&s->patches);
     free(s->points);
     free(s->first);
@@ -33,11 +21,11 @@ static void sampler_free(sampler *s) {
     co_basis_table_cache_free(&s->tables);
 }
 
-static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t surface, sampler *s,
-                              curvopt_error *error) {
-    *s = (sampler){.mesh = mesh, .surface = surface};
+int32_t co_sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int blend_width, co_sampler *s,
+                          curvopt_error *error) {
+    *s = (co_sampler){.n_faces = mesh->info.n_faces, .surface = surface};
     co_basis_table_cache_create(surface, &s->tables);
-    int widest = surface == CURVOPT_SURFACE_POLYNOMIAL ? CO_BLEND_DISC_LARGEST : 1;
+    int widest = surface == CURVOPT_SURFACE_POLYNOMIAL ? blend_width : 1;
     int32_t status = co_patches_create(mesh, NULL, widest, &s->patches, error), largest = 0;
     if (status != CURVOPT_OK)
         return status;
@@ -51,7 +39,7 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
     s->next = CO_NEW(int32_t, p->n_patches);
     s->rows = CO_NEW(double, (size_t)largest *CO_JET);
     if (!s->points || !s->first || !s->next || !s->rows) {
-        sampler_free(s);
+        co_sampler_free(s);
         return co_status_no_memory(error);
     }
     for (size_t i = 0; i < 3 * (size_t)p->n_cage; i++)
@@ -113,7 +101,7 @@ static void limit_frame(const double *points, const int32_t *index, int32_t vale
 }
 
 /* S' = S - w ((S - V).n) n, jet by jet. */
-static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
+static int32_t flatten(const co_sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
                        curvopt_error *error) {
     int32_t valence = s->patches.kind[p]; /* the kind of a closed smooth fan */
     co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
@@ -137,7 +125,7 @@ static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_rea
     return CURVOPT_OK;
 }
 
-static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
+static int32_t sample_patch(co_sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
     double weight[CO_JET];
     int32_t kind = s->patches.kind[p];
     int32_t status = co_basis_table_point(&s->tables, kind, st[0], st[1], s->rows, weight, error);
@@ -157,28 +145,28 @@ static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *o
     return status;
 }
 
-int32_t co_evaluate_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n, const int32_t *face,
-                         const int32_t *corner, const double *uv, double *jets, curvopt_error *error) {
-    sampler s;
-    int32_t status = sampler_create(mesh, xyz, surface, &s, error);
-    if (status != CURVOPT_OK)
-        return status;
+/* The patch of face and corner with (u, v) in it, and its own (s, t); -1 if there is none. */
+static int32_t find_patch(const co_sampler *s, int32_t face, int32_t corner, const double *uv, double st[2]) {
+    int32_t p = s->first[face];
+    while (p >= 0 && !(s->patches.place[p].quarter == corner && to_patch(&s->patches.place[p], uv, st)))
+        p = s->next[p];
+    return p;
+}
+
+int32_t co_sampler_jets(co_sampler *s, int32_t n, const int32_t *face, const int32_t *corner, const double *uv,
+                        double *jets, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
     for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
         double st[2];
-        if (face[i] < 0 || face[i] >= mesh->info.n_faces) {
-            status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "point %d: face %d of %d", i, face[i],
-                                    mesh->info.n_faces);
-            break;
-        }
-        int32_t p = s.first[face[i]];
-        while (p >= 0 &&
-               !(s.patches.place[p].quarter == corner[i] && to_patch(&s.patches.place[p], uv + 2 * (size_t)i, st)))
-            p = s.next[p];
-        status = p >= 0 ? sample_patch(&s, p, st, jets + 30 * (size_t)i, error)
-                        : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                                         "point %d: corner %d, u = %g, v = %g is not on face %d", i, corner[i],
-                                         uv[2 * (size_t)i], uv[2 * (size_t)i + 1], face[i]);
+        const double *at = uv + 2 * (size_t)i;
+        if (face[i] < 0 || face[i] >= s->n_faces)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "point %d: face %d of %d", i, face[i], s->n_faces);
+        int32_t p = find_patch(s, face[i], corner[i], at, st);
+        if (p < 0)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                  "point %d: corner %d, u = %g, v = %g is not on face %d", i, corner[i], at[0], at[1],
+                                  face[i]);
+        status = sample_patch(s, p, st, jets + 30 * (size_t)i, error);
     }
-    sampler_free(&s);
     return status;
 }

@@ -1,0 +1,26 @@
+/* What the files of the exported functions share. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_API_API_H
+#define CO_API_API_H
+
+#include "energy/assembly.h"
+
+#include <stddef.h>
+
+struct curvopt_problem {
+    co_assembly assembly;
+    double tolerance;
+    int32_t n_faces;
+};
+
+int32_t co_api_null(curvopt_error *error, const char *name);
+/* A struct of the library's into the caller's: what fits, and 0 into the rest. */
+void co_api_copy_out(void *to, size_t to_size, const void *from, size_t from_size);
+/* The caller's options in the library's struct, with defaults for members that the caller does not know, validated. */
+int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own, curvopt_error *error);
+/* AUTO resolved. */
+void co_api_resolve_options(curvopt_options *options);
+/* face_weight NULL: all faces count once. */
+int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
+                              curvopt_problem **out, curvopt_error *error);
+
+#endif

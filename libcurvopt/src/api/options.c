@@ -1,0 +1,144 @@
+/* Options: defaults, ranges, and structs of other versions. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "api/api.h"
+
+#include <math.h>
+#include <string.h>
+
+int32_t co_api_null(curvopt_error *error, const char *name) {
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is NULL", name);
+}
+
+void co_api_copy_out(void *to, size_t to_size, const void *from, size_t from_size) {
+    size_t both = to_size < from_size ? to_size : from_size;
+    memcpy(to, from, both);
+    memset((char *)to + both, 0, to_size - both);
+}
+
+void curvopt_options_init(curvopt_options *options, size_t size) {
+    curvopt_options defaults = {.struct_size = (int32_t)size,
+                                .levels = 4,
+                                .max_iterations = 3000,
+                                .weights[CURVOPT_TERM_WILLMORE] = 1,
+                                .tolerance = 1e-4,
+                                .gradient_tolerance = 1e-6,
+                                .decrement_tolerance = 2e-7,
+                                .max_step = 0.5,
+                                .blend_width = CURVOPT_MAX_BLEND_WIDTH};
+    co_api_copy_out(options, size, &defaults, sizeof defaults);
+}
+
+static int32_t check_integer(const char *name, int32_t value, int32_t low, int32_t high, curvopt_error *error) {
+    if (value >= low && value <= high)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %d; it must be %d to %d", name, value, low, high);
+}
+
+static int32_t check_real(const char *name, double value, double low, double high, curvopt_error *error) {
+    if (value >= low && value <= high)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %g; it must be %g to %g", name, value, low, high);
+}
+
+static int32_t check_weights(const double *weights, curvopt_error *error) {
+    double sum = 0;
+    for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
+        if (!(weights[t] >= 0) || !isfinite(weights[t]) || (t >= CURVOPT_N_TERMS && weights[t] != 0))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g; it must be %s", t, weights[t],
+                                  t >= CURVOPT_N_TERMS ? "0: there is no such term" : "finite and not negative");
+        sum += weights[t];
+    }
+    if (!(sum > 0) || !isfinite(sum))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "weights add up to %g: nothing to minimize", sum);
+    return CURVOPT_OK;
+}
+
+static int32_t check_planes(const curvopt_options *o, curvopt_error *error) {
+    int chosen = o->symmetry == CURVOPT_SYMMETRY_PLANES;
+    int32_t status = check_integer("symmetry_planes", o->symmetry_planes, chosen, chosen ? 7 : 0, error);
+    if (status == CURVOPT_OK && chosen && o->joshi_sequin)
+        status =
+            co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "joshi_sequin keeps no symmetries: there are no planes");
+    return status;
+}
+
+static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    if (status == CURVOPT_OK)
+        status = check_integer("surface", o->surface, CURVOPT_SURFACE_AUTO, CURVOPT_SURFACE_POLYNOMIAL, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("method", o->method, CURVOPT_METHOD_AUTO, CURVOPT_METHOD_GAUSS_NEWTON, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("levels", o->levels, 1, CURVOPT_MAX_LEVELS, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("max_iterations", o->max_iterations, 0, INT32_MAX, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("threads", o->threads, 0, 1024, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("joshi_sequin", o->joshi_sequin, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("boundary", o->boundary, CURVOPT_BOUNDARY_POSITION, CURVOPT_BOUNDARY_FREE, error);
+    if (status == CURVOPT_OK)
+        status = check_weights(o->weights, error);
+    if (status == CURVOPT_OK)
+        status = check_real("tolerance", o->tolerance, 1e-12, 0.5, error);
+    if (status == CURVOPT_OK)
+        status = check_real("gradient_tolerance", o->gradient_tolerance, 1e-15, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_real("decrement_tolerance", o->decrement_tolerance, 1e-15, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_real("max_step", o->max_step, 1e-6, 100, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("symmetry", o->symmetry, CURVOPT_SYMMETRY_AUTO, CURVOPT_SYMMETRY_PLANES, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("verify", o->verify, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("escape", o->escape, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("blend_width", o->blend_width, 1, CURVOPT_MAX_BLEND_WIDTH, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("reserved", o->reserved, 0, 0, error);
+    if (status == CURVOPT_OK)
+        status = check_planes(o, error);
+    return status;
+}
+
+/* Sizes of structs with doubles in them are multiples of 8, so no member is cut in two. A larger one than the limit is
+ * no size, but memory that was never set. */
+enum { SIZE_STEP = 8, LARGEST_SIZE = 4096 };
+
+int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own, curvopt_error *error) {
+    if (!theirs)
+        return co_api_null(error, "options");
+    const int32_t size = theirs->struct_size;
+    if (size < SIZE_STEP || size > LARGEST_SIZE || size % SIZE_STEP)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "struct_size is %d; it must be sizeof(curvopt_options), as curvopt_options_init sets it",
+                              size);
+    const unsigned char *bytes = (const unsigned char *)theirs;
+    for (size_t i = sizeof *own; i < (size_t)size; i++)
+        if (bytes[i])
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                                  "struct_size is %d, and an option beyond the %zu bytes that version %s knows is set",
+                                  size, sizeof *own, curvopt_version());
+    curvopt_options_init(own, sizeof *own);
+    memcpy(own, theirs, (size_t)size < sizeof *own ? (size_t)size : sizeof *own);
+    own->struct_size = (int32_t)sizeof *own;
+    return check_options(own, error);
+}
+
+int32_t curvopt_options_validate(const curvopt_options *options, curvopt_error *error) {
+    curvopt_options own;
+    return co_api_take_options(options, &own, error);
+}
+
+void co_api_resolve_options(curvopt_options *o) {
+    int third = co_functional_of_weights(o->weights).has_third;
+    if (o->surface == CURVOPT_SURFACE_AUTO)
+        o->surface = !third            ? CURVOPT_SURFACE_LIMIT
+                     : o->joshi_sequin ? CURVOPT_SURFACE_PLANE
+                                       : CURVOPT_SURFACE_POLYNOMIAL;
+    if (o->method == CURVOPT_METHOD_AUTO)
+        o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
+    if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
+        o->symmetry = CURVOPT_SYMMETRY_NONE;
+}
