@@ -69,8 +69,8 @@ static void set_projector(int freedom, const double *d, double *p) {
     }
 }
 
-PetscErrorCode constraints_find(const subdomain *on, int32_t boundary, const level_pins *pins, double **projectors,
-                                int *any_free) {
+PetscErrorCode constraints_find(const subdomain *on, int32_t boundary, const constraints_pins *pins,
+                                double **projectors, int *any_free) {
     int mine[2] = {0, 0}, all[2];
     PetscFunctionBeginUser;
     unsigned char *fixed = COLLECTIVE_NEW(on->comm, unsigned char, on->n_vertices);

@@ -322,7 +322,7 @@ static PetscErrorCode report_end(level *l, double started) {
 }
 
 /* The level's frame, vector and constraints; of positions in the user's units. */
-static PetscErrorCode place(level *l, const level_pins *pins, const double *xyz, int *refused) {
+static PetscErrorCode place(level *l, const constraints_pins *pins, const double *xyz, int *refused) {
     run *r = l->r;
     double *projectors;
     int any_free;
@@ -370,7 +370,8 @@ static PetscErrorCode work(level *l, double *xyz, int *refused) {
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode level_solve(run *r, const subdomain *on, const level_pins *pins, int number, double *xyz, int *refused) {
+PetscErrorCode level_solve(run *r, const subdomain *on, const constraints_pins *pins, int number, double *xyz,
+                           int *refused) {
     level l = {.r = r, .on = on, .number = number, .stop = CURVOPT_STOP_LIMIT};
     PetscFunctionBeginUser;
     l.tolerance = r->options->as_report ? (double)INFINITY : r->options->tolerance;

@@ -18,7 +18,7 @@ typedef struct run {
     curvopt_level_report level[12];
     curvopt_summary summary;
     int certified;
-    certificate all, shape; /* of what moves, and of motion along normals; if verified */
+    certificate all, shape; /* of what moves, and of motion along normals; if certified */
     char tao_type[32];
     double cpu_seconds;   /* of this rank in the library, over all levels */
     double least_seconds; /* of the clock, for a value and gradient at the last level */
@@ -28,7 +28,8 @@ typedef struct run {
 
 /* Collective. From xyz [3 n_own], in the user's units, to the level's best, in place; *refused is a status of the
  * library, and then r->message says why. */
-PetscErrorCode level_solve(run *r, const subdomain *on, const level_pins *pins, int number, double *xyz, int *refused);
+PetscErrorCode level_solve(run *r, const subdomain *on, const constraints_pins *pins, int number, double *xyz,
+                           int *refused);
 
 /* Collective. The objective's gradient at xyz [3 n_own], with respect to it, into own [3 n_own]; nothing fixed. */
 PetscErrorCode level_gradient(const subdomain *on, const curvopt_options *options, const double *xyz, double *own,

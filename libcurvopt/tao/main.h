@@ -18,7 +18,7 @@ typedef struct program {
     run run;
     subdomain on;
     double *xyz; /* [3 n_own] */
-    level_pins pins;
+    constraints_pins pins;
     double memory; /* of this rank, in bytes, at the end of the last level */
 } program;
 
