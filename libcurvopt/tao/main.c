@@ -1,8 +1,9 @@
 /* curvopt minimize with TAO's solvers, the cage distributed over MPI's ranks.
  *
  * Frozen: it is kept building and tested, as a second opinion on the library's own solver, and gets no new features. It
- * reads cages on rank 0, keeps no symmetries and has no wide blends (libcurvopt/notes/92-curvopt-tao-and-wide-blends.md).
- * It uses the public interface and the table of constants (base/tuning.h), nothing else of the library.
+ * reads cages on rank 0, keeps no symmetries and has no wide blends
+ * (libcurvopt/notes/92-curvopt-tao-and-wide-blends.md). It uses the public interface and the table of constants
+ * (base/tuning.h), nothing else of the library.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 200809L
