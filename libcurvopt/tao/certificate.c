@@ -1,6 +1,7 @@
 /* Whether a cage is a minimum. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "certificate.h"
 
+#include "base/tuning.h"
 #include "collective.h"
 #include "tao_solver.h"
 
@@ -8,18 +9,13 @@
 #include <stdlib.h>
 
 enum { NEWTON_ITERATIONS = 20, LINEAR_ITERATIONS = 1000, N_SIMILARITIES = 7 };
-static const double NEWTON_TOLERANCE = 1e-9; /* gradient, of the energy */
+static const double NEWTON_TOLERANCE = 1e-9; /* gradient, of the objective */
 static const double LINEAR_TOLERANCE = 1e-4; /* in the preconditioner's norm: the decrement's error is its square */
-/* Longest displacement, of the longest step that is allowed. Central differences: PETSc's, to one side, are wrong by
- * the third derivative along the step, which on a curved valley floor is more than the floor's own curvature. */
-static const double DIFFERENCE_STEP = 1e-3;
-static const double DEPENDENT = 1e-6; /* length that a unit motion keeps beside the others */
-static const double ALLOWED = .1;     /* part of a motion that has to be along normals to count, as in the library */
 
 typedef struct differences {
-    energy *e;
-    Mat full, guide; /* the assembled ones: the second preconditions */
-    Mat matrix;      /* by differences at `base` */
+    objective *objective;
+    Mat full, preconditioner; /* assembled */
+    Mat matrix;               /* by differences at `base` */
     Vec base, at, ahead, behind;
     double shift;
     int gauss_newton; /* it is the Gauss-Newton matrix instead, which has its shift */
@@ -30,28 +26,30 @@ typedef struct differences {
 
 /* --------------------------------------------------------------------------------------------- the Hessian -- */
 
-static PetscErrorCode allow(const energy *e, Vec motion) {
+static PetscErrorCode allow(const objective *o, Vec motion) {
     PetscScalar *own;
     PetscFunctionBeginUser;
     PetscCall(VecGetArray(motion, &own));
-    energy_project(e, own);
+    objective_project(o, own);
     PetscCall(VecRestoreArray(motion, &own));
     PetscFunctionReturn(0);
 }
 
-/* out = Hessian in, by differences, with the shift. */
+/* out = Hessian in, by differences, with the shift. Central ones: PETSc's, to one side, are wrong by the third
+ * derivative along the step, which on a curved valley floor is more than the floor's own curvature. The longest
+ * displacement is certificate_difference of the longest step that is allowed. */
 static PetscErrorCode apply_differences(differences *d, Vec in, Vec out) {
     PetscReal longest;
     double value;
     PetscFunctionBeginUser;
     PetscCall(VecNorm(in, NORM_INFINITY, &longest));
-    double step = longest > 0 ? DIFFERENCE_STEP * d->e->longest / longest : 1;
+    double step = longest > 0 ? co_tuning_defaults.certificate_difference * d->objective->longest / longest : 1;
     PetscCall(VecWAXPY(d->at, step, in, d->base));
-    PetscCall(energy_evaluate(d->e, d->at, &value, d->ahead));
+    PetscCall(objective_evaluate(d->objective, d->at, &value, d->ahead));
     PetscCall(VecWAXPY(d->at, -step, in, d->base));
-    PetscCall(energy_evaluate(d->e, d->at, &value, d->behind));
+    PetscCall(objective_evaluate(d->objective, d->at, &value, d->behind));
     PetscCall(VecCopy(in, out));
-    PetscCall(allow(d->e, out));
+    PetscCall(allow(d->objective, out));
     PetscCall(VecAXPBYPCZ(out, 1 / (2 * step), -1 / (2 * step), d->shift, d->ahead, d->behind));
     PetscFunctionReturn(0);
 }
@@ -64,9 +62,9 @@ static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     PetscCall(MatShellGetContext(matrix, &d));
     if (d->gauss_newton) {
         PetscCall(VecCopy(in, d->at));
-        PetscCall(allow(d->e, d->at));
-        PetscCall(MatMult(d->guide, d->at, out));
-        PetscCall(allow(d->e, out));
+        PetscCall(allow(d->objective, d->at));
+        PetscCall(MatMult(d->preconditioner, d->at, out));
+        PetscCall(allow(d->objective, out));
     } else {
         PetscCall(apply_differences(d, in, out));
     }
@@ -77,27 +75,27 @@ static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode set_base(Tao tao, Vec x, Mat matrix, Mat guide, void *context) {
+static PetscErrorCode set_base(Tao tao, Vec x, Mat matrix, Mat preconditioner, void *context) {
     differences *d = context;
     PetscFunctionBeginUser;
     (void)tao;
     (void)matrix;
-    (void)guide;
-    PetscCall(energy_hessian(d->e, x, &d->full, &d->guide));
+    (void)preconditioner;
+    PetscCall(objective_hessian(d->objective, x, &d->full, &d->preconditioner));
     PetscCall(VecCopy(x, d->base));
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode differences_create(energy *e, Vec x, differences *d) {
+static PetscErrorCode differences_create(objective *o, Vec x, differences *d) {
     PetscInt n;
     PetscFunctionBeginUser;
-    *d = (differences){.e = e};
+    *d = (differences){.objective = o};
     PetscCall(VecGetLocalSize(x, &n));
     PetscCall(VecDuplicate(x, &d->base));
     PetscCall(VecDuplicate(x, &d->at));
     PetscCall(VecDuplicate(x, &d->ahead));
     PetscCall(VecDuplicate(x, &d->behind));
-    PetscCall(MatCreateShell(e->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, d, &d->matrix));
+    PetscCall(MatCreateShell(o->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, d, &d->matrix));
     PetscCall(MatShellSetOperation(d->matrix, MATOP_MULT, (void (*)(void))apply));
     PetscCall(MatSetOption(d->matrix, MAT_SYMMETRIC, PETSC_TRUE));
     PetscCall(set_base(NULL, x, NULL, NULL, d));
@@ -108,7 +106,7 @@ static PetscErrorCode differences_free(differences *d) {
     PetscFunctionBeginUser;
     PetscCall(MatDestroy(&d->matrix));
     PetscCall(MatDestroy(&d->full));
-    PetscCall(MatDestroy(&d->guide));
+    PetscCall(MatDestroy(&d->preconditioner));
     PetscCall(VecDestroy(&d->base));
     PetscCall(VecDestroy(&d->at));
     PetscCall(VecDestroy(&d->ahead));
@@ -133,51 +131,52 @@ static void similarity(int k, const double *x, double *out) {
 
 /* d->motion; at d->base. */
 static PetscErrorCode span_similarities(differences *d) {
-    const energy *e = d->e;
-    double centroid[3], radius, *own = AGREE_NEW(e->on->comm, double, 3 * (size_t)e->on->n_own);
+    const objective *o = d->objective;
+    double centroid[3], radius, *own = COLLECTIVE_NEW(o->on->comm, double, 3 * (size_t)o->on->n_own);
     const PetscScalar *at;
     PetscScalar *out, dot;
     PetscReal whole, kept, norm;
     PetscFunctionBeginUser;
     PetscCall(VecDuplicateVecs(d->base, N_SIMILARITIES, &d->motion));
     PetscCall(VecGetArrayRead(d->base, &at));
-    energy_positions(e, at, own);
+    objective_positions(o, at, own);
     PetscCall(VecRestoreArrayRead(d->base, &at));
-    PetscCall(energy_frame(e->on, own, centroid, &radius));
-    for (PetscInt i = 0; i < 3 * e->on->n_own; i++)
+    PetscCall(objective_frame(o->on, own, centroid, &radius));
+    for (PetscInt i = 0; i < 3 * o->on->n_own; i++)
         own[i] -= centroid[i % 3];
     for (int k = 0; k < N_SIMILARITIES; k++) {
         Vec v = d->motion[d->n_motions];
         PetscCall(VecGetArrayWrite(v, &out));
-        for (PetscInt i = 0; i < e->on->n_own; i++)
+        for (PetscInt i = 0; i < o->on->n_own; i++)
             similarity(k, own + 3 * (size_t)i, out + 3 * (size_t)i);
         PetscCall(VecRestoreArrayWrite(v, &out));
         PetscCall(VecNorm(v, NORM_2, &whole));
-        PetscCall(allow(e, v));
+        PetscCall(allow(o, v));
         PetscCall(VecNorm(v, NORM_2, &kept));
         for (int j = 0; j < 2 * d->n_motions; j++) { /* twice, against rounding */
             PetscCall(VecDot(v, d->motion[j % d->n_motions], &dot));
             PetscCall(VecAXPY(v, -dot, d->motion[j % d->n_motions]));
         }
         PetscCall(VecNormalize(v, &norm));
-        d->n_motions += kept > ALLOWED * whole && norm > DEPENDENT * kept;
+        d->n_motions +=
+            kept > co_tuning_defaults.allowed_motion * whole && norm > co_tuning_defaults.dependent_motion * kept;
     }
     free(own);
     PetscFunctionReturn(0);
 }
 
 /* Shift and stiff similarities, as the library has them; without them it is the Hessian as it is, for Newton. Nothing
- * is left out where vertices are held: there the energy sees every motion. */
+ * is left out where vertices are fixed: there the objective sees every motion. */
 static PetscErrorCode regularize(differences *d, double value) {
     Vec diagonal;
     PetscFunctionBeginUser;
-    d->shift = energy_shift(d->e, value);
+    d->shift = objective_shift(d->objective, value);
     PetscCall(VecDuplicate(d->base, &diagonal));
-    PetscCall(MatGetDiagonal(d->guide, diagonal));
+    PetscCall(MatGetDiagonal(d->preconditioner, diagonal));
     PetscCall(VecSum(diagonal, &d->stiffness));
-    d->stiffness /= 3 * (double)d->e->on->whole_vertices;
+    d->stiffness /= 3 * (double)d->objective->on->whole_vertices;
     PetscCall(VecDestroy(&diagonal));
-    if (!d->e->framed)
+    if (!d->objective->framed)
         PetscCall(span_similarities(d));
     PetscFunctionReturn(0);
 }
@@ -193,16 +192,16 @@ static PetscErrorCode undo_regularize(differences *d) {
 
 /* Of a matrix, what acts on allowed motion; the identity, as stiff as the matrix, on the rest. */
 static PetscErrorCode restrict_to_allowed(const differences *d, Mat *matrix) {
-    const energy *e = d->e;
-    PetscInt n = 3 * e->on->n_own;
+    const objective *o = d->objective;
+    PetscInt n = 3 * o->on->n_own;
     Mat allowed, restricted;
     PetscFunctionBeginUser;
-    if (!e->project)
+    if (!o->project)
         PetscFunctionReturn(0);
-    PetscCall(MatCreateAIJ(e->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 0, NULL, &allowed));
-    for (PetscInt v = 0; v < e->on->n_own; v++) {
-        PetscInt first = 3 * (e->on->first_own + v), at[3] = {first, first + 1, first + 2};
-        PetscCall(MatSetValues(allowed, 3, at, 3, at, e->project + 9 * (size_t)v, INSERT_VALUES));
+    PetscCall(MatCreateAIJ(o->on->comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 0, NULL, &allowed));
+    for (PetscInt v = 0; v < o->on->n_own; v++) {
+        PetscInt first = 3 * (o->on->first_own + v), at[3] = {first, first + 1, first + 2};
+        PetscCall(MatSetValues(allowed, 3, at, 3, at, o->project + 9 * (size_t)v, INSERT_VALUES));
     }
     PetscCall(MatAssemblyBegin(allowed, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(allowed, MAT_FINAL_ASSEMBLY));
@@ -226,8 +225,8 @@ static PetscErrorCode solve(const differences *d, const char *prefix, Mat like, 
     char own[64];
     PetscFunctionBeginUser;
     PetscCall(PetscSNPrintf(own, sizeof own, "%sdecrement_", prefix));
-    PetscCall(newton_set_preconditioner(own, 3 * d->e->on->whole_vertices));
-    PetscCall(KSPCreate(d->e->on->comm, &ksp));
+    PetscCall(tao_solver_set_preconditioner(own, 3 * d->objective->on->whole_vertices));
+    PetscCall(KSPCreate(d->objective->on->comm, &ksp));
     PetscCall(KSPSetOptionsPrefix(ksp, own));
     PetscCall(KSPSetType(ksp, KSPSTCG)); /* says so when a direction is negative; without a radius it is plain CG */
     PetscCall(KSPSetOperators(ksp, d->matrix, like));
@@ -242,7 +241,7 @@ static PetscErrorCode solve(const differences *d, const char *prefix, Mat like, 
 
 /* Whether the Hessian has negative directions is asked of a right-hand side that has something of every direction: the
  * gradient of a symmetric cage has nothing of those that break the symmetry. */
-static PetscErrorCode find_decrement(differences *d, const char *prefix, verification *out) {
+static PetscErrorCode find_decrement(differences *d, const char *prefix, certificate *out) {
     Vec gradient, anything, solution;
     Mat like;
     PetscRandom random;
@@ -253,20 +252,20 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, verific
     PetscCall(VecDuplicate(d->base, &gradient));
     PetscCall(VecDuplicate(d->base, &anything));
     PetscCall(VecDuplicate(d->base, &solution));
-    PetscCall(PetscRandomCreate(d->e->on->comm, &random));
+    PetscCall(PetscRandomCreate(d->objective->on->comm, &random));
     PetscCall(PetscRandomSetInterval(random, -1, 1));
     PetscCall(VecSetRandom(anything, random));
     PetscCall(PetscRandomDestroy(&random));
-    PetscCall(allow(d->e, anything));
-    PetscCall(energy_evaluate(d->e, d->base, &value, gradient));
+    PetscCall(allow(d->objective, anything));
+    PetscCall(objective_evaluate(d->objective, d->base, &value, gradient));
     PetscCall(regularize(d, value));
-    PetscCall(energy_sparse(d->full, d->shift, &like));
+    PetscCall(objective_sparse(d->full, d->shift, &like));
     PetscCall(restrict_to_allowed(d, &like));
     PetscCall(solve(d, prefix, like, anything, solution, &out->positive));
     if (!out->positive) {
         d->gauss_newton = 1;
         PetscCall(MatDestroy(&like));
-        PetscCall(MatDuplicate(d->guide, MAT_COPY_VALUES, &like));
+        PetscCall(MatDuplicate(d->preconditioner, MAT_COPY_VALUES, &like));
         PetscCall(restrict_to_allowed(d, &like));
     }
     PetscCall(solve(d, prefix, like, gradient, solution, &ignored));
@@ -289,25 +288,25 @@ static PetscErrorCode find_gain(differences *d, const char *prefix, Vec x, doubl
     PetscFunctionBeginUser;
     PetscCall(VecDuplicate(x, &at));
     PetscCall(VecCopy(x, at));
-    PetscCall(energy_evaluate(d->e, x, &before, NULL));
-    PetscCall(newton_create_solver(d->e, prefix, TAONLS, x, &tao));
-    PetscCall(TaoSetHessian(tao, d->matrix, d->guide, set_base, d));
+    PetscCall(objective_evaluate(d->objective, x, &before, NULL));
+    PetscCall(tao_solver_create(d->objective, prefix, TAONLS, x, &tao));
+    PetscCall(TaoSetHessian(tao, d->matrix, d->preconditioner, set_base, d));
     PetscCall(TaoSetSolution(tao, at));
     PetscCall(TaoSetTolerances(tao, 0, NEWTON_TOLERANCE, 0));
     PetscCall(TaoSetMaximumIterations(tao, NEWTON_ITERATIONS));
     PetscCall(TaoSetFromOptions(tao));
     PetscCall(TaoSolve(tao));
-    PetscCall(energy_evaluate(d->e, at, &after, NULL));
+    PetscCall(objective_evaluate(d->objective, at, &after, NULL));
     *gain = before - after;
     PetscCall(TaoDestroy(&tao));
     PetscCall(VecDestroy(&at));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode verify_at(energy *e, const char *prefix, Vec x, verification *out) {
+PetscErrorCode certificate_find(objective *o, const char *prefix, Vec x, certificate *out) {
     differences d;
     PetscFunctionBeginUser;
-    PetscCall(differences_create(e, x, &d));
+    PetscCall(differences_create(o, x, &d));
     PetscCall(find_decrement(&d, prefix, out));
     PetscCall(find_gain(&d, prefix, x, &out->gain));
     PetscCall(differences_free(&d));

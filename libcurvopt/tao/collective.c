@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-int agree(MPI_Comm comm, int failed, char *message) {
+int collective_failure(MPI_Comm comm, int failed, char *message) {
     int rank, size, first, worst;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);
@@ -13,17 +13,17 @@ int agree(MPI_Comm comm, int failed, char *message) {
     if (first == size)
         return 0;
     MPI_Allreduce(&failed, &worst, 1, MPI_INT, MPI_MAX, comm);
-    MPI_Bcast(message, AGREE_MESSAGE, MPI_CHAR, first, comm);
+    MPI_Bcast(message, COLLECTIVE_MESSAGE, MPI_CHAR, first, comm);
     return worst;
 }
 
-int agree_on_status(MPI_Comm comm, int32_t status, const curvopt_error *error, char *message) {
+int collective_status(MPI_Comm comm, int32_t status, const curvopt_error *error, char *message) {
     if (status != CURVOPT_OK)
-        snprintf(message, AGREE_MESSAGE, "%s", error->message);
-    return agree(comm, status, message);
+        snprintf(message, COLLECTIVE_MESSAGE, "%s", error->message);
+    return collective_failure(comm, status, message);
 }
 
-void agree_to_end(MPI_Comm comm, const char *why) {
+void collective_abort(MPI_Comm comm, const char *why) {
     int rank;
     MPI_Comm_rank(comm, &rank);
     fprintf(stderr, "curvopt-tao: rank %d: %s\n", rank, why);
@@ -31,13 +31,13 @@ void agree_to_end(MPI_Comm comm, const char *why) {
     MPI_Abort(comm, 1);
 }
 
-void agree_succeeded(MPI_Comm comm, int32_t status, const curvopt_error *error) {
+void collective_check(MPI_Comm comm, int32_t status, const curvopt_error *error) {
     if (status != CURVOPT_OK)
-        agree_to_end(comm, error->message);
+        collective_abort(comm, error->message);
 }
 
-void *agree_allocated(MPI_Comm comm, void *p) {
+void *collective_allocated(MPI_Comm comm, void *p) {
     if (!p)
-        agree_to_end(comm, "out of memory");
+        collective_abort(comm, "out of memory");
     return p;
 }

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-PetscErrorCode number_directory(MPI_Comm comm, PetscInt n_whole, PetscInt n, const PetscInt *numbers, PetscSF *out,
-                                PetscInt *n_roots) {
+PetscErrorCode global_numbering_directory(MPI_Comm comm, PetscInt n_whole, PetscInt n, const PetscInt *numbers,
+                                          PetscSF *out, PetscInt *n_roots) {
     PetscLayout layout;
     PetscFunctionBeginUser;
     PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, n_whole, 1, &layout));
@@ -27,7 +27,7 @@ static int compare_numbers(const void *a, const void *b) {
 static PetscErrorCode number_larger_ends(MPI_Comm comm, PetscInt n_roots, const PetscInt *degree, PetscInt *larger,
                                          PetscInt *sorted) {
     PetscInt n = 0, first, at = 0;
-    PetscInt *start = AGREE_NEW(comm, PetscInt, n_roots + 1);
+    PetscInt *start = COLLECTIVE_NEW(comm, PetscInt, n_roots + 1);
     PetscFunctionBeginUser;
     for (PetscInt r = 0; r < n_roots; at += degree[r++]) {
         start[r] = n;
@@ -53,22 +53,23 @@ static PetscErrorCode number_larger_ends(MPI_Comm comm, PetscInt n_roots, const 
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode number_edges(MPI_Comm comm, PetscInt n_vertices, PetscInt n, const PetscInt *ends, PetscInt *numbers) {
+PetscErrorCode global_numbering_edges(MPI_Comm comm, PetscInt n_vertices, PetscInt n, const PetscInt *ends,
+                                      PetscInt *numbers) {
     PetscSF by_smaller;
     PetscInt n_roots, n_entries = 0;
     const PetscInt *degree;
     PetscFunctionBeginUser;
-    PetscInt *smaller = AGREE_NEW(comm, PetscInt, n);
+    PetscInt *smaller = COLLECTIVE_NEW(comm, PetscInt, n);
     for (PetscInt e = 0; e < n; e++) {
         smaller[e] = ends[2 * e];
         numbers[e] = ends[2 * e + 1];
     }
-    PetscCall(number_directory(comm, n_vertices, n, smaller, &by_smaller, &n_roots));
+    PetscCall(global_numbering_directory(comm, n_vertices, n, smaller, &by_smaller, &n_roots));
     PetscCall(PetscSFComputeDegreeBegin(by_smaller, &degree));
     PetscCall(PetscSFComputeDegreeEnd(by_smaller, &degree));
     for (PetscInt r = 0; r < n_roots; r++)
         n_entries += degree[r];
-    PetscInt *larger = AGREE_NEW(comm, PetscInt, n_entries), *sorted = AGREE_NEW(comm, PetscInt, n_entries);
+    PetscInt *larger = COLLECTIVE_NEW(comm, PetscInt, n_entries), *sorted = COLLECTIVE_NEW(comm, PetscInt, n_entries);
     PetscCall(PetscSFGatherBegin(by_smaller, MPIU_INT, numbers, larger));
     PetscCall(PetscSFGatherEnd(by_smaller, MPIU_INT, numbers, larger));
     PetscCall(number_larger_ends(comm, n_roots, degree, larger, sorted));

@@ -2,6 +2,7 @@
 #include "collective.h"
 #include "main.h"
 #include "obj_cage.h"
+#include "partition.h"
 #include "pins.h"
 
 #include <math.h>
@@ -11,19 +12,19 @@
 static int read_cage(const program *p, obj_cage *cage, curvopt_mesh **mesh, char *message) {
     curvopt_error error;
     *mesh = NULL;
-    if (obj_read(p->args.input, cage, message, AGREE_MESSAGE))
+    if (obj_read(p->args.input, cage, message, COLLECTIVE_MESSAGE))
         return ARGUMENTS_COULD_NOT;
     curvopt_creases creases = obj_creases(cage, p->args.boundary_rule);
     int32_t status = curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices,
                                                  &creases, mesh, &error);
     if (status == CURVOPT_OK && cage->n_faces < p->n_ranks) {
-        snprintf(message, AGREE_MESSAGE, "the cage has %d faces, fewer than there are ranks (%d)", cage->n_faces,
+        snprintf(message, COLLECTIVE_MESSAGE, "the cage has %d faces, fewer than there are ranks (%d)", cage->n_faces,
                  p->n_ranks);
         curvopt_mesh_destroy(*mesh);
     } else if (status == CURVOPT_OK) {
         return ARGUMENTS_DONE;
     } else {
-        snprintf(message, AGREE_MESSAGE, "%s", error.message);
+        snprintf(message, COLLECTIVE_MESSAGE, "%s", error.message);
     }
     obj_free(cage);
     return ARGUMENTS_COULD_NOT;
@@ -37,11 +38,11 @@ static int32_t check_positions(const program *p, const curvopt_mesh *mesh, const
     return status;
 }
 
-int read_and_share(program *p) {
+int input_cage(program *p) {
     obj_cage cage;
     curvopt_mesh *mesh = NULL;
     curvopt_error error;
-    char message[AGREE_MESSAGE];
+    char message[COLLECTIVE_MESSAGE];
     int code = ARGUMENTS_DONE;
     if (p->rank == 0)
         code = read_cage(p, &cage, &mesh, message);
@@ -54,8 +55,8 @@ int read_and_share(program *p) {
     code = program_follow(p, code);
     if (code != ARGUMENTS_DONE)
         return program_say(p, code, p->args.input, message);
-    portion_source source = {.mesh = mesh, .xyz = p->rank == 0 ? cage.xyz : NULL};
-    PetscCallAbort(p->comm, portion_share(p->comm, &source, &p->on, &p->xyz));
+    partition_source source = {.mesh = mesh, .xyz = p->rank == 0 ? cage.xyz : NULL};
+    PetscCallAbort(p->comm, partition_cage(p->comm, &source, &p->on, &p->xyz));
     if (p->rank == 0) {
         obj_free(&cage);
         curvopt_mesh_destroy(mesh);
@@ -70,7 +71,7 @@ static void explain(const program *p, char *message) {
     curvopt_result *result = NULL;
     curvopt_error error;
     pin_list pins = {0};
-    char ignored[AGREE_MESSAGE];
+    char ignored[COLLECTIVE_MESSAGE];
     curvopt_options o = p->args.options;
     curvopt_constraints constraints;
     o.levels = 1;
@@ -83,14 +84,14 @@ static void explain(const program *p, char *message) {
         o.constraints = &constraints;
     }
     if (curvopt_minimize(mesh, cage.xyz, &o, NULL, NULL, NULL, &result, &error) != CURVOPT_OK)
-        snprintf(message, AGREE_MESSAGE, "%s", error.message);
+        snprintf(message, COLLECTIVE_MESSAGE, "%s", error.message);
     curvopt_result_destroy(result);
     curvopt_mesh_destroy(mesh);
     pins_free(&pins);
     obj_free(&cage);
 }
 
-int read_refuse(const program *p, char *message) {
+int input_refuse(const program *p, char *message) {
     if (p->rank == 0)
         explain(p, message);
     return program_say(p, ARGUMENTS_COULD_NOT, p->args.input, message);
@@ -108,9 +109,9 @@ static int same_pin(const pin_list *pins, int32_t i, int32_t j) {
 static void broadcast_pins(const program *p, pin_list *pins) {
     MPI_Bcast(&pins->n, 1, MPI_INT32_T, 0, p->comm);
     if (p->rank != 0) {
-        pins->vertices = AGREE_NEW(p->comm, int32_t, pins->n);
-        pins->freedom = AGREE_NEW(p->comm, int32_t, pins->n);
-        pins->directions = AGREE_NEW(p->comm, double, 3 * (size_t)pins->n);
+        pins->vertices = COLLECTIVE_NEW(p->comm, int32_t, pins->n);
+        pins->freedom = COLLECTIVE_NEW(p->comm, int32_t, pins->n);
+        pins->directions = COLLECTIVE_NEW(p->comm, double, 3 * (size_t)pins->n);
     }
     MPI_Bcast(pins->vertices, pins->n, MPI_INT32_T, 0, p->comm);
     MPI_Bcast(pins->freedom, pins->n, MPI_INT32_T, 0, p->comm);
@@ -121,7 +122,7 @@ static void broadcast_pins(const program *p, pin_list *pins) {
 static int take_pins(program *p, const pin_list *pins) {
     PetscInt whole = p->on.whole_vertices;
     int wrong = 0;
-    int32_t *pin_of = AGREE_NEW(p->comm, int32_t, whole); /* 0: none, else its number and 1 */
+    int32_t *pin_of = COLLECTIVE_NEW(p->comm, int32_t, whole); /* 0: none, else its number and 1 */
     for (int32_t i = 0; i < pins->n; i++) {
         int32_t v = pins->vertices[i];
         const double *d = pins->directions + 3 * (size_t)i;
@@ -132,8 +133,8 @@ static int take_pins(program *p, const pin_list *pins) {
         if (in_range)
             pin_of[v] = i + 1;
     }
-    p->pins.freedom = AGREE_NEW(p->comm, unsigned char, p->on.n_own);
-    p->pins.direction = AGREE_NEW(p->comm, double, 3 * (size_t)p->on.n_own);
+    p->pins.freedom = COLLECTIVE_NEW(p->comm, unsigned char, p->on.n_own);
+    p->pins.direction = COLLECTIVE_NEW(p->comm, double, 3 * (size_t)p->on.n_own);
     for (PetscInt k = 0; k < p->on.n_own; k++) {
         int32_t pin = pin_of[p->on.vertex[p->on.own[k]]];
         p->pins.freedom[k] = pin ? (unsigned char)pins->freedom[pin - 1] : 3;
@@ -144,26 +145,26 @@ static int take_pins(program *p, const pin_list *pins) {
     return wrong;
 }
 
-/* The first vertex that is to be held by a spring, which is nothing that this program has; or -1. */
-static int32_t find_spring(const pin_list *pins) {
+/* The first vertex with a soft constraint, which this program does not have; or -1. */
+static int32_t find_soft(const pin_list *pins) {
     for (int32_t i = 0; i < pins->n; i++)
         if (pins->weights[i] != 1)
             return pins->vertices[i];
     return -1;
 }
 
-int read_pins(program *p) {
+int input_pins(program *p) {
     pin_list pins = {0};
-    char message[AGREE_MESSAGE];
+    char message[COLLECTIVE_MESSAGE];
     int code = ARGUMENTS_DONE;
     if (!p->args.pins)
         return ARGUMENTS_DONE;
     if (p->rank == 0 && pins_read(p->args.pins, &pins, message, sizeof message))
         code = ARGUMENTS_COULD_NOT;
-    int32_t spring = code == ARGUMENTS_DONE ? find_spring(&pins) : -1;
-    if (spring >= 0) {
+    int32_t soft = code == ARGUMENTS_DONE ? find_soft(&pins) : -1;
+    if (soft >= 0) {
         snprintf(message, sizeof message, "vertex %d has a weight: curvopt-tao holds vertices exactly or not at all",
-                 (int)spring);
+                 (int)soft);
         code = ARGUMENTS_COULD_NOT;
     }
     code = program_follow(p, code);
@@ -175,5 +176,5 @@ int read_pins(program *p) {
     int wrong = take_pins(p, &pins);
     pins_free(&pins);
     strcpy(message, "two pins on one vertex contradict, or a pin has no direction, or its vertex does not exist");
-    return wrong ? read_refuse(p, message) : ARGUMENTS_DONE;
+    return wrong ? input_refuse(p, message) : ARGUMENTS_DONE;
 }

@@ -1,14 +1,15 @@
 /* One level of a run with TAO.
  *
- * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out (level.c of the
- * library). Here rules are fixed while TAO runs, and every so many iterations they are held against finer ones: if they
- * no longer resolve the surface, TAO is stopped, rules are refined where they must be, and it starts again from what
- * then is the better one: the present cage, or the last one that stood.
+ * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out (step_review.c
+ * of the library). Here rules are fixed while TAO runs, and every review_every_plain iterations (base/tuning.h) they
+ * are compared with finer ones: if they no longer resolve the surface, TAO is stopped, rules are refined where they
+ * must be, and it starts again from what then is the better one: the present cage, or the last one that stood.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 200809L
 #include "level.h"
 
+#include "base/tuning.h"
 #include "collective.h"
 #include "tao_solver.h"
 
@@ -18,11 +19,10 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { RESOLVE_EVERY = 20, MOST_ATTEMPTS = 100 };
-static const double WORKING_FACTOR = 10, HYSTERESIS = 3, ACCEPTABLE = 1e-2; /* as the library has them */
+enum { MOST_ATTEMPTS = 100 }; /* of TAO on one level, rules being refined in between */
 /* Of total curvature and turning, which are a constant of the surface's topology, between two looks at it. */
 static const double SUSPICIOUS = 1e-3, UNSOUND = 0.1;
-static const double LUCK = 0.2, STATIONARY = 1e-6, SMALLEST_AREA = 1e-9;
+static const co_tuning *const tuning = &co_tuning_defaults;
 
 double level_now(void) {
     struct timespec t;
@@ -33,8 +33,8 @@ double level_now(void) {
 /* One level's work. */
 typedef struct level {
     run *r;
-    const portion *on;
-    energy e;
+    const subdomain *on;
+    objective objective;
     int number;
     Vec x, safe;
     double tolerance, working_tolerance;
@@ -51,12 +51,13 @@ typedef struct level {
 static PetscErrorCode find_defect(const level *l, double *defect) {
     int32_t n_creases, n_corners;
     int mine = 0, any;
-    const portion *on = l->on;
+    const subdomain *on = l->on;
     PetscFunctionBeginUser;
     curvopt_mesh_count_creases(on->mesh, &n_creases, &n_corners);
-    int32_t *ends = AGREE_NEW(on->comm, int32_t, 2 * (size_t)n_creases),
-            *corners = AGREE_NEW(on->comm, int32_t, n_corners);
-    double *sharpness = AGREE_NEW(on->comm, double, n_creases), *corner = AGREE_NEW(on->comm, double, n_corners);
+    int32_t *ends = COLLECTIVE_NEW(on->comm, int32_t, 2 * (size_t)n_creases),
+            *corners = COLLECTIVE_NEW(on->comm, int32_t, n_corners);
+    double *sharpness = COLLECTIVE_NEW(on->comm, double, n_creases),
+           *corner = COLLECTIVE_NEW(on->comm, double, n_corners);
     curvopt_mesh_get_creases(on->mesh, ends, sharpness, corners, corner);
     for (int32_t i = 0; i < n_creases; i++)
         mine |= sharpness[i] >= CURVOPT_SHARPNESS_INFINITE;
@@ -66,27 +67,26 @@ static PetscErrorCode find_defect(const level *l, double *defect) {
     free(corner);
     PetscCallMPI(MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, on->comm));
     double euler = (double)(on->whole_vertices - on->whole_edges + on->whole_faces);
-    *defect = any ? (double)NAN : fabs(l->e.sums.gauss + l->e.sums.turning - 2 * PETSC_PI * euler);
+    *defect = any ? (double)NAN : fabs(l->objective.sums.gauss + l->objective.sums.turning - 2 * PETSC_PI * euler);
     PetscFunctionReturn(0);
 }
 
-/* Of what energy_compare() has found; `unit` is of length. */
+/* Of what objective_compare() has found; `unit` is of length. */
 static PetscErrorCode report_energies(const level *l, double value, double unit, curvopt_energies *out) {
-    const energy *e = &l->e;
-    const curvopt_sums *s = &e->sums;
+    const objective *o = &l->objective;
+    const curvopt_sums *s = &o->sums;
     PetscFunctionBeginUser;
     *out = (curvopt_energies){.objective = value, .gauss = s->gauss, .min_jacobian = s->min_jacobian};
     out->area = unit * unit * s->area;
     for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
-        int third = t >= CURVOPT_TERM_MVS && t <= CURVOPT_TERM_MEHLUM_TARROU;
-        out->term[t] = t < CURVOPT_N_TERMS ? (third ? s->area : 1) * s->term[t] : (double)NAN;
+        out->term[t] = t < CURVOPT_N_TERMS ? (objective_is_third_order(t) ? s->area : 1) * s->term[t] : (double)NAN;
         out->term_error[t] = (double)NAN; /* the objective's alone is estimated */
     }
     out->h2 = (s->term[CURVOPT_TERM_WILLMORE] + 2 * s->gauss) / 4;
     out->area_error = (double)NAN;
-    out->objective_error = fabs(e->error_net) + LUCK * e->error_gross;
+    out->objective_error = fabs(o->error_net) + tuning->quadrature_reference * o->error_gross;
     PetscCall(find_defect(l, &out->gauss_bonnet_defect));
-    out->surface = e->options->surface;
+    out->surface = o->options->surface;
     out->n_samples = s->samples > INT32_MAX ? INT32_MAX : (int32_t)s->samples;
     PetscFunctionReturn(0);
 }
@@ -97,12 +97,13 @@ static int refuse(run *r, int status, const char *why) {
 }
 
 /* What curvopt_problem_evaluate refuses; all ranks see the same figures. */
-static int check_energies(run *r, const energy *e, const curvopt_energies *found) {
-    if (!(e->sums.area > SMALLEST_AREA))
+static int check_energies(run *r, const objective *o, const curvopt_energies *found) {
+    if (!(o->sums.area > tuning->quadrature_area))
         return refuse(r, CURVOPT_ERROR_GEOMETRY, "the cage has zero area");
     if (!isfinite(found->objective))
         return refuse(r, CURVOPT_ERROR_GEOMETRY, "the energy is not finite: the surface is degenerate");
-    if (found->gauss_bonnet_defect > 1 + ACCEPTABLE * found->term[CURVOPT_TERM_WILLMORE])
+    if (found->gauss_bonnet_defect >
+        tuning->quadrature_defect + tuning->quadrature_acceptable * found->term[CURVOPT_TERM_WILLMORE])
         return refuse(r, CURVOPT_ERROR_RESOLUTION, "the surface cannot be resolved: it is folded flat or pinched");
     return CURVOPT_OK;
 }
@@ -112,17 +113,17 @@ static PetscErrorCode report_start(level *l, int *refused) {
     run *r = l->r;
     double value, error;
     PetscFunctionBeginUser;
-    PetscCall(energy_resolve(&l->e, l->x, l->tolerance, &value, &error));
-    PetscCall(report_energies(l, value, l->unit * l->e.radius, &r->start));
+    PetscCall(objective_resolve(&l->objective, l->x, l->tolerance, &value, &error));
+    PetscCall(report_energies(l, value, l->unit * l->objective.radius, &r->start));
     r->area = r->start.area;
-    *refused = r->options->joshi_sequin ? CURVOPT_OK : check_energies(r, &l->e, &r->start);
+    *refused = r->options->joshi_sequin ? CURVOPT_OK : check_energies(r, &l->objective, &r->start);
     PetscFunctionReturn(0);
 }
 
 /* --------------------------------------------------------------------------------------------------- solve -- */
 
 static double total_of(const level *l) {
-    return l->e.sums.gauss + l->e.sums.turning;
+    return l->objective.sums.gauss + l->objective.sums.turning;
 }
 
 static PetscErrorCode test_convergence(Tao tao, void *context) {
@@ -135,12 +136,12 @@ static PetscErrorCode test_convergence(Tao tao, void *context) {
     PetscCall(TaoDefaultConvergenceTest(tao, NULL));
     PetscCall(TaoGetSolutionStatus(tao, &iteration, NULL, NULL, NULL, NULL, &reason));
     PetscCall(TaoGetSolution(tao, &x));
-    PetscCall(energy_set_base(&l->e, x));
+    PetscCall(objective_set_base(&l->objective, x));
     if (l->r->options->joshi_sequin || reason != TAO_CONTINUE_ITERATING || iteration == 0 ||
-        (iteration % RESOLVE_EVERY && fabs(total_of(l) - l->total) <= SUSPICIOUS))
+        (iteration % tuning->review_every_plain && fabs(total_of(l) - l->total) <= SUSPICIOUS))
         PetscFunctionReturn(0);
-    PetscCall(energy_compare(&l->e, x, &value, &error));
-    if (error <= HYSTERESIS * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
+    PetscCall(objective_compare(&l->objective, x, &value, &error));
+    if (error <= tuning->quadrature_hysteresis * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
         PetscCall(VecCopy(x, l->safe));
         l->total = total_of(l);
     } else {
@@ -182,26 +183,27 @@ static int stop_of(TaoConvergedReason reason) {
 }
 
 /* After a solve: whether rules still do; if not, finer ones, and l->x is where to go on from. */
-static PetscErrorCode settle(level *l, int *again) {
+static PetscErrorCode review(level *l, int *again) {
     double value, error, safe_value;
     PetscFunctionBeginUser;
     *again = 0;
     if (l->r->options->joshi_sequin)
         PetscFunctionReturn(0);
-    PetscCall(energy_compare(&l->e, l->x, &value, &error));
-    if (!l->broke && error <= HYSTERESIS * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
+    PetscCall(objective_compare(&l->objective, l->x, &value, &error));
+    if (!l->broke && error <= tuning->quadrature_hysteresis * l->working_tolerance &&
+        fabs(total_of(l) - l->total) <= UNSOUND) {
         PetscCall(VecCopy(l->x, l->safe));
         PetscFunctionReturn(0);
     }
-    PetscCall(energy_resolve(&l->e, l->x, l->working_tolerance, &value, &error));
-    int sound = error <= ACCEPTABLE && fabs(total_of(l) - l->total) <= UNSOUND;
-    PetscCall(energy_set_base(&l->e, l->safe));
-    PetscCall(energy_evaluate(&l->e, l->safe, &safe_value, NULL));
+    PetscCall(objective_resolve(&l->objective, l->x, l->working_tolerance, &value, &error));
+    int sound = error <= tuning->quadrature_acceptable && fabs(total_of(l) - l->total) <= UNSOUND;
+    PetscCall(objective_set_base(&l->objective, l->safe));
+    PetscCall(objective_evaluate(&l->objective, l->safe, &safe_value, NULL));
     if (sound && value <= safe_value)
         PetscCall(VecCopy(l->x, l->safe));
     else
         PetscCall(VecCopy(l->safe, l->x));
-    PetscCall(energy_set_base(&l->e, l->x));
+    PetscCall(objective_set_base(&l->objective, l->x));
     l->stop = sound ? l->stop : CURVOPT_STOP_UNRESOLVED;
     *again = sound;
     PetscFunctionReturn(0);
@@ -216,8 +218,8 @@ static PetscErrorCode minimize(level *l) {
     int again = 1;
     PetscFunctionBeginUser;
     l->total = total_of(l);
-    PetscCall(energy_limit_steps(&l->e, l->x, o->max_step));
-    PetscCall(newton_create_solver(&l->e, "", TAOLMVM, l->x, &tao));
+    PetscCall(objective_limit_steps(&l->objective, l->x, o->max_step));
+    PetscCall(tao_solver_create(&l->objective, "", TAOLMVM, l->x, &tao));
     PetscCall(TaoSetSolution(tao, l->x));
     PetscCall(TaoSetTolerances(tao, 0, o->gradient_tolerance, 0));
     PetscCall(TaoSetMaximumFunctionEvaluations(tao, PETSC_MAX_INT));
@@ -232,7 +234,7 @@ static PetscErrorCode minimize(level *l) {
         PetscCall(TaoGetSolutionStatus(tao, &iterations, NULL, NULL, NULL, NULL, &reason));
         l->iterations += (int32_t)iterations;
         l->stop = l->broke ? CURVOPT_STOP_LIMIT : stop_of(reason);
-        PetscCall(settle(l, &again));
+        PetscCall(review(l, &again));
     }
     PetscCall(TaoGetType(tao, &type));
     PetscCall(PetscStrncpy(l->r->tao_type, type, sizeof l->r->tao_type));
@@ -243,15 +245,15 @@ static PetscErrorCode minimize(level *l) {
 /* ----------------------------------------------------------------------------------------------- the level -- */
 
 /* As the library's verdict: of what moves, and of motion along normals. */
-static PetscErrorCode verify(level *l) {
+static PetscErrorCode certify(level *l) {
     curvopt_summary *s = &l->r->summary;
-    verification *all = &l->r->all, *shape = &l->r->shape;
-    double bearable = STATIONARY * fabs(l->r->end.objective);
+    certificate *all = &l->r->all, *shape = &l->r->shape;
+    double bearable = tuning->certificate_stationary * fabs(l->r->end.objective);
     PetscFunctionBeginUser;
-    PetscCall(verify_at(&l->e, "verify_", l->x, all));
-    PetscCall(hold_to_normals(&l->e, l->x));
-    PetscCall(verify_at(&l->e, "verify_shape_", l->x, shape));
-    l->r->verified = 1;
+    PetscCall(certificate_find(&l->objective, "verify_", l->x, all));
+    PetscCall(constraints_to_normals(&l->objective, l->x));
+    PetscCall(certificate_find(&l->objective, "verify_shape_", l->x, shape));
+    l->r->certified = 1;
     s->newton_decrement = all->decrement;
     s->shape_decrement = s->difference_decrement = shape->positive ? shape->decrement : (double)NAN;
     s->negative_directions = shape->positive ? 0 : -1; /* some; how many is not known */
@@ -266,26 +268,26 @@ static PetscErrorCode verify(level *l) {
     PetscFunctionReturn(0);
 }
 
-/* Positions in the user's units: in the frame they were taken from where something is held; else with the input's area,
- * centred as the level's first one was. */
+/* Positions in the user's units: in the frame they were taken from where something is fixed; else with the input's
+ * area, centred as the level's first one was. */
 static PetscErrorCode to_user(const level *l, double *xyz) {
     const PetscScalar *x;
     double unit = l->unit, scale = 1, centroid[3] = {0, 0, 0}, radius;
     size_t n = (size_t)l->on->n_own;
     PetscFunctionBeginUser;
-    double *own = AGREE_NEW(l->on->comm, double, 3 * n);
+    double *own = COLLECTIVE_NEW(l->on->comm, double, 3 * n);
     PetscCall(VecGetArrayRead(l->x, &x));
-    energy_positions(&l->e, x, own);
+    objective_positions(&l->objective, x, own);
     PetscCall(VecRestoreArrayRead(l->x, &x));
-    if (!l->e.framed) {
-        PetscCall(energy_frame(l->on, own, centroid, &radius));
-        scale = sqrt(l->r->area / l->e.sums.area) / radius;
+    if (!l->objective.framed) {
+        PetscCall(objective_frame(l->on, own, centroid, &radius));
+        scale = sqrt(l->r->area / l->objective.sums.area) / radius;
         unit = 1;
     }
     for (size_t i = 0; i < 3 * n; i++) {
-        const double *p = l->e.project ? l->e.project + 9 * (i / 3) : NULL;
-        int held = l->e.framed && p && p[0] + p[4] + p[8] < 0.5;
-        if (!held) /* what is held stays, to the last bit */
+        const double *p = l->objective.project ? l->objective.project + 9 * (i / 3) : NULL;
+        int fixed = l->objective.framed && p && p[0] + p[4] + p[8] < 0.5;
+        if (!fixed) /* what is fixed stays, to the last bit */
             xyz[i] = l->origin[i % 3] + unit * scale * (own[i] - centroid[i % 3]);
     }
     free(own);
@@ -299,11 +301,11 @@ static PetscErrorCode report_end(level *l, double started) {
     int last = l->number == r->options->levels;
     PetscFunctionBeginUser;
     PetscCall(VecDuplicate(l->x, &gradient));
-    PetscCall(energy_set_base(&l->e, l->x));
-    PetscCall(energy_resolve(&l->e, l->x, last ? l->tolerance : l->working_tolerance, &value, &error));
-    double unit = l->e.framed ? l->unit : sqrt(r->area / l->e.sums.area);
+    PetscCall(objective_set_base(&l->objective, l->x));
+    PetscCall(objective_resolve(&l->objective, l->x, last ? l->tolerance : l->working_tolerance, &value, &error));
+    double unit = l->objective.framed ? l->unit : sqrt(r->area / l->objective.sums.area);
     PetscCall(report_energies(l, value, unit, &r->end));
-    PetscCall(energy_evaluate(&l->e, l->x, &value, gradient));
+    PetscCall(objective_evaluate(&l->objective, l->x, &value, gradient));
     PetscCall(VecNorm(gradient, NORM_2, &norm));
     PetscCall(VecDestroy(&gradient));
     r->level[r->n_levels++] = (curvopt_level_report){
@@ -313,32 +315,32 @@ static PetscErrorCode report_end(level *l, double started) {
         .level = l->number,
         .n_vertices = l->on->whole_vertices,
         .iterations = l->iterations,
-        .evaluations = l->e.evaluations,
-        .stop = error <= ACCEPTABLE || r->options->joshi_sequin ? l->stop : CURVOPT_STOP_UNRESOLVED};
+        .evaluations = l->objective.evaluations,
+        .stop = error <= tuning->quadrature_acceptable || r->options->joshi_sequin ? l->stop : CURVOPT_STOP_UNRESOLVED};
     r->summary.stop = r->level[r->n_levels - 1].stop;
     PetscFunctionReturn(0);
 }
 
-/* The level's frame, vector and what is held; of positions in the user's units. */
-static PetscErrorCode place(level *l, const level_pins *pins, const double *xyz, int *refused) {
+/* The level's frame, vector and constraints; of positions in the user's units. */
+static PetscErrorCode place(level *l, const constraints_pins *pins, const double *xyz, int *refused) {
     run *r = l->r;
     double *projectors;
     int any_free;
     PetscScalar *x;
     PetscFunctionBeginUser;
-    PetscCall(hold_find(l->on, r->options->boundary, pins, &projectors, &any_free));
+    PetscCall(constraints_find(l->on, r->options->boundary, pins, &projectors, &any_free));
     if (!any_free && pins->freedom) { /* as the library: only pins can be too many */
         free(projectors);
         *refused = refuse(r, CURVOPT_ERROR_ARGUMENT, "nothing may move: all vertices are held");
         PetscFunctionReturn(0);
     }
-    l->e.framed = projectors != NULL;
-    PetscCall(energy_frame(l->on, xyz, l->origin, &l->unit));
-    if (l->e.framed) {
+    l->objective.framed = projectors != NULL;
+    PetscCall(objective_frame(l->on, xyz, l->origin, &l->unit));
+    if (l->objective.framed) {
         memcpy(l->origin, r->centroid, sizeof l->origin);
         l->unit = r->radius;
     }
-    PetscCall(portion_vector(l->on, &l->x));
+    PetscCall(subdomain_vector(l->on, &l->x));
     PetscCall(VecGetArrayWrite(l->x, &x));
     for (PetscInt i = 0; i < 3 * l->on->n_own; i++)
         x[i] = (xyz[i] - l->origin[i % 3]) / l->unit;
@@ -346,7 +348,7 @@ static PetscErrorCode place(level *l, const level_pins *pins, const double *xyz,
     PetscCall(VecDuplicate(l->x, &l->safe));
     PetscCall(VecCopy(l->x, l->safe));
     if (projectors)
-        PetscCall(energy_hold(&l->e, l->x, projectors));
+        PetscCall(objective_constrain(&l->objective, l->x, projectors));
     PetscFunctionReturn(0);
 }
 
@@ -357,62 +359,63 @@ static PetscErrorCode work(level *l, double *xyz, int *refused) {
     if (l->number == 1)
         PetscCall(report_start(l, refused));
     else
-        PetscCall(energy_resolve(&l->e, l->x, l->working_tolerance, &value, &error));
+        PetscCall(objective_resolve(&l->objective, l->x, l->working_tolerance, &value, &error));
     if (*refused)
         PetscFunctionReturn(0);
     PetscCall(minimize(l));
     PetscCall(report_end(l, started));
     PetscCall(to_user(l, xyz));
     if (r->options->verify && l->number == r->options->levels && r->summary.stop != CURVOPT_STOP_UNRESOLVED)
-        PetscCall(verify(l));
+        PetscCall(certify(l));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused) {
+PetscErrorCode level_solve(run *r, const subdomain *on, const constraints_pins *pins, int number, double *xyz,
+                           int *refused) {
     level l = {.r = r, .on = on, .number = number, .stop = CURVOPT_STOP_LIMIT};
     PetscFunctionBeginUser;
     l.tolerance = r->options->joshi_sequin ? (double)INFINITY : r->options->tolerance;
-    l.working_tolerance = number < r->options->levels ? WORKING_FACTOR * l.tolerance : l.tolerance;
+    l.working_tolerance = number < r->options->levels ? tuning->working_factor * l.tolerance : l.tolerance;
     if (number == 1)
-        PetscCall(energy_frame(on, xyz, r->centroid, &r->radius));
-    PetscCall(energy_create(on, r->options, &l.e, refused, r->message));
+        PetscCall(objective_frame(on, xyz, r->centroid, &r->radius));
+    PetscCall(objective_create(on, r->options, &l.objective, refused, r->message));
     if (!*refused)
         PetscCall(place(&l, pins, xyz, refused));
     if (!*refused)
         PetscCall(work(&l, xyz, refused));
-    r->cpu_seconds += l.e.cpu_seconds;
-    r->least_seconds = l.e.least_seconds;
-    r->evaluations += l.e.evaluations;
+    r->cpu_seconds += l.objective.cpu_seconds;
+    r->least_seconds = l.objective.least_seconds;
+    r->evaluations += l.objective.evaluations;
     PetscCall(VecDestroy(&l.x));
     PetscCall(VecDestroy(&l.safe));
-    PetscCall(energy_free(&l.e));
+    PetscCall(objective_free(&l.objective));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode level_gradient(const portion *on, const curvopt_options *options, const double *xyz, double *own,
+PetscErrorCode level_gradient(const subdomain *on, const curvopt_options *options, const double *xyz, double *own,
                               int *refused) {
-    energy e;
+    objective o;
     Vec x, gradient;
     double value;
     const PetscScalar *g;
-    char message[AGREE_MESSAGE];
+    char message[COLLECTIVE_MESSAGE];
     PetscScalar *at;
     size_t bytes = 3 * (size_t)on->n_own * sizeof *own;
     PetscFunctionBeginUser;
-    PetscCall(energy_create(on, options, &e, refused, message));
+    PetscCall(objective_create(on, options, &o, refused, message));
     if (*refused)
         PetscFunctionReturn(0);
-    PetscCall(portion_vector(on, &x));
+    PetscCall(subdomain_vector(on, &x));
     PetscCall(VecDuplicate(x, &gradient));
     PetscCall(VecGetArrayWrite(x, &at));
     memcpy(at, xyz, bytes);
     PetscCall(VecRestoreArrayWrite(x, &at));
-    PetscCall(energy_evaluate(&e, x, &value, gradient));
+    PetscCall(objective_evaluate(&o, x, &value, gradient));
     PetscCall(VecGetArrayRead(gradient, &g));
     memcpy(own, g, bytes);
     PetscCall(VecRestoreArrayRead(gradient, &g));
     PetscCall(VecDestroy(&gradient));
     PetscCall(VecDestroy(&x));
-    PetscCall(energy_free(&e));
+    PetscCall(objective_free(&o));
     PetscFunctionReturn(0);
 }

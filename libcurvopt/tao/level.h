@@ -1,4 +1,4 @@
-/* One level of a run with TAO: the cage's vertices moved until TAO is content, on an energy that is kept resolved.
+/* One level of a run with TAO: the cage's vertices moved until TAO is content, on an objective that is kept resolved.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CURVOPT_TAO_LEVEL_H
 #define CURVOPT_TAO_LEVEL_H
@@ -18,8 +18,8 @@ typedef struct run {
     curvopt_level_report level[CURVOPT_MAX_LEVELS];
     curvopt_energies start, end; /* of the input cage and of the result */
     curvopt_summary summary;
-    int verified;
-    verification all, shape; /* of what moves, and of motion along normals; if verified */
+    int certified;
+    certificate all, shape; /* of what moves, and of motion along normals; if certified */
     char tao_type[32];
     double cpu_seconds;   /* of this rank in the library, over all levels */
     double least_seconds; /* of the clock, for a value and gradient at the last level */
@@ -29,10 +29,11 @@ typedef struct run {
 
 /* Collective. From xyz [3 n_own], in the user's units, to the level's best, in place; *refused is a status of the
  * library, and then r->message says why. */
-PetscErrorCode level_solve(run *r, const portion *on, const level_pins *pins, int number, double *xyz, int *refused);
+PetscErrorCode level_solve(run *r, const subdomain *on, const constraints_pins *pins, int number, double *xyz,
+                           int *refused);
 
-/* Collective. The objective's gradient at xyz [3 n_own], with respect to it, into own [3 n_own]; nothing held. */
-PetscErrorCode level_gradient(const portion *on, const curvopt_options *options, const double *xyz, double *own,
+/* Collective. The objective's gradient at xyz [3 n_own], with respect to it, into own [3 n_own]; nothing fixed. */
+PetscErrorCode level_gradient(const subdomain *on, const curvopt_options *options, const double *xyz, double *own,
                               int *refused);
 
 double level_now(void);

@@ -1,5 +1,11 @@
-/* curvopt minimize with TAO's solvers, the cage shared out over MPI's ranks. SPDX-License-Identifier:
- * GPL-3.0-or-later */
+/* curvopt minimize with TAO's solvers, the cage distributed over MPI's ranks.
+ *
+ * Frozen: it is kept building and tested, as a second opinion on the library's own solver, and gets no new features. It
+ * reads cages on rank 0, keeps no symmetries and has no wide blends
+ * (libcurvopt/notes/92-curvopt-tao-and-wide-blends.md). It uses the public interface and the table of constants
+ * (base/tuning.h), nothing else of the library.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 200809L
 #include "main.h"
 #include "collective.h"
@@ -47,11 +53,11 @@ int program_follow(const program *p, int code) {
 }
 
 static PetscErrorCode refine(program *p) {
-    portion fine;
+    subdomain fine;
     double *fine_xyz;
     PetscFunctionBeginUser;
-    PetscCall(portion_refine(&p->on, p->xyz, &fine, &fine_xyz));
-    PetscCall(portion_free(&p->on));
+    PetscCall(subdomain_subdivide(&p->on, p->xyz, &fine, &fine_xyz));
+    PetscCall(subdomain_free(&p->on));
     free(p->xyz);
     p->on = fine;
     p->xyz = fine_xyz;
@@ -108,11 +114,9 @@ static const char *not_for_tao(const arguments *a) {
     return NULL;
 }
 
-/* As the library settles it. */
-static void settle_options(curvopt_options *o) {
-    int third = 0;
-    for (int t = CURVOPT_TERM_MVS; t <= CURVOPT_TERM_MEHLUM_TARROU; t++)
-        third |= o->weights[t] > 0;
+/* Options that are AUTO, as the library resolves them. */
+static void resolve_options(curvopt_options *o) {
+    int third = objective_has_third_order(o);
     if (o->surface == CURVOPT_SURFACE_AUTO)
         o->surface = !third            ? CURVOPT_SURFACE_LIMIT
                      : o->joshi_sequin ? CURVOPT_SURFACE_PLANE
@@ -123,21 +127,21 @@ static void settle_options(curvopt_options *o) {
 }
 
 static int minimize(program *p) {
-    int refused = 0, code = read_and_share(p);
+    int refused = 0, code = input_cage(p);
     if (code == ARGUMENTS_DONE)
-        code = read_pins(p);
+        code = input_pins(p);
     if (code == ARGUMENTS_DONE)
-        code = deliver_gradient(p);
+        code = report_gradient(p);
     if (code != ARGUMENTS_DONE)
         return code;
     PetscCallAbort(p->comm, solve(p, &refused));
     if (p->rank == 0 && !p->args.quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");
-    return refused ? read_refuse(p, p->run.message) : deliver(p);
+    return refused ? input_refuse(p, p->run.message) : report_result(p);
 }
 
 static int run_program(program *p, int argc, char **argv) {
-    char message[AGREE_MESSAGE];
+    char message[COLLECTIVE_MESSAGE];
     if (argc < 2)
         return program_say(p, ARGUMENTS_USAGE, "no command", "");
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
@@ -153,7 +157,7 @@ static int run_program(program *p, int argc, char **argv) {
     const char *refusal = not_for_tao(&p->args);
     if (refusal)
         return program_say(p, ARGUMENTS_USAGE, refusal, "");
-    settle_options(&p->args.options);
+    resolve_options(&p->args.options);
     return minimize(p);
 }
 
@@ -182,7 +186,7 @@ int main(int argc, char **argv) {
     if (fflush(stdout) != 0 || ferror(stdout))
         code = code == ARGUMENTS_DONE ? ARGUMENTS_COULD_NOT : code;
     code = program_follow(&p, code);
-    PetscCallAbort(p.comm, portion_free(&p.on));
+    PetscCallAbort(p.comm, subdomain_free(&p.on));
     free(p.xyz);
     free(p.pins.freedom);
     free(p.pins.direction);

@@ -1,11 +1,11 @@
-/* The whole program, and what its parts share: what comes in, what goes out.
+/* curvopt-tao: input, solve, report.
  *
  * Every rank parses the arguments; rank 0 alone reads, prints and writes. Whatever is refused is refused by all: what
  * one rank finds wrong the others are told, and all end with the same code.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
-#ifndef CURVOPT_TAO_PROGRAM_H
-#define CURVOPT_TAO_PROGRAM_H
+#ifndef CURVOPT_TAO_MAIN_H
+#define CURVOPT_TAO_MAIN_H
 
 #include "arguments.h"
 #include "level.h"
@@ -16,9 +16,9 @@ typedef struct program {
     PetscMPIInt rank, n_ranks;
     arguments args;
     run run;
-    portion on;
+    subdomain on;
     double *xyz; /* [3 n_own] */
-    level_pins pins;
+    constraints_pins pins;
     double memory; /* of this rank, in bytes, at the end of the last level */
 } program;
 
@@ -29,16 +29,16 @@ int program_follow(const program *p, int code);
 
 /* All collective, and the same code of arguments.h on every rank; what is wrong has been said. */
 
-/* The cage, shared out: p->on and p->xyz. */
-int read_and_share(program *p);
-/* p->pins, of the shared cage. */
-int read_pins(program *p);
-/* The library's sentence on why it does not take the cage; `message` [AGREE_MESSAGE] if it has none. */
-int read_refuse(const program *p, char *message);
+/* The cage, distributed: p->on and p->xyz. */
+int input_cage(program *p);
+/* p->pins, of the distributed cage. */
+int input_pins(program *p);
+/* The library's sentence on why it does not take the cage; `message` [COLLECTIVE_MESSAGE] if it has none. */
+int input_refuse(const program *p, char *message);
 
 /* -curvopt_gradient; a cage that is refused will be so again. */
-int deliver_gradient(program *p);
+int report_gradient(program *p);
 /* Cage and report: both are complete before either is put in its place. */
-int deliver(const program *p);
+int report_result(const program *p);
 
 #endif

@@ -1,4 +1,4 @@
-/* A cage that is shared out, into a file. SPDX-License-Identifier: GPL-3.0-or-later */
+/* A distributed cage, into a file. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "output_obj.h"
 
 #include "collective.h"
@@ -9,13 +9,13 @@
 
 enum { TAG_COUNT = 11, TAG_BLOCK };
 
-/* An equal share, in natural order, of what ranks have: n items of one unit each, by number. */
+/* A block of equal size on every rank, in natural order, of what ranks have: n items of one unit each, by number. */
 static PetscErrorCode to_blocks(MPI_Comm comm, PetscInt n_whole, PetscInt n, const PetscInt *numbers, MPI_Datatype unit,
                                 size_t bytes, const void *items, PetscInt *n_block, void **block) {
     PetscSF directory;
     PetscFunctionBeginUser;
-    PetscCall(number_directory(comm, n_whole, n, numbers, &directory, n_block));
-    *block = AGREE_NEW(comm, char, bytes *(size_t)*n_block);
+    PetscCall(global_numbering_directory(comm, n_whole, n, numbers, &directory, n_block));
+    *block = COLLECTIVE_NEW(comm, char, bytes *(size_t)*n_block);
     PetscCall(PetscSFReduceBegin(directory, unit, items, *block, MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(directory, unit, items, *block, MPI_REPLACE));
     PetscCall(PetscSFDestroy(&directory));
@@ -32,20 +32,20 @@ static PetscErrorCode fetch_block(MPI_Comm comm, int rank, size_t bytes, PetscIn
         PetscCallMPI(MPI_Send(*block, (int)(bytes * (size_t)*n), MPI_BYTE, 0, TAG_BLOCK, comm));
     } else if (me == 0 && rank != 0) {
         PetscCallMPI(MPI_Recv(n, 1, MPIU_INT, rank, TAG_COUNT, comm, MPI_STATUS_IGNORE));
-        *block = AGREE_NEW(comm, char, bytes *(size_t)*n);
+        *block = COLLECTIVE_NEW(comm, char, bytes *(size_t)*n);
         PetscCallMPI(MPI_Recv(*block, (int)(bytes * (size_t)*n), MPI_BYTE, rank, TAG_BLOCK, comm, MPI_STATUS_IGNORE));
     }
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode write_points(const portion *p, const double *own, const char *format, FILE *file) {
+static PetscErrorCode write_points(const subdomain *p, const double *own, const char *format, FILE *file) {
     PetscMPIInt me, n_ranks;
     PetscInt n_block;
     void *block;
     PetscFunctionBeginUser;
     PetscCallMPI(MPI_Comm_rank(p->comm, &me));
     PetscCallMPI(MPI_Comm_size(p->comm, &n_ranks));
-    PetscInt *numbers = AGREE_NEW(p->comm, PetscInt, p->n_own);
+    PetscInt *numbers = COLLECTIVE_NEW(p->comm, PetscInt, p->n_own);
     for (PetscInt i = 0; i < p->n_own; i++)
         numbers[i] = p->vertex[p->own[i]];
     PetscCall(
@@ -72,15 +72,16 @@ typedef struct polygons {
     PetscInt *face, *size, *corner, *vertex;
 } polygons;
 
-static polygons own_polygons(const portion *p) {
+static polygons own_polygons(const subdomain *p) {
     polygons out = {0};
     curvopt_mesh_info info;
     curvopt_mesh_get_info(p->mesh, &info, sizeof info);
-    int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *vertices = AGREE_NEW(p->comm, int32_t, info.n_corners);
-    out.face = AGREE_NEW(p->comm, PetscInt, info.n_faces);
-    out.size = AGREE_NEW(p->comm, PetscInt, info.n_faces);
-    out.corner = AGREE_NEW(p->comm, PetscInt, info.n_corners);
-    out.vertex = AGREE_NEW(p->comm, PetscInt, info.n_corners);
+    int32_t *sizes = COLLECTIVE_NEW(p->comm, int32_t, info.n_faces),
+            *vertices = COLLECTIVE_NEW(p->comm, int32_t, info.n_corners);
+    out.face = COLLECTIVE_NEW(p->comm, PetscInt, info.n_faces);
+    out.size = COLLECTIVE_NEW(p->comm, PetscInt, info.n_faces);
+    out.corner = COLLECTIVE_NEW(p->comm, PetscInt, info.n_corners);
+    out.vertex = COLLECTIVE_NEW(p->comm, PetscInt, info.n_corners);
     curvopt_mesh_get_faces(p->mesh, sizes, vertices);
     for (int32_t f = 0, c = 0; f < info.n_faces; c += sizes[f++]) {
         if (p->counts[f] == 0)
@@ -97,7 +98,7 @@ static polygons own_polygons(const portion *p) {
     return out;
 }
 
-static PetscErrorCode write_faces(const portion *p, FILE *file) {
+static PetscErrorCode write_faces(const subdomain *p, FILE *file) {
     PetscMPIInt me, n_ranks;
     PetscInt n_sizes, n_corners, left = 0;
     void *sizes, *corners;
@@ -117,7 +118,7 @@ static PetscErrorCode write_faces(const portion *p, FILE *file) {
         void *theirs = sizes;
         PetscCall(fetch_block(p->comm, rank, sizeof(PetscInt), &n, &theirs));
         if (me == 0) {
-            all_sizes = agree_allocated(p->comm, realloc(all_sizes, sizeof(PetscInt) * (size_t)(n_all + n + 1)));
+            all_sizes = collective_allocated(p->comm, realloc(all_sizes, sizeof(PetscInt) * (size_t)(n_all + n + 1)));
             memcpy(all_sizes + n_all, theirs, sizeof(PetscInt) * (size_t)n);
             n_all += n;
         }
@@ -163,15 +164,16 @@ static int compare_creases(const void *a, const void *b) {
 }
 
 /* Those whose smaller end this rank owns; their number. */
-static int own_creases(const portion *p, crease **out) {
+static int own_creases(const subdomain *p, crease **out) {
     int32_t n_creases, n_corners;
     int n = 0;
     curvopt_mesh_count_creases(p->mesh, &n_creases, &n_corners);
-    int32_t *ends = AGREE_NEW(p->comm, int32_t, 2 * (size_t)n_creases),
-            *corners = AGREE_NEW(p->comm, int32_t, n_corners);
-    double *sharpness = AGREE_NEW(p->comm, double, n_creases), *corner = AGREE_NEW(p->comm, double, n_corners);
+    int32_t *ends = COLLECTIVE_NEW(p->comm, int32_t, 2 * (size_t)n_creases),
+            *corners = COLLECTIVE_NEW(p->comm, int32_t, n_corners);
+    double *sharpness = COLLECTIVE_NEW(p->comm, double, n_creases),
+           *corner = COLLECTIVE_NEW(p->comm, double, n_corners);
     curvopt_mesh_get_creases(p->mesh, ends, sharpness, corners, corner);
-    *out = AGREE_NEW(p->comm, crease, (size_t)n_creases + (size_t)n_corners);
+    *out = COLLECTIVE_NEW(p->comm, crease, (size_t)n_creases + (size_t)n_corners);
     for (int32_t i = 0; i < n_creases + n_corners; i++) {
         int32_t a = i < n_creases ? ends[2 * i] : corners[i - n_creases],
                 b = i < n_creases ? ends[2 * i + 1] : corners[i - n_creases];
@@ -188,18 +190,18 @@ static int own_creases(const portion *p, crease **out) {
 }
 
 /* Creases are few: rank 0 gets all of them. */
-static PetscErrorCode write_creases(const portion *p, FILE *file) {
+static PetscErrorCode write_creases(const subdomain *p, FILE *file) {
     PetscMPIInt me, n_ranks, n_all = 0;
     crease *mine, *all;
     PetscFunctionBeginUser;
     PetscCallMPI(MPI_Comm_rank(p->comm, &me));
     PetscCallMPI(MPI_Comm_size(p->comm, &n_ranks));
     int n = own_creases(p, &mine) * (int)sizeof(crease);
-    int *counts = AGREE_NEW(p->comm, int, n_ranks), *starts = AGREE_NEW(p->comm, int, n_ranks);
+    int *counts = COLLECTIVE_NEW(p->comm, int, n_ranks), *starts = COLLECTIVE_NEW(p->comm, int, n_ranks);
     PetscCallMPI(MPI_Gather(&n, 1, MPI_INT, counts, 1, MPI_INT, 0, p->comm));
     for (int r = 0; r < n_ranks; n_all += counts[r++])
         starts[r] = n_all;
-    all = AGREE_NEW(p->comm, crease, n_all / (int)sizeof(crease));
+    all = COLLECTIVE_NEW(p->comm, crease, n_all / (int)sizeof(crease));
     PetscCallMPI(MPI_Gatherv(mine, n, MPI_BYTE, all, counts, starts, MPI_BYTE, 0, p->comm));
     n_all = me == 0 ? n_all / (int)sizeof(crease) : 0;
     qsort(all, (size_t)n_all, sizeof *all, compare_creases);
@@ -218,7 +220,7 @@ static PetscErrorCode write_creases(const portion *p, FILE *file) {
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_cage(const portion *p, const double *own_xyz, FILE *file, int *failed) {
+PetscErrorCode output_obj_cage(const subdomain *p, const double *own_xyz, FILE *file, int *failed) {
     PetscFunctionBeginUser;
     PetscCall(write_points(p, own_xyz, "v %.17g %.17g %.17g\n", file));
     PetscCall(write_faces(p, file));
@@ -227,7 +229,7 @@ PetscErrorCode write_cage(const portion *p, const double *own_xyz, FILE *file, i
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_vectors(const portion *p, const double *own_vectors, FILE *file, int *failed) {
+PetscErrorCode output_obj_vectors(const subdomain *p, const double *own_vectors, FILE *file, int *failed) {
     PetscFunctionBeginUser;
     PetscCall(write_points(p, own_vectors, "%.17g %.17g %.17g\n", file));
     *failed = file && ferror(file);

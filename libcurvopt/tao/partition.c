@@ -1,11 +1,12 @@
-/* Sharing a cage out: the rank that has read it sends every rank its portion.
+/* Distribution of a cage: the rank that has read it sends every rank its subdomain.
  *
- * Recursive bisection of the faces' centres (Berger, Bokhari 1987), by number of faces: portions are as even as they
- * can be, and their halos short where the cage's faces are about equally large.
+ * Recursive bisection of the faces' centres (Berger, Bokhari 1987), by number of faces: subdomains differ by one
+ * face at most, and their halos short where the cage's faces are about equally large.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "partition.h"
+
 #include "collective.h"
-#include "subdomain.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,13 +14,13 @@
 
 /* What the reading rank knows of the whole. */
 typedef struct whole {
-    const portion_source *source;
+    const partition_source *source;
     MPI_Comm comm;
     curvopt_mesh_info info;
     int32_t *sizes, *vertices, *face_start;
-    int32_t *rank_of;        /* [n_faces] */
-    unsigned char *on_rim;   /* [n_corners] the edge after this corner is on the boundary */
-    unsigned char *boundary; /* [n_vertices] */
+    int32_t *rank_of;           /* [n_faces] */
+    unsigned char *on_boundary; /* [n_corners] the edge after this corner is on the boundary */
+    unsigned char *boundary;    /* [n_vertices] */
 } whole;
 
 static void whole_free(whole *w) {
@@ -27,7 +28,7 @@ static void whole_free(whole *w) {
     free(w->vertices);
     free(w->face_start);
     free(w->rank_of);
-    free(w->on_rim);
+    free(w->on_boundary);
     free(w->boundary);
 }
 
@@ -68,8 +69,8 @@ static void bisect(centre *c, int32_t n, int first, int n_ranks, int32_t *rank_o
     bisect(c + n_left, n - n_left, first + left, n_ranks - left, rank_of);
 }
 
-static void share_faces(whole *w, int n_ranks) {
-    centre *c = AGREE_NEW(w->comm, centre, w->info.n_faces);
+static void assign_faces(whole *w, int n_ranks) {
+    centre *c = COLLECTIVE_NEW(w->comm, centre, w->info.n_faces);
     for (int32_t f = 0; f < w->info.n_faces; f++) {
         c[f].face = f;
         for (int32_t k = 0; k < w->sizes[f]; k++)
@@ -81,24 +82,25 @@ static void share_faces(whole *w, int n_ranks) {
 }
 
 /* Edges that one face has. The subdivision numbers edges for us: child k of a face has the edge after it second. */
-static void find_rim(whole *w) {
+static void find_boundary(whole *w) {
     curvopt_mesh *fine;
     curvopt_mesh_info info;
     curvopt_error error;
     if (!w->info.n_boundary_edges)
         return;
-    agree_succeeded(w->comm, curvopt_mesh_refine(w->source->mesh, NULL, &fine, NULL, &error), &error);
+    collective_check(w->comm, curvopt_mesh_refine(w->source->mesh, NULL, &fine, NULL, &error), &error);
     curvopt_mesh_get_info(fine, &info, sizeof info);
-    int32_t *sizes = AGREE_NEW(w->comm, int32_t, info.n_faces), *children = AGREE_NEW(w->comm, int32_t, info.n_corners);
-    unsigned char *seen = AGREE_NEW(w->comm, unsigned char, info.n_vertices);
+    int32_t *sizes = COLLECTIVE_NEW(w->comm, int32_t, info.n_faces),
+            *children = COLLECTIVE_NEW(w->comm, int32_t, info.n_corners);
+    unsigned char *seen = COLLECTIVE_NEW(w->comm, unsigned char, info.n_vertices);
     curvopt_mesh_get_faces(fine, sizes, children);
     for (int32_t c = 0; c < w->info.n_corners; c++)
         seen[children[4 * (size_t)c + 1]]++;
     for (int32_t f = 0; f < w->info.n_faces; f++)
         for (int32_t k = 0; k < w->sizes[f]; k++) {
             int32_t c = w->face_start[f] + k;
-            w->on_rim[c] = seen[children[4 * (size_t)c + 1]] == 1;
-            if (w->on_rim[c])
+            w->on_boundary[c] = seen[children[4 * (size_t)c + 1]] == 1;
+            if (w->on_boundary[c])
                 w->boundary[w->vertices[c]] = w->boundary[w->vertices[w->face_start[f] + (k + 1) % w->sizes[f]]] = 1;
         }
     free(sizes);
@@ -107,20 +109,20 @@ static void find_rim(whole *w) {
     curvopt_mesh_destroy(fine);
 }
 
-static whole look_at(MPI_Comm comm, const portion_source *source, int n_ranks) {
+static whole look_at(MPI_Comm comm, const partition_source *source, int n_ranks) {
     whole w = {.source = source, .comm = comm};
     curvopt_mesh_get_info(source->mesh, &w.info, sizeof w.info);
-    w.sizes = AGREE_NEW(comm, int32_t, w.info.n_faces);
-    w.vertices = AGREE_NEW(comm, int32_t, w.info.n_corners);
-    w.face_start = AGREE_NEW(comm, int32_t, w.info.n_faces);
-    w.rank_of = AGREE_NEW(comm, int32_t, w.info.n_faces);
-    w.on_rim = AGREE_NEW(comm, unsigned char, w.info.n_corners);
-    w.boundary = AGREE_NEW(comm, unsigned char, w.info.n_vertices);
+    w.sizes = COLLECTIVE_NEW(comm, int32_t, w.info.n_faces);
+    w.vertices = COLLECTIVE_NEW(comm, int32_t, w.info.n_corners);
+    w.face_start = COLLECTIVE_NEW(comm, int32_t, w.info.n_faces);
+    w.rank_of = COLLECTIVE_NEW(comm, int32_t, w.info.n_faces);
+    w.on_boundary = COLLECTIVE_NEW(comm, unsigned char, w.info.n_corners);
+    w.boundary = COLLECTIVE_NEW(comm, unsigned char, w.info.n_vertices);
     curvopt_mesh_get_faces(source->mesh, w.sizes, w.vertices);
     for (int32_t f = 1; f < w.info.n_faces; f++)
         w.face_start[f] = w.face_start[f - 1] + w.sizes[f - 1];
-    share_faces(&w, n_ranks);
-    find_rim(&w);
+    assign_faces(&w, n_ranks);
+    find_boundary(&w);
     return w;
 }
 
@@ -133,7 +135,7 @@ enum {
     N_CORNERS,
     N_CREASES,
     N_SHARP,
-    N_RIM,
+    N_BOUNDARY_EDGES,
     WHOLE_VERTICES,
     WHOLE_EDGES,
     WHOLE_FACES,
@@ -145,13 +147,14 @@ typedef struct packet {
     int32_t count[N_COUNTS];
     int32_t *integers;
     double *reals;
-    int32_t *vertex, *boundary, *face, *face_corner, *is_own, *sizes, *corners, *creases, *sharp, *rim; /* integers */
-    double *xyz, *crease_sharpness, *corner_sharpness;                                                  /* reals */
+    int32_t *vertex, *boundary, *face, *face_corner, *is_own, *sizes, *corners, *creases, *sharp,
+        *boundary_edges;                               /* integers */
+    double *xyz, *crease_sharpness, *corner_sharpness; /* reals */
 } packet;
 
 static size_t count_integers(const int32_t *n) {
     return 2 * (size_t)n[N_VERTICES] + 4 * (size_t)n[N_FACES] + (size_t)n[N_CORNERS] + 2 * (size_t)n[N_CREASES] +
-           (size_t)n[N_SHARP] + 2 * (size_t)n[N_RIM];
+           (size_t)n[N_SHARP] + 2 * (size_t)n[N_BOUNDARY_EDGES];
 }
 
 static size_t count_reals(const int32_t *n) {
@@ -161,8 +164,8 @@ static size_t count_reals(const int32_t *n) {
 /* Room for what the counts say. */
 static void packet_allocate(MPI_Comm comm, packet *p) {
     const int32_t *n = p->count;
-    p->integers = AGREE_NEW(comm, int32_t, count_integers(n));
-    p->reals = AGREE_NEW(comm, double, count_reals(n));
+    p->integers = COLLECTIVE_NEW(comm, int32_t, count_integers(n));
+    p->reals = COLLECTIVE_NEW(comm, double, count_reals(n));
     p->vertex = p->integers;
     p->boundary = p->vertex + n[N_VERTICES];
     p->face = p->boundary + n[N_VERTICES];
@@ -172,7 +175,7 @@ static void packet_allocate(MPI_Comm comm, packet *p) {
     p->corners = p->sizes + n[N_FACES];
     p->creases = p->corners + n[N_CORNERS];
     p->sharp = p->creases + 2 * (size_t)n[N_CREASES];
-    p->rim = p->sharp + n[N_SHARP];
+    p->boundary_edges = p->sharp + n[N_SHARP];
     p->xyz = p->reals;
     p->crease_sharpness = p->xyz + 3 * (size_t)n[N_VERTICES];
     p->corner_sharpness = p->crease_sharpness + n[N_CREASES];
@@ -188,9 +191,9 @@ static int compare_pairs(const void *a, const void *b) {
     return x[0] != y[0] ? (x[0] > y[0]) - (x[0] < y[0]) : (x[1] > y[1]) - (x[1] < y[1]);
 }
 
-/* What stands in the whole's arrays, for the faces of a part. */
+/* What stands in the whole's arrays, for the faces of a subdomain. */
 static void fill_packet(const whole *w, int rank, const int32_t *vertex_of, const int32_t *face_of, packet *p) {
-    int32_t n_rim = 0, at = 0;
+    int32_t n_boundary_edges = 0, at = 0;
     for (int32_t v = 0; v < p->count[N_VERTICES]; v++) {
         p->vertex[v] = vertex_of[v];
         p->boundary[v] = w->boundary[vertex_of[v]];
@@ -201,42 +204,42 @@ static void fill_packet(const whole *w, int rank, const int32_t *vertex_of, cons
         p->face_corner[f] = w->face_start[face_of[f]];
         p->is_own[f] = w->rank_of[face_of[f]] == rank;
         for (int32_t k = 0; k < p->sizes[f]; k++)
-            if (w->on_rim[p->face_corner[f] + k]) {
-                p->rim[2 * n_rim] = p->corners[at + k];
-                p->rim[2 * n_rim++ + 1] = p->corners[at + (k + 1) % p->sizes[f]];
+            if (w->on_boundary[p->face_corner[f] + k]) {
+                p->boundary_edges[2 * n_boundary_edges] = p->corners[at + k];
+                p->boundary_edges[2 * n_boundary_edges++ + 1] = p->corners[at + (k + 1) % p->sizes[f]];
             }
     }
-    qsort(p->rim, (size_t)n_rim, 2 * sizeof *p->rim, compare_pairs);
+    qsort(p->boundary_edges, (size_t)n_boundary_edges, 2 * sizeof *p->boundary_edges, compare_pairs);
 }
 
 static packet packet_for(const whole *w, int rank) {
     packet p = {.integers = NULL};
-    curvopt_mesh *part;
+    curvopt_mesh *mesh;
     curvopt_mesh_info info;
     curvopt_error error;
-    double *weight = AGREE_NEW(w->comm, double, w->info.n_faces);
-    int32_t *vertex_of = AGREE_NEW(w->comm, int32_t, w->info.n_vertices),
-            *face_of = AGREE_NEW(w->comm, int32_t, w->info.n_faces);
+    double *weight = COLLECTIVE_NEW(w->comm, double, w->info.n_faces);
+    int32_t *vertex_of = COLLECTIVE_NEW(w->comm, int32_t, w->info.n_vertices),
+            *face_of = COLLECTIVE_NEW(w->comm, int32_t, w->info.n_faces);
     for (int32_t f = 0; f < w->info.n_faces; f++)
         weight[f] = w->rank_of[f] == rank;
-    agree_succeeded(w->comm, curvopt_mesh_part(w->source->mesh, weight, &part, vertex_of, face_of, &error), &error);
-    curvopt_mesh_get_info(part, &info, sizeof info);
+    collective_check(w->comm, curvopt_mesh_part(w->source->mesh, weight, &mesh, vertex_of, face_of, &error), &error);
+    curvopt_mesh_get_info(mesh, &info, sizeof info);
     p.count[N_VERTICES] = info.n_vertices;
     p.count[N_FACES] = info.n_faces;
     p.count[N_CORNERS] = info.n_corners;
-    curvopt_mesh_count_creases(part, &p.count[N_CREASES], &p.count[N_SHARP]);
+    curvopt_mesh_count_creases(mesh, &p.count[N_CREASES], &p.count[N_SHARP]);
     for (int32_t f = 0; f < info.n_faces; f++)
         for (int32_t k = 0; k < w->sizes[face_of[f]]; k++)
-            p.count[N_RIM] += w->on_rim[w->face_start[face_of[f]] + k];
+            p.count[N_BOUNDARY_EDGES] += w->on_boundary[w->face_start[face_of[f]] + k];
     p.count[WHOLE_VERTICES] = w->info.n_vertices;
     p.count[WHOLE_EDGES] = w->info.n_edges;
     p.count[WHOLE_FACES] = w->info.n_faces;
     p.count[WHOLE_CORNERS] = w->info.n_corners;
     packet_allocate(w->comm, &p);
-    curvopt_mesh_get_faces(part, p.sizes, p.corners);
-    curvopt_mesh_get_creases(part, p.creases, p.crease_sharpness, p.sharp, p.corner_sharpness);
+    curvopt_mesh_get_faces(mesh, p.sizes, p.corners);
+    curvopt_mesh_get_creases(mesh, p.creases, p.crease_sharpness, p.sharp, p.corner_sharpness);
     fill_packet(w, rank, vertex_of, face_of, &p);
-    curvopt_mesh_destroy(part);
+    curvopt_mesh_destroy(mesh);
     free(weight);
     free(vertex_of);
     free(face_of);
@@ -264,16 +267,16 @@ static PetscErrorCode packet_receive(MPI_Comm comm, packet *p) {
     PetscFunctionReturn(0);
 }
 
-/* -------------------------------------------------------------------------------------------------- portion -- */
+/* -------------------------------------------------------------------------------------------------- subdomain -- */
 
 static PetscInt *as_indices(MPI_Comm comm, const int32_t *from, size_t n) {
-    PetscInt *out = AGREE_NEW(comm, PetscInt, n);
+    PetscInt *out = COLLECTIVE_NEW(comm, PetscInt, n);
     for (size_t i = 0; i < n; i++)
         out[i] = from[i];
     return out;
 }
 
-static PetscErrorCode unpack(MPI_Comm comm, const packet *p, portion *out, double **own_xyz) {
+static PetscErrorCode unpack(MPI_Comm comm, const packet *p, subdomain *out, double **own_xyz) {
     const int32_t *n = p->count;
     curvopt_creases creases = {.crease_vertices = p->creases,
                                .crease_sharpness = p->crease_sharpness,
@@ -283,35 +286,35 @@ static PetscErrorCode unpack(MPI_Comm comm, const packet *p, portion *out, doubl
                                .n_corners = n[N_SHARP]};
     curvopt_error error;
     PetscFunctionBeginUser;
-    *out = (portion){.comm = comm,
-                     .n_vertices = n[N_VERTICES],
-                     .n_faces = n[N_FACES],
-                     .n_rim = n[N_RIM],
-                     .whole_vertices = n[WHOLE_VERTICES],
-                     .whole_edges = n[WHOLE_EDGES],
-                     .whole_faces = n[WHOLE_FACES],
-                     .whole_corners = n[WHOLE_CORNERS]};
-    agree_succeeded(
+    *out = (subdomain){.comm = comm,
+                       .n_vertices = n[N_VERTICES],
+                       .n_faces = n[N_FACES],
+                       .n_boundary_edges = n[N_BOUNDARY_EDGES],
+                       .whole_vertices = n[WHOLE_VERTICES],
+                       .whole_edges = n[WHOLE_EDGES],
+                       .whole_faces = n[WHOLE_FACES],
+                       .whole_corners = n[WHOLE_CORNERS]};
+    collective_check(
         comm, curvopt_mesh_create_part(n[N_VERTICES], n[N_FACES], p->sizes, p->corners, &creases, &out->mesh, &error),
         &error);
     out->vertex = as_indices(comm, p->vertex, (size_t)n[N_VERTICES]);
     out->face = as_indices(comm, p->face, (size_t)n[N_FACES]);
     out->face_corner = as_indices(comm, p->face_corner, (size_t)n[N_FACES]);
-    out->rim = as_indices(comm, p->rim, 2 * (size_t)n[N_RIM]);
-    out->boundary = AGREE_NEW(comm, unsigned char, n[N_VERTICES]);
-    out->counts = AGREE_NEW(comm, double, n[N_FACES]);
+    out->boundary_edges = as_indices(comm, p->boundary_edges, 2 * (size_t)n[N_BOUNDARY_EDGES]);
+    out->boundary = COLLECTIVE_NEW(comm, unsigned char, n[N_VERTICES]);
+    out->counts = COLLECTIVE_NEW(comm, double, n[N_FACES]);
     for (int32_t v = 0; v < n[N_VERTICES]; v++)
         out->boundary[v] = (unsigned char)p->boundary[v];
     for (int32_t f = 0; f < n[N_FACES]; f++)
         out->counts[f] = p->is_own[f];
-    PetscCall(portion_place(out));
-    *own_xyz = AGREE_NEW(comm, double, 3 * (size_t)out->n_own);
+    PetscCall(subdomain_place(out));
+    *own_xyz = COLLECTIVE_NEW(comm, double, 3 * (size_t)out->n_own);
     for (PetscInt i = 0; i < out->n_own; i++)
         memcpy(*own_xyz + 3 * (size_t)i, p->xyz + 3 * (size_t)out->own[i], 3 * sizeof(double));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_share(MPI_Comm comm, const portion_source *source, portion *out, double **own_xyz) {
+PetscErrorCode partition_cage(MPI_Comm comm, const partition_source *source, subdomain *out, double **own_xyz) {
     PetscMPIInt rank, n_ranks;
     packet mine;
     PetscFunctionBeginUser;

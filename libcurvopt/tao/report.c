@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A file of rank 0 that all ranks write to; `writer` as write_cage(). */
+/* A file of rank 0 that all ranks write to; `writer` as output_obj_cage(). */
 static int stage(const program *p, const char *path,
-                 PetscErrorCode (*writer)(const portion *, const double *, FILE *, int *), const double *what,
+                 PetscErrorCode (*writer)(const subdomain *, const double *, FILE *, int *), const double *what,
                  staged *out) {
     int failed = 0;
     *out = (staged){0};
@@ -36,7 +36,7 @@ static int commit(const program *p, staged *out) {
     return failed ? program_say(p, ARGUMENTS_COULD_NOT, path, strerror(failed)) : ARGUMENTS_DONE;
 }
 
-int deliver_gradient(program *p) {
+int report_gradient(program *p) {
     char path[PETSC_MAX_PATH_LEN];
     PetscBool wanted;
     staged file;
@@ -44,9 +44,9 @@ int deliver_gradient(program *p) {
     PetscCallAbort(p->comm, PetscOptionsGetString(NULL, NULL, "-curvopt_gradient", path, sizeof path, &wanted));
     if (!wanted)
         return ARGUMENTS_DONE;
-    double *own = AGREE_NEW(p->comm, double, 3 * (size_t)p->on.n_own);
+    double *own = COLLECTIVE_NEW(p->comm, double, 3 * (size_t)p->on.n_own);
     PetscCallAbort(p->comm, level_gradient(&p->on, &p->args.options, p->xyz, own, &refused));
-    int code = refused ? ARGUMENTS_DONE : stage(p, path, write_vectors, own, &file);
+    int code = refused ? ARGUMENTS_DONE : stage(p, path, output_obj_vectors, own, &file);
     if (!refused && code == ARGUMENTS_DONE)
         code = commit(p, &file);
     free(own);
@@ -68,9 +68,9 @@ static char *rank_figures(const program *p) {
                                     p->run.cpu_seconds / p->run.evaluations,
                                     p->run.least_seconds,
                                     p->memory};
-    double *gathered = AGREE_NEW(p->comm, double, N_FIGURES *(size_t)p->n_ranks);
+    double *gathered = COLLECTIVE_NEW(p->comm, double, N_FIGURES *(size_t)p->n_ranks);
     size_t size = 400 + N_FIGURES * ROOM * ((size_t)p->n_ranks + 1), at = 0;
-    char *text = AGREE_NEW(p->comm, char, size);
+    char *text = COLLECTIVE_NEW(p->comm, char, size);
     MPI_Gather(mine, N_FIGURES, MPI_DOUBLE, gathered, N_FIGURES, MPI_DOUBLE, 0, p->comm);
     at += (size_t)snprintf(text + at, size - at, "  \"tao\": {\"ranks\": %d, \"threads\": %d", p->n_ranks,
                            (int)p->args.options.threads);
@@ -80,8 +80,8 @@ static char *rank_figures(const program *p) {
             at += (size_t)snprintf(text + at, size - at, "%s%.6g", r ? ", " : "", gathered[N_FIGURES * r + k]);
         at += (size_t)snprintf(text + at, size - at, "]");
     }
-    const verification *all = &p->run.all, *shape = &p->run.shape;
-    if (p->run.verified)
+    const certificate *all = &p->run.all, *shape = &p->run.shape;
+    if (p->run.certified)
         at += (size_t)snprintf(text + at, size - at,
                                ", \"newton_gain\": %.6g, \"shape_gain\": %.6g, \"hessian_positive\": %s, "
                                "\"shape_hessian_positive\": %s",
@@ -93,7 +93,7 @@ static char *rank_figures(const program *p) {
 }
 
 static int stage_json(const program *p, staged *out) {
-    const portion *on = &p->on;
+    const subdomain *on = &p->on;
     *out = (staged){0};
     if (!p->args.json)
         return ARGUMENTS_DONE;
@@ -121,10 +121,10 @@ static int stage_json(const program *p, staged *out) {
     return failed ? program_say(p, ARGUMENTS_COULD_NOT, p->args.json, strerror(failed)) : ARGUMENTS_DONE;
 }
 
-int deliver(const program *p) {
+int report_result(const program *p) {
     staged cage, json;
     const curvopt_summary *s = &p->run.summary;
-    int code = stage(p, p->args.output, write_cage, p->xyz, &cage);
+    int code = stage(p, p->args.output, output_obj_cage, p->xyz, &cage);
     if (code != ARGUMENTS_DONE)
         return code;
     code = stage_json(p, &json);

@@ -1,4 +1,4 @@
-/* A rank's portion of a cage: places in vectors, and subdivision. SPDX-License-Identifier: GPL-3.0-or-later */
+/* A rank's subdomain of a cage: places in vectors, and subdivision. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "subdomain.h"
 
 #include "collective.h"
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-PetscErrorCode portion_free(portion *p) {
+PetscErrorCode subdomain_free(subdomain *p) {
     PetscFunctionBeginUser;
     curvopt_mesh_destroy(p->mesh);
     free(p->vertex);
@@ -15,32 +15,32 @@ PetscErrorCode portion_free(portion *p) {
     free(p->face_corner);
     free(p->counts);
     free(p->boundary);
-    free(p->rim);
+    free(p->boundary_edges);
     free(p->global);
     free(p->own);
     PetscCall(PetscSFDestroy(&p->ghosts));
     if (p->point)
         PetscCallMPI(MPI_Type_free(&p->point));
-    *p = (portion){0};
+    *p = (subdomain){0};
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_fetch(const portion *p, const double *own_xyz, double *xyz) {
+PetscErrorCode subdomain_fetch(const subdomain *p, const double *own_xyz, double *xyz) {
     PetscFunctionBeginUser;
     PetscCall(PetscSFBcastBegin(p->ghosts, p->point, own_xyz, xyz, MPI_REPLACE));
     PetscCall(PetscSFBcastEnd(p->ghosts, p->point, own_xyz, xyz, MPI_REPLACE));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_sum(const portion *p, const double *shares, double *own) {
+PetscErrorCode subdomain_sum(const subdomain *p, const double *contributions, double *own) {
     PetscFunctionBeginUser;
     PetscCall(PetscArrayzero(own, 3 * (size_t)p->n_own));
-    PetscCall(PetscSFReduceBegin(p->ghosts, p->point, shares, own, MPIU_SUM));
-    PetscCall(PetscSFReduceEnd(p->ghosts, p->point, shares, own, MPIU_SUM));
+    PetscCall(PetscSFReduceBegin(p->ghosts, p->point, contributions, own, MPIU_SUM));
+    PetscCall(PetscSFReduceEnd(p->ghosts, p->point, contributions, own, MPIU_SUM));
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_vector(const portion *p, Vec *out) {
+PetscErrorCode subdomain_vector(const subdomain *p, Vec *out) {
     PetscFunctionBeginUser;
     PetscCall(VecCreate(p->comm, out));
     PetscCall(VecSetSizes(*out, 3 * p->n_own, 3 * p->whole_vertices));
@@ -50,23 +50,24 @@ PetscErrorCode portion_vector(const portion *p, Vec *out) {
 }
 
 /* Which vertices are those of own faces. */
-static void mark_touched(const portion *p, const int32_t *sizes, const int32_t *vertices, unsigned char *touched) {
+static void mark_touched(const subdomain *p, const int32_t *sizes, const int32_t *vertices, unsigned char *touched) {
     for (PetscInt f = 0, c = 0; f < p->n_faces; c += sizes[f++])
         for (int32_t k = 0; p->counts[f] != 0 && k < sizes[f]; k++)
             touched[vertices[c + k]] = 1;
 }
 
 /* Who owns each vertex: the first rank that has a face at it. owner [n_vertices] */
-static PetscErrorCode find_owners(const portion *p, PetscSF by_number, PetscInt n_roots, PetscInt *owner) {
+static PetscErrorCode find_owners(const subdomain *p, PetscSF by_number, PetscInt n_roots, PetscInt *owner) {
     curvopt_mesh_info info;
     PetscMPIInt rank, size;
     PetscFunctionBeginUser;
     PetscCallMPI(MPI_Comm_rank(p->comm, &rank));
     PetscCallMPI(MPI_Comm_size(p->comm, &size));
     curvopt_mesh_get_info(p->mesh, &info, sizeof info);
-    int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *vertices = AGREE_NEW(p->comm, int32_t, info.n_corners);
-    unsigned char *touched = AGREE_NEW(p->comm, unsigned char, p->n_vertices);
-    PetscInt *root = AGREE_NEW(p->comm, PetscInt, n_roots);
+    int32_t *sizes = COLLECTIVE_NEW(p->comm, int32_t, info.n_faces),
+            *vertices = COLLECTIVE_NEW(p->comm, int32_t, info.n_corners);
+    unsigned char *touched = COLLECTIVE_NEW(p->comm, unsigned char, p->n_vertices);
+    PetscInt *root = COLLECTIVE_NEW(p->comm, PetscInt, n_roots);
     curvopt_mesh_get_faces(p->mesh, sizes, vertices);
     mark_touched(p, sizes, vertices, touched);
     for (PetscInt v = 0; v < p->n_vertices; v++)
@@ -85,17 +86,17 @@ static PetscErrorCode find_owners(const portion *p, PetscSF by_number, PetscInt 
 }
 
 /* Places in vectors: by rank, own vertices in the order of the mesh. */
-static PetscErrorCode find_places(portion *p) {
+static PetscErrorCode find_places(subdomain *p) {
     PetscSF by_number;
     PetscInt n_roots, *root, n = 0;
     PetscMPIInt rank;
     PetscFunctionBeginUser;
     PetscCallMPI(MPI_Comm_rank(p->comm, &rank));
-    PetscCall(number_directory(p->comm, p->whole_vertices, p->n_vertices, p->vertex, &by_number, &n_roots));
-    PetscInt *owner = AGREE_NEW(p->comm, PetscInt, p->n_vertices);
-    p->global = AGREE_NEW(p->comm, PetscInt, p->n_vertices);
-    p->own = AGREE_NEW(p->comm, PetscInt, p->n_vertices);
-    root = AGREE_NEW(p->comm, PetscInt, n_roots);
+    PetscCall(global_numbering_directory(p->comm, p->whole_vertices, p->n_vertices, p->vertex, &by_number, &n_roots));
+    PetscInt *owner = COLLECTIVE_NEW(p->comm, PetscInt, p->n_vertices);
+    p->global = COLLECTIVE_NEW(p->comm, PetscInt, p->n_vertices);
+    p->own = COLLECTIVE_NEW(p->comm, PetscInt, p->n_vertices);
+    root = COLLECTIVE_NEW(p->comm, PetscInt, n_roots);
     PetscCall(find_owners(p, by_number, n_roots, owner));
     for (PetscInt v = 0; v < p->n_vertices; v++)
         if (owner[v] == rank)
@@ -119,7 +120,7 @@ static PetscErrorCode find_places(portion *p) {
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_place(portion *p) {
+PetscErrorCode subdomain_place(subdomain *p) {
     PetscLayout layout;
     PetscFunctionBeginUser;
     PetscCall(find_places(p));
@@ -134,15 +135,15 @@ PetscErrorCode portion_place(portion *p) {
 
 /* ------------------------------------------------------------------------------------------- subdivision -- */
 
-/* A portion, and its mesh subdivided: child k of face f begins at that corner. */
+/* A subdomain, and its mesh subdivided: child k of face f begins at that corner. */
 typedef struct subdivision {
-    const portion *from;
+    const subdomain *from;
     curvopt_mesh *fine;
     curvopt_mesh_info coarse_info, info;
     int32_t *children;       /* [4 n_corners] vertices of the fine faces: corner, edge after it, face, edge before */
     PetscInt *vertex;        /* [fine vertices] natural number */
     unsigned char *boundary; /* [fine vertices] */
-    double *xyz;             /* [3 fine vertices]; at the halo's rim they are wrong, and not used */
+    double *xyz;             /* [3 fine vertices]; at the edge of the halo they are wrong, and not used */
 } subdivision;
 
 static void subdivision_free(subdivision *s) {
@@ -158,17 +159,18 @@ static int compare_pairs(const void *a, const void *b) {
     return x[0] != y[0] ? (x[0] > y[0]) - (x[0] < y[0]) : (x[1] > y[1]) - (x[1] < y[1]);
 }
 
-static int is_rim(const portion *p, PetscInt from, PetscInt to) {
+static int is_boundary_edge(const subdomain *p, PetscInt from, PetscInt to) {
     const PetscInt pair[2] = {from, to};
-    return p->n_rim && bsearch(pair, p->rim, (size_t)p->n_rim, sizeof pair, compare_pairs) != NULL;
+    return p->n_boundary_edges &&
+           bsearch(pair, p->boundary_edges, (size_t)p->n_boundary_edges, sizeof pair, compare_pairs) != NULL;
 }
 
 /* The natural numbers of the fine vertices, and which are on the boundary. sizes [n_faces of the coarse mesh] */
 static PetscErrorCode number_vertices(subdivision *s, const int32_t *sizes) {
-    const portion *p = s->from;
+    const subdomain *p = s->from;
     PetscInt n_edges = s->coarse_info.n_edges, n = p->n_vertices;
     PetscFunctionBeginUser;
-    PetscInt *ends = AGREE_NEW(p->comm, PetscInt, 2 * (size_t)n_edges);
+    PetscInt *ends = COLLECTIVE_NEW(p->comm, PetscInt, 2 * (size_t)n_edges);
     for (PetscInt v = 0; v < n; v++) {
         s->vertex[v] = p->vertex[v];
         s->boundary[v] = p->boundary[v];
@@ -181,31 +183,31 @@ static PetscErrorCode number_vertices(subdivision *s, const int32_t *sizes) {
             PetscInt a = p->vertex[here[0]], b = p->vertex[next[0]], e = here[1] - n;
             ends[2 * e] = PetscMin(a, b);
             ends[2 * e + 1] = PetscMax(a, b);
-            s->boundary[here[1]] |= (unsigned char)is_rim(p, here[0], next[0]);
+            s->boundary[here[1]] |= (unsigned char)is_boundary_edge(p, here[0], next[0]);
         }
     }
-    PetscCall(number_edges(p->comm, p->whole_vertices, n_edges, ends, s->vertex + n));
+    PetscCall(global_numbering_edges(p->comm, p->whole_vertices, n_edges, ends, s->vertex + n));
     for (PetscInt e = 0; e < n_edges; e++)
         s->vertex[n + e] += p->whole_vertices;
     free(ends);
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode subdivide(const portion *p, const double *own_xyz, const int32_t *sizes, subdivision *s) {
+static PetscErrorCode subdivide(const subdomain *p, const double *own_xyz, const int32_t *sizes, subdivision *s) {
     curvopt_error error;
     PetscFunctionBeginUser;
     *s = (subdivision){.from = p};
     curvopt_mesh_get_info(p->mesh, &s->coarse_info, sizeof s->coarse_info);
     const curvopt_mesh_info *c = &s->coarse_info;
     size_t n_fine = (size_t)c->n_vertices + (size_t)c->n_edges + (size_t)c->n_faces;
-    double *xyz = AGREE_NEW(p->comm, double, 3 * (size_t)p->n_vertices);
-    int32_t *fine_sizes = AGREE_NEW(p->comm, int32_t, c->n_corners);
-    s->xyz = AGREE_NEW(p->comm, double, 3 * n_fine);
-    s->vertex = AGREE_NEW(p->comm, PetscInt, n_fine);
-    s->boundary = AGREE_NEW(p->comm, unsigned char, n_fine);
-    s->children = AGREE_NEW(p->comm, int32_t, 4 * (size_t)c->n_corners);
-    PetscCall(portion_fetch(p, own_xyz, xyz));
-    agree_succeeded(p->comm, curvopt_mesh_refine(p->mesh, xyz, &s->fine, s->xyz, &error), &error);
+    double *xyz = COLLECTIVE_NEW(p->comm, double, 3 * (size_t)p->n_vertices);
+    int32_t *fine_sizes = COLLECTIVE_NEW(p->comm, int32_t, c->n_corners);
+    s->xyz = COLLECTIVE_NEW(p->comm, double, 3 * n_fine);
+    s->vertex = COLLECTIVE_NEW(p->comm, PetscInt, n_fine);
+    s->boundary = COLLECTIVE_NEW(p->comm, unsigned char, n_fine);
+    s->children = COLLECTIVE_NEW(p->comm, int32_t, 4 * (size_t)c->n_corners);
+    PetscCall(subdomain_fetch(p, own_xyz, xyz));
+    collective_check(p->comm, curvopt_mesh_refine(p->mesh, xyz, &s->fine, s->xyz, &error), &error);
     curvopt_mesh_get_info(s->fine, &s->info, sizeof s->info);
     curvopt_mesh_get_faces(s->fine, fine_sizes, s->children);
     PetscCall(number_vertices(s, sizes));
@@ -214,48 +216,51 @@ static PetscErrorCode subdivide(const portion *p, const double *own_xyz, const i
     PetscFunctionReturn(0);
 }
 
-/* Boundary edges: halves of those before, as far as the new halo has them. place [fine vertices]: in the part, or -1 */
-static void refine_rim(const subdivision *s, const int32_t *sizes, const PetscInt *place, portion *out) {
-    const portion *p = s->from;
-    out->rim = AGREE_NEW(p->comm, PetscInt, 4 * (size_t)p->n_rim);
+/* Boundary edges: halves of those before, as far as the new halo has them. place [fine vertices]: in the subdomain, or
+ * -1 */
+static void subdivide_boundary(const subdivision *s, const int32_t *sizes, const PetscInt *place, subdomain *out) {
+    const subdomain *p = s->from;
+    out->boundary_edges = COLLECTIVE_NEW(p->comm, PetscInt, 4 * (size_t)p->n_boundary_edges);
     for (PetscInt f = 0, c = 0; f < p->n_faces; c += sizes[f++])
-        for (int32_t k = 0; p->n_rim && k < sizes[f]; k++) {
+        for (int32_t k = 0; p->n_boundary_edges && k < sizes[f]; k++) {
             const int32_t *here = s->children + 4 * (size_t)(c + k),
                           *next = s->children + 4 * (size_t)(c + (k + 1) % sizes[f]);
             PetscInt ends[3] = {place[here[0]], place[here[1]], place[next[0]]};
-            for (int half = 0; half < 2 && is_rim(p, here[0], next[0]); half++)
+            for (int half = 0; half < 2 && is_boundary_edge(p, here[0], next[0]); half++)
                 if (ends[half] >= 0 && ends[half + 1] >= 0) {
-                    out->rim[2 * out->n_rim] = ends[half];
-                    out->rim[2 * out->n_rim++ + 1] = ends[half + 1];
+                    out->boundary_edges[2 * out->n_boundary_edges] = ends[half];
+                    out->boundary_edges[2 * out->n_boundary_edges++ + 1] = ends[half + 1];
                 }
         }
-    qsort(out->rim, (size_t)out->n_rim, 2 * sizeof(PetscInt), compare_pairs);
+    qsort(out->boundary_edges, (size_t)out->n_boundary_edges, 2 * sizeof(PetscInt), compare_pairs);
 }
 
-/* The part of a subdivision that the rank needs. */
-static PetscErrorCode take_part(const subdivision *s, const int32_t *sizes, portion *out, int32_t *vertex_of) {
-    const portion *p = s->from;
+/* The faces of a subdivision that the rank needs. */
+static PetscErrorCode extract_subdomain(const subdivision *s, const int32_t *sizes, subdomain *out,
+                                        int32_t *vertex_of) {
+    const subdomain *p = s->from;
     curvopt_mesh_info info;
     curvopt_error error;
     PetscInt n_fine = s->info.n_faces, child = 0;
     PetscFunctionBeginUser;
-    double *counts = AGREE_NEW(p->comm, double, n_fine);
-    PetscInt *number = AGREE_NEW(p->comm, PetscInt, n_fine), *place = AGREE_NEW(p->comm, PetscInt, s->info.n_vertices);
-    int32_t *face_of = AGREE_NEW(p->comm, int32_t, n_fine);
+    double *counts = COLLECTIVE_NEW(p->comm, double, n_fine);
+    PetscInt *number = COLLECTIVE_NEW(p->comm, PetscInt, n_fine),
+             *place = COLLECTIVE_NEW(p->comm, PetscInt, s->info.n_vertices);
+    int32_t *face_of = COLLECTIVE_NEW(p->comm, int32_t, n_fine);
     for (PetscInt f = 0; f < p->n_faces; f++)
         for (int32_t k = 0; k < sizes[f]; k++, child++) {
             counts[child] = p->counts[f];
             number[child] = p->face_corner[f] + k;
         }
-    agree_succeeded(p->comm, curvopt_mesh_part(s->fine, counts, &out->mesh, vertex_of, face_of, &error), &error);
+    collective_check(p->comm, curvopt_mesh_part(s->fine, counts, &out->mesh, vertex_of, face_of, &error), &error);
     curvopt_mesh_get_info(out->mesh, &info, sizeof info);
     out->n_vertices = info.n_vertices;
     out->n_faces = info.n_faces;
-    out->vertex = AGREE_NEW(p->comm, PetscInt, info.n_vertices);
-    out->boundary = AGREE_NEW(p->comm, unsigned char, info.n_vertices);
-    out->face = AGREE_NEW(p->comm, PetscInt, info.n_faces);
-    out->face_corner = AGREE_NEW(p->comm, PetscInt, info.n_faces);
-    out->counts = AGREE_NEW(p->comm, double, info.n_faces);
+    out->vertex = COLLECTIVE_NEW(p->comm, PetscInt, info.n_vertices);
+    out->boundary = COLLECTIVE_NEW(p->comm, unsigned char, info.n_vertices);
+    out->face = COLLECTIVE_NEW(p->comm, PetscInt, info.n_faces);
+    out->face_corner = COLLECTIVE_NEW(p->comm, PetscInt, info.n_faces);
+    out->counts = COLLECTIVE_NEW(p->comm, double, info.n_faces);
     for (PetscInt v = 0; v < s->info.n_vertices; v++)
         place[v] = -1;
     for (PetscInt v = 0; v < info.n_vertices; v++) {
@@ -268,7 +273,7 @@ static PetscErrorCode take_part(const subdivision *s, const int32_t *sizes, port
         out->face_corner[f] = 4 * out->face[f];
         out->counts[f] = counts[face_of[f]];
     }
-    refine_rim(s, sizes, place, out);
+    subdivide_boundary(s, sizes, place, out);
     free(counts);
     free(number);
     free(place);
@@ -276,23 +281,24 @@ static PetscErrorCode take_part(const subdivision *s, const int32_t *sizes, port
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode portion_refine(const portion *p, const double *own_xyz, portion *out, double **fine_xyz) {
+PetscErrorCode subdomain_subdivide(const subdomain *p, const double *own_xyz, subdomain *out, double **fine_xyz) {
     subdivision s;
     PetscFunctionBeginUser;
-    *out = (portion){.comm = p->comm,
-                     .whole_vertices = p->whole_vertices + p->whole_edges + p->whole_faces,
-                     .whole_edges = 2 * p->whole_edges + p->whole_corners,
-                     .whole_faces = p->whole_corners,
-                     .whole_corners = 4 * p->whole_corners};
+    *out = (subdomain){.comm = p->comm,
+                       .whole_vertices = p->whole_vertices + p->whole_edges + p->whole_faces,
+                       .whole_edges = 2 * p->whole_edges + p->whole_corners,
+                       .whole_faces = p->whole_corners,
+                       .whole_corners = 4 * p->whole_corners};
     curvopt_mesh_info info;
     curvopt_mesh_get_info(p->mesh, &info, sizeof info);
-    int32_t *sizes = AGREE_NEW(p->comm, int32_t, info.n_faces), *corners = AGREE_NEW(p->comm, int32_t, info.n_corners);
+    int32_t *sizes = COLLECTIVE_NEW(p->comm, int32_t, info.n_faces),
+            *corners = COLLECTIVE_NEW(p->comm, int32_t, info.n_corners);
     curvopt_mesh_get_faces(p->mesh, sizes, corners);
     PetscCall(subdivide(p, own_xyz, sizes, &s));
-    int32_t *vertex_of = AGREE_NEW(p->comm, int32_t, s.info.n_vertices);
-    PetscCall(take_part(&s, sizes, out, vertex_of));
-    PetscCall(portion_place(out));
-    *fine_xyz = AGREE_NEW(p->comm, double, 3 * (size_t)out->n_own);
+    int32_t *vertex_of = COLLECTIVE_NEW(p->comm, int32_t, s.info.n_vertices);
+    PetscCall(extract_subdomain(&s, sizes, out, vertex_of));
+    PetscCall(subdomain_place(out));
+    *fine_xyz = COLLECTIVE_NEW(p->comm, double, 3 * (size_t)out->n_own);
     for (PetscInt i = 0; i < out->n_own; i++)
         memcpy(*fine_xyz + 3 * (size_t)i, s.xyz + 3 * (size_t)vertex_of[out->own[i]], 3 * sizeof(double));
     subdivision_free(&s);

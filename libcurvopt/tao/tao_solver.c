@@ -8,21 +8,21 @@ enum { LARGEST_FACTORED = 30000 };
 static PetscErrorCode value_and_gradient(Tao tao, Vec x, PetscReal *value, Vec gradient, void *context) {
     PetscFunctionBeginUser;
     (void)tao;
-    PetscCall(energy_evaluate(context, x, value, gradient));
+    PetscCall(objective_evaluate(context, x, value, gradient));
     PetscFunctionReturn(0);
 }
 
 static PetscErrorCode value_alone(Tao tao, Vec x, PetscReal *value, void *context) {
     PetscFunctionBeginUser;
     (void)tao;
-    PetscCall(energy_evaluate(context, x, value, NULL));
+    PetscCall(objective_evaluate(context, x, value, NULL));
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode assemble(Tao tao, Vec x, Mat full, Mat guide, void *context) {
+static PetscErrorCode assemble(Tao tao, Vec x, Mat full, Mat preconditioner, void *context) {
     PetscFunctionBeginUser;
     (void)tao;
-    PetscCall(energy_hessian(context, x, &full, &guide));
+    PetscCall(objective_hessian(context, x, &full, &preconditioner));
     PetscCall(MatAssemblyBegin(full, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(full, MAT_FINAL_ASSEMBLY));
     PetscFunctionReturn(0);
@@ -40,7 +40,7 @@ static PetscErrorCode set_default(const char *prefix, const char *name, const ch
     PetscFunctionReturn(0);
 }
 
-PetscErrorCode newton_set_preconditioner(const char *prefix, PetscInt whole) {
+PetscErrorCode tao_solver_set_preconditioner(const char *prefix, PetscInt whole) {
     static const char *const small[][2] = {{"pc_type", "redundant"},
                                            {"redundant_pc_type", "cholesky"},
                                            {"redundant_pc_factor_mat_ordering_type", "nd"},
@@ -63,7 +63,7 @@ static PetscErrorCode set_linear_defaults(const char *prefix, const char *type, 
     PetscCall(PetscSNPrintf(own, sizeof own, "%stao_%s_", prefix, type));
     PetscCall(set_default(own, "ksp_max_it", "300"));
     PetscCall(set_default(own, "ksp_rtol", "1e-3"));
-    PetscCall(newton_set_preconditioner(own, whole));
+    PetscCall(tao_solver_set_preconditioner(own, whole));
     PetscFunctionReturn(0);
 }
 
@@ -75,24 +75,24 @@ static int is_newton(const char *type) {
     return 0;
 }
 
-PetscErrorCode newton_create_solver(energy *e, const char *prefix, const char *type, Vec x, Tao *out) {
+PetscErrorCode tao_solver_create(objective *o, const char *prefix, const char *type, Vec x, Tao *out) {
     char option[64], used[64];
-    Mat full = NULL, guide = NULL;
+    Mat full = NULL, preconditioner = NULL;
     PetscFunctionBeginUser;
     PetscCall(PetscStrncpy(used, type, sizeof used));
     PetscCall(PetscSNPrintf(option, sizeof option, "-%stao_type", prefix));
     PetscCall(PetscOptionsGetString(NULL, NULL, option, used, sizeof used, NULL));
-    PetscCall(TaoCreate(e->on->comm, out));
+    PetscCall(TaoCreate(o->on->comm, out));
     PetscCall(TaoSetOptionsPrefix(*out, prefix));
     PetscCall(TaoSetType(*out, type));
     PetscCall(set_default(prefix, "tao_ls_type", "armijo")); /* knows what to do about values that are infinite */
-    PetscCall(TaoSetObjective(*out, value_alone, e));
-    PetscCall(TaoSetObjectiveAndGradient(*out, NULL, value_and_gradient, e));
+    PetscCall(TaoSetObjective(*out, value_alone, o));
+    PetscCall(TaoSetObjectiveAndGradient(*out, NULL, value_and_gradient, o));
     if (is_newton(used)) {
-        PetscCall(set_linear_defaults(prefix, used, 3 * e->on->whole_vertices));
-        PetscCall(energy_hessian(e, x, &full, &guide));
-        PetscCall(TaoSetHessian(*out, full, guide, assemble, e));
-        PetscCall(MatDestroy(&guide));
+        PetscCall(set_linear_defaults(prefix, used, 3 * o->on->whole_vertices));
+        PetscCall(objective_hessian(o, x, &full, &preconditioner));
+        PetscCall(TaoSetHessian(*out, full, preconditioner, assemble, o));
+        PetscCall(MatDestroy(&preconditioner));
         PetscCall(MatDestroy(&full));
     }
     PetscFunctionReturn(0);

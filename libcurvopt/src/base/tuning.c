@@ -1,4 +1,5 @@
-/* Every heuristic number of the optimizers and of the solver. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Every heuristic number of quadrature, of the optimizers and of the solver. SPDX-License-Identifier: GPL-3.0-or-later
+ */
 #include "base/tuning.h"
 
 #define CO_TUNING_VALUE(type, name, value, ...) .name = (value),

@@ -1,4 +1,4 @@
-/* Every heuristic number of the optimizers and of the solver, in one table.
+/* Every heuristic number of quadrature, of the optimizers and of the solver, in one table.
  *
  * A number stands here if another value would also give a correct program, slower or faster, to the same or another
  * minimum. Numbers that define the surface, its quadrature rules or a limit of memory stand where they are used. A
@@ -73,7 +73,31 @@
     X(double, saddle_gain, 2e-7, 1e-12, 1e-2, "of the energy", "what a step away from a saddle must bring", "65")      \
     X(double, hessian_noise, 1e-9, 1e-15, 1e-4, "of the mean diagonal", "digits that differences leave unknown", "70") \
     X(double, allowed_motion, 0.1, 1e-6, 1, "length", "part of a motion that must be free for it to be an invariance", \
-      "70")                                                                                                            \
+      "72")                                                                                                            \
+    X(double, dependent_motion, 1e-6, 1e-12, 0.1, "length",                                                            \
+      "a motion that keeps less beside the others depends on them", "72")                                              \
+    /* Quadrature: energy/adaptive_quadrature.c. */                                                                    \
+    X(double, quadrature_acceptable, 1e-2, 1e-6, 1, "relative error",                                                  \
+      "resolved, though the finest rules miss the tolerance: far from what an optimizer could gain in the gap", "21")  \
+    X(double, quadrature_hysteresis, 3, 1, 100, "of the tolerance",                                                    \
+      "rules that met it once are kept up to this error, so that energies are continuous but for rare steps", "21")    \
+    X(double, quadrature_unmarked, 0.5, 0.01, 1, "of the tolerance",                                                   \
+      "most error of all patches that keep their rules; the rest is for the refined ones", "21")                       \
+    X(double, quadrature_tie, 1e-6, 0, 0.1, "relative difference",                                                     \
+      "errors per cost of symmetric patches differ by less, by rounding: they are marked alike", "21")                 \
+    X(double, quadrature_coarsened, 0.5, 0.01, 1, "of the tolerance",                                                  \
+      "most error of coarser rules: with more they would have to be refined again at once", "22")                      \
+    X(double, quadrature_saving, 0.8, 0.01, 1, "of the cost",                                                          \
+      "coarser rules that cost more are not taken: values change, and optimizers drop what they learnt", "22")         \
+    X(double, quadrature_two_rules, 0.2, 0, 1, "of the error",                                                         \
+      "most error of the patches for which two rules are compared, and not three", "23")                               \
+    X(double, quadrature_negligible, 1e-2, 0, 1, "of the tolerance",                                                   \
+      "an error that is not worth a third rule, which takes as long as half an evaluation", "23")                      \
+    X(double, quadrature_reference, 0.2, 0, 1, "of the last change",                                                   \
+      "error of the finest rule compared; with a twentieth some claims are a tenth of the true error", "23")           \
+    X(double, quadrature_area, 1e-9, 0, 1e-3, "of the radius squared", "a smaller area is none", "24")                 \
+    X(double, quadrature_defect, 1, 1e-3, 100, "radians",                                                              \
+      "a larger Gauss-Bonnet defect, less quadrature_acceptable of W, means that curvature was missed", "24")          \
     /* Review of a step: solve/step_review.c. */                                                                       \
     X(int, review_every_plain, 20, 1, 1000, "steps", "without a Hessian: quadrature is checked", "25")                 \
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \

@@ -2,7 +2,7 @@
  *
  * A patch's error is estimated by comparing its rule with the next finer one. Where the sum of errors is above the
  * tolerance, the patches with the largest error per cost of a finer rule are refined: a cost-weighted Doerfler marking
- * (marking.h). Its constants are in quadrature_tuning.h.
+ * (marking.h). Its constants are in base/tuning.h, as quadrature_*.
  *
  *     evaluate by rules r and r + 1 --> sum of errors <= tolerance? --yes--> third rule r + 2 where errors are largest
  *          ^                                  | no                           (only for the errors that are claimed)

@@ -106,7 +106,7 @@ static int widest_blend(const curvopt_options *options) {
 
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface, .tuning = &co_quadrature_tuning_default};
+    *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);

@@ -12,10 +12,10 @@
 #ifndef CO_ENERGY_ASSEMBLY_H
 #define CO_ENERGY_ASSEMBLY_H
 
+#include "base/tuning.h"
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
 #include "energy/quadrature_error.h"
-#include "energy/quadrature_tuning.h"
 #include "surface/boundary_turning.h"
 
 /* The finest rule of a patch: there are finer ones to compare it with. */
@@ -26,7 +26,7 @@ typedef struct co_assembly {
     co_basis_table_cache *cache;    /* tables in use: the caller's, or own_cache */
     co_basis_table_cache own_cache; /* tables of this assembly alone; empty where the caller has some */
     const co_element_kernel *kernel;
-    const co_quadrature_tuning *tuning; /* constants of adaptive quadrature; the defaults until replaced */
+    const co_tuning *tuning; /* those of runs until replaced */
     co_functional functional;
     double weights[CURVOPT_N_TERMS]; /* the functional's */
     int32_t surface;                 /* curvopt_surface, not AUTO */

@@ -37,7 +37,7 @@ typedef struct co_quadrature_error {
 /* Adds a patch: its difference to the finest rule that it was compared with, and what the last step to that changed. */
 void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change);
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other);
-/* |net| and the part `reference_error` (quadrature_tuning.h) of the last changes. */
+/* |net| and the part `reference_error` (quadrature_reference, base/tuning.h) of the last changes. */
 double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error);
 
 /* Estimates of every patch's quadrature error. All NULL until first needed. */

@@ -9,12 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Length that a unit motion must keep beside the others for it to count as another one. No other value was tried. */
-static const double DEPENDENT = 1e-6;
-/* Part of a motion that must be within the variables for it to count as an invariance. With every vertex on its normal
- * a rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
- * stiff would decide the decrement (libcurvopt/notes/72-invariances.md). */
-static const double ALLOWED = .1;
 enum { N_MOTIONS = 10, N_SIMILARITIES = 7 };
 
 typedef double small_matrix[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE];
@@ -91,22 +85,26 @@ static void append_orthogonal(co_newton_system *m, int first) {
         for (int k = first; k < m->n_dense; k++)
             co_vector_add(n, -co_vector_dot(n, m->dense + (size_t)k * n, column), m->dense + (size_t)k * n, column);
     double norm = co_vector_norm(n, column);
-    if (!(norm > DEPENDENT * whole) || whole == 0)
+    if (!(norm > m->assembly->tuning->dependent_motion * whole) || whole == 0)
         return;
     for (size_t i = 0; i < n; i++)
         column[i] /= norm;
     m->n_dense++;
 }
 
+/* A motion counts as an invariance if allowed_motion of it is within the variables. With every vertex on its normal a
+ * rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
+ * stiff would decide the decrement (libcurvopt/notes/72-invariances.md). */
 static void append_motions(co_newton_system *m, const double *x, int n_motions) {
     const co_dof_map *r = m->hessian.dofs;
+    double least = m->assembly->tuning->allowed_motion;
     for (int k = 0; k < n_motions; k++) {
         double *column = m->dense + (size_t)m->n_dense * n_variables(m), whole;
         for (size_t v = 0; v < (size_t)r->n_vertices; v++)
             motion(k, x + 3 * v, m->full + 3 * v);
         whole = co_vector_norm(3 * (size_t)r->n_vertices, m->full);
         co_dof_map_gradient(r, m->full, column);
-        if (co_vector_norm(n_variables(m), column) > ALLOWED * whole) /* else it breaks the symmetry, or slides */
+        if (co_vector_norm(n_variables(m), column) > least * whole) /* else it breaks the symmetry, or slides */
             append_orthogonal(m, m->n_pair);
     }
 }
