@@ -104,8 +104,10 @@ ctest_of() {
     ctest --test-dir "build/$1" --label-regex "$2" --no-tests=error --output-on-failure --parallel "$(nproc)"
 }
 
-# The unit and robust tests, and runs of the command line, in a build that counts which lines have run.
+# The unit and robust tests, and runs of the command line, in a build that counts which lines have run. One thread each:
+# two would fight for the counters, and take five times as long.
 run_coverage() {
+    export OMP_NUM_THREADS=1
     find build/coverage -name '*.gcda' -delete
     ctest_of coverage '^(unit|robust)$' || return
     bash tests/checks/coverage_runs.sh build/coverage/curvopt || return
