@@ -33,7 +33,7 @@ packages_of() {
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
     release | install | asan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
-    numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" libosd-dev ;;
+    numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist libosd-dev ;;
     tao)
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
         [[ ${CURVOPT_TAO:-} != 1 ]] || echo "${TAO_PACKAGES[@]}"
@@ -118,8 +118,9 @@ run_install() {
     bash tests/install/run.sh
 }
 
+# One process for each core, each with one thread.
 run_numeric() {
-    env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/numeric
+    OMP_NUM_THREADS=1 env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider -n "$(nproc)" tests/numeric
 }
 
 # curvopt-tao is off in every preset: this part alone turns it on.
