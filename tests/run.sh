@@ -19,7 +19,7 @@ PARTS=(format cppcheck tidy cages blends release install asan coverage numeric t
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
 SLOW=5       # seconds; tests above it are listed at the end
-COVERAGE=95  # percent of the lines of libcurvopt/src that the unit and robust tests must run
+COVERAGE=95  # percent of the lines of libcurvopt/src that must run in the part coverage
 total_passed=0
 total_failed=0
 results=()
@@ -33,7 +33,7 @@ packages_of() {
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
     release | install | asan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
-    numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" libosd-dev ;;
+    numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist libosd-dev ;;
     tao)
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
         [[ ${CURVOPT_TAO:-} != 1 ]] || echo "${TAO_PACKAGES[@]}"
@@ -104,10 +104,12 @@ ctest_of() {
     ctest --test-dir "build/$1" --label-regex "$2" --no-tests=error --output-on-failure --parallel "$(nproc)"
 }
 
-# The unit and robust tests, and runs of the command line, in a build that counts which lines have run.
+# The tests of `release`, and runs of the command line, in a build that counts which lines have run. One thread each: two
+# would fight for the counters, and take five times as long.
 run_coverage() {
+    export OMP_NUM_THREADS=1
     find build/coverage -name '*.gcda' -delete
-    ctest_of coverage '^(unit|robust)$' || return
+    ctest_of coverage '^(unit|robust|abi)$' || return
     bash tests/checks/coverage_runs.sh build/coverage/curvopt || return
     "$PYTHON" -B tests/checks/coverage.py build/coverage --least "$COVERAGE"
 }
@@ -116,8 +118,9 @@ run_install() {
     bash tests/install/run.sh
 }
 
+# One process for each core, each with one thread.
 run_numeric() {
-    env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/numeric
+    OMP_NUM_THREADS=1 env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider -n "$(nproc)" tests/numeric
 }
 
 # curvopt-tao is off in every preset: this part alone turns it on.

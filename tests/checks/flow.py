@@ -84,7 +84,7 @@ def imports(root: Path, path: Path) -> list[tuple[str, str | None]]:
         else:
             continue
         for name, place in wanted:
-            files = [file for file in (place.with_name(place.name + ".py"), place / "__init__.py") if file.is_file()]
+            files = [file for file in (place / "__init__.py", place.with_name(place.name + ".py")) if file.is_file()]
             if files and files[0] != path:
                 found.append((name, str(files[0].relative_to(root))))
     return found

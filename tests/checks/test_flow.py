@@ -28,6 +28,7 @@ lib/api/      exported
     api       checks
 py/           the start
     start     runs it
+    ui        has a folder's name
 py/binding/   the library
     abi       structs
 py/core/      arrays
@@ -47,7 +48,7 @@ GOOD = {
     "lib/mesh/fan.h": "", "lib/tables/gauss.h": '#include "base/status.h"\n', "lib/api/api.c": '#  include "tables/gauss.h"\n',
     "py/__init__.py": '"""All."""\n', "py/start.py": "from .ui import panel\nimport py.core.job\n",
     "py/binding/abi.py": "import ctypes\n", "py/core/job.py": "from ..binding import abi\n",
-    "py/ui/panel.py": "def f():\n    from ..core.job import run\n", "py/render/studio.py": "", "py/ui/__init__.py": "",
+    "py/ui/panel.py": "from . import panel\ndef f():\n    from ..core.job import run\n", "py/render/studio.py": "", "py/ui/__init__.py": "", "py/ui.py": "",
     "gallery/page.py": "from py.binding.abi import X\n", "gallery/__init__.py": "",
 }
 # What is changed in the good tree, and the sentences that must be said of it, all of them.

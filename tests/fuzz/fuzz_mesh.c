@@ -90,6 +90,7 @@ static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
     in->options.levels = in->options.max_iterations = 1;
     in->options.constraints = pinned ? &pins : NULL;
     int32_t status = curvopt_minimize(mesh, in->xyz, &in->options, NULL, NULL, NULL, &result, &error);
+    in->options.constraints = NULL;
     if (status == CURVOPT_OK) {
         double xyz[3 * MOST_VERTICES];
         curvopt_summary summary;

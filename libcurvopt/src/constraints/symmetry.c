@@ -424,7 +424,7 @@ static int32_t find_planes(search *s, int32_t planes, int *missing, curvopt_erro
     while (status == CURVOPT_OK && s->room < order)
         status = grow(s, error);
     f->product = CO_NEW(int32_t, order * order);
-    if (status != CURVOPT_OK || !f->product)
+    if (status != CURVOPT_OK || !f->product || !f->matrix)
         return status == CURVOPT_OK ? co_status_no_memory(error) : status;
     f->order = order;
     for (int32_t h = 0; h < f->n_corners; h++)
