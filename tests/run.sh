@@ -1,26 +1,54 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Every test of the project, on a fresh Debian 12 as on a developer's machine: installs what is missing (root, only
-# then), builds, runs each part to its end whatever the others did. Logs: build/tests/PART.log.
+# Every test of the project, on a fresh Debian 12 as on a developer's machine: installs what the wanted parts need and
+# have not got (as root), builds, runs each part to its end whatever the others did. Logs: build/tests/PART.log.
 #
-#   bash tests/run.sh               everything
-#   bash tests/run.sh PART...       some parts, such as cages or numeric; a wrong one lists them
+#   bash tests/run.sh               every part
+#   bash tests/run.sh PART...       only these, such as format or release; a wrong name lists them
 #
-# The last line is "N passed, N failed". A part that cannot run, or runs nothing, is a failure.
+# At the end: passed, failed and seconds of each part; the slowest tests. The last line is "N passed, N failed". A part
+# that cannot run, or runs nothing, is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit 1
 # shellcheck source=tests/setup.sh
 source tests/setup.sh
+export PYTEST_ADDOPTS="--durations=0 --durations-min=1 ${PYTEST_ADDOPTS:-}" # for report_times
 
 PYTHON=/usr/bin/python3
-PARTS=(format cppcheck cages blends release asan numeric tao addon)
+PARTS=(format cppcheck tidy cages blends release install asan coverage numeric tao addon)
 LOGS=build/tests
-# By name only. tidy warns of paths that no status code allows; install waits for the build's install rules.
-EXTRA=(tidy install)
-LIMIT=900 # seconds a part may take
+LIMIT=900    # seconds a part may take
+SLOW=5       # seconds; tests above it are listed at the end
+COVERAGE=95  # percent of the lines of libcurvopt/src that the unit and robust tests must run
 total_passed=0
 total_failed=0
 results=()
+
+# packages_of PART: what apt must have installed for it, besides bash and coreutils.
+packages_of() {
+    case $1 in
+    format) echo python3:python3 clang-format:clang-format ;;
+    cppcheck) echo cppcheck:cppcheck ;;
+    tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy ;;
+    cages) echo python3-numpy ;;
+    blends) echo "${BLENDER_PACKAGES[@]}" ;;
+    release | install | asan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
+    numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" libosd-dev ;;
+    tao)
+        echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
+        [[ ${CURVOPT_TAO:-} != 1 ]] || echo "${TAO_PACKAGES[@]}"
+        ;;
+    addon) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" xvfb:Xvfb imagemagick:import ;;
+    esac
+}
+
+# preset_of PART: the build that it uses. The preset debug is for debuggers; no part uses it.
+preset_of() {
+    case $1 in
+    release | install | numeric | tao | addon) echo release ;;
+    asan | coverage) echo "$1" ;;
+    esac
+}
 
 # Each part is a function run_PART. Its tests are counted from what it prints (counts_of): the summary of ctest or of
 # pytest, or a line "N passed, N failed"; a check without a summary counts as one test.
@@ -29,8 +57,18 @@ sources() {
     find libcurvopt tests -name '*.[ch]' "$@"
 }
 
+# clang-format; the flow of the sources (tests/checks/flow.py); tests of the scripts in tests/checks.
 run_format() {
-    sources -print0 | xargs -0 clang-format --dry-run -Werror
+    local passed=0 failed=0 script ok bad
+    if sources -print0 | xargs -0 clang-format --dry-run -Werror; then passed=1; else failed=1; fi
+    for script in test_flow flow test_results; do
+        "$PYTHON" -B "tests/checks/$script.py" | tee "$LOGS/$script.txt"
+        ok=0 bad=1
+        read -r ok _ bad _ < <(tail -n 1 "$LOGS/$script.txt")
+        passed=$((passed + ok)) failed=$((failed + bad))
+    done
+    echo "$passed passed, $failed failed"
+    ((failed == 0))
 }
 
 run_cppcheck() {
@@ -40,8 +78,8 @@ run_cppcheck() {
 }
 
 run_tidy() { # which checks, and why not others: .clang-tidy
-    cmake -DCMAKE_EXPORT_COMPILE_COMMANDS=ON build/release >/dev/null &&
-        find libcurvopt tests/unit tests/robust tests/fuzz tests/abi -name '*.c' -print0 |
+    cmake --preset release >/dev/null &&
+        find libcurvopt/src libcurvopt/tools tests/unit tests/robust tests/fuzz tests/abi -name '*.c' -print0 |
         xargs -0 -P "$(nproc)" -n 4 clang-tidy --quiet -p build/release
 }
 
@@ -54,16 +92,24 @@ run_blends() {
 }
 
 run_release() {
-    ctest_of release
+    ctest_of release '^(unit|robust|abi)$'
 }
 
 run_asan() {
-    ctest_of asan
+    ctest_of asan '^(unit|robust|abi)$'
 }
 
+# ctest_of PRESET LABELS
 ctest_of() {
-    ctest --test-dir "build/$1" --label-regex '^(unit|robust|abi)$' --no-tests=error --output-on-failure \
-        --parallel "$(nproc)"
+    ctest --test-dir "build/$1" --label-regex "$2" --no-tests=error --output-on-failure --parallel "$(nproc)"
+}
+
+# The unit and robust tests, and runs of the command line, in a build that counts which lines have run.
+run_coverage() {
+    find build/coverage -name '*.gcda' -delete
+    ctest_of coverage '^(unit|robust)$' || return
+    bash tests/checks/coverage_runs.sh build/coverage/curvopt || return
+    "$PYTHON" -B tests/checks/coverage.py build/coverage --least "$COVERAGE"
 }
 
 run_install() {
@@ -99,7 +145,7 @@ count() {
 counts_of() {
     local passed='' failed='' total
     case $1 in
-    format | cppcheck | tidy)
+    cppcheck | tidy)
         echo $(($3 == 0)) $(($3 != 0))
         return
         ;;
@@ -151,36 +197,45 @@ record() {
     say "${results[-1]}"
 }
 
-# presets PART...: the builds that these parts use.
-presets() {
+# times PART...: "seconds part test" of the tests in these parts' logs, the slowest first; from ctest's lines and pytest's
+# --durations, of the latter set-up included.
+times() {
     local part
     for part in "$@"; do
-        case $part in
-        tidy | release | install | numeric | tao | addon) echo release ;;
-        asan) echo asan ;;
-        esac
-    done | sort -ru
+        sed -nE "s/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: ([^ ]+) .* ([0-9.]+) sec.*$/\2 $part \1/p
+                 s/^([0-9.]+)s (call|setup) +(.*)$/\1 $part \3/p" "$LOGS/$part.log"
+    done | sort -rn
+}
+
+# report_times PART...: the slowest ten tests, and how many take longer than SLOW.
+report_times() {
+    local measured
+    measured=$(times "$@")
+    [[ -n $measured ]] || return 0
+    say "the slowest tests:"
+    head -n 10 <<<"$measured" | awk '{ printf "  %7.1f s  %s: %s\n", $1, $2, substr($0, index($0, $3)) }'
+    awk -v slow="$SLOW" '$1 > slow { n++; sum += $1; names = names " " substr($0, index($0, $3)) }
+        END { printf "  %d tests take over %d s, %.0f s in all:%s\n", n, slow, sum, names }' <<<"$measured"
 }
 
 main() {
-    local part preset before wanted=(release debug asan)
-    (($# == 0)) || mapfile -t wanted < <(presets "$@")
+    local part preset before packages wanted
     (($# > 0)) || set -- "${PARTS[@]}"
     for part in "$@"; do
-        [[ " ${PARTS[*]} ${EXTRA[*]} " == *" $part "* ]] ||
-            die "there is no part '$part'; the parts are: ${PARTS[*]}, and by name only: ${EXTRA[*]}"
+        [[ " ${PARTS[*]} " == *" $part "* ]] || die "there is no part '$part'; the parts are: ${PARTS[*]}"
     done
-    need "${BUILD_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" "${TEST_PACKAGES[@]}"
-    [[ " $* " != *" tao "* || ${CURVOPT_TAO:-} != 1 ]] || need "${TAO_PACKAGES[@]}"
-    [[ " $* " != *" tidy "* ]] || need clang-tidy:clang-tidy
+    mapfile -t packages < <(for part in "$@"; do packages_of "$part"; done | tr ' ' '\n' | sort -u)
+    mapfile -t wanted < <(for part in "$@"; do preset_of "$part"; done | sort -ru)
+    need "${packages[@]}"
     mkdir -p "$LOGS"
     for preset in "${wanted[@]}"; do
         before=$SECONDS
-        build "$preset" || record "$preset" 0 1 $((SECONDS - before)) "it does not build"
+        build "$preset" || record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
     done
     for part in "$@"; do
         execute "$part"
     done
+    report_times "$@"
     say "in all, $SECONDS s:"
     printf '  %s\n' "${results[@]}"
     echo "$total_passed passed, $total_failed failed"

@@ -3,14 +3,13 @@
 # Functions that the project's scripts share; to be sourced. They run on a fresh Debian with nothing but apt, and on
 # any Linux that has the tools already.
 
-# What a build, the batch and a picture need; what the tests need besides. PACKAGE, or PACKAGE:COMMAND where having the
-# command, from wherever, will do.
+# Packages, by what they are for: PACKAGE, or PACKAGE:COMMAND where having the command, from wherever, will do.
 # shellcheck disable=SC2034
 {
     BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev)
+    CTEST_PACKAGES=("${BUILD_PACKAGES[@]}" g++:g++ libcmocka-dev python3:python3)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
-    TEST_PACKAGES=(g++:g++ libcmocka-dev pkg-config:pkg-config python3-pytest clang-format:clang-format
-        cppcheck:cppcheck libosd-dev xvfb:Xvfb imagemagick:import)
+    PYTEST_PACKAGES=(python3-pytest python3-numpy)
     TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 

@@ -2,7 +2,14 @@
 #ifndef CURVOPT_TAO_HOLD_H
 #define CURVOPT_TAO_HOLD_H
 
-#include "level.h"
+#include "objective.h"
+
+/* Vertices that are held beside those of boundaries and creases: freedom [n_own] 0 to 3, direction [3 n_own]; or
+ * freedom NULL. */
+typedef struct level_pins {
+    unsigned char *freedom;
+    double *direction;
+} level_pins;
 
 /* projectors [9 n_own], the caller's, of what pins, boundary (curvopt_boundary) and creases leave each own vertex, as
  * the library has it; NULL where nothing is held on any rank. *any_free: whether any vertex can move at all. */

@@ -10,7 +10,6 @@
 #include "level.h"
 
 #include "collective.h"
-#include "constraints.h"
 #include "tao_solver.h"
 
 #include <math.h>

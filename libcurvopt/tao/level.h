@@ -4,6 +4,7 @@
 #define CURVOPT_TAO_LEVEL_H
 
 #include "certificate.h"
+#include "constraints.h"
 
 /* A run, as far as its levels need it. */
 typedef struct run {
@@ -24,13 +25,6 @@ typedef struct run {
     int32_t evaluations;
     char message[512]; /* why the run was refused */
 } run;
-
-/* Vertices that are held beside those of boundaries and creases: freedom [n_own] 0 to 3, direction [3 n_own]; or
- * freedom NULL. */
-typedef struct level_pins {
-    unsigned char *freedom;
-    double *direction;
-} level_pins;
 
 /* Collective. From xyz [3 n_own], in the user's units, to the level's best, in place; *refused is a status of the
  * library, and then r->message says why. */

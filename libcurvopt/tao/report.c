@@ -1,9 +1,9 @@
 /* What goes out: cage, report, gradient. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "atomic_file.h"
 #include "collective.h"
-#include "report_json.h"
 #include "main.h"
 #include "output_obj.h"
-#include "atomic_file.h"
+#include "report_json.h"
 
 #include <stdlib.h>
 #include <string.h>

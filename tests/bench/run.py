@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmark: python3 tests/bench/run.py [--build DIR] [--part NAME]... [--write-baseline] [--output FILE].
+"""The benchmark: python3 tests/bench/run.py [--part NAME]... [--write-baseline] [--output FILE] [--build DIR].
 
-Parts: kernels, faces, matrix (all from `curvopt_bench`), start (the command line's own time), shapes (time to a certified
+Builds the preset release first, unless --build names a folder with other programs. Parts: kernels, faces, matrix (all from `curvopt_bench`), start (the command line's own time), shapes (time to a certified
 minimum, beside plain LMVM), evolver (Surface Evolver on the same task; about five minutes). Prints Markdown tables and what
 got slower than `baseline.json`, as ratios; figures that depend on the machine's speed are divided by the peak measured in
-the same run, so a baseline of another machine says something too. The exit status is 1 if anything is 1.5 times slower.
+the same run, so a baseline of another machine says something too. The exit status is 1 if anything is 1.5 times slower, 2 if
+something is missing. What is written as JSON names machine, compiler, commit and load.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import platform
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,10 +27,17 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(HERE), str(HERE.parent / "oracle"), str(HERE.parent / "numeric")]
 
-import evolver  # noqa: E402
-import lib  # noqa: E402
-from ccref import Mesh  # noqa: E402
-from nets import read_obj, torus_cage, write_obj  # noqa: E402
+try:
+    import evolver  # noqa: E402
+    import lib  # noqa: E402
+    from ccref import Mesh  # noqa: E402
+    from nets import read_obj, torus_cage, write_obj  # noqa: E402
+except ModuleNotFoundError as missing:
+    if missing.name != "numpy":
+        raise
+    print(f"bench: {sys.executable} has no numpy; run: apt-get install python3-numpy, and use /usr/bin/python3",
+          file=sys.stderr)
+    sys.exit(2)
 
 CAGES = ROOT / "blend_files" / "obj"
 SURFACES = {1: "limit", 2: "plane", 3: "polynomial"}
@@ -243,6 +253,64 @@ def plot(curves: list[tuple[str, list[tuple[float, float]]]]) -> str:
 
 # ------------------------------------------------------------------------------------------------- main --
 
+RELEASE = ROOT / "build" / "release"
+PROGRAMS = {"curvopt_bench": {"kernels", "faces", "matrix"}, "curvopt": {"start", "shapes", "evolver"},
+            "libcurvopt.so": {"shapes"}}  # and the parts that use them
+
+
+class Missing(RuntimeError):
+    """Something that the benchmark needs is not there; the message is a sentence."""
+
+
+def build_release() -> None:
+    """Brings the preset release up to date; quietly, unless it fails."""
+    for tool, package in (("cmake", "cmake"), ("ninja", "ninja-build"), ("cc", "gcc")):
+        if not shutil.which(tool):
+            raise Missing(f"{tool} is missing; run: apt-get install {package}")
+    for command in (["cmake", "--preset", "release"],
+                    ["cmake", "--build", "--preset", "release", "--target", "curvopt_bench", "curvopt_tool", "curvopt"]):
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        if done.returncode:
+            raise Missing(f"{' '.join(command)} failed:\n{(done.stdout + done.stderr)[-3000:]}")
+
+
+def present(build: Path, wanted: list[str], chosen: bool) -> list[str]:
+    """The wanted parts that can be run. Missing: what all of them need, or what a chosen one needs, is not there."""
+    for program, parts in PROGRAMS.items():
+        if parts & set(wanted) and not (build / program).exists():
+            raise Missing(f"{build / program} is missing; without --build it is built")
+    if "evolver" in wanted and not shutil.which("evolver"):
+        sentence = "Surface Evolver is missing; run: apt-get install evolver-nox"
+        if chosen:
+            raise Missing(sentence)
+        print(f"bench: the part evolver is left out: {sentence}", file=sys.stderr)
+        return [part for part in wanted if part != "evolver"]
+    return wanted
+
+
+def first_line(*command: str) -> str:
+    """What a command says first; empty if it cannot be run."""
+    try:
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.partition("\n")[0]
+    except OSError:
+        return ""
+
+
+def circumstances(build: Path) -> Row:
+    """Machine, compiler, commit and load, for whoever compares figures later."""
+    cpu = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    model = [line.partition(":")[2].strip() for line in cpu.splitlines() if line.startswith("model name")]
+    cache = build / "CMakeCache.txt"
+    lines = cache.read_text().splitlines() if cache.exists() else []
+    compiler = next((line.partition("=")[2] for line in lines if line.startswith("CMAKE_C_COMPILER:")), "cc")
+    changed = first_line("git", "status", "--porcelain", "--untracked-files=no")
+    return {"machine": f"{model[0] if model else platform.processor()}, {os.cpu_count()} threads, {platform.platform()}",
+            "compiler": first_line(compiler, "--version"),
+            "commit": first_line("git", "rev-parse", "--short", "HEAD") + (" and changes" if changed else ""),
+            "load_average": [round(load, 2) for load in os.getloadavg()],
+            "date": time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())}
+
+
 def compare(figures: dict[str, float], baseline: dict[str, float]) -> list[tuple[str, float]]:
     """What takes longer than in the baseline, with its ratio, the worst first."""
     ratios = [(key, value / baseline[key]) for key, value in figures.items() if baseline.get(key)]
@@ -253,12 +321,21 @@ def main() -> int:
     """As the module says."""
     parts = ["kernels", "faces", "matrix", "start", "shapes", "evolver"]
     parser = argparse.ArgumentParser(description="Measure libcurvopt; see tests/bench/README.md.")
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "release", help="where the programs are")
+    parser.add_argument("--build", type=Path, help="where the programs are; default: the preset release, built now")
     parser.add_argument("--part", action="append", choices=parts, help="only this; may be repeated")
     parser.add_argument("--write-baseline", action="store_true", help="these figures are to be compared with from now on")
+    parser.add_argument("--output", type=Path, help="these figures as JSON")
     parser.add_argument("--picture", type=Path, help="SVG of the errors against time, from the part evolver")
     options = parser.parse_args()
-    wanted = options.part or parts
+    try:
+        if options.build is None:
+            options.build = RELEASE
+            build_release()
+        wanted = present(options.build, options.part or parts, bool(options.part))
+    except Missing as missing:
+        print(f"bench: {missing}", file=sys.stderr)
+        return 2
+    about = circumstances(options.build)
     os.environ["OMP_WAIT_POLICY"] = "passive"
     rows = compiled(options.build, wanted)
     peak = max((row["peak_gflops"] for row in rows if row["kind"] == "kernel"), default=0.0)
@@ -275,11 +352,14 @@ def main() -> int:
         text, found = makers[part]()
         figures.update(found)
         print(f"## {part}\n\n{text}", flush=True)
+    rounded = {key: float(f"{value:.4g}") for key, value in figures.items()}
+    if options.output:
+        options.output.write_text(json.dumps({"about": about, **rounded}, indent=1, sort_keys=True) + "\n")
     path = HERE / "baseline.json"
     baseline = json.loads(path.read_text()) if path.exists() else {}
     if options.write_baseline:
-        path.write_text(json.dumps({**baseline, **{key: float(f"{value:.4g}") for key, value in figures.items()}}, indent=1,
-                                   sort_keys=True) + "\n")
+        kept = {**baseline, **rounded, "about": {**baseline.get("about", {}), **{part: about for part in wanted}}}
+        path.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")
         return 0
     slower = compare(figures, baseline)
     print("## against the baseline\n")

@@ -11,7 +11,7 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
     co_basis_table *table;
     curvopt_error error;
     CHECK_OK(co_basis_table_create(surface, valence, rule, &table, &error), &error);
-    CHECK_INT(table->valence, valence);
+    CHECK_INT(table->kind, valence);
     return table;
 }
 
@@ -19,7 +19,7 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
  * nearly equal numbers, even in long double. Faces are moved to the origin before rows are applied, so that this costs
  * nothing. */
 static void check_rows_sum(const co_basis_table *t) {
-    double tolerance = t->valence == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
+    double tolerance = t->kind == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
     for (int32_t s = 0; s < t->n_samples; s++)
         for (int k = 0; k < CO_JET; k++) {
             double sum = 0, size = 0;
@@ -220,7 +220,7 @@ static void test_cache_builds_a_table_once(void **state) {
     CHECK_OK(co_basis_table_cache_get(&cache, 5, 1, &again, &error), &error);
     CHECK_OK(co_basis_table_cache_get(&cache, 5, 0, &other, &error), &error);
     CHECK_TRUE(first == again && first != other);
-    CHECK_INT(first->valence, 5);
+    CHECK_INT(first->kind, 5);
     co_basis_table_cache_free(&cache);
 }
 

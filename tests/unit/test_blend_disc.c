@@ -24,7 +24,7 @@ static void check_faces(const curvopt_mesh *m, const co_patches *p) {
     for (int32_t k = 0; k < w->n_discs; k++)
         wanted += co_blend_disc_fit_of(w, &w->disc[k])->valence * width_of(w, k) * width_of(w, k);
     for (int32_t i = 0; i < p->n_patches; i++) {
-        int32_t kind = p->valence[i], size = (int32_t)(p->start[i + 1] - p->start[i]);
+        int32_t kind = p->kind[i], size = (int32_t)(p->start[i + 1] - p->start[i]);
         times[p->place[i].face]++;
         CHECK_INT(size, co_patches_size(kind));
         for (int32_t j = 0; j < size; j++) {

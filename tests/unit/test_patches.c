@@ -64,7 +64,7 @@ static void test_regular_cage_needs_no_subdivision(void **state) {
     CHECK_INT(x.patches.n_points, 30);
     CHECK_INT(x.patches.derived.n_rows, 0);
     for (int32_t p = 0; p < 30; p++) {
-        CHECK_INT(x.patches.valence[p], 4);
+        CHECK_INT(x.patches.kind[p], 4);
         CHECK_INT(x.patches.start[p + 1] - x.patches.start[p], 16);
     }
     covered_free(&x);
@@ -108,11 +108,11 @@ static void test_extraordinary_patches_have_whole_two_rings(void **state) {
     covered x = cover(cage_cube());
     int seen = 0;
     for (int32_t p = 0; p < x.patches.n_patches; p++) {
-        int32_t size = co_patches_size(x.patches.valence[p]);
+        int32_t size = co_patches_size(x.patches.kind[p]);
         CHECK_INT(x.patches.start[p + 1] - x.patches.start[p], size);
         for (int32_t i = 0; i < size; i++)
             CHECK_BETWEEN(x.patches.points[x.patches.start[p] + (size_t)i], 0, x.patches.n_points - 1);
-        seen += x.patches.valence[p] == 3;
+        seen += x.patches.kind[p] == 3;
     }
     CHECK_INT(seen, 24); /* three faces at each of eight corners */
     covered_free(&x);

@@ -1,4 +1,5 @@
-/* Sums in parallel whose value does not depend on the number of threads: over fixed chunks, then over these in order.
+/* Parallel sums whose value does not depend on the number of threads: each of 64 fixed chunks is summed by one thread,
+ * then the chunks' sums are added in order (notes/31-work-sharing-between-threads.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_BASE_ORDERED_SUM_H
@@ -6,10 +7,13 @@
 
 #include <stddef.h>
 
-/* Summands below which waking a second thread costs more than it brings. */
-enum { CO_ORDERED_SUM_CHUNKS = 64, CO_ORDERED_SUM_WORTH_THREADS = 4096 };
+enum {
+    CO_ORDERED_SUM_CHUNKS = 64,         /* many more than threads, so that these end together */
+    CO_ORDERED_SUM_WORTH_THREADS = 4096 /* summands; below that, waking a second thread costs more than it saves */
+};
 
-/* Where chunk 0 .. CO_ORDERED_SUM_CHUNKS of n summands begins; the last is the end. */
+/* Number of the first of n summands in a chunk. Chunks 0 .. CO_ORDERED_SUM_CHUNKS - 1 exist; for CO_ORDERED_SUM_CHUNKS
+ * the result is n. */
 static inline size_t co_ordered_sum_begin(size_t n, int chunk) {
     return n * (size_t)chunk / CO_ORDERED_SUM_CHUNKS;
 }

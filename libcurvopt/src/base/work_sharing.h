@@ -1,6 +1,10 @@
-/* Dealing work out to threads so that each gets the same pieces every time: what it wrote in one pass over the faces is
- * then still in its own cache in the next, instead of in the other core's. Threads that are done early take pieces
- * from the others, so that neither pieces of unlike cost nor a busy core hold anyone up.
+/* Static assignment of work to threads, with stealing. Each thread gets the same pieces in every pass over the faces,
+ * so that what it wrote in one pass is still in its own cache in the next. A thread that is done early takes pieces
+ * from the others: neither pieces of unequal cost nor a busy core hold anyone up
+ * (notes/31-work-sharing-between-threads.md).
+ *
+ * Example: 10 pieces, 3 threads. Thread 0 owns 0 1 2, thread 1 owns 3 4 5, thread 2 owns 6 7 8 9. Thread 0, done with
+ * its three, asks thread 1's counter, then thread 2's, and takes the next piece of each that is left there.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_BASE_WORK_SHARING_H
@@ -10,26 +14,27 @@
 #include <stdint.h>
 #include <string.h>
 
-/* How many of a thread's own pieces have been taken; a cache line each. */
+/* Counter of one thread. It fills two cache lines, so that no two threads write to the same one. */
 typedef struct co_work_sharing {
-    int32_t taken;
-    int32_t other_lines[31];
+    int32_t taken;           /* number of the thread's own pieces that have been taken, by whichever thread */
+    int32_t other_lines[31]; /* padding to 128 bytes */
 } co_work_sharing;
 
-/* Before a parallel region, n_threads of them. */
-static inline void co_work_sharing_start(co_work_sharing *deal, int32_t n_threads) {
-    memset(deal, 0, sizeof *deal * (size_t)n_threads);
+/* Resets the counters sharing [n_threads]; to be called before the parallel region. */
+static inline void co_work_sharing_start(co_work_sharing *sharing, int32_t n_threads) {
+    memset(sharing, 0, sizeof *sharing * (size_t)n_threads);
 }
 
-/* A piece 0 .. n - 1 that is still to do, or -1; to be called in a parallel region. *helped: 0 before the first call;
- * how many threads' own pieces this one has seen to be taken. */
-static inline int32_t co_work_sharing_next(co_work_sharing *deal, int32_t n, int32_t *helped) {
+/* Takes a piece 0 .. n - 1 that nobody has taken yet and returns its number; -1 if there is none. To be called by every
+ * thread of a parallel region of at most as many threads as there are counters. *helped is 0 before a thread's first
+ * call; it counts the threads whose own pieces this one has found all taken. */
+static inline int32_t co_work_sharing_next(co_work_sharing *sharing, int32_t n, int32_t *helped) {
     const int64_t threads = omp_get_num_threads();
     for (; *helped < threads; ++*helped) {
         int64_t whose = (omp_get_thread_num() + *helped) % threads;
         int32_t begin = (int32_t)(n * whose / threads), end = (int32_t)(n * (whose + 1) / threads), taken;
 #pragma omp atomic capture
-        taken = deal[whose].taken++;
+        taken = sharing[whose].taken++;
         if (taken < end - begin)
             return begin + taken;
     }

@@ -13,7 +13,7 @@ static int32_t vertex_of(const curvopt_mesh *m, const co_place *place) {
 
 static int32_t first_patch_of(const co_patches *p, int32_t fan) {
     int32_t i = 0;
-    while (p->valence[i] != fan)
+    while (p->kind[i] != fan)
         i++;
     return i;
 }
@@ -22,7 +22,7 @@ static int32_t first_patch_of(const co_patches *p, int32_t fan) {
 static int32_t refuse_limit(const curvopt_mesh *m, const co_patches *p, curvopt_error *error) {
     int32_t vertex = -1, face = -1;
     for (int32_t i = 0; i < p->n_patches; i++) {
-        if (p->valence[i] == CO_FAN_REGULAR)
+        if (p->kind[i] == CO_FAN_REGULAR)
             continue;
         int32_t v = vertex_of(m, &p->place[i]), f = p->place[i].face;
         if (v >= 0 && (vertex < 0 || v < vertex))

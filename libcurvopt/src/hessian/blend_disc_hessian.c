@@ -134,7 +134,7 @@ static int32_t disc_of_point(const co_blend_discs *w, int32_t point) {
 }
 
 int32_t co_blend_disc_hessian_disc_of(const co_patches *p, int32_t patch) {
-    return co_fan_is_wide(p->valence[patch]) ? disc_of_point(&p->wide, p->points[p->start[patch + 1] - 1]) : -1;
+    return co_fan_is_wide(p->kind[patch]) ? disc_of_point(&p->wide, p->points[p->start[patch + 1] - 1]) : -1;
 }
 
 void co_blend_disc_hessian_add(co_blend_disc_hessian *m, const co_blend_disc_face_matrix *s) {

@@ -209,7 +209,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
                          int32_t begin_node, int32_t end_node) {
     const co_block *b = &h->batches.block[block];
     int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
-    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->valence) ? CO_BLEND_DISC_TERMS : 0);
+    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->kind) ? CO_BLEND_DISC_TERMS : 0);
     const face_matrix f = {.patches = &a->patches,
                            .points = h->batches.points + b->points,
                            .matrix = matrix,
@@ -247,7 +247,7 @@ static void run_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int32
 static void scatter_discs(const co_assembly *a, co_sparse_hessian *h, int32_t block, const double *matrix,
                           int32_t thread) {
     const co_block *b = &h->batches.block[block];
-    if (!co_fan_is_wide(b->table->valence))
+    if (!co_fan_is_wide(b->table->kind))
         return;
     for (int32_t lane = 0; lane < b->n_used; lane++) {
         co_blend_disc_face_matrix face = {.patch = h->batches.patch[block * h->batches.lanes + lane],

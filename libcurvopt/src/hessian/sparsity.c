@@ -27,7 +27,7 @@ static clique clique_of(const co_patches *patches, int32_t k) {
         int32_t n = disc->is_used ? co_blend_disc_fit_of(&patches->wide, disc)->n_points : 0;
         return (clique){patches->wide.column + disc->column, (size_t)n};
     }
-    size_t n = co_fan_is_wide(patches->valence[k]) ? 0 : patches->start[k + 1] - patches->start[k];
+    size_t n = co_fan_is_wide(patches->kind[k]) ? 0 : patches->start[k + 1] - patches->start[k];
     return (clique){patches->points + patches->start[k], n};
 }
 

@@ -1,6 +1,6 @@
-/* What we call of the BLAS that CHOLMOD brings: Dongarra, Du Croz, Hammarling, Duff, "A set of level 3 basic linear
- * algebra subprograms", ACM TOMS 16(1), 1990. Matrices by columns; lengths of character arguments come last, as
- * gfortran has them. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The two BLAS routines that we call, of the BLAS that CHOLMOD brings: Dongarra, Du Croz, Hammarling, Duff, "A set of
+ * level 3 basic linear algebra subprograms", ACM TOMS 16(1), 1990. Matrices by columns; lengths of character arguments
+ * come last, as gfortran has them. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LINALG_BLAS_H
 #define CO_LINALG_BLAS_H
 

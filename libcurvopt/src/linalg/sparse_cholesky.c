@@ -1,6 +1,7 @@
 /* Sparse Cholesky factorization: CHOLMOD, behind what we need of it.
  *
- * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. Ordered by AMD; supernodal where
+ * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. Ordered by AMD
+ * (notes/42-ordering-of-the-matrix.md); supernodal where
  * CHOLMOD's own rule says so (40 operations an entry of L). Inertia is counted from an L D L^T without pivots, and the
  * count is checked afterwards: see check_count().
  *
@@ -20,7 +21,8 @@ struct co_sparse_cholesky {
     cholmod_common common;
     cholmod_sparse matrix;
     cholmod_factor *factor;
-    cholmod_dense *right, *x, *y, *e; /* for solving, kept: b, the solution, CHOLMOD's work space */
+    cholmod_dense *right, *x; /* right-hand side and solution, kept between solutions */
+    cholmod_dense *y, *e;     /* CHOLMOD's work space for solving, kept as well */
 };
 
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
@@ -68,8 +70,9 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
 
 /* CHOLMOD's parallel loops. CHOLMOD 3 has no setting for them: it asks for four threads for loops over 64 numbers or
  * more, however many processors there are, and waking them costs a tenth of a factor of such a size and brings nothing
- * to larger ones. So its archive is linked with GOMP_parallel renamed to this function (cholmod.cmake), which gives
- * each loop to the calling thread. OpenMP's settings, which the caller's program shares, are left alone. */
+ * to larger ones (notes/43-threads-of-the-factor.md). So its archive is linked with GOMP_parallel renamed to this
+ * function (cholmod.cmake), which gives each loop to the calling thread. OpenMP's settings, which the caller's program
+ * shares, are left alone. */
 void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags);
 void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags) {
     (void)n_threads;
@@ -92,7 +95,7 @@ int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *p
     return CURVOPT_OK;
 }
 
-/* With any factor. */
+/* x = A^-1 b by any factor of A. */
 static int32_t solve_with(co_sparse_cholesky *f, cholmod_factor *factor, const double *b, double *x,
                           curvopt_error *error) {
     size_t n = f->matrix.nrow;

@@ -8,13 +8,14 @@
 
 typedef struct co_sparse_cholesky co_sparse_cholesky;
 
-/* Orders and analyzes the symmetric matrix whose lower triangle is column_start [n + 1], row, value (borrowed: they
- * must outlive the factor; only values may change). ERROR_MEMORY. */
+/* Orders and analyzes the symmetric matrix whose lower triangle is column_start [n + 1], row and value, by columns with
+ * ascending rows. The arrays are borrowed: they must outlive the factor, and only values may change. ERROR_MEMORY. */
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
                                   co_sparse_cholesky **out, curvopt_error *error);
 void co_sparse_cholesky_destroy(co_sparse_cholesky *factor);
-/* Factors matrix + shift * identity with the present values. *positive: whether that is positive definite; if not there
- * is no factor. ERROR_MEMORY. */
+/* Factors matrix + shift * identity with the present values. *positive tells whether that is positive definite; if it
+ * is not, there is no factor to solve with. About n^1.5 operations for the Hessian of a cage of n vertices.
+ * ERROR_MEMORY. */
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *factor, double shift, int *positive, curvopt_error *error);
 /* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization
  * without pivots. *n_negative is -1, unknown, if a pivot is zero or if rounding errors may have changed the count: the

@@ -1,4 +1,5 @@
-/* Sparse rows: linear maps from cage points to derived points. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Sparse matrices by compressed rows: linear maps from cage points to derived points, applied to x, y and z alike.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LINALG_SPARSE_ROWS_H
 #define CO_LINALG_SPARSE_ROWS_H
 
@@ -6,16 +7,16 @@
 
 #include <stddef.h>
 
-/* Compressed rows; row r has entries start[r] .. start[r + 1] - 1. */
+/* Row r has the entries start[r] .. start[r + 1] - 1. */
 typedef struct co_sparse_rows {
     int32_t n_rows;
     int32_t n_columns;
-    size_t *start;
-    int32_t *column;
-    double *value;
+    size_t *start;   /* [n_rows + 1] first entry of each row */
+    int32_t *column; /* [start[n_rows]] column of each entry; no column twice in a row */
+    double *value;   /* [start[n_rows]] value of each entry */
 } co_sparse_rows;
 
-/* Room for n_rows rows and n_entries entries, to be filled by the caller; all NULL on failure. */
+/* Room for n_rows rows and n_entries entries, zeroed, to be filled by the caller. ERROR_MEMORY, and *rows is empty. */
 int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_columns, size_t n_entries,
                                 curvopt_error *error);
 void co_sparse_rows_free(co_sparse_rows *rows);
@@ -23,7 +24,9 @@ void co_sparse_rows_free(co_sparse_rows *rows);
 void co_sparse_rows_apply(const co_sparse_rows *rows, const double *in, double *out);
 /* out [3 n_columns] += transpose(rows) * in [3 n_rows] */
 void co_sparse_rows_add_transposed(const co_sparse_rows *rows, const double *in, double *out);
-/* out = a * b; entries of a row in ascending column. */
+/* out = a b, the entries of a row in ascending order of columns. For each row of a, the rows of b that it meets are
+ * merged in an array over all columns (Gustavson, ACM TOMS 4(3), 1978): O(products + n log n of each row's length).
+ * ERROR_MEMORY. */
 int32_t co_sparse_rows_multiply(const co_sparse_rows *a, const co_sparse_rows *b, co_sparse_rows *out,
                                 curvopt_error *error);
 

@@ -4,7 +4,9 @@
 
 #include <stddef.h>
 
+/* a . b, by four partial sums: the same value on every machine, and vectorized. */
 double co_vector_dot(size_t n, const double *a, const double *b);
+/* Euclidean norm. */
 double co_vector_norm(size_t n, const double *a);
 /* y += s x */
 void co_vector_add(size_t n, double s, const double *x, double *y);

@@ -1,4 +1,5 @@
-/* Sharp edges and vertices of a mesh. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Sharp edges and vertices of a mesh: checked, stored, handed on to meshes made from it (source: crease.h).
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh/crease.h"
 
 #include "base/memory.h"

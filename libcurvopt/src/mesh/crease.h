@@ -12,15 +12,15 @@
 static inline int co_crease_is_infinite(double sharpness) {
     return sharpness >= CURVOPT_SHARPNESS_INFINITE;
 }
-/* Whether these mean the same. */
+/* Whether two sharpnesses mean the same: all infinite ones do. */
 static inline int co_crease_alike(double a, double b) {
     return a == b || (co_crease_is_infinite(a) && co_crease_is_infinite(b));
 }
-/* Sharp, but not for ever. */
+/* Whether an edge or vertex is sharp now, but not after enough subdivisions. */
 static inline int co_crease_is_fading(double sharpness) {
     return sharpness > 0 && sharpness < CURVOPT_SHARPNESS_INFINITE;
 }
-/* After one subdivision. */
+/* The sharpness after one subdivision. */
 static inline double co_crease_softened(double sharpness) {
     return co_crease_is_infinite(sharpness) ? sharpness : sharpness > 1 ? sharpness - 1 : 0;
 }
@@ -32,7 +32,7 @@ static inline double co_crease_vertex(const curvopt_mesh *m, int32_t v) {
     return m->vertex_sharpness ? m->vertex_sharpness[v] : 0;
 }
 
-/* Checks creases and puts them into a mesh that has none yet. */
+/* Checks creases and puts them into a mesh that has none yet. ERROR_ARGUMENT, ERROR_MEMORY. */
 int32_t co_crease_set(curvopt_mesh *mesh, const curvopt_creases *creases, curvopt_error *error);
 /* Gives the creases of `from` to *to, made of those of its faces for which keep[f] != 0 (NULL: all), in their order;
  * vertex v of *to is vertex_of[v] (NULL: v). Destroys *to on failure. */

@@ -1,4 +1,5 @@
-/* Fans: numbering of their points. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Fans: numbering of their points, and finiteness of curvature's integral (sources: fan.h). SPDX-License-Identifier:
+ * GPL-3.0-or-later */
 #include "mesh/fan.h"
 
 int32_t co_fan_index(int32_t fan, int32_t sector, int x, int y) {

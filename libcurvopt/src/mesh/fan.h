@@ -1,8 +1,16 @@
-/* Fans: the faces round a vertex, on one side of the sharp edges there, as far as the limit surface is concerned.
+/* Fans: the faces round a vertex, between the sharp edges there, as far as the limit surface depends on them.
  *
- * A fan's kind is one integer, so that patches, tables and blocks can be sorted by it. A closed fan of smooth rules is
- * its valence alone; its patches are numbered from their own sector. In the others sector 0 begins at a sharp edge, and
- * the patch's sector is part of the kind.
+ * The kind of a patch (its fan, and which sector of it the patch is) is one integer, because patches, tables and
+ * batches are sorted and searched by it; only this header knows how it is packed:
+ *
+ *     bits 28 .. 30   type
+ *     bits 14 .. 27   sector of the patch; in a wide disc 0 0 width i j, four bits each for the last three
+ *     bits  0 .. 13   number of sectors
+ *
+ * A closed fan of smooth rules is therefore its valence alone: 5 is a face at a smooth vertex of valence 5, whichever
+ * of the five, since its points are numbered from its own sector on. In other fans sector 0 begins at a sharp edge, and
+ * the patch's sector is part of the kind: co_fan_make(CO_FAN_CREASE, 3, 1) is the middle one of three faces on one side
+ * of a crease.
  *
  * Points of a fan of k quads, its two-ring: the vertex is point 0; sector s (counter-clockwise) owns the points 1 + 6 s
  * .. 6 + 6 s at these places of its quarter (x along the sector's first edge, y towards the next sector's): (1,0) (2,0)
@@ -15,20 +23,19 @@
 #include <stdint.h>
 
 typedef enum co_fan_type {
-    CO_FAN_CLOSED, /* smooth */
+    CO_FAN_CLOSED, /* closed: round a smooth vertex */
     CO_FAN_CREASE, /* open: between the two sharp edges of a crease or boundary */
     CO_FAN_CORNER, /* open: between two sharp edges at a corner, which stays where it is */
     CO_FAN_DART,   /* closed and smooth, with a sharp edge that ends there before sector 0 */
     CO_FAN_CONE,   /* closed round an infinitely sharp vertex without sharp edges */
-    CO_FAN_WIDE /* not a fan of its own: a face of a wide blend round a smooth vertex (blend_disc.h); where it lies in
-                   its sector stands where others have their sector */
+    CO_FAN_WIDE    /* a face of a wide disc round a smooth vertex (blend_disc.h), by its place in its sector */
 } co_fan_type;
 
 enum {
-    CO_FAN_BITS = 14, /* of sectors and sector; the type above them */
-    CO_FAN_MAX = (1 << CO_FAN_BITS) - 1,
-    CO_FAN_REGULAR = 4, /* the closed fan of four quads: every patch that is one bicubic has this kind */
-    CO_FAN_SECTOR_POINTS = 6
+    CO_FAN_BITS = 14,                    /* bits for the number of sectors, and again for the sector */
+    CO_FAN_MAX = (1 << CO_FAN_BITS) - 1, /* largest number of sectors */
+    CO_FAN_REGULAR = 4,                  /* kind of every patch that is one bicubic: the closed fan of four quads */
+    CO_FAN_SECTOR_POINTS = 6             /* points of the two-ring that a sector owns */
 };
 
 static inline int32_t co_fan_make(co_fan_type type, int32_t sectors, int32_t sector) {
@@ -49,7 +56,7 @@ static inline int co_fan_is_wide(int32_t fan) {
 static inline int co_fan_is_smooth(int32_t fan) {
     return co_fan_type_of(fan) == CO_FAN_CLOSED || co_fan_is_wide(fan);
 }
-/* Face (i, j) of the width x width faces of each sector, i along u; width, i, j < 16. */
+/* Kind of face (i, j) of the width x width faces of each sector of a wide disc, i along u; width, i, j < 16. */
 static inline int32_t co_fan_make_wide(int32_t valence, int width, int i, int j) {
     return co_fan_make(CO_FAN_WIDE, valence, width << 8 | i << 4 | j);
 }
@@ -72,13 +79,17 @@ static inline int co_fan_is_cut(int32_t fan) {
 static inline int32_t co_fan_n_points(int32_t fan) {
     return CO_FAN_SECTOR_POINTS * co_fan_sectors(fan) + (co_fan_is_open(fan) ? 3 : 1);
 }
-/* Whether squared curvature has a finite integral there, whatever the positions. With eigenvalues a >= b of the fan's
- * subdivision making its tangent plane and c the height above it, rings' integrals go like (c / b^2)^2 a b; at a smooth
- * corner of one quad (1/2, 1/4, 1/4), at creases of four quads a side (0.61, 1/2, 1/2), at corners of two (1/2, 1/2,
- * 1/2) and cones this is 1 or more, and with more quads there is no tangent plane at all: Biermann, Levin, Zorin,
- * "Piecewise smooth subdivision surfaces with normal control", SIGGRAPH 2000, change the rules for that reason. */
+/* Whether squared curvature has a finite integral round the vertex, whatever the positions.
+ *
+ * Let the eigenvalues a >= b of the fan's subdivision make its tangent plane, and c the height above it. Integrals over
+ * successive rings then have the ratio (c / b^2)^2 a b, and their sum is finite if that is less than 1. It is 1 or more
+ * at a smooth corner of one quad (a, b, c = 1/2, 1/4, 1/4), at creases of four quads a side (0.61, 1/2, 1/2), at
+ * corners of two (1/2, 1/2, 1/2) and at cones; with more quads there is no tangent plane at all. Biermann, Levin,
+ * Zorin, "Piecewise smooth subdivision surfaces with normal control", SIGGRAPH 2000, change the rules for that reason;
+ * we keep them and refuse such corners (admissibility.c). */
 int co_fan_is_integrable(int32_t fan);
-/* Index of place (x, y), 0 <= x, y <= 2, of sector s; modulo the sectors where the fan is closed. */
+/* Index of the point at place (x, y), 0 <= x, y <= 2, of a sector; sectors count modulo their number in a closed fan.
+ */
 int32_t co_fan_index(int32_t fan, int32_t sector, int x, int y);
 
 #endif

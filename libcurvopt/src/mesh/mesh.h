@@ -1,4 +1,11 @@
-/* Polygons as half-edges: one half-edge per face corner, numbered face by face.
+/* Polygon meshes as half-edges, one half-edge per face corner, numbered face by face. A corner table (Rossignac,
+ * Safonova, Szymczak, "3D compression made simple: Edgebreaker on a corner-table", SMI 2001) for faces of any size, so
+ * that next and previous corners come from face_start.
+ *
+ *     3-----2-----5      faces 0 1 2 3 and 1 4 5 2: half-edges 0 1 2 3 (0->1, 1->2, 2->3, 3->0) and
+ *     |  0  |  1  |                                            4 5 6 7 (1->4, 4->5, 5->2, 2->1)
+ *     0-----1-----4      twin[1] = 7, twin[7] = 1, all others -1; vertex_corner[1] = 4, the clockwise-most one
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MESH_MESH_H
 #define CO_MESH_MESH_H
@@ -8,18 +15,17 @@
 /* Half-edge h runs from corner_vertex[h] to the vertex of the next corner of its face. */
 struct curvopt_mesh {
     curvopt_mesh_info info;
-    int32_t *face_start;    /* [n_faces + 1] first corner of each face */
-    int32_t *corner_vertex; /* [n_corners] */
-    int32_t *corner_face;   /* [n_corners] */
-    int32_t *twin;          /* [n_corners] opposite half-edge, -1 on the boundary */
-    int32_t *edge;          /* [n_corners] edge of the half-edge */
-    int32_t *vertex_corner; /* [n_vertices] a half-edge leaving the vertex; on a boundary the clockwise-most one */
-    int32_t *valence;       /* [n_vertices] edges at the vertex */
-    int32_t *edge_corner;   /* [n_edges] a half-edge of each edge */
-    /* Creases (crease.h); NULL where there are none. Boundary edges are infinitely sharp whatever stands here. */
-    double *edge_sharpness;   /* [n_edges] */
-    double *vertex_sharpness; /* [n_vertices] */
-    int32_t boundary_rule;    /* curvopt_boundary_rule; what it does has been added to vertex_sharpness */
+    int32_t *face_start;      /* [n_faces + 1] first corner of each face */
+    int32_t *corner_vertex;   /* [n_corners] vertex that each half-edge leaves */
+    int32_t *corner_face;     /* [n_corners] face of each half-edge */
+    int32_t *twin;            /* [n_corners] opposite half-edge, -1 on the boundary */
+    int32_t *edge;            /* [n_corners] edge of the half-edge */
+    int32_t *vertex_corner;   /* [n_vertices] a half-edge leaving the vertex; on a boundary the clockwise-most one */
+    int32_t *valence;         /* [n_vertices] edges at the vertex */
+    int32_t *edge_corner;     /* [n_edges] a half-edge of each edge */
+    double *edge_sharpness;   /* [n_edges] or NULL: no creases (crease.h); boundary edges are infinitely sharp anyway */
+    double *vertex_sharpness; /* [n_vertices] or NULL: no sharp vertices */
+    int32_t boundary_rule;    /* curvopt_boundary_rule; its effect is part of vertex_sharpness already */
 };
 
 static inline int32_t co_mesh_next(const curvopt_mesh *m, int32_t h) {
@@ -44,11 +50,12 @@ static inline int co_mesh_is_boundary_vertex(const curvopt_mesh *m, int32_t v) {
     return m->twin[m->vertex_corner[v]] < 0;
 }
 
-/* As curvopt_mesh_create, which it implements. */
+/* Implements curvopt_mesh_create, which describes arguments and errors. Linear time: half-edges are paired by two
+ * counting sorts. */
 int32_t co_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes, const int32_t *face_vertices,
                        curvopt_mesh **out, curvopt_error *error);
-/* The same for parts of a checked cage: where they leave a vertex in two fans, one of them counts. Such rim vertices
- * are never evaluated. */
+/* Makes a mesh of some of the faces of a checked cage. Such a part may leave a vertex in two fans; one of them then
+ * counts as its neighbourhood. No surface is evaluated at such vertices. ERROR_TOPOLOGY, ERROR_MEMORY. */
 int32_t co_mesh_create_loose(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                              const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
 void co_mesh_destroy(curvopt_mesh *mesh);

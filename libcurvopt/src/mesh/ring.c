@@ -7,11 +7,12 @@ static int is_cut(const curvopt_mesh *m, int32_t h) {
     return co_crease_is_infinite(co_crease_edge(m, h));
 }
 
-/* What is sharp round a vertex. */
+/* The sharp edges round a vertex, and whether it is sharp itself. */
 typedef struct vertex_state {
     int32_t n_cuts; /* infinitely sharp edges, boundaries among them */
-    int32_t cut;    /* a half-edge that leaves along one, if there is any */
-    int is_fading, is_corner;
+    int32_t cut;    /* a half-edge that leaves along an infinitely sharp edge, -1 if there is none */
+    int is_fading;  /* whether anything there is sharp for some subdivisions only */
+    int is_corner;  /* whether the corner rule holds: a sharp vertex, or three cuts and more */
 } vertex_state;
 
 static vertex_state look_round(const curvopt_mesh *m, int32_t v) {
@@ -74,7 +75,7 @@ static void mark_vertex(const curvopt_mesh *m, int32_t v, uint8_t *kind) {
     } while (h >= 0 && h != first);
 }
 
-/* Whether the two-ring of the fan at h is there: quads across its rim, and no cut but those that bound it. */
+/* Whether the two-ring of the fan at h is there: quads across its outer edges, and no cut but those that bound it. */
 static int is_isolated(const curvopt_mesh *m, int32_t h, const uint8_t *kind) {
     int32_t g, fan = co_ring_fan(m, h, &g);
     for (int32_t i = 0; i < co_fan_sectors(fan); i++, g = co_mesh_rotate(m, g)) {
@@ -118,12 +119,12 @@ int32_t co_ring_n_numbers(const curvopt_mesh *m) {
     return co_ring_has_phantoms(m) ? m->info.n_vertices + 2 * m->info.n_edges + m->info.n_corners : m->info.n_vertices;
 }
 
-/* Beyond the vertex that h leaves, in line with h's edge. */
+/* Number of the phantom beyond the vertex that h leaves, in line with h's edge. */
 static int32_t beyond_origin(const curvopt_mesh *m, int32_t h) {
     int32_t e = m->edge[h], from_start = m->corner_vertex[m->edge_corner[e]] == m->corner_vertex[h];
     return m->info.n_vertices + 2 * e + !from_start;
 }
-/* Beyond the vertex that h arrives at. */
+/* Number of the phantom beyond the vertex that h arrives at. */
 static int32_t beyond_destination(const curvopt_mesh *m, int32_t h) {
     return m->info.n_vertices + ((beyond_origin(m, h) - m->info.n_vertices) ^ 1);
 }
@@ -153,7 +154,13 @@ int co_ring_resolve(const curvopt_mesh *m, int32_t number, int32_t *vertex, doub
 
 /* ------------------------------------------------------------------------------------------------- points -- */
 
-/* The three points beyond the corner that h leaves: in line with its edge, diagonally, in line with the edge before. */
+/* The three points beyond the corner that h leaves: out[0] in line with h's edge, out[1] diagonally, out[2] in line
+ * with the edge before it. In the numbering of ring.h, at corner 0 of the face (point 5, h from 5 to 6):
+ *
+ *     4 = out[0] --- 5 ---h--> 6        CO_CORNER_REGULAR: all three are vertices
+ *     |              |                  CO_CORNER_CREASE, cut along h: 4 is a vertex, 0 and 1 are phantoms below the
+ *     0 = out[1] --- 1 = out[2]           crease; cut along the edge before: 1 is a vertex, 0 and 4 are phantoms
+ *                                       CO_CORNER_SHARP: all three are phantoms */
 static void points_beyond(const curvopt_mesh *m, int32_t h, uint8_t kind, int32_t out[3]) {
     int32_t before = co_mesh_prev(m, h);
     if (kind == CO_CORNER_SHARP) {
@@ -210,9 +217,9 @@ void co_ring_two_ring(const curvopt_mesh *m, int32_t fan, int32_t h, int32_t *po
         p[5] = co_mesh_destination(m, co_mesh_next(m, corner_edge));
         last = h;
     }
-    if (co_fan_is_open(fan)) {                                /* (0,1) and (0,2) of the last sector */
-        int32_t rim = co_mesh_prev(m, co_mesh_prev(m, last)); /* (1,1) -> (0,1) */
-        p[0] = co_mesh_destination(m, rim);
-        p[1] = m->corner_vertex[co_mesh_prev(m, m->twin[rim])];
+    if (co_fan_is_open(fan)) {                                  /* (0,1) and (0,2) of the last sector */
+        int32_t outer = co_mesh_prev(m, co_mesh_prev(m, last)); /* (1,1) -> (0,1) */
+        p[0] = co_mesh_destination(m, outer);
+        p[1] = m->corner_vertex[co_mesh_prev(m, m->twin[outer])];
     }
 }

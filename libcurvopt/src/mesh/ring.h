@@ -25,13 +25,14 @@ enum { CO_RING_REGULAR = 16, CO_RING_SECTOR = CO_FAN_SECTOR_POINTS };
 static inline int32_t co_ring_two_ring_size(int32_t valence) {
     return co_fan_n_points(valence);
 }
-/* Index in the two-ring of place (x, y), 0 <= x, y <= 2, of sector s (any integer: taken modulo the valence). */
+/* Index in the two-ring of place (x, y), 0 <= x, y <= 2, of a sector, which may be any integer: it counts modulo the
+ * valence. */
 static inline int32_t co_ring_two_ring_index(int32_t valence, int32_t sector, int x, int y) {
     return co_fan_index(valence, sector, x, y);
 }
 
-/* How a face may be evaluated as far as one of its corners is concerned, by what lies on its side of the sharp edges
- * there. */
+/* How a face may be evaluated as far as one of its corners decides it: by the fan on its side of the sharp edges there.
+ */
 typedef enum co_corner_kind {
     CO_CORNER_REGULAR,       /* a closed fan of four quads */
     CO_CORNER_CREASE,        /* two quads between two sharp edges, crease rule */
@@ -40,23 +41,25 @@ typedef enum co_corner_kind {
     CO_CORNER_UNREADY        /* anything else: needs a subdivision first */
 } co_corner_kind;
 
-/* Fills kind [n_corners]. */
+/* Fills kind [n_corners] with a co_corner_kind for each corner. Linear time. */
 void co_ring_classify(const curvopt_mesh *mesh, uint8_t *kind);
 
-/* The fan at the vertex that h leaves, on h's side: its kind, h's face being the patch's. *first: the half-edge that
- * begins it. */
+/* Kind of the patch that h's face is, seen from the vertex that h leaves: the fan there on h's side of the sharp edges.
+ * *first is the half-edge that begins the fan. */
 int32_t co_ring_fan(const curvopt_mesh *mesh, int32_t h, int32_t *first);
 
-/* Whether the mesh can need phantoms, and how many numbers vertices and phantoms have then. */
+/* Whether the mesh can need phantoms: it has a boundary or sharp edges. */
 int co_ring_has_phantoms(const curvopt_mesh *mesh);
+/* How many numbers vertices and phantoms have together. */
 int32_t co_ring_n_numbers(const curvopt_mesh *mesh);
-/* A number as a combination of vertices: vertex [4], weight [4]; how many of them. */
+/* Writes a number, a vertex's or a phantom's, as a combination of vertices: vertex [4], weight [4]. Returns how many.
+ */
 int co_ring_resolve(const curvopt_mesh *mesh, int32_t number, int32_t *vertex, double *weight);
 
-/* The 16 points of the face with first half-edge h, none of whose corners is extraordinary or unready: vertices and
- * phantoms. kind [n_corners], points [16] */
+/* points [16]: vertices and phantoms of the face with first half-edge h, none of whose corners may be extraordinary or
+ * unready by kind [n_corners]. */
 void co_ring_regular(const curvopt_mesh *mesh, int32_t h, const uint8_t *kind, int32_t *points);
-/* The points of an extraordinary fan whose first half-edge is `first`. points [co_fan_n_points] */
+/* points [co_fan_n_points]: vertices of the extraordinary fan that half-edge `first` begins, numbered as in fan.h. */
 void co_ring_two_ring(const curvopt_mesh *mesh, int32_t fan, int32_t first, int32_t *points);
 
 #endif

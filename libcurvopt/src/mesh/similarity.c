@@ -1,4 +1,5 @@
-/* Where a cage lies: rigid motions and scale, which energies do not see. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Similarity motions of a cage: centroid, scale, rotation (sources: similarity.h). SPDX-License-Identifier:
+ * GPL-3.0-or-later */
 #include "mesh/similarity.h"
 
 #include "linalg/small_dense.h"
@@ -21,7 +22,8 @@ double co_similarity_frame(size_t n, const double *xyz, double centroid[3]) {
     return sqrt(squares[0] + squares[1] + squares[2]);
 }
 
-/* Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986). */
+/* Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986), without his scaling: what comes in
+ * is nearly orthogonal. */
 int co_similarity_orthogonal_factor(double m[3][3]) {
     for (int step = 0; step < 60; step++) {
         double next[3][3], change = 0, det = co_small_dense_determinant_3(m);

@@ -13,13 +13,13 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Collects one row: entries on the same column are added up. Rows are as short as a one-ring, so a linear search of the
- * entries that are there would be quadratic at poles; `slot` (one per vertex) finds them at once. */
+/* Collects one row; entries on the same column are added up. A linear search for the column would be quadratic at
+ * vertices of high valence; `slot` finds it at once. */
 typedef struct row_builder {
     co_sparse_rows *rows;
-    size_t *slot;
-    int32_t row;
-    size_t begin, end;
+    size_t *slot;      /* [n_vertices] entry that last held each column; of this row if it is from begin to end - 1 */
+    int32_t row;       /* number of the row being built */
+    size_t begin, end; /* entries of the row so far */
 } row_builder;
 
 static void row_begin(row_builder *b, int32_t row) {
@@ -43,9 +43,9 @@ static void row_end(row_builder *b) {
 
 /* `weight` times the centroid of a face. */
 static void row_add_face(row_builder *b, const curvopt_mesh *m, int32_t f, double weight) {
-    double share = weight / co_mesh_face_size(m, f);
+    double part = weight / co_mesh_face_size(m, f);
     for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
-        row_add(b, m->corner_vertex[h], share);
+        row_add(b, m->corner_vertex[h], part);
 }
 
 /* Interior vertex of valence n: (F + 2 R + (n - 3) P) / n with F the mean of face points, R of edge midpoints. */
@@ -60,17 +60,17 @@ static void add_smooth_rule(row_builder *b, const curvopt_mesh *m, int32_t v, do
     } while (h != first);
 }
 
-/* What is sharp round a vertex, now or one subdivision later. */
+/* The sharp edges round a vertex, now or one subdivision later. */
 typedef struct sharp_edges {
-    int32_t count;
-    int32_t ends[2]; /* other ends of the first two */
-    int is_corner;
+    int32_t count;   /* number of sharp edges */
+    int32_t ends[2]; /* other ends of the first two sharp edges */
+    int is_corner;   /* whether the vertex keeps its place: it is sharp itself, or has three sharp edges and more */
 } sharp_edges;
 
-/* What fades away at a vertex with this subdivision. */
+/* The sharpnesses at a vertex that this subdivision takes to 0. */
 typedef struct fading {
-    double sum;
-    int32_t count;
+    double sum;    /* sum of these sharpnesses */
+    int32_t count; /* number of these sharpnesses */
 } fading;
 
 static void count_sharp(sharp_edges *s, double sharpness, int32_t end) {
@@ -94,7 +94,10 @@ static void note_edge(double sharpness, int32_t end, sharp_edges state[2], fadin
     note_fading(f, sharpness);
 }
 
-/* state[0] now, state[1] after. */
+/* Fills state[0] with what is sharp at v now, state[1] with what is one subdivision later, *f with what fades.
+ *
+ * Example: two edges of sharpness 0.4 and a smooth rest. Now: a crease, weights 1/8 3/4 1/8; later: smooth. Both fade,
+ * with mean 0.4, so that the row is 0.4 times the crease's and 0.6 times the smooth one (vertex_row). */
 static void look_round(const curvopt_mesh *m, int32_t v, sharp_edges state[2], fading *f) {
     int32_t first = m->vertex_corner[v], h = first, last;
     double sharpness = co_crease_vertex(m, v);

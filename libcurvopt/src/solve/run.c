@@ -26,7 +26,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
                                        .gain_ratio = record->gain_ratio,
                                        .step = record->length,
                                        .shift = l->hessian.has_factor ? l->hessian.shift : (double)NAN,
-                                       .samples = (int32_t)o->assembly.layout.n_samples,
+                                       .samples = (int32_t)o->assembly.batches.n_samples,
                                        .method = (int32_t)record->method,
                                        .rejected = record->rejected,
                                        .energy = co_level_objective_energy(o, &l->now),

@@ -1,4 +1,5 @@
-/* Quadrature points and basis rows of a kind of face. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Quadrature points and basis rows of a kind of face (finite elements: tabulated shape functions).
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/basis_table.h"
 
 #include "base/memory.h"
@@ -9,25 +10,29 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* How finely a kind of face is sampled: points a side of the face, or of the first ring's cells; and how small a part
- * of the face the hole round an extraordinary vertex may be. The integral over that hole is not dropped: what happens
- * in the last ring repeats in the rings inside it with a known ratio (see ring_tail), which its weights take up.
+/* Quadrature rules of each kind of face, from coarse to fine, found by experiment
+ * (notes/20-rules-at-an-extraordinary-vertex.md). A regular face has one product rule of Gauss. Round an extraordinary
+ * vertex each ring of three cells has rules of its own, down to a hole; the integral over the hole is not dropped: what
+ * happens in the last ring repeats in the rings inside it with a known ratio (ring_tail), which its weights take up.
  *
- * At the vertex of a wide blend w is flat and the surface all but a polynomial of the chart: nothing happens in a large
- * hole that the ring round it does not show.
+ * Points a side fall from ring to ring, down to `least`:
+ * - `limit`: by one. All rings look alike, and inner ones count for less and less.
+ * - `plane`, `polynomial`: by half. A blend varies most in the first ring. (One vertex of valence 3, MVS on `plane`:
+ * with 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5 of the whole; the second, with 12, by 1e-5;
+ * the third, with 6, by 2e-6.)
+ * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
+ *   polynomial of the chart.
+ * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
  *
- * On `limit` all rings look alike, and count for less and less: each gets one point a side less than the one before it,
- * down to `least`. A blend varies most where it lets go, in the first ring: its
- * rings get half as many points each as the one before, down to `least`. (One vertex of valence 3, MVS on `plane`: with
- * 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5; 12 in the second ring by 1e-5; 6 in the third by
- * 2e-6 of the whole.) Every rule is finer in all
- * respects than the one before it, or comparing the two would not tell what is missing. */
+ * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
+ * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
 typedef struct rule {
-    int points, least;
-    double hole;
+    int points;  /* points a side of the face, or of the first ring's cells */
+    int least;   /* points a side of the cells of inner rings, at least */
+    double hole; /* largest part that the hole may have of an integral over the face; 1: there is no hole */
 } rule;
-enum { KIND_REGULAR, KIND_LIMIT, KIND_PLANE, KIND_POLYNOMIAL, KIND_WIDE, N_KINDS };
-static const rule rules[N_KINDS][CO_N_RULES] = {
+enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
+static const rule rules[N_RULE_SETS][CO_N_RULES] = {
     {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}},
     {{3, 2, 1e-3},
      {4, 3, 1e-4},
@@ -61,39 +66,43 @@ static const rule rules[N_KINDS][CO_N_RULES] = {
      {24, 8, 1e-6},
      {36, 10, 1e-7},
      {48, 12, 1e-8}}};
-enum { MIN_RINGS = 4, MAX_RINGS = 40, MAX_GAUSS = 12 };
+enum {
+    MIN_RINGS = 4,  /* least number of rings at an extraordinary vertex */
+    MAX_RINGS = 40, /* largest number of rings */
+    MAX_GAUSS = 12  /* points a side of one Gauss rule; finer rules are of several sub-cells */
+};
 
 /* Whether a face is one piece, not rings round an extraordinary vertex. */
 static int is_one_piece(int32_t fan) {
     return co_patches_own_size(fan) == CO_RING_REGULAR; /* no fan has as many */
 }
-/* The vertex's fan. */
+/* The fan at the vertex of a kind of face. */
 static int32_t fan_of(int32_t kind) {
     return co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind;
 }
 
-static int kind_of(const co_basis_table *t) {
-    static const int irregular[] = {[CURVOPT_SURFACE_LIMIT] = KIND_LIMIT,
-                                    [CURVOPT_SURFACE_PLANE] = KIND_PLANE,
-                                    [CURVOPT_SURFACE_POLYNOMIAL] = KIND_POLYNOMIAL};
-    if (is_one_piece(t->valence))
-        return KIND_REGULAR;
-    return co_fan_is_wide(t->valence) ? KIND_WIDE : irregular[t->surface];
+static int rule_set_of(const co_basis_table *t) {
+    static const int of_surface[] = {[CURVOPT_SURFACE_LIMIT] = RULES_LIMIT,
+                                     [CURVOPT_SURFACE_PLANE] = RULES_PLANE,
+                                     [CURVOPT_SURFACE_POLYNOMIAL] = RULES_POLYNOMIAL};
+    if (is_one_piece(t->kind))
+        return RULES_REGULAR;
+    return co_fan_is_wide(t->kind) ? RULES_WIDE : of_surface[t->surface];
 }
 
-static int points_of_ring(int kind, const rule *r, int ring) {
-    int blended = kind == KIND_PLANE || kind == KIND_POLYNOMIAL;
+static int points_of_ring(int set, const rule *r, int ring) {
+    int blended = set == RULES_PLANE || set == RULES_POLYNOMIAL;
     int points = blended ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points - (ring - 1);
     points = points > r->least ? points : r->least;
     int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
     return (points + splits - 1) / splits * splits;
 }
 
-/* Ratios of successive rings' integrals: of area lambda^2, of squared curvature (mu / lambda^2)^2 lambda^2. */
+/* Ratios of the integrals over successive rings, of area and of squared curvature (stam.h). */
 typedef struct ring_tail {
-    double area_ratio;
-    double curvature_ratio;
-    int n_rings;
+    double area_ratio;      /* lambda^2 */
+    double curvature_ratio; /* (mu / lambda^2)^2 lambda^2; where a blend makes curvature a constant, lambda^2 */
+    int n_rings;            /* rings down to the hole */
 } ring_tail;
 
 static ring_tail tail_of(const co_stam_disc *disc, int32_t surface, double hole) {
@@ -121,7 +130,7 @@ void co_basis_table_destroy(co_basis_table *t) {
 
 static int32_t allocate(co_basis_table *t, curvopt_error *error) {
     size_t samples = (size_t)t->n_samples, points = (size_t)t->n_points;
-    int plane = t->surface == CURVOPT_SURFACE_PLANE && t->valence != CO_FAN_REGULAR;
+    int plane = t->surface == CURVOPT_SURFACE_PLANE && t->kind != CO_FAN_REGULAR;
     t->area_weight = CO_NEW(double, samples);
     t->weight = CO_NEW(double, samples);
     t->jacobian_scale = CO_NEW(double, samples);
@@ -135,22 +144,24 @@ static int32_t allocate(co_basis_table *t, curvopt_error *error) {
 
 /* The patch points that rows can be nonzero on. */
 static int32_t choose_support(co_basis_table *t, curvopt_error *error) {
-    int32_t n = co_patches_own_size(t->valence), all = co_patches_size(t->valence);
-    int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->valence); /* the fit, into rows */
+    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind);
+    int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->kind); /* the fit, into rows */
     t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n || folded || is_one_piece(t->valence) || co_stam_in_support(fan_of(t->valence), i))
+        if (i >= n || folded || is_one_piece(t->kind) || co_stam_in_support(fan_of(t->kind), i))
             t->support[t->n_points++] = i;
     return CURVOPT_OK;
 }
 
-/* What the samples of one cell, or of a whole regular face (cell NULL), have in common. */
+/* The common properties of the samples of one cell. */
 typedef struct cell_samples {
-    const co_ring_cell *cell;
-    int n_side; /* points a side, in sub-cells of at most MAX_GAUSS each way */
-    double area_factor, curvature_factor, jacobian_scale;
+    const co_ring_cell *cell; /* NULL: a whole regular face */
+    int n_side;               /* points a side, in sub-cells of at most MAX_GAUSS each way */
+    double area_factor;       /* of area weights: more than 1 in the last ring, which stands for those inside it */
+    double curvature_factor;  /* of curvature weights, likewise */
+    double jacobian_scale;    /* undoes the shrinking of the ring in Jacobians */
 } cell_samples;
 
 static void regular_rows(co_real u, co_real v, double *rows) {
@@ -198,7 +209,7 @@ static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *er
     co_real *masks = CO_NEW(co_real, 3 * (size_t)n_points);
     if (!masks)
         return co_status_no_memory(error);
-    co_stam_limit_masks(t->valence, masks);
+    co_stam_limit_masks(t->kind, masks);
     for (int m = 0; m < 3; m++)
         for (int32_t p = 0; p < t->n_points; p++)
             t->masks[m * t->n_points + p] = (double)masks[m * n_points + t->support[p]];
@@ -207,12 +218,12 @@ static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *er
 }
 
 struct co_cached_table {
-    int32_t fan, rule;
+    int32_t kind, rule; /* what the table is for */
     co_basis_table *table;
 };
 
 struct co_cached_fit {
-    int32_t fan, width;
+    int32_t fan, width; /* what the fit is for */
     co_blend_fit polynomial;
 };
 
@@ -222,7 +233,7 @@ static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blen
                                 : co_blend_fit_create(disc, 1, out, error);
 }
 
-/* What is fitted at this kind's vertex, kept for the next table or point. */
+/* The polynomial fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
     int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
     for (int32_t i = 0; i < cache->n_fits; i++)
@@ -249,7 +260,7 @@ static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blen
     return status;
 }
 
-/* polynomial: NULL on other surfaces */
+/* Fills a table of rings; polynomial is NULL on surfaces without one. */
 static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_blend_fit *polynomial, const rule *r,
                               ring_tail tail, curvopt_error *error) {
     co_ring_cell cell = {0};
@@ -264,7 +275,7 @@ static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_bl
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
-                                .n_side = points_of_ring(kind_of(t), r, ring),
+                                .n_side = points_of_ring(rule_set_of(t), r, ring),
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
                                 .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
@@ -286,9 +297,8 @@ static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial,
     co_ring_cell cell = {0};
     cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
     int32_t status = CURVOPT_OK;
-    if (co_fan_is_wide(t->valence)) {
-        status =
-            co_ring_cell_create_face(polynomial, co_fan_wide_i(t->valence), co_fan_wide_j(t->valence), &cell, error);
+    if (co_fan_is_wide(t->kind)) {
+        status = co_ring_cell_create_face(polynomial, co_fan_wide_i(t->kind), co_fan_wide_j(t->kind), &cell, error);
         whole.cell = &cell;
     }
     if (status == CURVOPT_OK)
@@ -298,13 +308,13 @@ static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial,
 }
 
 static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t rule_number, curvopt_error *error) {
-    const rule *r = &rules[kind_of(t)][rule_number];
-    int one_piece = is_one_piece(t->valence);
+    const rule *r = &rules[rule_set_of(t)][rule_number];
+    int one_piece = is_one_piece(t->kind);
     co_stam_disc disc = {0};
     ring_tail tail = {0};
     int32_t status = choose_support(t, error);
     if (status == CURVOPT_OK && !one_piece)
-        status = co_stam_disc_create(fan_of(t->valence), &disc, error);
+        status = co_stam_disc_create(fan_of(t->kind), &disc, error);
     if (status != CURVOPT_OK)
         return status;
     if (one_piece)
@@ -312,7 +322,8 @@ static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t r
     else
         tail = tail_of(&disc, t->surface, r->hole);
     for (int ring = 1; ring <= tail.n_rings; ring++)
-        t->n_samples += CO_RING_CELLS * points_of_ring(kind_of(t), r, ring) * points_of_ring(kind_of(t), r, ring);
+        t->n_samples +=
+            CO_RING_CELLS * points_of_ring(rule_set_of(t), r, ring) * points_of_ring(rule_set_of(t), r, ring);
     status = allocate(t, error);
     if (status == CURVOPT_OK)
         status =
@@ -321,19 +332,19 @@ static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t r
     return status;
 }
 
-/* Of the cache's surface, whose fit it takes from there. */
-static int32_t create_table(co_basis_table_cache *cache, int32_t valence, int32_t rule_number, co_basis_table **out,
+/* A table of the cache's surface, with the fit that the cache has or makes. */
+static int32_t create_table(co_basis_table_cache *cache, int32_t kind, int32_t rule_number, co_basis_table **out,
                             curvopt_error *error) {
     const co_blend_fit *polynomial = NULL;
     *out = NULL;
     co_basis_table *t = CO_NEW(co_basis_table, 1);
     if (!t)
         return co_status_no_memory(error);
-    t->surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
-    t->valence = valence;
+    t->surface = co_fan_is_smooth(kind) ? cache->surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
+    t->kind = kind;
     int32_t status = CURVOPT_OK;
-    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && valence != CO_FAN_REGULAR)
-        status = find_fit(cache, valence, &polynomial, error);
+    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && kind != CO_FAN_REGULAR)
+        status = find_fit(cache, kind, &polynomial, error);
     if (status == CURVOPT_OK)
         status = fill(t, polynomial, rule_number, error);
     if (status != CURVOPT_OK) {
@@ -344,16 +355,16 @@ static int32_t create_table(co_basis_table_cache *cache, int32_t valence, int32_
     return CURVOPT_OK;
 }
 
-int32_t co_basis_table_create(int32_t surface, int32_t valence, int32_t rule_number, co_basis_table **out,
+int32_t co_basis_table_create(int32_t surface, int32_t kind, int32_t rule_number, co_basis_table **out,
                               curvopt_error *error) {
     co_basis_table_cache cache;
     co_basis_table_cache_create(surface, &cache);
-    int32_t status = create_table(&cache, valence, rule_number, out, error);
+    int32_t status = create_table(&cache, kind, rule_number, out, error);
     co_basis_table_cache_free(&cache);
     return status;
 }
 
-/* At the vertex itself: its position; derivatives there do not exist. */
+/* Rows of the vertex itself: its position, and NAN for derivatives, which do not exist there. */
 static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, double *rows, curvopt_error *error) {
     int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_BLEND_DISC_TERMS : 0);
     co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
@@ -431,20 +442,20 @@ static int32_t irregular_point(co_basis_table_cache *cache, int32_t surface, int
     return status;
 }
 
-int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t valence, double u, double v, double *rows,
+int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u, double v, double *rows,
                              double *weight, curvopt_error *error) {
-    if (valence == CO_FAN_REGULAR) {
+    if (kind == CO_FAN_REGULAR) {
         regular_rows(u, v, rows);
         return CURVOPT_OK;
     }
-    int32_t surface = co_fan_is_smooth(valence) ? cache->surface : CURVOPT_SURFACE_LIMIT;
+    int32_t surface = co_fan_is_smooth(kind) ? cache->surface : CURVOPT_SURFACE_LIMIT;
     if (surface == CURVOPT_SURFACE_PLANE) {
         co_real jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
         for (int k = 0; k < CO_JET; k++)
             weight[k] = (double)jet[k];
     }
-    return irregular_point(cache, surface, valence, u, v, rows, error);
+    return irregular_point(cache, surface, kind, u, v, rows, error);
 }
 
 void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache) {
@@ -461,20 +472,20 @@ void co_basis_table_cache_free(co_basis_table_cache *cache) {
     *cache = (co_basis_table_cache){0};
 }
 
-int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t valence, int32_t rule_number,
+int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule_number,
                                  const co_basis_table **out, curvopt_error *error) {
     *out = NULL;
     for (int32_t i = 0; i < cache->n_tables; i++)
-        if (cache->table[i].fan == valence && cache->table[i].rule == rule_number) {
+        if (cache->table[i].kind == kind && cache->table[i].rule == rule_number) {
             *out = cache->table[i].table;
             return CURVOPT_OK;
         }
-    struct co_cached_table entry = {.fan = valence, .rule = rule_number};
+    struct co_cached_table entry = {.kind = kind, .rule = rule_number};
     struct co_cached_table *table = CO_RESIZED(cache->table, (size_t)cache->n_tables + 1);
     if (!table)
         return co_status_no_memory(error);
     cache->table = table;
-    int32_t status = create_table(cache, valence, rule_number, &entry.table, error);
+    int32_t status = create_table(cache, kind, rule_number, &entry.table, error);
     if (status == CURVOPT_OK) {
         cache->table[cache->n_tables++] = entry;
         *out = entry.table;

@@ -9,8 +9,7 @@
 enum { MOST_MIXED = 36 }; /* samples: a mixed table is as many times as large as there are lanes */
 
 int co_basis_table_is_mixable(const co_basis_table *t) {
-    return co_fan_is_wide(t->valence) && co_patches_own_size(t->valence) == CO_RING_REGULAR &&
-           t->n_samples <= MOST_MIXED;
+    return co_fan_is_wide(t->kind) && co_patches_own_size(t->kind) == CO_RING_REGULAR && t->n_samples <= MOST_MIXED;
 }
 
 int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, co_basis_table **out,
@@ -21,7 +20,7 @@ int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, c
     if (!t)
         return co_status_no_memory(error);
     *t = (co_basis_table){.surface = first->surface,
-                          .valence = first->valence,
+                          .kind = first->kind,
                           .n_points = first->n_points,
                           .n_samples = first->n_samples,
                           .is_mixed = 1,

@@ -4,11 +4,11 @@
 
 #include "surface/basis_table.h"
 
-/* Whether faces of this kind may share a block with others that may, by the same rule: those of wide blends away from
- * the vertex, whose tables differ in rows alone, and of which a symmetric cage may have only one of each kind. Not
- * where the table is large. */
+/* Whether faces of this kind may share a batch with faces of other such kinds, by the same rule. So may those of wide
+ * discs away from the vertex: their tables differ in rows alone, and a symmetric cage may have only one face of each
+ * kind. So may not those with large tables (MOST_MIXED). */
 int co_basis_table_is_mixable(const co_basis_table *table);
-/* The rows of such tables [lanes], of one rule, side by side. */
+/* A table whose rows are those of tables [lanes], all of one rule, side by side. ERROR_MEMORY. */
 int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, co_basis_table **out,
                            curvopt_error *error);
 

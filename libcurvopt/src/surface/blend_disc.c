@@ -1,4 +1,5 @@
-/* Wide blends round extraordinary vertices. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Wide blends round extraordinary vertices: where there is room, and their coefficients (method: blend_disc.h).
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_disc.h"
 
 #include "base/memory.h"
@@ -7,18 +8,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TERMS = CO_BLEND_DISC_TERMS, DISTANCE_PER_WIDTH = 4 };
+enum { TERMS = CO_BLEND_DISC_TERMS, DISTANCE_PER_WIDTH = 4 /* notes/11-blend-width.md */ };
 
-void co_blend_discs_free(co_blend_discs *w) {
-    for (int32_t i = 0; i < w->n_fits; i++) {
-        free(w->fit[i].matrix);
-        free(w->fit[i].turn);
+void co_blend_discs_free(co_blend_discs *discs) {
+    for (int32_t i = 0; i < discs->n_fits; i++) {
+        free(discs->fit[i].matrix);
+        free(discs->fit[i].turn);
     }
-    free(w->fit);
-    free(w->disc);
-    free(w->column);
-    free(w->face);
-    *w = (co_blend_discs){0};
+    free(discs->fit);
+    free(discs->disc);
+    free(discs->column);
+    free(discs->face);
+    *discs = (co_blend_discs){0};
 }
 
 /* ----------------------------------------------------------------------------------------------- finding -- */
@@ -26,8 +27,8 @@ void co_blend_discs_free(co_blend_discs *w) {
 typedef struct finder {
     const curvopt_mesh *mesh;
     const uint8_t *kind;
-    int32_t *seen; /* [n_vertices] the last vertex from which each was reached */
-    int32_t *queue;
+    int32_t *seen;  /* [n_vertices] the last vertex from which each was reached */
+    int32_t *queue; /* [n_vertices] vertices in the order in which they were reached */
 } finder;
 
 /* Whether v is the smooth vertex of a closed fan of quads, but not of four; two have no characteristic map. */
@@ -62,7 +63,7 @@ static int distance_to_others(const finder *f, int32_t v, int limit) {
     return limit;
 }
 
-/* The same edge one face further along it, and one face to its left. */
+/* In a regular grid, the half-edge one face further along h; and the one that is h, one face to its left. */
 static int32_t further(const curvopt_mesh *m, int32_t h) {
     return co_mesh_next(m, m->twin[co_mesh_next(m, h)]);
 }
@@ -138,59 +139,60 @@ static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
     return status;
 }
 
-static int32_t find_fit(co_blend_discs *w, int32_t valence, int width, int32_t *index, curvopt_error *error) {
-    for (*index = 0; *index < w->n_fits; ++*index)
-        if (w->fit[*index].valence == valence && w->fit[*index].width == width)
+static int32_t find_fit(co_blend_discs *discs, int32_t valence, int width, int32_t *index, curvopt_error *error) {
+    for (*index = 0; *index < discs->n_fits; ++*index)
+        if (discs->fit[*index].valence == valence && discs->fit[*index].width == width)
             return CURVOPT_OK;
-    co_blend_disc_fit *fit = CO_RESIZED(w->fit, (size_t)w->n_fits + 1);
+    co_blend_disc_fit *fit = CO_RESIZED(discs->fit, (size_t)discs->n_fits + 1);
     if (!fit)
         return co_status_no_memory(error);
-    w->fit = fit;
-    fit[w->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
-    return fill_fit(&fit[w->n_fits++], error);
+    discs->fit = fit;
+    fit[discs->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
+    return fill_fit(&fit[discs->n_fits++], error);
 }
 
-static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *w, curvopt_error *error) {
-    w->face = CO_NEW(co_blend_disc_face, m->info.n_faces);
-    if (!w->face)
+static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt_error *error) {
+    discs->face = CO_NEW(co_blend_disc_face, m->info.n_faces);
+    if (!discs->face)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < m->info.n_faces; i++)
-        w->face[i].disc = -1;
+        discs->face[i].disc = -1;
     return CURVOPT_OK;
 }
 
-static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_columns, co_blend_discs *w,
+static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_columns, co_blend_discs *discs,
                         curvopt_error *error) {
-    int32_t status = w->face ? CURVOPT_OK : start_faces(m, w, error), fit;
-    while (status == CURVOPT_OK && width > 1 && !mark_faces(m, v, width, w->n_discs, w->face))
+    int32_t status = discs->face ? CURVOPT_OK : start_faces(m, discs, error), fit;
+    while (status == CURVOPT_OK && width > 1 && !mark_faces(m, v, width, discs->n_discs, discs->face))
         width--;
     if (status != CURVOPT_OK || width == 1)
         return status;
-    status = find_fit(w, m->valence[v], width, &fit, error);
+    status = find_fit(discs, m->valence[v], width, &fit, error);
     if (status != CURVOPT_OK)
         return status;
-    co_blend_disc *disc = CO_RESIZED(w->disc, (size_t)w->n_discs + 1);
+    co_blend_disc *disc = CO_RESIZED(discs->disc, (size_t)discs->n_discs + 1);
     if (disc)
-        w->disc = disc;
-    size_t more = *n_columns + (size_t)w->fit[fit].n_points;
-    int32_t *column = CO_RESIZED(w->column, more);
+        discs->disc = disc;
+    size_t more = *n_columns + (size_t)discs->fit[fit].n_points;
+    int32_t *column = CO_RESIZED(discs->column, more);
     if (column)
-        w->column = column;
+        discs->column = column;
     if (!disc || !column)
         return co_status_no_memory(error);
-    disc[w->n_discs++] = (co_blend_disc){.fit = fit, .first_point = w->n_points, .column = *n_columns, .is_used = 1};
+    disc[discs->n_discs++] =
+        (co_blend_disc){.fit = fit, .first_point = discs->n_points, .column = *n_columns, .is_used = 1};
     list_points(m, v, width, column + *n_columns);
-    w->n_points += TERMS * m->valence[v];
+    discs->n_points += TERMS * m->valence[v];
     *n_columns = more;
     return CURVOPT_OK;
 }
 
-int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int widest, co_blend_discs *w,
+int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int widest, co_blend_discs *discs,
                             curvopt_error *error) {
     int32_t n = m->info.n_vertices, status = CURVOPT_OK;
     finder f = {m, kind, CO_NEW(int32_t, n), CO_NEW(int32_t, n)};
     size_t n_columns = 0;
-    *w = (co_blend_discs){0};
+    *discs = (co_blend_discs){0};
     if (!f.seen || !f.queue)
         status = co_status_no_memory(error);
     for (int32_t v = 0; status == CURVOPT_OK && v < n; v++)
@@ -199,18 +201,18 @@ int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int wide
         int width =
             is_extraordinary(&f, v) ? distance_to_others(&f, v, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH : 1;
         if (width > 1)
-            status = add_disc(m, v, width, &n_columns, w, error);
+            status = add_disc(m, v, width, &n_columns, discs, error);
     }
     free(f.seen);
     free(f.queue);
     if (status != CURVOPT_OK)
-        co_blend_discs_free(w);
+        co_blend_discs_free(discs);
     return status;
 }
 
 /* ----------------------------------------------------------------------------------------------- points -- */
 
-/* One sector's points from sector 0's, or with `back` gradients from there to sector 0, added. */
+/* out += the coefficients of a sector from those of sector 0; with `back` the transpose, for gradients. */
 static void turn_points(const double *turn, int back, double in[TERMS][3], double out[TERMS][3]) {
     for (int a = 0; a < TERMS; a++)
         for (int b = 0; b < TERMS; b++)
@@ -218,16 +220,16 @@ static void turn_points(const double *turn, int back, double in[TERMS][3], doubl
                 out[a][c] += (back ? turn[b * TERMS + a] : turn[a * TERMS + b]) * in[b][c];
 }
 
-void co_blend_discs_apply(const co_blend_discs *w, double *points) {
-    for (int32_t k = 0; k < w->n_discs; k++) {
-        const co_blend_disc *d = &w->disc[k];
-        const co_blend_disc_fit *f = co_blend_disc_fit_of(w, d);
+void co_blend_discs_apply(const co_blend_discs *discs, double *points) {
+    for (int32_t k = 0; k < discs->n_discs; k++) {
+        const co_blend_disc *d = &discs->disc[k];
+        const co_blend_disc_fit *f = co_blend_disc_fit_of(discs, d);
         double first[TERMS][3] = {{0}};
         if (!d->is_used)
             continue;
         for (int a = 0; a < TERMS; a++)
             for (int32_t i = 0; i < f->n_points; i++) {
-                const double *x = points + 3 * (size_t)w->column[d->column + (size_t)i];
+                const double *x = points + 3 * (size_t)discs->column[d->column + (size_t)i];
                 for (int c = 0; c < 3; c++)
                     first[a][c] += f->matrix[a * f->n_points + i] * x[c];
             }
@@ -239,10 +241,10 @@ void co_blend_discs_apply(const co_blend_discs *w, double *points) {
     }
 }
 
-void co_blend_discs_add_transposed(const co_blend_discs *w, const double *point_gradient, double *gradient) {
-    for (int32_t k = 0; k < w->n_discs; k++) {
-        const co_blend_disc *d = &w->disc[k];
-        const co_blend_disc_fit *f = co_blend_disc_fit_of(w, d);
+void co_blend_discs_add_transposed(const co_blend_discs *discs, const double *point_gradient, double *gradient) {
+    for (int32_t k = 0; k < discs->n_discs; k++) {
+        const co_blend_disc *d = &discs->disc[k];
+        const co_blend_disc_fit *f = co_blend_disc_fit_of(discs, d);
         double first[TERMS][3] = {{0}}, sector[TERMS][3];
         if (!d->is_used)
             continue;
@@ -251,7 +253,7 @@ void co_blend_discs_add_transposed(const co_blend_discs *w, const double *point_
             turn_points(f->turn + (size_t)s * TERMS * TERMS, 1, sector, first);
         }
         for (int32_t i = 0; i < f->n_points; i++) {
-            double *to = gradient + 3 * (size_t)w->column[d->column + (size_t)i];
+            double *to = gradient + 3 * (size_t)discs->column[d->column + (size_t)i];
             for (int a = 0; a < TERMS; a++)
                 for (int c = 0; c < 3; c++)
                     to[c] += f->matrix[a * f->n_points + i] * first[a][c];

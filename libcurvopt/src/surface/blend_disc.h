@@ -3,9 +3,16 @@
  *
  * With one face the surface near the vertex looks the same at every level of refinement but for its size, and keeps the
  * same error in third-order energies; with m growing as faces shrink, the disc stays about the same piece of surface
- * and the error goes (tests/bench/README.md). The width follows from the mesh alone: a quarter of the distance in rings
- * of faces to the nearest vertex that is not regular, `widest` at most. So discs never meet, nor their points,
- * and a refined cage has discs of twice the width, up to the largest.
+ * and the error goes (notes/11-blend-width.md, notes/12-widest-blend.md). The width follows from the mesh alone: a
+ * quarter of the distance in rings of faces to the nearest vertex that is not regular, `widest` at most. So discs never
+ * meet, nor their points, and a refined cage has discs of twice the width, up to the largest. Width 2 at a vertex of
+ * valence 3, sector 0:
+ *
+ *     +----+----+      faces (i, j) of the sector; the vertex V is its corner (0, 0). P is fitted on all 3 * 4 faces,
+ *     |0,1 |1,1 |      w falls from 1 at V to 0 along the two outer sides. The fit depends on the points at places
+ *     +----+----+      0 .. 3 of each sector, one ring of points more than the faces have: 1 + 3 * 3 * 4 = 37 points.
+ *     |0,0 |1,0 |
+ *     V----+----+
  *
  * The coefficients of P are points of the surface, which patches on a disc have beside their own: 21 a sector, because
  * patches of one kind must find theirs in their own sector's frame. Sector 0's are rows over the disc's points, the
@@ -18,9 +25,12 @@
 #include "mesh/mesh.h"
 #include "surface/blend_fit.h"
 
-enum { CO_BLEND_DISC_LARGEST = 8, CO_BLEND_DISC_TERMS = CO_BLEND_FIT_TERMS };
+enum {
+    CO_BLEND_DISC_LARGEST = 8,               /* largest width (notes/12-widest-blend.md) */
+    CO_BLEND_DISC_TERMS = CO_BLEND_FIT_TERMS /* coefficients of P: points of a sector */
+};
 
-/* What discs of one valence and width have in common. */
+/* The fit that all discs of one valence and width share. */
 typedef struct co_blend_disc_fit {
     int32_t valence, width, n_points;
     double *matrix; /* [CO_BLEND_DISC_TERMS][n_points] sector 0's points over the disc's; each row sums to 1 */
@@ -28,37 +38,40 @@ typedef struct co_blend_disc_fit {
 } co_blend_disc_fit;
 
 typedef struct co_blend_disc {
-    int32_t fit;
-    int32_t first_point; /* number of sector 0's first one; sector s begins CO_BLEND_DISC_TERMS s later */
-    size_t column;       /* of co_blend_discs.column: where the disc's points begin */
+    int32_t fit;         /* index in co_blend_discs.fit */
+    int32_t first_point; /* number of sector 0's first coefficient; sector s begins CO_BLEND_DISC_TERMS s later */
+    size_t column;       /* index in co_blend_discs.column of the disc's first point */
     int is_used;         /* whether any patch on it counts */
 } co_blend_disc;
 
 typedef struct co_blend_disc_face {
-    int32_t disc;  /* -1: on none */
-    int32_t first; /* half-edge that leaves the corner nearest to the vertex along the sector's u */
-    int32_t sector, i, j;
+    int32_t disc;         /* index of the disc that the face lies on; -1: none */
+    int32_t first;        /* half-edge that leaves the corner nearest to the vertex along the sector's u */
+    int32_t sector, i, j; /* the face's sector, and its place there */
 } co_blend_disc_face;
 
 typedef struct co_blend_discs {
-    int32_t n_fits, n_discs, n_points; /* points: of all sectors of all discs */
-    co_blend_disc_fit *fit;
-    co_blend_disc *disc;
-    int32_t *column;          /* vertices */
+    int32_t n_fits, n_discs;
+    int32_t n_points;         /* coefficients of all sectors of all discs */
+    co_blend_disc_fit *fit;   /* [n_fits] */
+    co_blend_disc *disc;      /* [n_discs] */
+    int32_t *column;          /* vertices that each disc's fit depends on, one disc after the other */
     co_blend_disc_face *face; /* [n_faces]; NULL if there are no discs, and once there are patches */
 } co_blend_discs;
 
-/* kind [n_corners]: ring.h; widest: 1 .. CO_BLEND_DISC_LARGEST. Points are numbered from 0 on. ERROR_MEMORY. */
+/* Finds the discs of a mesh by kind [n_corners] (ring.h); widest: 1 .. CO_BLEND_DISC_LARGEST. Coefficients are numbered
+ * from 0 on. Breadth-first search of 4 widest rings of faces round each extraordinary vertex. ERROR_MEMORY. */
 int32_t co_blend_discs_find(const curvopt_mesh *mesh, const uint8_t *kind, int widest, co_blend_discs *out,
                             curvopt_error *error);
-void co_blend_discs_free(co_blend_discs *wide);
-/* Points of the discs that are used from the cage's, both in points [3 n]. */
-void co_blend_discs_apply(const co_blend_discs *wide, double *points);
-/* gradient [3 n_cage] += what gradients with respect to the discs' points, in point_gradient [3 n], are worth. */
-void co_blend_discs_add_transposed(const co_blend_discs *wide, const double *point_gradient, double *gradient);
+void co_blend_discs_free(co_blend_discs *discs);
+/* Computes the coefficients of the discs that are used from the cage's vertices, both in points [3 n]. */
+void co_blend_discs_apply(const co_blend_discs *discs, double *points);
+/* Transpose of co_blend_discs_apply: gradient [3 n_cage] += the gradient with respect to the cage's vertices that
+ * belongs to the gradient with respect to the coefficients in point_gradient [3 n]. */
+void co_blend_discs_add_transposed(const co_blend_discs *discs, const double *point_gradient, double *gradient);
 
-static inline const co_blend_disc_fit *co_blend_disc_fit_of(const co_blend_discs *wide, const co_blend_disc *disc) {
-    return &wide->fit[disc->fit];
+static inline const co_blend_disc_fit *co_blend_disc_fit_of(const co_blend_discs *discs, const co_blend_disc *disc) {
+    return &discs->fit[disc->fit];
 }
 
 #endif

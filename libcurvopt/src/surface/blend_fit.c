@@ -1,4 +1,4 @@
-/* The `polynomial` surface's fit. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The fit of the surface `polynomial` (method: blend_fit.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_fit.h"
 
 #include "base/constants.h"
@@ -9,9 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Points of the fit: Gauss points a side of each cell, rings; and the weight of the face's far parts, where w = 0. */
-enum { FIT_GAUSS = 4, FIT_RINGS = 5 };
-static const co_real FAR_WEIGHT = 1e-3L;
+/* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
+enum {
+    FIT_GAUSS = 4, /* Gauss points a side of each cell or face */
+    FIT_RINGS = 5  /* rings of cells of the face at the vertex */
+};
+static const co_real FAR_WEIGHT = 1e-3L; /* added to the weight w, which is 0 at the far sides */
 
 enum { TERMS = CO_BLEND_FIT_TERMS };
 
@@ -34,7 +37,7 @@ void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], doub
     }
 }
 
-/* Values alone. */
+/* Values of the monomials at (x, y). */
 static void monomial_values(co_real x, co_real y, co_real *out) {
     out[0] = 1;
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
@@ -82,14 +85,15 @@ void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERM
             turn[a][b] = image[b][a];
 }
 
-/* A point of the surface over the disc's points: n of them. */
+/* A point of the surface: the sum of row[i] times point index[i] of the disc. */
 typedef struct sample {
-    int32_t n;
-    const int32_t *index;
-    const co_real *row;
+    int32_t n;            /* number of points */
+    const int32_t *index; /* [n] numbers of the disc's points */
+    const co_real *row;   /* [n] their weights */
 } sample;
 
-/* One sample in sector 0, weighted, in every sector by symmetry; of `normal` the lower triangle. */
+/* Adds a sample of sector 0, weighted, and its images in the other sectors to the normal equations: `normal`, lower
+ * triangle, and p->fit, which holds the right-hand sides until solve(). */
 static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, co_real *normal) {
     co_real x = 0, y = 0;
     int32_t per_sector = (p->n_points - 1) / p->valence;

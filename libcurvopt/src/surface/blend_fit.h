@@ -7,7 +7,7 @@
  * surface into a polynomial over the characteristic map); Ying, Zorin 2004. Differs: blended over whole faces and by a
  * product of one-dimensional weights, so that three rings of parameters stay as they are; over a disc that stays as
  * large while the cage is refined, where the cage has room for one (blend_disc.h); degree and weights by experiment
- * (tests/bench/README.md).
+ * (notes/10-blend-degree-and-weight.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_BLEND_FIT_H
@@ -16,32 +16,39 @@
 #include "surface/blend_weight.h"
 #include "surface/stam.h"
 
-enum { CO_BLEND_FIT_DEGREE = 5, CO_BLEND_FIT_TERMS = (CO_BLEND_FIT_DEGREE + 1) * (CO_BLEND_FIT_DEGREE + 2) / 2 };
+enum {
+    CO_BLEND_FIT_DEGREE = 5 /* of P */,
+    CO_BLEND_FIT_TERMS = (CO_BLEND_FIT_DEGREE + 1) * (CO_BLEND_FIT_DEGREE + 2) / 2
+};
 
 /* Points of a disc of width m, whose faces need those at places 0 <= x, y <= m + 1 of each sector: numbered as a fan's
  * two-ring (fan.h), which is that of m = 1; each sector owns those with x > 0, row by row. */
 typedef struct co_blend_fit {
     int32_t valence, width;
-    int32_t n_points;
-    co_real *map; /* [2 n_points] control points of the characteristic map chi; largest at 1 if the width is above 1 */
-    co_real *fit; /* [CO_BLEND_FIT_TERMS][n_points] coefficients of P, by co_blend_fit_monomials' order; or NULL */
+    int32_t n_points; /* of the disc */
+    co_real
+        *map; /* [2 n_points] control points of the characteristic map chi, the outermost at distance 1 if width > 1 */
+    co_real *fit; /* [CO_BLEND_FIT_TERMS][n_points] coefficients of P as rows, in the order of co_blend_fit_monomials;
+                         NULL: the map alone */
 } co_blend_fit;
 
-/* The map alone, without fit, round the vertex of `disc`, which does not change. */
+/* Makes the map alone, without fit, round the vertex of `disc`. ERROR_MEMORY. */
 int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fit *out, curvopt_error *error);
-/* Both. */
+/* Makes map and fit: normal equations of 16 samples a face, and of 5 rings of 48 in the face at the vertex.
+ * ERROR_MEMORY. */
 int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *out, curvopt_error *error);
 void co_blend_fit_free(co_blend_fit *polynomial);
 
 static inline int32_t co_blend_fit_n_points(int32_t valence, int width) {
     return 1 + valence * (width + 1) * (width + 2);
 }
-/* Index of place (x, y) of a sector, -1 <= x, y <= width + 1, not both negative; sectors modulo the valence. */
+/* Index of the point at place (x, y) of a sector, -1 <= x, y <= width + 1, not both negative; sectors count modulo the
+ * valence. */
 int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, int y);
-/* Index of point i of the two-ring. */
+/* Index among the disc's points of point i of the two-ring (fan.h). */
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *polynomial, int32_t i);
 
-/* Jets of all monomials of chi, from the jets x, y of its coordinates. */
+/* Jets of all monomials of chi, 1, x, y, x^2, x y, y^2, x^3, .., from the jets x, y of its coordinates. */
 void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], double out[CO_BLEND_FIT_TERMS][CO_JET]);
 /* turn [TERMS][TERMS]: the coefficients of P(R_s (x, y)) from those of P, R_s a turn by `sector` sectors. */
 void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[CO_BLEND_FIT_TERMS][CO_BLEND_FIT_TERMS]);

@@ -1,9 +1,9 @@
-/* Blending weights near extraordinary vertices. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Blending weights near extraordinary vertices (sources: blend_weight.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_weight.h"
 
 #include <math.h>
 
-/* Truncated Taylor series a[0] + a[1] s + a[2] s^2 + a[3] s^3. */
+/* Terms of a truncated Taylor series, a[0] + a[1] s + a[2] s^2 + a[3] s^3. */
 enum { TERMS = 4 };
 
 static void series_multiply(const co_real *a, const co_real *b, co_real *out) {

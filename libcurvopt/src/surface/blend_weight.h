@@ -4,7 +4,8 @@
 
 #include "surface/bspline.h"
 
-/* Which function of one variable; both fall from 1 at t = 0 to 0 at t = 1, flat at both ends, w(t) + w(1 - t) = 1. */
+/* Blending functions w(t) of one variable. Both fall from 1 at t = 0 to 0 at t = 1, flat at both ends, w(t) + w(1 - t)
+ * = 1. */
 typedef enum co_blend_kind {
     /* With h(t) = exp(2 exp(-1/t) / (t - 1)), w(t) = h(t) / (h(t) + h(1 - t)), all derivatives 0 at the ends: Ying,
      * Zorin, "A simple manifold-based construction of surfaces of arbitrary smoothness", SIGGRAPH 2004; the report's

@@ -1,4 +1,5 @@
-/* Turning of boundaries and creases, for Gauss-Bonnet. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Turning of boundaries and creases, for Gauss-Bonnet: do Carmo, "Differential geometry of curves and surfaces", 1976,
+ * section 4-5. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/boundary_turning.h"
 
 #include "base/constants.h"
@@ -10,14 +11,18 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Gauss points of a regular patch's side; of a cell's on an extraordinary patch, whose cells shrink by halves. */
-enum { SIDE_GAUSS = 24, CELL_GAUSS = 8, CELL_RINGS = 40 };
+enum {
+    SIDE_GAUSS = 24, /* Gauss points of a regular patch's side */
+    CELL_GAUSS = 8,  /* Gauss points of a cell's side on an extraordinary patch */
+    CELL_RINGS = 40  /* rings of cells, each half as large as the one before; the rest, 2^-40 of the side, is dropped */
+};
 
 /* Samples along one side of one kind of patch: first and second derivative along it, first derivative across. */
 enum { ALONG, ALONG_TWICE, ACROSS, N_ROWS };
 typedef struct co_boundary_turning_table {
-    int32_t fan, side, n_points, n_samples;
-    double *weight; /* [n_samples] */
+    int32_t kind, side; /* kind of patch (fan.h), and side of it */
+    int32_t n_points, n_samples;
+    double *weight; /* [n_samples] Gauss weights */
     double *rows;   /* [n_samples][N_ROWS][n_points] */
 } co_boundary_turning_table;
 
@@ -60,7 +65,7 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *e
     co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
-    int32_t status = all && rows ? co_stam_disc_create(t->fan, &disc, error) : co_status_no_memory(error);
+    int32_t status = all && rows ? co_stam_disc_create(t->kind, &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_ring_cell_create(&disc, NULL, NULL, &cell, error);
     co_gauss_legendre(CELL_GAUSS, node, weight);
@@ -84,22 +89,22 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *e
     return status;
 }
 
-static int32_t add_table(co_boundary_turning *rim, int32_t fan, int side, int32_t *index, curvopt_error *error) {
-    for (*index = 0; *index < rim->n_tables; ++*index)
-        if (rim->table[*index].fan == fan && rim->table[*index].side == side)
+static int32_t add_table(co_boundary_turning *turning, int32_t kind, int side, int32_t *index, curvopt_error *error) {
+    for (*index = 0; *index < turning->n_tables; ++*index)
+        if (turning->table[*index].kind == kind && turning->table[*index].side == side)
             return CURVOPT_OK;
-    co_boundary_turning_table *table = CO_RESIZED(rim->table, (size_t)rim->n_tables + 1);
+    co_boundary_turning_table *table = CO_RESIZED(turning->table, (size_t)turning->n_tables + 1);
     if (!table)
         return co_status_no_memory(error);
-    rim->table = table;
-    co_boundary_turning_table *t = &table[rim->n_tables++];
-    *t = (co_boundary_turning_table){.fan = fan, .side = side, .n_points = co_patches_size(fan)};
-    t->n_samples = fan == CO_FAN_REGULAR ? SIDE_GAUSS : CELL_GAUSS * CELL_RINGS;
+    turning->table = table;
+    co_boundary_turning_table *t = &table[turning->n_tables++];
+    *t = (co_boundary_turning_table){.kind = kind, .side = side, .n_points = co_patches_size(kind)};
+    t->n_samples = kind == CO_FAN_REGULAR ? SIDE_GAUSS : CELL_GAUSS * CELL_RINGS;
     t->weight = CO_NEW(double, t->n_samples);
     t->rows = CO_NEW(double, (size_t)(t->n_samples * N_ROWS) * (size_t)t->n_points);
     if (!t->weight || !t->rows)
         return co_status_no_memory(error);
-    if (fan != CO_FAN_REGULAR)
+    if (kind != CO_FAN_REGULAR)
         return fill_extraordinary(t, error);
     fill_regular(t);
     return CURVOPT_OK;
@@ -132,41 +137,41 @@ static double cut_target(const curvopt_mesh *m) {
     return 2 * CO_PI * euler + CO_PI * darts;
 }
 
-int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *rim,
+int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *turning,
                                    curvopt_error *error) {
     int32_t status = CURVOPT_OK;
-    *rim = (co_boundary_turning){.target = cut_target(mesh)};
+    *turning = (co_boundary_turning){.target = cut_target(mesh)};
     for (int32_t p = 0; p < patches->n_patches; p++)
         for (int k = 0; k < 4; k++)
-            rim->n_sides += patches->cuts[p] >> k & 1;
-    rim->patch = CO_NEW(int32_t, rim->n_sides);
-    rim->side = CO_NEW(uint8_t, rim->n_sides);
-    rim->table_of = CO_NEW(int32_t, rim->n_sides);
-    if (!rim->patch || !rim->side || !rim->table_of)
+            turning->n_sides += patches->cuts[p] >> k & 1;
+    turning->patch = CO_NEW(int32_t, turning->n_sides);
+    turning->side = CO_NEW(uint8_t, turning->n_sides);
+    turning->table_of = CO_NEW(int32_t, turning->n_sides);
+    if (!turning->patch || !turning->side || !turning->table_of)
         status = co_status_no_memory(error);
     for (int32_t p = 0, i = 0; status == CURVOPT_OK && p < patches->n_patches; p++)
         for (int k = 0; status == CURVOPT_OK && k < 4; k++)
             if (patches->cuts[p] >> k & 1) {
-                rim->patch[i] = p;
-                rim->side[i] = (uint8_t)k;
-                status = add_table(rim, patches->valence[p], k, &rim->table_of[i], error);
+                turning->patch[i] = p;
+                turning->side[i] = (uint8_t)k;
+                status = add_table(turning, patches->kind[p], k, &turning->table_of[i], error);
                 i++;
             }
     if (status != CURVOPT_OK)
-        co_boundary_turning_free(rim);
+        co_boundary_turning_free(turning);
     return status;
 }
 
-void co_boundary_turning_free(co_boundary_turning *rim) {
-    for (int32_t i = 0; i < rim->n_tables; i++) {
-        free(rim->table[i].weight);
-        free(rim->table[i].rows);
+void co_boundary_turning_free(co_boundary_turning *turning) {
+    for (int32_t i = 0; i < turning->n_tables; i++) {
+        free(turning->table[i].weight);
+        free(turning->table[i].rows);
     }
-    free(rim->table);
-    free(rim->table_of);
-    free(rim->patch);
-    free(rim->side);
-    *rim = (co_boundary_turning){0};
+    free(turning->table);
+    free(turning->table_of);
+    free(turning->patch);
+    free(turning->side);
+    *turning = (co_boundary_turning){0};
 }
 
 /* ------------------------------------------------------------------------------------------------ turning -- */
@@ -209,15 +214,15 @@ static double corner_angle(int k, const int32_t *index, const double *points) {
     return acos(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
 }
 
-double co_boundary_turning_total(const co_boundary_turning *rim, const co_patches *patches, const double *weight,
+double co_boundary_turning_total(const co_boundary_turning *turning, const co_patches *patches, const double *weight,
                                  const double *points) {
     double sum = 0;
-    for (int32_t i = 0; i < rim->n_sides; i++) {
-        const int32_t *index = patches->points + patches->start[rim->patch[i]];
-        double turning = side_turning(&rim->table[rim->table_of[i]], index, points);
-        if (patches->cuts[rim->patch[i]] >> (4 + rim->side[i]) & 1)
-            turning += CO_PI - corner_angle(rim->side[i], index, points);
-        sum += (weight ? weight[rim->patch[i]] : 1) * turning;
+    for (int32_t i = 0; i < turning->n_sides; i++) {
+        const int32_t *index = patches->points + patches->start[turning->patch[i]];
+        double total = side_turning(&turning->table[turning->table_of[i]], index, points);
+        if (patches->cuts[turning->patch[i]] >> (4 + turning->side[i]) & 1)
+            total += CO_PI - corner_angle(turning->side[i], index, points);
+        sum += (weight ? weight[turning->patch[i]] : 1) * total;
     }
     return sum;
 }

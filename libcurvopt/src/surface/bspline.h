@@ -2,7 +2,8 @@
  *
  * A jet holds a value and its nine derivatives, in this order everywhere in the library:
  *   0: f   1: f_u   2: f_v   3: f_uu   4: f_uv   5: f_vv   6: f_uuu   7: f_uuv   8: f_uvv   9: f_vvv
- * Tables are built from long doubles; what comes after the last difference of nearly equal numbers is double.
+ * Tables are built from long doubles as far as nearly equal numbers are subtracted, and stored as doubles
+ * (notes/33-precision-of-the-tables.md). B-splines: de Boor, "A practical guide to splines", 1978, chapter IX.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_BSPLINE_H
@@ -10,7 +11,7 @@
 
 enum { CO_JET = 10 };
 
-typedef long double co_real; /* table building only */
+typedef long double co_real; /* for building tables only */
 
 /* Order of differentiation of each jet entry with respect to u and v. Not extern: element_kernel.c's loops over them
  * are unrolled by the compiler, which must see the numbers. */
@@ -19,9 +20,9 @@ static const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
 /* Jet of f(u) g(v) from the derivatives f[0..3], g[0..3]. */
 void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]);
-/* out = a b, by Leibniz' rule; out may not alias. */
+/* out = a b, by Leibniz' rule; out may be neither. */
 void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[CO_JET]);
-/* Rounds. */
+/* Rounds a jet to double. */
 void co_jet_store(const co_real jet[CO_JET], double out[CO_JET]);
 
 /* Uniform cubic B-splines on one segment, t in 0..1: basis[i][k] is the k-th derivative of the i-th of the four. */

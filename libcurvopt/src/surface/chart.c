@@ -1,4 +1,4 @@
-/* Derivatives with respect to one pair of coordinates from those with respect to another.
+/* Change of parameters (method: chart.h).
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/chart.h"
 
@@ -47,7 +47,7 @@ void co_chart_apply(const co_chart *chart, double jet[CO_JET]) {
             for (int j = first; j < end; j++)
                 jet[k] += chart->inverse[order][k - first][j - first] * in[j - first];
         }
-        for (int j = end; j < CO_JET; j++) /* what derivatives of this order leave in higher ones */
+        for (int j = end; j < CO_JET; j++) /* takes the part of this order out of higher ones */
             for (int k = first; k < end; k++)
                 jet[j] -= jet[k] * chart->monomial[k][j];
     }

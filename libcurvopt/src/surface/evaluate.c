@@ -1,4 +1,10 @@
-/* Points of a cage's surface and their derivatives, anywhere on it. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Points of a cage's surface and their derivatives, anywhere on it.
+ *
+ * The surface `plane` is computed here a second time, beside element_kernel.c: there on vectors of doubles and with its
+ * adjoint, at tabulated points; here in long double, at any point and without adjoint. A common routine would be
+ * neither as fast as the one nor as exact as the other, and tests hold the two against each other (test_evaluate.c).
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/evaluate.h"
 
 #include "base/memory.h"
@@ -11,9 +17,10 @@ typedef struct sampler {
     const curvopt_mesh *mesh;
     co_patches patches;
     int32_t surface;
-    double *points;        /* [3 n_points] cage and derived */
-    int32_t *first, *next; /* patches of each face, chained; -1 ends */
-    double *rows;          /* of the largest patch */
+    double *points; /* [3 n_points] of the patches: the cage's vertices, then derived points */
+    int32_t *first; /* [n_faces] first patch of each face; -1: none */
+    int32_t *next;  /* [n_patches] next patch of the same face; -1: none */
+    double *rows;   /* rows of one point, room for the largest patch */
     co_basis_table_cache tables;
 } sampler;
 
@@ -36,7 +43,7 @@ static int32_t sampler_create(const curvopt_mesh *mesh, const double *xyz, int32
         return status;
     const co_patches *p = &s->patches;
     for (int32_t i = 0; i < p->n_patches; i++) {
-        int32_t size = co_patches_size(p->valence[i]);
+        int32_t size = co_patches_size(p->kind[i]);
         largest = size > largest ? size : largest;
     }
     s->points = CO_NEW(double, 3 * (size_t)p->n_points);
@@ -108,7 +115,7 @@ static void limit_frame(const double *points, const int32_t *index, int32_t vale
 /* S' = S - w ((S - V).n) n, jet by jet. */
 static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
                        curvopt_error *error) {
-    int32_t valence = s->patches.valence[p];
+    int32_t valence = s->patches.kind[p]; /* the kind of a closed smooth fan */
     co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
     co_real position[3], normal[3];
     double height[CO_JET], product[CO_JET];
@@ -132,8 +139,8 @@ static int32_t flatten(const sampler *s, int32_t p, const double *weight, co_rea
 
 static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
     double weight[CO_JET];
-    int32_t valence = s->patches.valence[p];
-    int32_t status = co_basis_table_point(&s->tables, valence, st[0], st[1], s->rows, weight, error);
+    int32_t kind = s->patches.kind[p];
+    int32_t status = co_basis_table_point(&s->tables, kind, st[0], st[1], s->rows, weight, error);
     if (status != CURVOPT_OK)
         return status;
     const int32_t *index = s->patches.points + s->patches.start[p];
@@ -141,10 +148,10 @@ static int32_t sample_patch(sampler *s, int32_t p, const double st[2], double *o
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < CO_JET; k++) {
             jet[c][k] = 0;
-            for (int32_t i = 0; i < co_patches_size(valence); i++)
+            for (int32_t i = 0; i < co_patches_size(kind); i++)
                 jet[c][k] += s->rows[i * CO_JET + k] * s->points[3 * (size_t)index[i] + (size_t)c];
         }
-    if (s->surface == CURVOPT_SURFACE_PLANE && valence != CO_FAN_REGULAR && co_fan_is_smooth(valence))
+    if (s->surface == CURVOPT_SURFACE_PLANE && kind != CO_FAN_REGULAR && co_fan_is_smooth(kind))
         status = flatten(s, p, weight, jet, error);
     to_face(&s->patches.place[p], jet, out);
     return status;

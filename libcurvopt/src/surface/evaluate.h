@@ -4,7 +4,8 @@
 
 #include "surface/patches.h"
 
-/* As curvopt_surface_jets; pointers and `surface` have been checked. */
+/* Implements curvopt_surface_jets, which describes arguments and errors; pointers and `surface` have been checked.
+ * Makes the patches anew at each call: linear in the cage, then a search among a face's patches for each point. */
 int32_t co_evaluate_jets(const curvopt_mesh *mesh, const double *xyz, int32_t surface, int32_t n, const int32_t *face,
                          const int32_t *corner, const double *uv, double *jets, curvopt_error *error);
 

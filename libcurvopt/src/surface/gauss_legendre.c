@@ -1,4 +1,4 @@
-/* Gauss-Legendre rules on 0..1. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Gauss-Legendre quadrature rules on 0..1 (source: gauss_legendre.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/gauss_legendre.h"
 
 #include "base/constants.h"

@@ -18,13 +18,13 @@ enum { MAX_LEVEL = 2 };
 /* The part of the cage that is still being subdivided, at one level. */
 typedef struct level {
     const curvopt_mesh *mesh;
-    curvopt_mesh *owned;        /* mesh, if it is this level's own */
-    co_sparse_rows rows;        /* mesh's points over the cage; empty at level 0, where they are the cage's */
-    uint8_t *active;            /* [n_faces] 1: to be covered by patches; 2: must be split */
-    co_place *place;            /* [n_faces] */
-    uint8_t *kind;              /* [n_corners] of ring.h */
-    int32_t *point_of;          /* [co_ring_n_numbers] of vertices and phantoms: number in co_patches, or -1 */
-    const co_blend_discs *wide; /* level 0's, if it has any; else NULL */
+    curvopt_mesh *owned;         /* the mesh again, if the level frees it; NULL on level 0 */
+    co_sparse_rows rows;         /* the mesh's vertices over the cage's; empty on level 0, where they are the same */
+    uint8_t *active;             /* [n_faces] 1: to be covered by patches; 2: must be split */
+    co_place *place;             /* [n_faces] place of each face on the cage */
+    uint8_t *kind;               /* [n_corners] co_corner_kind */
+    int32_t *point_of;           /* [co_ring_n_numbers] number in co_patches of each vertex and phantom; -1: none yet */
+    const co_blend_discs *discs; /* wide discs of level 0; NULL: none, as on all other levels */
 } level;
 
 static void level_free(level *l) {
@@ -66,17 +66,17 @@ static co_place at_corner(co_place p, int corner) {
 }
 
 /* Where a face lies on a wide blend, or NULL. */
-static const co_blend_disc_face *wide_place(const level *l, int32_t f) {
-    return l->wide && l->wide->face[f].disc >= 0 ? &l->wide->face[f] : NULL;
+static const co_blend_disc_face *place_on_disc(const level *l, int32_t f) {
+    return l->discs && l->discs->face[f].disc >= 0 ? &l->discs->face[f] : NULL;
 }
 
-/* The corner of a face from which it can be evaluated: its extraordinary one, or 0; -1 if it cannot. */
+/* The corner of a face from which it can be evaluated: its extraordinary one, else 0; -1 if it must be split first. */
 static int evaluable_corner(const level *l, int32_t f) {
     int corner = 0;
     if (co_mesh_face_size(l->mesh, f) != 4)
         return -1;
-    if (wide_place(l, f))
-        return wide_place(l, f)->first - l->mesh->face_start[f];
+    if (place_on_disc(l, f))
+        return place_on_disc(l, f)->first - l->mesh->face_start[f];
     for (int k = 0; k < 4; k++) {
         uint8_t at = l->kind[l->mesh->face_start[f] + k];
         if (at == CO_CORNER_UNREADY)
@@ -89,10 +89,10 @@ static int evaluable_corner(const level *l, int32_t f) {
 
 /* What kind of patch a face is, seen from that corner, where half-edge h leaves; *first begins its fan. */
 static int32_t patch_kind(const level *l, int32_t f, int32_t h, int32_t *first) {
-    const co_blend_disc_face *on = wide_place(l, f);
+    const co_blend_disc_face *on = place_on_disc(l, f);
     *first = h;
     if (on) {
-        const co_blend_disc_fit *fit = co_blend_disc_fit_of(l->wide, &l->wide->disc[on->disc]);
+        const co_blend_disc_fit *fit = co_blend_disc_fit_of(l->discs, &l->discs->disc[on->disc]);
         return co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
     }
     return l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;
@@ -163,11 +163,11 @@ static int32_t append_derived(const level *l, co_patches *out, int32_t first_new
     return status;
 }
 
-int32_t co_patches_kind(const co_patches *p, int32_t fan) {
+int32_t co_patches_kind(const co_patches *p, int32_t kind) {
     int32_t low = 0, high = p->n_kinds;
     while (high > low) {
         int32_t middle = low + (high - low) / 2;
-        if (p->kinds[middle] < fan)
+        if (p->kinds[middle] < kind)
             low = middle + 1;
         else
             high = middle;
@@ -175,24 +175,24 @@ int32_t co_patches_kind(const co_patches *p, int32_t fan) {
     return low;
 }
 
-static int32_t add_kind(co_patches *p, int32_t fan, curvopt_error *error) {
-    int32_t at = co_patches_kind(p, fan);
-    if (at < p->n_kinds && p->kinds[at] == fan)
+static int32_t add_kind(co_patches *p, int32_t kind, curvopt_error *error) {
+    int32_t at = co_patches_kind(p, kind);
+    if (at < p->n_kinds && p->kinds[at] == kind)
         return CURVOPT_OK;
     int32_t *kinds = CO_RESIZED(p->kinds, (size_t)p->n_kinds + 1);
     if (!kinds)
         return co_status_no_memory(error);
     memmove(kinds + at + 1, kinds + at, sizeof(int32_t) * (size_t)(p->n_kinds - at));
-    kinds[at] = fan;
+    kinds[at] = kind;
     p->kinds = kinds;
     p->n_kinds++;
     return CURVOPT_OK;
 }
 
 static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt_error *error) {
-    int32_t *valence = CO_RESIZED(out->valence, (size_t)n_patches + 1);
-    if (valence)
-        out->valence = valence;
+    int32_t *kind = CO_RESIZED(out->kind, (size_t)n_patches + 1);
+    if (kind)
+        out->kind = kind;
     size_t *start = CO_RESIZED(out->start, (size_t)n_patches + 1);
     if (start)
         out->start = start;
@@ -205,7 +205,7 @@ static int32_t grow(co_patches *out, int32_t n_patches, size_t n_points, curvopt
     uint8_t *cuts = CO_RESIZED(out->cuts, (size_t)n_patches + 1);
     if (cuts)
         out->cuts = cuts;
-    return valence && start && points && place && cuts ? CURVOPT_OK : co_status_no_memory(error);
+    return kind && start && points && place && cuts ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 /* co_patches.cuts of the face whose first corner h is. */
@@ -218,33 +218,34 @@ static uint8_t cuts_of(const level *l, int32_t h) {
     return (uint8_t)cuts;
 }
 
-/* Points of a wide blend get their final numbers when those of all others are known (number_wide). */
+/* Coefficients of wide blends get their final numbers when all other points have theirs (number_coefficients); until
+ * then they are negative. */
 static int32_t provisional(int32_t point) {
     return -1 - point;
 }
 
 static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curvopt_error *error) {
     const curvopt_mesh *m = l->mesh;
-    int32_t h = m->face_start[f] + corner, first, p = out->n_patches++, fan = patch_kind(l, f, h, &first);
-    int32_t *points = out->points + out->start[p], n_own = co_patches_own_size(fan);
+    int32_t h = m->face_start[f] + corner, first, p = out->n_patches++, kind = patch_kind(l, f, h, &first);
+    int32_t *points = out->points + out->start[p], n_own = co_patches_own_size(kind);
     if (l->kind[h] == CO_CORNER_EXTRAORDINARY)
-        co_ring_two_ring(m, co_fan_is_wide(fan) ? co_fan_sectors(fan) : fan, first, points);
+        co_ring_two_ring(m, co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind, first, points);
     else
         co_ring_regular(m, h, l->kind, points);
-    out->valence[p] = fan;
+    out->kind[p] = kind;
     out->cuts[p] = cuts_of(l, h);
     out->place[p] = at_corner(l->place[f], corner);
-    out->start[p + 1] = out->start[p] + (size_t)co_patches_size(fan);
+    out->start[p + 1] = out->start[p] + (size_t)co_patches_size(kind);
     for (int32_t i = 0; i < n_own; i++) {
         int32_t *number = &l->point_of[points[i]];
         if (*number < 0)
             *number = out->n_points++;
         points[i] = *number;
     }
-    const co_blend_disc_face *on = wide_place(l, f);
-    for (int32_t i = n_own; on && i < co_patches_size(fan); i++)
-        points[i] = provisional(l->wide->disc[on->disc].first_point + CO_BLEND_DISC_TERMS * on->sector + i - n_own);
-    return add_kind(out, fan, error);
+    const co_blend_disc_face *on = place_on_disc(l, f);
+    for (int32_t i = n_own; on && i < co_patches_size(kind); i++)
+        points[i] = provisional(l->discs->disc[on->disc].first_point + CO_BLEND_DISC_TERMS * on->sector + i - n_own);
+    return add_kind(out, kind, error);
 }
 
 /* Turns the active faces that can be evaluated into patches and marks the others 2; *n_split counts those. */
@@ -340,8 +341,11 @@ done:
     return status;
 }
 
-/* Gives the points of wide blends their numbers, after all others. */
-static void number_wide(co_patches *p) {
+/* Gives the coefficients of wide blends their numbers, after all other points.
+ *
+ * Example: 10 vertices, 3 derived points, one disc whose sector 2 begins at its coefficient 42. Patches of that sector
+ * name -43, -44, .. in emit_patch; here -43 becomes 13 + 42 = 55. */
+static void number_coefficients(co_patches *p) {
     for (size_t i = 0; p->wide.n_discs && i < p->start[p->n_patches]; i++)
         if (p->points[i] < 0)
             p->points[i] = p->n_points + provisional(p->points[i]);
@@ -361,7 +365,7 @@ int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, i
     if (status == CURVOPT_OK && widest > 1)
         status = co_blend_discs_find(mesh, l.kind, widest, &out->wide, error);
     if (status == CURVOPT_OK) {
-        l.wide = out->wide.n_discs ? &out->wide : NULL;
+        l.discs = out->wide.n_discs ? &out->wide : NULL;
         for (int32_t f = 0; f < mesh->info.n_faces; f++) {
             l.active[f] = !face_weight || face_weight[f] != 0;
             l.place[f].face = f;
@@ -387,7 +391,7 @@ int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, i
     }
     level_free(&l);
     if (status == CURVOPT_OK)
-        number_wide(out);
+        number_coefficients(out);
     else
         co_patches_free(out);
     return status;
@@ -408,7 +412,7 @@ void co_patches_add_derived(const co_patches *p, const double *point_gradient, d
 void co_patches_free(co_patches *p) {
     co_sparse_rows_free(&p->derived);
     co_blend_discs_free(&p->wide);
-    free(p->valence);
+    free(p->kind);
     free(p->start);
     free(p->points);
     free(p->place);

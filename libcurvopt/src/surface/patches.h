@@ -2,9 +2,15 @@
  *
  * Every face becomes one patch where its corners allow it: all regular (inside, on a boundary or on an infinitely sharp
  * crease), or one isolated extraordinary fan. Other faces (n-gons, several extraordinary vertices on or beside a face,
- * creases that fade) are subdivided, they alone, until their children do; the children's points, and phantom points
- * beyond boundaries and creases (ring.h), are rows over the cage, so the degrees of freedom stay the cage's. So are the
- * points that faces of wide blends have beside their own (blend_disc.h).
+ * creases that fade) are subdivided, they alone, until their children allow it. The children's points, and phantom
+ * points beyond boundaries and creases (ring.h), are rows over the cage, and so are the coefficients of wide blends
+ * (blend_disc.h): the degrees of freedom stay the cage's. Local subdivision where the surface is not regular follows
+ * Nießner, Loop, Meyer, DeRose, "Feature-adaptive GPU rendering of Catmull-Clark subdivision surfaces", ACM TOG 31(1),
+ * 2012; here it ends at isolated extraordinary vertices, which stam.h evaluates.
+ *
+ * Numbers of points:  0 .. n_cage - 1             the cage's vertices
+ *                     n_cage .. + derived.n_rows  children's points and phantoms, rows of `derived`
+ *                     .. n_points - 1             coefficients of wide blends (`wide`)
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_PATCHES_H
@@ -17,55 +23,57 @@
 /* Where a patch lies on its cage face: patch coordinates (s, t) in 0..1 are face coordinates
  * (u, v) = origin + scale * R^rotation (s, t), R a quarter turn counter-clockwise. */
 typedef struct co_place {
-    int32_t face;
-    int32_t quarter; /* corner of the face that (u, v) start from; 0 for quads */
-    int32_t rotation;
-    int32_t level; /* scale = 2^-level */
-    double origin[2];
+    int32_t face;     /* face of the cage */
+    int32_t quarter;  /* corner of the face that (u, v) start from; 0 for quads */
+    int32_t rotation; /* number of quarter turns, 0 .. 3 */
+    int32_t level;    /* number of subdivisions; scale = 2^-level */
+    double origin[2]; /* (u, v) of the patch's corner (0, 0) */
 } co_place;
 
-enum { CO_PATCHES_HALO = 2 };
+enum { CO_PATCHES_HALO = 2 }; /* rings of faces round a face that decide how it is evaluated */
 
 typedef struct co_patches {
-    int32_t n_cage;         /* points 0 .. n_cage - 1 are the cage's vertices, */
-    int32_t n_points;       /* the others derived: */
-    co_sparse_rows derived; /* row r gives point n_cage + r from the cage; after those come */
-    co_blend_discs wide;    /* the points of wide blends */
+    int32_t n_cage;         /* number of the cage's vertices, which are the first points */
+    int32_t n_points;       /* number of all points */
+    co_sparse_rows derived; /* row r gives point n_cage + r from the cage's vertices */
+    co_blend_discs wide;    /* wide blends; their coefficients are the last points */
     int32_t n_patches;      /* in no particular order */
-    int32_t *valence; /* [n_patches] fan at (0, 0) (fan.h): 4 for regular patches, N at a smooth vertex of valence N */
-    size_t *start;    /* [n_patches + 1] into points */
-    int32_t *points;  /* 16 of a regular patch (ring.h), else the fan's, and those of a wide blend; some may occur
-                         twice */
-    co_place *place;  /* [n_patches] */
-    uint8_t *cuts;    /* [n_patches] bit k: the side after corner k lies on a boundary or an infinitely sharp edge; bit
-                         4 + k: corner k is a corner of the surface. Corners are numbered as a quad's, (0, 0) first */
+    int32_t *kind;   /* [n_patches] kind of each patch (fan.h): CO_FAN_REGULAR, or the fan at its corner (0, 0) */
+    size_t *start;   /* [n_patches + 1] first entry of each patch in `points` */
+    int32_t *points; /* each patch's points, co_patches_size() of them; a point may occur twice */
+    co_place *place; /* [n_patches] place of each patch on the cage */
+    uint8_t *cuts;   /* [n_patches] flags of each patch's sides and corners, counted as a quad's, (0, 0) first.
+                        Bit k: the side after corner k lies on a boundary or an infinitely sharp edge. Bit
+                        4 + k: corner k is a corner of the surface */
     int32_t n_kinds;
-    int32_t *kinds; /* [n_kinds] the fans that occur, ascending */
+    int32_t *kinds; /* [n_kinds] the kinds that occur, ascending */
 } co_patches;
 
-/* Of the faces whose face_weight [n_faces] is not 0; NULL: of all. Two rings of faces round these decide everything
- * about them (CO_PATCHES_HALO) but the widths of blends, for which `widest` is the largest; 1: there are no wide ones.
- * ERROR_TOPOLOGY (fans of 16383 faces), ERROR_MEMORY. */
+/* Makes the patches of the faces whose face_weight [n_faces] is not 0; NULL: of all. Everything about them but the
+ * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). widest: the largest width of a blend;
+ * 1: no wide ones. Linear in the faces, times the subdivisions that fading creases need. ERROR_TOPOLOGY if a fan has
+ * 16383 faces or more, ERROR_MEMORY. */
 int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int widest, co_patches *out,
                           curvopt_error *error);
 void co_patches_free(co_patches *patches);
-/* All other points from the cage's, in points [3 n_points]. */
+/* Computes all other points from the cage's vertices, in points [3 n_points]. */
 void co_patches_derive(const co_patches *patches, double *points);
-/* gradient [3 n_cage] += what gradients with respect to derived points, in point_gradient [3 n_points], are worth. */
+/* Transpose of co_patches_derive: gradient [3 n_cage] += the gradient with respect to the cage's vertices that belongs
+ * to the gradient with respect to all other points in point_gradient [3 n_points]. */
 void co_patches_add_derived(const co_patches *patches, const double *point_gradient, double *gradient);
 
-/* Points of a patch: on the cage or rows of `derived`; */
-static inline int32_t co_patches_own_size(int32_t fan) {
-    int at_vertex = co_fan_is_wide(fan) && co_fan_wide_i(fan) == 0 && co_fan_wide_j(fan) == 0;
+/* Number of a patch's points that are vertices or rows of `derived`: 16 of a regular patch (ring.h), else its fan's. */
+static inline int32_t co_patches_own_size(int32_t kind) {
+    int at_vertex = co_fan_is_wide(kind) && co_fan_wide_i(kind) == 0 && co_fan_wide_j(kind) == 0;
     if (at_vertex)
-        return co_fan_n_points(co_fan_sectors(fan));
-    return fan == CO_FAN_REGULAR || co_fan_is_wide(fan) ? CO_RING_REGULAR : co_fan_n_points(fan);
+        return co_fan_n_points(co_fan_sectors(kind));
+    return kind == CO_FAN_REGULAR || co_fan_is_wide(kind) ? CO_RING_REGULAR : co_fan_n_points(kind);
 }
-/* and all of them. */
-static inline int32_t co_patches_size(int32_t fan) {
-    return co_patches_own_size(fan) + (co_fan_is_wide(fan) ? CO_BLEND_DISC_TERMS : 0);
+/* Number of all points of a patch: on a wide blend its sector's coefficients come after the others. */
+static inline int32_t co_patches_size(int32_t kind) {
+    return co_patches_own_size(kind) + (co_fan_is_wide(kind) ? CO_BLEND_DISC_TERMS : 0);
 }
-/* Where a fan stands in kinds. */
-int32_t co_patches_kind(const co_patches *patches, int32_t fan);
+/* Index of a kind in `kinds`. */
+int32_t co_patches_kind(const co_patches *patches, int32_t kind);
 
 #endif

@@ -102,11 +102,15 @@ void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s
         jet[k] *= scale[co_jet_order_u[k] + co_jet_order_v[k]];
 }
 
-/* Jets of what rows are made of: of 1 (blended: 1 - w), of the patch's basis (times 1 - w), of the polynomial's
- * monomials times w. */
+/* Jets of the functions that rows are sums of: [0] 1, where blended 1 - w; [1 .. 16] the patch's basis, where blended
+ * times 1 - w; [17 ..] w times the polynomial's monomials.
+ *
+ * Example: point p of the two-ring has the coefficients c_i in the patch's control points and f_a in the fit. Its row
+ * is c_0 (1 - w) + sum over i of (c_i - c_0) (1 - w) B_i + sum over a of f_a w m_a, the weights of p (set_weights)
+ * times these functions; with w = 0 that is the sum of c_i B_i. */
 typedef double generators[CO_RING_CELL_GENERATORS][CO_JET];
 
-/* w, basis, chi: jets with respect to what rows' derivatives are. rest: of 1 - w */
+/* Fills g from the jets of w, rest = 1 - w, the patch's basis and chi, all in the coordinates that rows are to have. */
 static void blend_generators(const double w[CO_JET], const double rest[CO_JET], double basis[16][CO_JET],
                              double chi[2][CO_JET], generators g) {
     double monomial[CO_BLEND_FIT_TERMS][CO_JET];
@@ -151,7 +155,7 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, gene
     blend_generators(w, rest, basis, chi, g);
 }
 
-/* Of one of the cell's points: through the patch's control points, and through the fit where that is folded in. */
+/* Row of one of the cell's points: through the patch's control points, and through the fit on surfaces of width 1. */
 static void point_row(const co_ring_cell *cell, generators g, int32_t point, double *row) {
     const double *weight = cell->weights + (size_t)point * CO_RING_CELL_GENERATORS;
     int n = cell->polynomial && cell->polynomial->width == 1 ? CO_RING_CELL_GENERATORS : 1 + 16;
@@ -163,7 +167,7 @@ static void point_row(const co_ring_cell *cell, generators g, int32_t point, dou
         row[k] = sum[k];
 }
 
-/* Of the polynomial's point number `term`. */
+/* Row of the polynomial's point q_term. */
 static void term_row(generators g, int term, double *row) {
     memcpy(row, g[17 + term], sizeof g[17 + term]);
     for (int i = 1; term == 0 && i < CO_BLEND_FIT_TERMS; i++)

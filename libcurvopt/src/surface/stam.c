@@ -1,5 +1,5 @@
-/* The limit surface near an extraordinary vertex, as rows over its two-ring. SPDX-License-Identifier: GPL-3.0-or-later
- */
+/* The limit surface near an extraordinary vertex, as rows over its two-ring (sources: stam.h).
+ * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/stam.h"
 
 #include "base/constants.h"

@@ -4,7 +4,15 @@
  * Differs in that the powers of the subdivision matrix are formed by repeated sparse products, in long double and once
  * per table, not by an eigenbasis: our parameter values are known when the table is built, and nothing then depends on
  * the conditioning of eigenvectors. The face, parameters (0,0) at the vertex, is cut into rings: ring n = 1, 2, ... has
- * three cells of side 2^-n, at (1,0), (1,1), (0,1) in units of that side, each a bicubic patch.
+ * three cells of side 2^-n, at (1,0), (1,1), (0,1) in units of that side, each a bicubic patch:
+ *
+ *     +-------+-------+
+ *     |       |       |      cells of ring 1: 0 right below, 1 diagonal, 2 left above; the fourth quarter, at the
+ *     |   2   |   1   |      vertex V, is cut alike into ring 2 and a quarter of its own, and so on
+ *     +---+---+-------+
+ *     | 2 | 1 |       |      Example: (u, v) = (0.3, 0.1): 0.3 < 1/2, so not in ring 1; 0.3 >= 1/4, so in ring 2,
+ *     +---+---+   0   |      and 0.1 < 1/4 makes it cell 0, at (s, t) = (0.3 - 1/4, 0.1) / (1/4) = (0.2, 0.4)
+ *     V---+---+-------+
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_STAM_H
@@ -16,50 +24,54 @@
 
 enum { CO_RING_CELLS = 3 };
 
-/* Places of a ring's cells in units of their side. */
+/* Place (x, y) of each cell of a ring, in units of its side. */
 extern const int co_stam_cell_place[CO_RING_CELLS][2];
 
 typedef struct co_stam_disc {
-    int32_t fan;
-    int32_t valence;       /* sectors */
-    int32_t n_points;      /* co_fan_n_points() */
-    int32_t ring;          /* which ring's cells co_stam_disc_cell() gives; starts at 1 */
-    co_sparse_rows refine; /* the disc's refined points over the two-ring */
-    int32_t *inner;        /* [n_points] refined points that are the next ring's two-ring */
-    int32_t cell[CO_RING_CELLS]
-                [16]; /* refined points of each cell's bicubic patch; where that is a phantom, the point */
-    int32_t mirrored[CO_RING_CELLS][16]; /* that is doubled, and here the one that is taken off; else -1 */
-    co_real *power;                      /* [n_points][n_points] two-ring of this ring over the original one */
-    co_real *next_power;                 /* work */
-    /* Rings' areas shrink by lambda^2, integrals of squared curvature over them by mu^2 / lambda^2. At a smooth vertex
-     * lambda is the subdominant eigenvalue, mu the largest after it. Elsewhere two eigenvalues a >= b make the tangent
-     * plane and c the height, which behaves worst along b: lambda^2 = a b and mu^2 / lambda^2 = (c / b^2)^2 a b. */
-    co_real lambda;
-    co_real mu;
+    int32_t fan;                         /* kind of the patch (fan.h) */
+    int32_t valence;                     /* number of sectors */
+    int32_t n_points;                    /* points of the two-ring */
+    int32_t ring;                        /* the present ring, whose cells co_stam_disc_cell() gives; 1 at first */
+    co_sparse_rows refine;               /* the disc's refined points over the two-ring */
+    int32_t *inner;                      /* [n_points] refined points that are the next ring's two-ring */
+    int32_t cell[CO_RING_CELLS][16];     /* refined points of each cell's patch; for a phantom 2 P - Q the point P */
+    int32_t mirrored[CO_RING_CELLS][16]; /* the point Q of a phantom 2 P - Q; -1: no phantom */
+    co_real *power;                      /* [n_points][n_points] the present ring's two-ring over the original one */
+    co_real *next_power;                 /* [n_points][n_points] work space */
+    co_real lambda;                      /* ratio of lengths of successive rings, see below */
+    co_real mu;                          /* ratio of heights above the tangent plane, see below */
 } co_stam_disc;
 
-/* A valence, or any other fan but the regular ones. */
+/* Rings' areas shrink by lambda^2, integrals of squared curvature over them by mu^2 / lambda^2. At a smooth vertex
+ * lambda is the subdominant eigenvalue and mu the largest after it. Elsewhere two eigenvalues a >= b make the tangent
+ * plane and c the height, which behaves worst along b; lambda and mu are then such that lambda^2 = a b and mu^2 /
+ * lambda^2 = (c / b^2)^2 a b. */
+
+/* Makes the disc of a fan that is not regular, at ring 1. Cubic in the number of sectors. ERROR_MEMORY. */
 int32_t co_stam_disc_create(int32_t fan, co_stam_disc *disc, curvopt_error *error);
 void co_stam_disc_free(co_stam_disc *disc);
-/* To the next ring. */
+/* Goes on to the next ring: quadratic in n_points. */
 void co_stam_disc_advance(co_stam_disc *disc);
-/* Control points of a cell of the current ring over the two-ring: out [16][n_points]. */
+/* Control points of a cell of the present ring as rows over the two-ring: out [16][n_points]. */
 void co_stam_disc_cell(const co_stam_disc *disc, int cell, co_real *out);
 
-/* Limit position of the vertex over the fan's points: mask [n_points]. Advances the disc to where it has converged. */
+/* Limit position of the vertex as a row over the fan's points: mask [n_points]. Advances the disc to ring 120, where
+ * subdivision has converged. */
 void co_stam_disc_limit_mask(co_stam_disc *disc, co_real *mask);
 
-/* Limit position and two tangents (their cross product points outward) over the two-ring of a smooth vertex: masks
- * [3][n_points]. Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark surfaces", SIGGRAPH 1993.
+/* Limit position and two tangents, whose cross product points outward, as rows over the two-ring of a smooth vertex:
+ * masks [3][n_points]. Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark surfaces", SIGGRAPH
+ * 1993.
  */
 void co_stam_limit_masks(int32_t valence, co_real *masks);
 
-/* Whether the limit patch of the fan's sector can depend on point i of the two-ring (2 N + 8 of them where it is
- * closed). */
+/* Whether the limit patch of the fan's sector can depend on point i of the two-ring. In a closed fan of N sectors there
+ * are 2 N + 8 such points. */
 int co_stam_in_support(int32_t fan, int32_t i);
 
-/* Eigenvectors of the subdominant eigenvalue over a smooth vertex's two-ring: the characteristic map's control points,
- * x y [2 n_points], scaled to mean distance 1 of the first-ring edge points. */
+/* Control points of the characteristic map (Reif 1995) of a smooth vertex: xy [2 n_points], the eigenvectors of the
+ * subdominant eigenvalue over the two-ring, scaled so that the first-ring edge points have distance 1 from the vertex.
+ * By the power method on functions of frequency 1. */
 void co_stam_characteristic_map(const co_stam_disc *disc, co_real *xy);
 
 #endif
