@@ -1,4 +1,4 @@
-/* One sweep, several instruction sets, the same results. SPDX-License-Identifier: GPL-3.0-or-later */
+/* One element kernel, several instruction sets, the same results. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "check.h"
 #include "energy/element_kernel.h"
 #include "surface/stam.h"
@@ -61,7 +61,7 @@ static void run(const co_element_kernel *kernel, const faces *in, int third, int
             for (int32_t p = 0; p < n; p++)
                 points[p * lanes + l] = f * n + p;
         }
-        co_element_block sweep = {.table = in->table,
+        co_element_block block = {.table = in->table,
                                   .points = points,
                                   .xyz = in->xyz,
                                   .eps4 = 1e-6,
@@ -72,7 +72,7 @@ static void run(const co_element_kernel *kernel, const faces *in, int third, int
                                   .sums = sums,
                                   .gradients = gradients,
                                   .work = work};
-        kernel->run(&sweep);
+        kernel->run(&block);
         for (int32_t l = 0; l < lanes && first + l < N_FACES; l++) {
             for (int i = 0; i < CO_N_SUMS; i++)
                 out->sums[first + l][i] = sums[i * lanes + l];
@@ -128,6 +128,74 @@ static void test_all_kernels_agree(void **state) {
             assert_string_equal(kernel->name, names[i]);
             run(kernel, &in, kinds[k].third, 0, &other);
             check_same(&other, &portable, 1e-12);
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
+enum { MOST_ENTRIES = 3 * MOST_POINTS * (3 * MOST_POINTS + 1) / 2 };
+
+/* Matrices of all faces: the Hessian or the Gauss-Newton matrix, after a step from `before` unless that is NULL. */
+static void run_second(const co_element_kernel *kernel, const faces *in, int third, int exact, const double *before,
+                       double (*out)[MOST_ENTRIES]) {
+    int32_t n = in->table->n_points, lanes = kernel->lanes, entries = 3 * n * (3 * n + 1) / 2;
+    int32_t points[MOST_POINTS * CO_MAX_LANES];
+    size_t work_size = sizeof(double) * co_element_hessian_work(n) * (size_t)lanes;
+    size_t matrix_size = sizeof(double) * (size_t)(entries * lanes);
+    double *work = aligned_alloc(64, (work_size + 63) / 64 * 64),
+           *matrix = aligned_alloc(64, (matrix_size + 63) / 64 * 64);
+    CHECK_TRUE(work && matrix);
+    for (int32_t first = 0; first < N_FACES; first += lanes) {
+        for (int32_t l = 0; l < lanes; l++)
+            for (int32_t p = 0; p < n; p++)
+                points[p * lanes + l] = (first + l < N_FACES ? first + l : first) * n + p;
+        co_element_hessian block = {.table = in->table,
+                                    .points = points,
+                                    .xyz = in->xyz,
+                                    .before = before,
+                                    .eps4 = 1e-6,
+                                    .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4},
+                                    .third = third,
+                                    .exact = exact,
+                                    .matrix = matrix,
+                                    .work = work};
+        kernel->run_second(&block);
+        for (int32_t l = 0; l < lanes && first + l < N_FACES; l++)
+            for (int32_t e = 0; e < entries; e++)
+                out[first + l][e] = matrix[e * lanes + l];
+    }
+    free(work);
+    free(matrix);
+}
+
+/* Gauss-Newton matrices to rounding; Hessians to what their differences leave, 1e-16 by a step of 3e-7. */
+static void test_second_derivatives_of_all_kernels_agree(void **state) {
+    (void)state;
+    static faces in, moved;
+    static double portable[N_FACES][MOST_ENTRIES], other[N_FACES][MOST_ENTRIES];
+    for (int k = 0; k < N_KINDS; k++) {
+        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
+        uint64_t seed = 5;
+        for (size_t i = 0; i < sizeof in.xyz / sizeof *in.xyz; i++)
+            moved.xyz[i] = in.xyz[i] + 1e-3 * check_random(&seed);
+        for (int way = 0; way < 3; way++) { /* Gauss-Newton, Hessian, lifted Hessian */
+            const double *before = way == 2 ? moved.xyz : NULL;
+            int32_t n = 3 * in.table->n_points;
+            run_second(co_element_kernel_select("portable"), &in, kinds[k].third, way > 0, before, portable);
+            for (int i = 0; i < N_KERNELS; i++) {
+                const co_element_kernel *kernel = co_element_kernel_select(names[i]);
+                if (!kernel)
+                    continue;
+                run_second(kernel, &in, kinds[k].third, way > 0, before, other);
+                for (int f = 0; f < N_FACES; f++) {
+                    double scale = largest(portable[f], n * (n + 1) / 2);
+                    CHECK_TRUE(scale > 0);
+                    for (int32_t e = 0; e < n * (n + 1) / 2; e++)
+                        CHECK_NEAR(other[f][e], portable[f][e], (way ? 1e-8 : 1e-12) * scale);
+                    for (int32_t j = 0; way == 0 && j < n; j++)
+                        CHECK_TRUE(portable[f][j * (j + 1) / 2 + j] >= 0);
+                }
+            }
         }
         co_basis_table_destroy(in.table);
     }
@@ -192,6 +260,7 @@ static void test_unknown_kernel_is_not_found(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_kernels_agree),
+        cmocka_unit_test(test_second_derivatives_of_all_kernels_agree),
         cmocka_unit_test(test_padding_lanes_do_not_matter),
         cmocka_unit_test(test_gradient_is_the_slope_of_the_sums),
         cmocka_unit_test(test_unknown_kernel_is_not_found),

@@ -460,6 +460,15 @@ static void test_solutions_and_inertia(void **state) {
                                            round ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY, &error),
                  &error);
         CHECK_INT(model.n_dense, round ? 12 : 9);
+        co_newton_system without = model; /* motions are stiff in the one, and not in the other */
+        without.stiffness = 0;
+        for (size_t i = 0; i < n; i++)
+            e[i] = wave((int)i, 5);
+        multiply(&model, p.n, e, b);
+        multiply(&without, p.n, e, x);
+        co_newton_system_add_stiffness(&model, e, x);
+        for (size_t i = 0; i < n; i++)
+            CHECK_NEAR(x[i], b[i], 1e-12 * (model.stiffness + fabs(b[i])));
         double shift = round ? 0.5 * model.stiffness : 0.01 * model.stiffness;
         for (size_t j = 0; j < n; j++) {
             memset(e, 0, n * sizeof *e);
@@ -485,6 +494,21 @@ static void test_solutions_and_inertia(void **state) {
     free(e);
 }
 
+static void test_invariances_are_those_of_weights_and_constraints(void **state) {
+    (void)state;
+    uint8_t freedom[1] = {0};
+    const co_constraints none = {0}, some = {.freedom = freedom};
+    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+        double weights[CURVOPT_N_TERMS] = {0};
+        weights[t] = 1;
+        int is_willmore = t == CURVOPT_TERM_WILLMORE || t == CURVOPT_TERM_MEAN;
+        CHECK_INT(co_gauge_of(weights, &none), is_willmore ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY);
+        CHECK_INT(co_gauge_of(weights, &some), CO_GAUGE_NONE);
+        CHECK_INT(co_gauge_exact(co_gauge_of(weights, &none)), CO_GAUGE_SIMILARITY);
+    }
+    CHECK_INT(co_gauge_exact(CO_GAUGE_NONE), CO_GAUGE_NONE);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_regular_cages),
@@ -497,6 +521,7 @@ int main(void) {
         cmocka_unit_test(test_coarser_rules),
         cmocka_unit_test(test_motions_that_count),
         cmocka_unit_test(test_solutions_and_inertia),
+        cmocka_unit_test(test_invariances_are_those_of_weights_and_constraints),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

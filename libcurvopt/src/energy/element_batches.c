@@ -30,49 +30,50 @@ void co_element_batches_free(co_element_batches *l) {
     *l = (co_element_batches){0};
 }
 
-/* ------------------------------------------------------------------------------------------------- kinds -- */
+/* ------------------------------------------------------------------------------------------------- bins -- */
 
-/* A kind is a fan and a rule: number of the fan among the patches' times CO_N_RULES + rule. */
-static int32_t kind_of(const co_element_batches_spec *s, int32_t p) {
+/* A bin is for patches of one kind (fan.h) and one rule: number of the kind among the patches' times CO_N_RULES + rule.
+ */
+static int32_t bin_of(const co_element_batches_spec *s, int32_t p) {
     int number = s->rule[p] + s->step;
     return co_patches_kind(s->patches, s->patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
-/* Patches sorted by kind, stably. */
+/* Patches sorted into bins, stably. */
 typedef struct sorted_patches {
-    int32_t n_kinds;
-    int32_t *start; /* [n_kinds + 1] place in `order` of each kind's first patch */
+    int32_t n_bins;
+    int32_t *start; /* [n_bins + 1] place in `order` of each bin's first patch */
     int32_t *order; /* [n_patches] */
-    int32_t *whole; /* [n_kinds] patches of a kind that fill blocks of their own; the others are mixed */
+    int32_t *whole; /* [n_bins] patches of a bin that fill blocks of their own; the others are mixed */
 } sorted_patches;
 
-static void sort_by_kind(const co_element_batches_spec *s, sorted_patches *d) {
+static void sort_into_bins(const co_element_batches_spec *s, sorted_patches *d) {
     for (int32_t p = 0; p < s->patches->n_patches; p++)
-        d->start[kind_of(s, p) + 1]++;
-    for (int32_t k = 0; k < d->n_kinds; k++)
+        d->start[bin_of(s, p) + 1]++;
+    for (int32_t k = 0; k < d->n_bins; k++)
         d->start[k + 1] += d->start[k];
     for (int32_t p = 0; p < s->patches->n_patches; p++)
-        d->order[d->start[kind_of(s, p)]++] = p;
-    for (int32_t k = d->n_kinds; k > 0; k--)
+        d->order[d->start[bin_of(s, p)]++] = p;
+    for (int32_t k = d->n_bins; k > 0; k--)
         d->start[k] = d->start[k - 1];
     d->start[0] = 0;
 }
 
-static int32_t table_of(const co_element_batches_spec *s, int32_t kind, const co_basis_table **table,
+static int32_t table_of(const co_element_batches_spec *s, int32_t bin, const co_basis_table **table,
                         curvopt_error *error) {
-    return co_basis_table_cache_get(s->cache, s->patches->kinds[kind / CO_N_RULES], kind % CO_N_RULES, table, error);
+    return co_basis_table_cache_get(s->cache, s->patches->kinds[bin / CO_N_RULES], bin % CO_N_RULES, table, error);
 }
 
 static int32_t blocks_of(int32_t n, int32_t lanes) {
     return (n + lanes - 1) / lanes;
 }
 
-/* Fills d->whole: the rest of a kind beside whole blocks is mixed with others of the same rule where that makes fewer
+/* Fills d->whole: the rest of a bin beside whole blocks is mixed with others of the same rule where that makes fewer
  * blocks. Fetches all tables. */
 static int32_t choose_mixed(const co_element_batches_spec *s, sorted_patches *d, curvopt_error *error) {
     int32_t rest[CO_N_RULES] = {0}, blocks[CO_N_RULES] = {0};
     for (int pass = 0; pass < 2; pass++)
-        for (int32_t k = 0; k < d->n_kinds; k++) {
+        for (int32_t k = 0; k < d->n_bins; k++) {
             int32_t n = d->start[k + 1] - d->start[k], left = n % s->lanes, rule = k % CO_N_RULES;
             const co_basis_table *table;
             d->whole[k] = n;
@@ -109,7 +110,7 @@ static int32_t measure(const co_element_batches_spec *s, const sorted_patches *d
     const co_basis_table *table, *any[CO_N_RULES];
     int32_t rest[CO_N_RULES] = {0};
     *n_points = 0;
-    for (int32_t k = 0; k < d->n_kinds; k++) {
+    for (int32_t k = 0; k < d->n_bins; k++) {
         int32_t n = d->start[k + 1] - d->start[k];
         if (n == 0)
             continue;
@@ -174,7 +175,7 @@ static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches
                           co_element_batches *l, place *at, curvopt_error *error) {
     const co_basis_table *tables[CO_MAX_LANES];
     int32_t order[CO_MAX_LANES], n = 0, status = CURVOPT_OK;
-    for (int32_t k = rule; k < d->n_kinds; k += CO_N_RULES)
+    for (int32_t k = rule; k < d->n_bins; k += CO_N_RULES)
         for (int32_t i = d->start[k] + d->whole[k]; status == CURVOPT_OK && i < d->start[k + 1]; i++) {
             order[n] = d->order[i];
             status = table_of(s, k, &tables[n++], error);
@@ -190,7 +191,7 @@ static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patche
                            curvopt_error *error) {
     place at = {0};
     int32_t status = CURVOPT_OK;
-    for (int32_t k = 0; k < d->n_kinds && status == CURVOPT_OK; k++) {
+    for (int32_t k = 0; k < d->n_bins && status == CURVOPT_OK; k++) {
         const co_basis_table *table = NULL;
         if (d->whole[k])
             status = table_of(s, k, &table, error);
@@ -325,16 +326,16 @@ static int32_t allocate(co_element_batches *l, size_t n_points, curvopt_error *e
 }
 
 int32_t co_element_batches_create(const co_element_batches_spec *spec, co_element_batches *l, curvopt_error *error) {
-    int32_t n_kinds = spec->patches->n_kinds * CO_N_RULES;
+    int32_t n_bins = spec->patches->n_kinds * CO_N_RULES;
     size_t n_points;
-    sorted_patches d = {.n_kinds = n_kinds,
-                        .start = CO_NEW(int32_t, n_kinds + 1),
+    sorted_patches d = {.n_bins = n_bins,
+                        .start = CO_NEW(int32_t, n_bins + 1),
                         .order = CO_NEW(int32_t, spec->patches->n_patches),
-                        .whole = CO_NEW(int32_t, n_kinds)};
+                        .whole = CO_NEW(int32_t, n_bins)};
     *l = (co_element_batches){.lanes = spec->lanes};
     int32_t status = d.start && d.order && d.whole ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
-        sort_by_kind(spec, &d);
+        sort_into_bins(spec, &d);
         status = choose_mixed(spec, &d, error);
     }
     if (status == CURVOPT_OK)

@@ -1,8 +1,8 @@
 /* Patches grouped for the element kernels.
  *
- *     patch    a piece of the surface, of a kind (fan and quadrature rule)
- *     block    as many patches as there are vector lanes: of one kind, or of kinds that can be mixed
- *              (basis_table_mixed.h); the last of a kind may leave lanes unused
+ *     patch    a piece of the surface, of a kind (fan.h), with a quadrature rule
+ *     block    as many patches as there are vector lanes: of one kind and rule, or of kinds that can be mixed
+ *              (basis_table_mixed.h); the last of them may leave lanes unused
  *     batch    blocks that one thread works on one after the other, and whose gradients stay in its cache until they
  *              have been added up for every point that the batch touches (libcurvopt/notes/30-batches-of-gradients.md)
  *
