@@ -1,6 +1,8 @@
 /* Quadrature points and basis rows of kinds of faces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "check.h"
 #include "surface/basis_table.h"
+#include "surface/gauss_legendre.h"
+#include "surface/patches.h"
 
 #include <stdlib.h>
 
@@ -224,6 +226,33 @@ static void test_cache_builds_a_table_once(void **state) {
     co_basis_table_cache_free(&cache);
 }
 
+/* Rows of any point of a face of a wide disc are those of the table at the table's points; the values, that is, for the
+ * table's derivatives are with respect to the characteristic map. */
+static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
+    enum { GAUSS = 6, RULE = 2 };
+    const int32_t kind = co_fan_make_wide(5, 3, 1, 2), n = co_patches_size(kind);
+    co_real node[GAUSS], gauss[GAUSS];
+    co_basis_table_cache cache;
+    curvopt_error error;
+    double weight[CO_JET], *rows = calloc((size_t)n * CO_JET, sizeof *rows);
+    (void)state;
+    CHECK_TRUE(rows != NULL);
+    co_basis_table *table = table_of(CURVOPT_SURFACE_POLYNOMIAL, kind, RULE);
+    CHECK_INT(table->n_samples, GAUSS * GAUSS);
+    CHECK_INT(table->n_points, n);
+    co_gauss_legendre(GAUSS, node, gauss);
+    co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &cache);
+    for (int s = 0; s < GAUSS * GAUSS; s++) {
+        double u = (double)node[s % GAUSS], v = (double)node[s / GAUSS];
+        CHECK_OK(co_basis_table_point(&cache, kind, u, v, rows, weight, &error), &error);
+        for (int32_t p = 0; p < n; p++)
+            CHECK_NEAR(rows[p * CO_JET], table->rows[(s * n + p) * CO_JET], 1e-14);
+    }
+    co_basis_table_cache_free(&cache);
+    co_basis_table_destroy(table);
+    free(rows);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rows_of_positions_sum_to_one_and_of_derivatives_to_zero),
@@ -236,6 +265,7 @@ int main(void) {
         cmocka_unit_test(test_point_rows_sum_like_the_tables),
         cmocka_unit_test(test_derivatives_at_the_extraordinary_vertex_do_not_exist),
         cmocka_unit_test(test_cache_builds_a_table_once),
+        cmocka_unit_test(test_points_of_wide_discs_are_those_of_the_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

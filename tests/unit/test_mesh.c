@@ -258,6 +258,27 @@ static void test_extracted_faces_keep_order_and_vertices(void **state) {
     cage_free(&c);
 }
 
+/* Edges once each: of a box the four of each direction, of one quad all four. */
+static void test_mean_edge(void **state) {
+    const int32_t size = 4, square[4] = {0, 1, 2, 3};
+    const double flat[12] = {0, 0, 0, 1, 0, 0, 1, 7, 0, 0, 7, 0};
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    (void)state;
+    cage c = cage_cube();
+    for (int32_t v = 0; v < 8; v++) {
+        c.xyz[3 * v] *= 2;
+        c.xyz[3 * v + 1] *= 3;
+    }
+    mesh = cage_mesh(&c);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
+    co_mesh_destroy(mesh);
+    cage_free(&c);
+    CHECK_OK(curvopt_mesh_create(4, 1, &size, square, &mesh, &error), &error);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, flat), 4, 1e-15);
+    co_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_face_of_two_corners_is_refused),
@@ -280,6 +301,7 @@ int main(void) {
         cmocka_unit_test(test_half_edges_are_consistent),
         cmocka_unit_test(test_faces_come_back_as_given),
         cmocka_unit_test(test_extracted_faces_keep_order_and_vertices),
+        cmocka_unit_test(test_mean_edge),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -120,6 +120,24 @@ static void test_align_never_mirrors_and_never_fails(void **state) {
     CHECK_NEAR(co_similarity_frame(N, line, centroid), radius, 1e-12);
 }
 
+static void test_positions_without_extent_are_refused(void **state) {
+    double xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    curvopt_error error;
+    (void)state;
+    CHECK_OK(co_similarity_check(3, xyz, &error), &error);
+    xyz[4] = (double)NAN;
+    CHECK_REFUSED(co_similarity_check(3, xyz, &error), &error, CURVOPT_ERROR_GEOMETRY, 1, "vertex 1 has coordinate y");
+    xyz[4] = (double)-INFINITY;
+    CHECK_REFUSED(co_similarity_check(3, xyz, &error), &error, CURVOPT_ERROR_GEOMETRY, 1, "coordinate y = -inf");
+    for (int i = 0; i < 9; i++)
+        xyz[i] = 1e5 + 1e-6 * (i == 5); /* 1e-11 of where it lies */
+    CHECK_REFUSED(co_similarity_check(3, xyz, &error), &error, CURVOPT_ERROR_GEOMETRY, -1, "zero area");
+    xyz[5] = 1e5 + 1;
+    CHECK_OK(co_similarity_check(3, xyz, &error), &error);
+    memset(xyz, 0, sizeof xyz);
+    CHECK_REFUSED(co_similarity_check(3, xyz, &error), &error, CURVOPT_ERROR_GEOMETRY, -1, "zero area");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_frame_is_mean_and_root_mean_square),
@@ -127,6 +145,7 @@ int main(void) {
         cmocka_unit_test(test_align_keeps_size_and_takes_the_centroid),
         cmocka_unit_test(test_align_is_closest_among_rotations),
         cmocka_unit_test(test_align_never_mirrors_and_never_fails),
+        cmocka_unit_test(test_positions_without_extent_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
