@@ -1,0 +1,233 @@
+/* One level: it ends where the certificate is met, or, cancelled, at the last iterate that was reported; what it
+ * refuses. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "check.h"
+#include "solve_setting.h"
+
+#include "solve/certificate.h"
+
+/* What a level reported. */
+typedef struct reports {
+    int calls, cancel_at, iteration, rejected;
+    int by_method[3]; /* co_method */
+    double value;
+    double *x; /* [n_variables] of the last one */
+} reports;
+
+static int record(const co_level *l, const co_step_record *step, void *user) {
+    reports *r = user;
+    size_t n = co_level_objective_n(&l->objective);
+    CHECK_INT(step->iteration, r->calls);
+    CHECK_TRUE(step->rejected >= r->rejected && step->evaluations >= r->calls);
+    CHECK_INT(step->method == CO_METHOD_NONE, r->calls == 0);
+    CHECK_BETWEEN(step->method, CO_METHOD_NONE, CO_METHOD_NEWTON);
+    r->by_method[step->method]++;
+    r->rejected = step->rejected;
+    r->iteration = step->iteration;
+    r->value = l->now.value;
+    if (!r->x)
+        r->x = calloc(n, sizeof *r->x);
+    CHECK_TRUE(r->x != NULL);
+    memcpy(r->x, l->now.x, n * sizeof *r->x);
+    return ++r->calls == r->cancel_at;
+}
+
+/* Solves; the level is the caller's. */
+static co_level *solved(solve_setting *s, reports *r, co_outcome *outcome) {
+    const co_level_prospect prospect = {0};
+    curvopt_error error;
+    co_level *l = solve_level(s);
+    l->error = &error;
+    l->report = record;
+    l->user = r;
+    CHECK_OK(co_level_solve(l, &prospect, outcome, &error), &error);
+    l->error = NULL;
+    CHECK_INT(outcome->iterations, r->iteration);
+    CHECK_INT(outcome->rejected, r->rejected);
+    return l;
+}
+
+/* Decrements over all variables and of the shape are below the threshold, by rules of their own. */
+static void check_certified(solve_setting *s, co_level *l) {
+    double decrement, *xyz = calloc(3 * (size_t)s->c.n_vertices, sizeof *xyz);
+    curvopt_energies energies;
+    curvopt_error error;
+    co_certificate_shape shape;
+    int resolved;
+    CHECK_TRUE(xyz != NULL);
+    CHECK_OK(co_level_finish(l, xyz, &energies, &resolved, &error), &error);
+    CHECK_TRUE(resolved);
+    CHECK_NEAR(energies.objective, solve_energy(s, xyz), 1e-3 * energies.objective);
+    CHECK_OK(co_certificate_decrement(l, &decrement, &error), &error);
+    CHECK_BETWEEN(decrement, 0, 1e-6 * energies.objective);
+    CHECK_OK(co_certificate_check_shape(&s->run, s->mesh, &s->symmetry, &s->constraints, xyz, l, 0, &shape, &error),
+             &error);
+    CHECK_INT(co_certificate_verdict(&s->tuning, l->now.value, decrement, &shape), CURVOPT_VERDICT_MINIMUM);
+    free(xyz);
+}
+
+static void check_level(cage c, curvopt_options options) {
+    solve_setting *s = solve_setting_of(c, &options);
+    reports r = {0};
+    co_outcome outcome;
+    double before = solve_energy(s, s->c.xyz);
+    co_level *l = solved(s, &r, &outcome);
+    CHECK_TRUE(outcome.stop == CURVOPT_STOP_CONVERGED || outcome.stop == CURVOPT_STOP_SETTLED);
+    CHECK_BETWEEN(l->now.value, 0, 0.99 * before);
+    CHECK_TRUE(r.by_method[CO_METHOD_LBFGS] > 0);
+    CHECK_TRUE((r.by_method[CO_METHOD_NEWTON] > 0) == l->objective.assembly.functional.has_third);
+    check_certified(s, l);
+    free(r.x);
+    co_level_destroy(l);
+    solve_setting_free(s);
+}
+
+static cage shaken(cage c, double amount) {
+    cage_perturb(&c, amount, 5);
+    return c;
+}
+
+static void test_last_level_ends_certified(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
+                    mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS), kept = w;
+    kept.symmetry = CURVOPT_SYMMETRY_KEEP;
+    check_level(shaken(cage_refined(cage_cube(), 1), 0.1), w);
+    check_level(shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
+    check_level(shaken(cage_band(8, 4, 1, 1, 1), 0.05), w);
+    check_level(cage_torus(8, 6, 1, 0.3), kept);
+    check_level(shaken(cage_torus(8, 4, 1, 0.5), 0.05), mvs);
+}
+
+/* Cancelled at any report, the level stands where that said. */
+static void test_cancelled_level_keeps_the_last_iterate(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    w.tolerance = 1e-3;
+    for (int k = 1; k <= 7; k += 2) {
+        solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+        reports r = {.cancel_at = k};
+        co_outcome outcome;
+        co_level *l = solved(s, &r, &outcome);
+        CHECK_INT(r.calls, k);
+        CHECK_INT(outcome.stop, CURVOPT_STOP_CANCELLED);
+        CHECK_INT(outcome.iterations, k - 1);
+        for (size_t i = 0; i < co_level_objective_n(&l->objective); i++)
+            CHECK_NEAR(l->now.x[i], r.x[i], 0);
+        CHECK_NEAR(l->now.value, r.value, 1e-3 * r.value); /* by rules for the figures */
+        co_level_destroy(l);
+        free(r.x);
+        solve_setting_free(s);
+    }
+}
+
+/* A flag that is raised while a step is made: that step is not reported, and nothing is worse than what was. */
+static int raise_flag(const co_level *l, const co_step_record *step, void *user) {
+    reports *r = user;
+    if (step->iteration == 3)
+        curvopt_cancel_request((curvopt_cancel *)l->objective.run->cancel);
+    r->value = l->now.value;
+    r->calls++;
+    return 0;
+}
+
+static void test_flag_stops_a_level(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    const co_level_prospect prospect = {0};
+    solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    reports r = {0};
+    co_outcome outcome;
+    curvopt_error error;
+    co_level *l = solve_level(s);
+    l->error = &error;
+    l->report = raise_flag;
+    l->user = &r;
+    CHECK_OK(co_level_solve(l, &prospect, &outcome, &error), &error);
+    CHECK_INT(outcome.stop, CURVOPT_STOP_CANCELLED);
+    CHECK_INT(r.calls, 4);
+    CHECK_BETWEEN(l->now.value, 0, r.value * (1 + 1e-3));
+    co_level_destroy(l);
+    solve_setting_free(s);
+}
+
+/* The limit of steps counts all stages together. */
+static void test_limit_of_steps(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    for (w.max_iterations = 0; w.max_iterations < 5; w.max_iterations += 2) {
+        solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+        reports r = {0};
+        co_outcome outcome;
+        co_level *l = solved(s, &r, &outcome);
+        CHECK_INT(outcome.stop, CURVOPT_STOP_LIMIT);
+        CHECK_INT(outcome.iterations, w.max_iterations);
+        co_level_destroy(l);
+        free(r.x);
+        solve_setting_free(s);
+    }
+}
+
+/* From a saddle some way down; from a minimum nowhere. 96 variables, no symmetry. */
+static void test_saddle_is_left(void **state) {
+    (void)state;
+    for (int saddle = 0; saddle < 2; saddle++) {
+        curvopt_options o = solve_options(CURVOPT_SURFACE_LIMIT, saddle ? CURVOPT_TERM_MVS : CURVOPT_TERM_WILLMORE);
+        o.symmetry = CURVOPT_SYMMETRY_KEEP;
+        solve_setting *s = solve_setting_of(saddle ? cage_torus(8, 4, 1, 0.4) : cage_refined(cage_cube(), 1), &o);
+        curvopt_error error;
+        co_constraints lines = {0}, none = {0};
+        int left;
+        solve_minimized(s);
+        CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
+        if (!saddle) { /* sliding along the sphere would bring something */
+            CHECK_OK(co_constraints_to_normals(s->mesh, &none, s->c.xyz, &lines, &error), &error);
+            co_constraints_free(&s->constraints);
+            s->constraints = lines;
+        }
+        co_level *l = solve_level(s);
+        double before = l->now.value;
+        if (!saddle)
+            l->objective.gauge = co_gauge_of(o.weights, &none);
+        CHECK_OK(co_level_leave_saddle(l, &left, &error), &error);
+        CHECK_INT(left, saddle);
+        if (saddle)
+            CHECK_BETWEEN(l->now.value, 0, before * (1 - s->tuning.saddle_gain));
+        else
+            CHECK_NEAR(l->now.value, before, 0);
+        co_level_destroy(l);
+        solve_setting_free(s);
+    }
+}
+
+/* Two vertices of a face in one place, a whole row in another: there is no surface. */
+static void test_degenerate_cage_is_refused(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    solve_setting *s = solve_setting_of(cage_torus(8, 6, 1, 0.4), &w);
+    curvopt_error error;
+    co_level *l = NULL;
+    for (int32_t v = 0; v < 5 * 6; v++)
+        for (int k = 0; k < 3; k++)
+            s->c.xyz[3 * v + k] = k;
+    CHECK_OK(co_level_create(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1, &l, &error), &error);
+    int32_t status = co_level_begin(l, &error);
+    CHECK_INT(status, CURVOPT_ERROR_GEOMETRY);
+    CHECK_INT(error.code, CURVOPT_ERROR_GEOMETRY);
+    CHECK_BETWEEN(error.element, 0, 47);
+    CHECK_TEXT(error.message, "degenerate at face");
+    co_level_destroy(l);
+    co_level_destroy(NULL);
+    solve_setting_free(s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_last_level_ends_certified),
+        cmocka_unit_test(test_cancelled_level_keeps_the_last_iterate),
+        cmocka_unit_test(test_flag_stops_a_level),
+        cmocka_unit_test(test_limit_of_steps),
+        cmocka_unit_test(test_saddle_is_left),
+        cmocka_unit_test(test_degenerate_cage_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,334 @@
+/* The matrices of a level and what they say is left to gain: solutions against differences of the gradient, shifts
+ * against their definitions, decrements of cages with one variable. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "check.h"
+#include "solve_setting.h"
+
+#include "linalg/vector.h"
+#include "solve/level_hessian.h"
+#include "solve/newton_decrement.h"
+
+typedef struct matrices {
+    solve_setting *s;
+    co_level *l; /* whose objective and matrices they are */
+    co_level_hessian *h;
+    double *v; /* [4 n_variables] */
+    size_t n;
+} matrices;
+
+static matrices matrices_of(cage c, const curvopt_options *options) {
+    matrices m = {.s = solve_setting_of(c, options)};
+    m.l = solve_level(m.s);
+    m.h = &m.l->hessian;
+    m.n = co_level_objective_n(&m.l->objective);
+    m.v = calloc(4 * m.n + 1, sizeof *m.v);
+    CHECK_TRUE(m.v != NULL);
+    return m;
+}
+
+static void matrices_free(matrices *m) {
+    co_level_destroy(m->l);
+    solve_setting_free(m->s);
+    free(m->v);
+}
+
+static cage shaken(cage c, double amount) {
+    cage_perturb(&c, amount, 5);
+    return c;
+}
+
+static curvopt_options willmore(void) {
+    return solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+}
+
+static const int32_t pin_vertex[4] = {3, 7, 12, 9}, pin_freedom[4] = {0, 1, 2, 0};
+static const double pin_direction[12] = {0, 0, 0, 1, 2, 3, 0, 1, -1}, pin_weight[4] = {1, 1, 1, 0.75};
+static const curvopt_constraints pins = {
+    .vertices = pin_vertex, .freedom = pin_freedom, .directions = pin_direction, .n = 4, .weights = pin_weight};
+
+static const curvopt_constraints one_pin = {.vertices = pin_vertex, .n = 1};
+
+/* ------------------------------------------------------------------------------------------- the solution -- */
+
+/* out = (Hessian + shift) v, the first by differences of fourth order, with motions that the function does not see as
+ * stiff as the matrix makes them. */
+static void multiply(matrices *m, const double *v, double shift, double *out) {
+    static const double at[4] = {-2, -1, 1, 2}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+    double *z = m->v + 2 * m->n, *g = m->v + 3 * m->n, h = 1e-4 / co_dof_map_longest(&m->l->objective.reduction, v);
+    for (size_t i = 0; i < m->n; i++)
+        out[i] = shift * v[i];
+    for (int k = 0; k < 4; k++) {
+        co_iterate there = {.x = z, .gradient = g};
+        for (size_t i = 0; i < m->n; i++)
+            z[i] = m->l->now.x[i] + at[k] * h * v[i];
+        co_level_objective_evaluate(&m->l->objective, &there);
+        co_vector_add(m->n, weight[k] / h, g, out);
+    }
+    co_newton_system_add_stiffness(&m->h->system, v, out);
+}
+
+/* H x = g: x from the factor, H x from differences. */
+static void check_solution(cage c, curvopt_options options) {
+    matrices m = matrices_of(c, &options);
+    curvopt_error error;
+    double *x = m.v, *out = m.v + m.n;
+    int positive = 0;
+    co_damping damping = {.shift = co_level_hessian_least_shift(m.h, m.l->now.value)};
+    CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, &error), &error);
+    for (; !positive; damping.shift *= positive ? 1 : 2)
+        CHECK_OK(co_level_hessian_factorize(m.h, &damping, &positive, &error), &error);
+    CHECK_TRUE(m.h->has_factor && m.h->shift == damping.shift);
+    CHECK_OK(co_level_hessian_solve(m.h, m.l->now.gradient, x, &error), &error);
+    multiply(&m, x, m.h->shift, out);
+    co_vector_add(m.n, -1, m.l->now.gradient, out);
+    CHECK_BETWEEN(co_vector_norm(m.n, out) / co_vector_norm(m.n, m.l->now.gradient), 0, 1e-6);
+    matrices_free(&m);
+}
+
+static void test_solutions_are_confirmed_by_differences(void **state) {
+    (void)state;
+    curvopt_options w = willmore(), mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS),
+                    blended = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS), pinned = w, kept = w;
+    check_solution(shaken(cage_torus(8, 4, 1, 0.4), 0.02), w);
+    check_solution(shaken(cage_torus(8, 4, 1, 0.4), 0.02), mvs);
+    check_solution(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
+    pinned.constraints = &pins;
+    check_solution(shaken(cage_torus(5, 4, 1, 0.4), 0.05), pinned);
+    check_solution(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), pinned);
+    /* nearly umbilic: where nothing is held, the size at which umbilics are smoothed would be seen by differences */
+    blended.constraints = &one_pin;
+    check_solution(shaken(cage_cube(), 0.1), blended);
+    kept.symmetry = CURVOPT_SYMMETRY_KEEP;
+    check_solution(cage_torus(8, 4, 1, 0.4), kept);
+}
+
+/* -------------------------------------------------------------------------------------------- the shift -- */
+
+static void test_least_shift_is_a_part_of_the_energy_by_vertices(void **state) {
+    (void)state;
+    curvopt_options w = willmore();
+    matrices m = matrices_of(cage_torus(5, 4, 1, 0.4), &w);
+    CHECK_NEAR(co_level_hessian_least_shift(m.h, 30), 0.1 * 30 / 20, 1e-15);
+    CHECK_NEAR(co_level_hessian_least_shift(m.h, -30), 0.1 * 30 / 20, 1e-15);
+    m.s->tuning.shift_least = 0.7;
+    CHECK_NEAR(co_level_hessian_least_shift(m.h, 30), 0.7 * 30 / 20, 1e-15);
+    matrices_free(&m);
+}
+
+/* Whether the Hessian that is assembled is positive with this shift. */
+static int is_positive(matrices *m, double shift) {
+    curvopt_error error;
+    int positive;
+    CHECK_OK(co_newton_system_factorize(&m->h->system, shift, &positive, &error), &error);
+    return positive;
+}
+
+/* A coarse torus is a saddle of MVS. The shift is the first of its sequence that makes the matrix positive. */
+static void test_shift_rises_until_a_saddle_is_positive(void **state) {
+    (void)state;
+    curvopt_options mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
+    matrices m = matrices_of(cage_torus(12, 4, 1, 0.15), &mvs);
+    curvopt_error error;
+    int32_t n_negative;
+    double least = co_level_hessian_least_shift(m.h, m.l->now.value);
+    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, &n_negative, &error), &error);
+    CHECK_BETWEEN(n_negative, 1, m.n);
+    for (int k = 0; k < 2; k++) {
+        double raise = m.s->tuning.shift_raise = k ? 4 : 1.7;
+        CHECK_OK(co_level_hessian_factorize_shifted(m.h, least, &error), &error);
+        CHECK_TRUE(m.h->has_factor);
+        double times = log(m.h->shift / least) / log(raise), shift = m.h->shift;
+        CHECK_BETWEEN(times, 0.5, 60);
+        CHECK_NEAR(times, round(times), 1e-9);
+        CHECK_TRUE(is_positive(&m, shift));
+        CHECK_TRUE(!is_positive(&m, shift / raise));
+    }
+    /* for L-BFGS so much more, that it is not all but singular */
+    CHECK_OK(co_level_hessian_assemble_exact(m.h, &m.l->now, CO_GAUGE_SIMILARITY, &error), &error);
+    CHECK_OK(co_level_hessian_factorize_shifted(m.h, least, &error), &error);
+    double shift = m.h->shift;
+    m.h->shift = 0;
+    m.h->preconditions_exact = 1;
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
+    CHECK_TRUE(m.h->has_factor);
+    CHECK_NEAR(m.h->shift, m.s->tuning.shift_away * shift, 1e-14 * shift);
+    matrices_free(&m);
+}
+
+/* Of the Gauss-Newton matrix, which is positive with the least shift: nothing but the excess changes the shift. */
+static void test_long_steps_stiffen_and_short_ones_soften(void **state) {
+    (void)state;
+    static const struct {
+        double excess, change;
+    } defaults[] = {{0, 1.0 / 3}, {0.69, 1.0 / 3}, {0.71, 1}, {1.49, 1}, {1.51, 2},
+                    {3.9, 2},     {4.1, 4.1},      {9, 9},    {11, 10},  {1e300, 10}};
+    curvopt_options w = willmore();
+    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    curvopt_error error;
+    double least = co_level_hessian_least_shift(m.h, m.l->now.value);
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
+    CHECK_TRUE(m.h->has_factor);
+    CHECK_NEAR(m.h->shift, least, 0);
+    for (size_t k = 0; k < sizeof defaults / sizeof *defaults; k++) {
+        m.h->shift = 4 * least;
+        CHECK_OK(co_level_hessian_update(m.h, &m.l->now, defaults[k].excess, &error), &error);
+        CHECK_TRUE(m.h->has_factor);
+        CHECK_NEAR(m.h->shift, 4 * least * defaults[k].change, 1e-13 * least);
+    }
+    m.h->shift = 2 * least; /* never below the least one */
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
+    CHECK_NEAR(m.h->shift, least, 0);
+    m.s->tuning.stiffen_much = 2; /* the numbers are the table's */
+    m.s->tuning.stiffen_most = 3;
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 2.5, &error), &error);
+    CHECK_NEAR(m.h->shift, 2.5 * least, 1e-13 * least);
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 100, &error), &error);
+    CHECK_NEAR(m.h->shift, 7.5 * least, 1e-13 * least);
+    m.s->tuning.soften_below = 1.2;
+    m.s->tuning.soften_factor = 0.5;
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 1.1, &error), &error);
+    CHECK_NEAR(m.h->shift, 3.75 * least, 1e-13 * least);
+    matrices_free(&m);
+}
+
+static void test_cancelled_runs_make_no_matrix(void **state) {
+    (void)state;
+    curvopt_options w = willmore();
+    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    curvopt_error error;
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
+    CHECK_TRUE(m.h->has_factor);
+    curvopt_cancel_request(&m.s->cancel);
+    CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
+    CHECK_TRUE(!m.h->has_factor);
+    matrices_free(&m);
+}
+
+/* Springs are in the Hessian, in the Gauss-Newton matrix, and in what is mixed of them: three times their stiffness in
+ * each trace. */
+static void test_springs_are_in_every_mixture(void **state) {
+    (void)state;
+    static const double mixes[] = {0, 1, 0.25, 0};
+    const double without[4] = {1, 1, 1, 0};
+    curvopt_constraints less = pins;
+    less.weights = without;
+    curvopt_options w = willmore(), o = w;
+    w.constraints = &pins;
+    o.constraints = &less;
+    matrices m[2] = {matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w),
+                     matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &o)};
+    double trace[2], k = 3 * 24 * 3.14159265358979323846; /* Willmore's stiffness times 0.75 / 0.25 */
+    curvopt_error error;
+    int positive;
+    for (int j = 0; j < 2; j++)
+        CHECK_OK(co_level_hessian_assemble(m[j].h, &m[j].l->now, NULL, &error), &error);
+    for (size_t i = 0; i < sizeof mixes / sizeof *mixes; i++) {
+        for (int j = 0; j < 2; j++) {
+            const co_damping damping = {.shift = 1e4, .mix = mixes[i]};
+            CHECK_OK(co_level_hessian_factorize(m[j].h, &damping, &positive, &error), &error);
+            CHECK_TRUE(positive && m[j].h->has_factor && m[j].h->shift == 1e4);
+            trace[j] = co_sparse_hessian_mean_diagonal(&m[j].h->system.hessian) * (double)m[j].n;
+        }
+        CHECK_NEAR(trace[0] - trace[1], 3 * k, 1e-9 * trace[0]);
+    }
+    matrices_free(&m[0]);
+    matrices_free(&m[1]);
+}
+
+/* --------------------------------------------------------------------------------------------- decrements -- */
+
+/* Everything is held but vertex 6, which moves on a line: the function has one variable. */
+static const int32_t every_vertex[20] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+
+static matrices one_variable(const double direction[3], double at) {
+    static int32_t freedom[20];
+    static double directions[60];
+    static curvopt_constraints all;
+    all = (curvopt_constraints){.vertices = every_vertex, .freedom = freedom, .directions = directions, .n = 20};
+    freedom[6] = CO_FREEDOM_LINE;
+    memcpy(directions + 18, direction, 3 * sizeof *direction);
+    curvopt_options w = willmore();
+    w.constraints = &all;
+    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    CHECK_INT(m.n, 1);
+    m.l->now.x[0] += at;
+    co_level_objective_evaluate(&m.l->objective, &m.l->now);
+    return m;
+}
+
+/* Second derivative in the one variable. */
+static double second_derivative(matrices *m) {
+    const double one = 1;
+    double out;
+    multiply(m, &one, 0, &out);
+    return out;
+}
+
+static void test_decrement_of_one_variable(void **state) {
+    (void)state;
+    static const double outwards[3] = {1, 2, 3};
+    matrices m = one_variable(outwards, 0.01);
+    curvopt_error error;
+    double decrement, H = second_derivative(&m), g = m.l->now.gradient[0];
+    int by_hessian;
+    CHECK_BETWEEN(H, 1e-3, 1e6);
+    CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &by_hessian, &error), &error);
+    CHECK_INT(by_hessian, 1);
+    CHECK_TRUE(!m.h->has_factor);
+    double exact = 0.5 * g * g / (H + 0.1 * m.l->now.value / 20);
+    CHECK_NEAR(decrement, exact, 1e-7 * exact);
+    matrices_free(&m);
+}
+
+/* Nothing may move: nothing is left. */
+static void test_decrement_of_no_variables(void **state) {
+    (void)state;
+    const curvopt_constraints all = {.vertices = every_vertex, .n = 20};
+    curvopt_options w = willmore();
+    w.constraints = &all;
+    solve_setting *s = solve_setting_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    co_level *l = solve_level(s);
+    curvopt_error error;
+    double decrement = 1;
+    int by_hessian = 0;
+    int32_t n_negative = -1;
+    CHECK_INT(co_level_objective_n(&l->objective), 0);
+    CHECK_TRUE(!l->hessian.exists);
+    CHECK_OK(co_newton_decrement(&l->hessian, &l->now, &decrement, &by_hessian, &error), &error);
+    CHECK_NEAR(decrement, 0, 0);
+    CHECK_INT(by_hessian, 1);
+    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &error), &error);
+    CHECK_INT(n_negative, 0);
+    co_level_destroy(l);
+    solve_setting_free(s);
+}
+
+/* A flat ring has no energy: the least shift is nothing, its vertices slide for free, and rounding alone would decide
+ * what the matrix is. */
+static void test_decrement_where_the_energy_is_nothing(void **state) {
+    (void)state;
+    curvopt_options w = willmore();
+    matrices m = matrices_of(cage_band(6, 3, 1, 2, 0), &w);
+    curvopt_error error;
+    double decrement;
+    int by_hessian;
+    CHECK_BETWEEN(m.l->now.value, 0, 1e-20);
+    CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &by_hessian, &error), &error);
+    CHECK_INT(by_hessian, 1);
+    CHECK_BETWEEN(decrement, 0, 1e-18);
+    matrices_free(&m);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_solutions_are_confirmed_by_differences),
+        cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
+        cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),
+        cmocka_unit_test(test_long_steps_stiffen_and_short_ones_soften),
+        cmocka_unit_test(test_cancelled_runs_make_no_matrix),
+        cmocka_unit_test(test_springs_are_in_every_mixture),
+        cmocka_unit_test(test_decrement_of_one_variable),
+        cmocka_unit_test(test_decrement_of_no_variables),
+        cmocka_unit_test(test_decrement_where_the_energy_is_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
