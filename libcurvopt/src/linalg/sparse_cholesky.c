@@ -86,12 +86,24 @@ static void factorize(co_sparse_cholesky *f, cholmod_factor *factor, double shif
     cholmod_factorize_p(&f->matrix, beta, NULL, 0, factor, &f->common);
 }
 
+/* A simplicial factor is L D L^T, which CHOLMOD also makes of indefinite matrices. */
+static int has_positive_pivots(const cholmod_factor *factor) {
+    const int *column_start = factor->p;
+    const double *value = factor->x;
+    if (factor->is_super || factor->is_ll)
+        return 1;
+    for (size_t j = 0; j < factor->n; j++)
+        if (!(value[column_start[j]] > 0))
+            return 0;
+    return 1;
+}
+
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
     factorize(f, f->factor, shift);
     if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
         return co_status_no_memory(error);
-    *positive = f->common.status == CHOLMOD_OK && f->factor->minor == f->factor->n;
+    *positive = f->common.status == CHOLMOD_OK && f->factor->minor == f->factor->n && has_positive_pivots(f->factor);
     return CURVOPT_OK;
 }
 

@@ -194,6 +194,7 @@ static int leave_saddle(solver *s, const co_iterate *now) {
 /* *before is where the step began if the lifted matrix is to know it, else NULL. As co_step_control_take. */
 static int take_step(solver *s, co_iterate *now, const double **before) {
     co_step_verdict verdict;
+    s->control.shift = s->used.shift;
     int stop = co_step_control_take(&s->control, s->f, CO_METHOD_NEWTON, now, &s->trial, s->outcome, &verdict);
     *before = co_step_stands(verdict) ? s->trial.x : NULL;
     return stop;

@@ -44,6 +44,7 @@ typedef struct co_step_record {
     double length;     /* by the objective's step_length() */
     double predicted;  /* decrease by the quadratic model */
     double gain_ratio; /* actual decrease over the predicted one */
+    double shift;      /* of the matrix that the step is by */
 } co_step_record;
 
 typedef struct co_objective {

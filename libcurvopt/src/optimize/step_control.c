@@ -21,7 +21,8 @@ co_step_control co_step_control_begin(const co_tuning *tuning, double max_step, 
                              .cap = max_step,
                              .mark = now->value,
                              .length = (double)NAN,
-                             .predicted = (double)NAN};
+                             .predicted = (double)NAN,
+                             .shift = (double)NAN};
 }
 
 static int report(const co_step_control *c, const co_objective *f, co_method method, const co_iterate *now,
@@ -32,7 +33,8 @@ static int report(const co_step_control *c, const co_objective *f, co_method met
                                    .rejected = outcome->rejected,
                                    .length = c->length,
                                    .predicted = c->predicted,
-                                   .gain_ratio = decrease / c->predicted};
+                                   .gain_ratio = decrease / c->predicted,
+                                   .shift = c->shift};
     return f->report(f->context, now, &record);
 }
 

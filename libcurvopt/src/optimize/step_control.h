@@ -37,6 +37,7 @@ typedef struct co_step_control {
     int last_stands;  /* whether the last step stands */
     double length;    /* of the step that is to be taken: for the record, NAN if not known */
     double predicted; /* decrease by the model, likewise */
+    double shift;     /* of its matrix, likewise */
 } co_step_control;
 
 co_step_control co_step_control_begin(const co_tuning *tuning, double max_step, const co_iterate *now);

@@ -283,7 +283,8 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
 }
 
 int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error) {
-    const co_step_record none = {.length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN};
+    const co_step_record none = {
+        .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
     const co_level_schedule schedule = schedule_of(l, prospect);
     const co_scheduled scheduled = {.context = l,
                                     .run = run_method,

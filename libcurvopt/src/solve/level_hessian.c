@@ -49,13 +49,13 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
 }
 
 int32_t co_level_hessian_factorize_shifted(co_level_hessian *h, double shift, curvopt_error *error) {
-    double stiffest = co_newton_system_mean_diagonal(&h->system);
+    const co_tuning *t = tuning_of(h);
     int32_t status = CURVOPT_OK;
-    int positive = 0;
+    int positive = 0, raises = isfinite(co_newton_system_mean_diagonal(&h->system)) ? t->newton_raises : 0;
     h->shift = shift;
-    while (!positive && status == CURVOPT_OK && h->shift <= stiffest) {
+    for (int k = 0; k < raises && !positive && status == CURVOPT_OK; k++) {
         status = co_newton_system_factorize(&h->system, h->shift, &positive, error);
-        h->shift *= positive ? 1 : tuning_of(h)->shift_raise;
+        h->shift *= positive ? 1 : t->shift_raise;
     }
     h->has_factor = positive && status == CURVOPT_OK;
     return status;

@@ -13,6 +13,13 @@ void co_level_result_free(co_level_result *at) {
     *at = (co_level_result){0};
 }
 
+/* L-BFGS does not know that of its preconditioner. */
+static double shift_of(const co_level *l, const co_step_record *record) {
+    if (record->method == CO_METHOD_LBFGS)
+        return l->hessian.has_factor ? l->hessian.shift : (double)NAN;
+    return record->shift;
+}
+
 static int report(const co_level *l, const co_step_record *record, void *user) {
     co_run *r = user;
     const co_level_objective *o = &l->objective;
@@ -25,7 +32,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
                                        .decrement = record->predicted,
                                        .gain_ratio = record->gain_ratio,
                                        .step = record->length,
-                                       .shift = l->hessian.has_factor ? l->hessian.shift : (double)NAN,
+                                       .shift = shift_of(l, record),
                                        .samples = (int32_t)o->assembly.batches.n_samples,
                                        .method = (int32_t)record->method,
                                        .rejected = record->rejected,
