@@ -279,6 +279,32 @@ static void test_decrement_of_one_variable(void **state) {
     matrices_free(&m);
 }
 
+/* Somewhere along the line the function is concave: then the Gauss-Newton matrix decides, which is positive. */
+static void test_decrement_where_the_hessian_is_negative(void **state) {
+    (void)state;
+    static const double along[3] = {0, 0, 1};
+    curvopt_error error;
+    int seen = 0;
+    for (int k = -20; k <= 20 && !seen; k++) {
+        matrices m = one_variable(along, 0.05 * k);
+        double decrement, least = co_level_hessian_least_shift(m.h, m.l->now.value), g = m.l->now.gradient[0];
+        if (isfinite(m.l->now.value) && second_derivative(&m) < -2 * least) {
+            int by_hessian, positive;
+            CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &by_hessian, &error), &error);
+            CHECK_INT(by_hessian, 0);
+            CHECK_OK(co_level_hessian_factorize_at(m.h, &m.l->now, 0, &positive, &error), &error);
+            CHECK_TRUE(positive && m.h->system.hessian.value[0] >= 0);
+            double exact = 0.5 * g * g / (m.h->system.hessian.value[0] + least);
+            CHECK_NEAR(decrement, exact, 1e-12 * exact);
+            CHECK_OK(co_newton_decrement_factorize(m.h, &m.l->now, 1, &positive, &error), &error);
+            CHECK_TRUE(!positive);
+            seen = 1;
+        }
+        matrices_free(&m);
+    }
+    CHECK_TRUE(seen);
+}
+
 /* Nothing may move: nothing is left. */
 static void test_decrement_of_no_variables(void **state) {
     (void)state;
@@ -327,6 +353,7 @@ int main(void) {
         cmocka_unit_test(test_cancelled_runs_make_no_matrix),
         cmocka_unit_test(test_springs_are_in_every_mixture),
         cmocka_unit_test(test_decrement_of_one_variable),
+        cmocka_unit_test(test_decrement_where_the_hessian_is_negative),
         cmocka_unit_test(test_decrement_of_no_variables),
         cmocka_unit_test(test_decrement_where_the_energy_is_nothing),
     };

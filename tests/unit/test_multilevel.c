@@ -26,7 +26,7 @@ static void check_step(const curvopt_progress *p) {
     CHECK_BETWEEN(p->step, 1e-12, 1e3);
     CHECK_TRUE(isfinite(p->decrement) && isfinite(p->gain_ratio));
     if (p->method == CURVOPT_STEP_NEWTON) /* the model of L-BFGS rises again behind twice its step */
-        CHECK_TRUE(p->decrement > 0);
+        CHECK_TRUE(p->decrement > 0 && isfinite(p->shift));
     CHECK_TRUE(isnan(p->shift) || p->shift >= 0);
 }
 

@@ -2,6 +2,10 @@
 #include "check.h"
 #include "solve_setting.h"
 
+#include "constraints/subgroups.h"
+#include "linalg/vector.h"
+#include "mesh/similarity.h"
+#include "solve/certificate.h"
 #include "solve/saddle_escape.h"
 #include "solve/symmetry_reduction.h"
 
@@ -40,6 +44,86 @@ static solve_setting *minimized(cage c, int term) {
     solve_setting *s = solve_setting_of(c, &o);
     solve_minimized(s);
     return s;
+}
+
+/* Negative directions at the setting's cage among cages with this symmetry: of motion along normals, or of all. */
+static int32_t count_negative(solve_setting *s, const co_symmetry *symmetry, co_saddle_escape_among among) {
+    curvopt_error error;
+    co_level *l = NULL;
+    co_constraints lines = {0}, none = {0};
+    const co_constraints *held = &s->constraints;
+    int32_t n_negative = 0;
+    if (among == CO_SADDLE_ESCAPE_NORMALS) {
+        CHECK_OK(co_constraints_to_normals(s->mesh, &none, s->c.xyz, &lines, &error), &error);
+        held = &lines;
+    }
+    CHECK_OK(co_level_create(&s->run, s->mesh, symmetry, held, s->c.xyz, 1, &l, &error), &error);
+    CHECK_OK(co_level_begin(l, &error), &error);
+    l->objective.gauge = co_gauge_of(s->options.weights, &none);
+    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &error), &error);
+    co_level_destroy(l);
+    co_constraints_free(&lines);
+    return n_negative;
+}
+
+/* No way with more symmetry is there by the inertia of the Hessian; there is one with what the way has. */
+static void check_largest(solve_setting *s, const co_way_down *way, co_saddle_escape_among among) {
+    co_subgroups groups;
+    curvopt_error error;
+    int n_larger = 0;
+    CHECK_OK(co_subgroups_create(&s->symmetry, &groups, &error), &error);
+    for (int32_t k = 0; k < groups.n; k++)
+        if (groups.order[k] > way->symmetry.order) {
+            co_symmetry sub = {0};
+            CHECK_OK(
+                co_subgroup_select(&s->symmetry, groups.member + (size_t)k * (size_t)groups.n_elements, &sub, &error),
+                &error);
+            CHECK_INT(count_negative(s, &sub, among), 0);
+            n_larger++;
+            co_symmetry_free(&sub);
+        }
+    CHECK_TRUE(n_larger > 0);
+    CHECK_TRUE(count_negative(s, &way->symmetry, among) > 0);
+    co_subgroups_free(&groups);
+}
+
+/* Each element of the group takes the cage to itself. */
+static void check_symmetric(const curvopt_mesh *mesh, const co_symmetry *g, const double *xyz) {
+    double centre[3], radius = co_similarity_frame((size_t)mesh->info.n_vertices, xyz, centre);
+    for (int32_t e = 0; e < g->order; e++)
+        for (int32_t v = 0; v < mesh->info.n_vertices; v++) {
+            const double *to = xyz + 3 * (size_t)co_symmetry_vertex(g, mesh, e, v), *q = g->matrix + 9 * (size_t)e;
+            for (int i = 0; i < 3; i++) {
+                double image = centre[i];
+                for (int j = 0; j < 3; j++)
+                    image += q[3 * i + j] * (xyz[3 * v + j] - centre[j]);
+                CHECK_NEAR(image, to[i], 1e-9 * radius);
+            }
+        }
+}
+
+static void check_way(cage c, int32_t order, co_saddle_escape_among among) {
+    solve_setting *s = minimized(c, CURVOPT_TERM_MVS);
+    curvopt_error error;
+    co_way_down way;
+    CHECK_INT(s->symmetry.order, order);
+    CHECK_OK(co_saddle_escape_find(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1, among, &way, &error),
+             &error);
+    CHECK_INT(way.found, 1);
+    CHECK_BETWEEN(way.symmetry.order, 1, order / 2);
+    check_largest(s, &way, among);
+    check_symmetric(s->mesh, &way.symmetry, way.xyz);
+    double before = solve_energy(s, s->c.xyz);
+    CHECK_BETWEEN(solve_energy(s, way.xyz), 0, before * (1 - s->tuning.saddle_gain / 2));
+    co_saddle_escape_free(&way);
+    CHECK_TRUE(!way.xyz && !way.found);
+    solve_setting_free(s);
+}
+
+/* MVS of a coarse torus: its lines want to twist. */
+static void test_a_way_with_the_most_symmetry_is_found(void **state) {
+    (void)state;
+    check_way(cage_torus(8, 4, 1, 0.4), 32, CO_SADDLE_ESCAPE_ALL);
 }
 
 /* Of the torus the shape is a minimum. */
@@ -85,12 +169,99 @@ static void test_no_way_leads_down_from_a_sphere(void **state) {
     solve_setting_free(s);
 }
 
+/* ------------------------------------------------------------------------------------------- the reduction -- */
+
+typedef struct reduced {
+    double energy;
+    int32_t order, stop, iterations;
+    int keeps;
+} reduced;
+
+static reduced reduce(solve_setting *s, curvopt_progress_fn progress, void *user) {
+    co_level *level = NULL;
+    curvopt_error error;
+    co_run *r = solve_run(s, progress, user);
+    CHECK_OK(co_symmetry_reduction_solve(r, 1, &level, &error), &error);
+    CHECK_TRUE(level != NULL && level->objective.mesh == r->result->mesh);
+    check_symmetric(s->mesh, &r->at.symmetry, r->at.xyz);
+    const reduced out = {.energy = r->at.report.energy,
+                         .order = r->at.symmetry.order,
+                         .stop = r->at.report.stop,
+                         .iterations = r->at.report.iterations,
+                         .keeps = r->keeps_symmetry};
+    CHECK_NEAR(solve_energy(s, r->at.xyz), out.energy, 1e-3 * out.energy);
+    CHECK_NEAR(r->at.energies.objective, out.energy, 0);
+    co_level_destroy(level);
+    solve_run_free(r);
+    return out;
+}
+
+/* Symmetries go where that is worth it, and stay where it is not: then everything is as if nobody had looked. */
+static void test_symmetries_go_as_far_as_that_is_worth_it(void **state) {
+    (void)state;
+    curvopt_options o = symmetric(CURVOPT_TERM_MVS);
+    solve_setting *s = solve_setting_of(cage_torus(8, 4, 1, 0.4), &o);
+    reduced kept = reduce(s, NULL, NULL);
+    CHECK_INT(kept.order, 32);
+    CHECK_INT(kept.keeps, 0);
+    s->options.symmetry = CURVOPT_SYMMETRY_AUTO;
+    reduced small = reduce(s, NULL, NULL); /* a cage this small is let be */
+    CHECK_INT(small.order, 32);
+    CHECK_NEAR(small.energy, kept.energy, 0);
+    s->tuning.loosen_least_vertices = 10;
+    reduced gone = reduce(s, NULL, NULL);
+    CHECK_BETWEEN(gone.order, 1, 16);
+    CHECK_BETWEEN(gone.energy, 0, (1 - co_symmetry_reduction_worth(&s->tuning, 32, gone.order)) * kept.energy);
+    CHECK_TRUE(gone.iterations > kept.iterations); /* what led to the saddle counts */
+    s->tuning.loosen_half = s->tuning.loosen_same = 1;
+    reduced dear = reduce(s, NULL, NULL);
+    CHECK_INT(dear.order, 32);
+    CHECK_INT(dear.keeps, 1);
+    CHECK_INT(dear.stop, kept.stop);
+    CHECK_NEAR(dear.energy, kept.energy, 0);
+    solve_setting_free(s);
+}
+
+typedef struct watcher {
+    double least;
+    int32_t calls, cancel_at;
+} watcher;
+
+static int32_t watch(const curvopt_progress *p, void *user) {
+    watcher *w = user;
+    w->least = w->calls ? fmin(w->least, p->energy) : p->energy;
+    return ++w->calls == w->cancel_at;
+}
+
+/* A run that is cancelled on the way down says so, and keeps the better of where it was and where it is. */
+static void test_cancelled_on_the_way_down(void **state) {
+    (void)state;
+    curvopt_options o = symmetric(CURVOPT_TERM_MVS);
+    solve_setting *s = solve_setting_of(cage_torus(8, 4, 1, 0.4), &o);
+    reduced kept = reduce(s, NULL, NULL);
+    s->options.symmetry = CURVOPT_SYMMETRY_AUTO;
+    s->tuning.loosen_least_vertices = 10;
+    for (int later = 2; later <= 8; later += 3) {
+        watcher w = {.cancel_at =
+                         kept.iterations + 1 + later}; /* reports of the symmetric level, and some of the next */
+        reduced cut = reduce(s, watch, &w);
+        CHECK_INT(w.calls, w.cancel_at);
+        CHECK_INT(cut.stop, CURVOPT_STOP_CANCELLED);
+        CHECK_BETWEEN(cut.energy, 0, kept.energy);
+        CHECK_NEAR(cut.energy, w.least, 1e-3 * w.least);
+    }
+    solve_setting_free(s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_each_halving_has_its_price),
+        cmocka_unit_test(test_a_way_with_the_most_symmetry_is_found),
         cmocka_unit_test(test_twisting_lines_are_no_way_for_the_shape),
         cmocka_unit_test(test_chosen_planes_stay),
         cmocka_unit_test(test_no_way_leads_down_from_a_sphere),
+        cmocka_unit_test(test_symmetries_go_as_far_as_that_is_worth_it),
+        cmocka_unit_test(test_cancelled_on_the_way_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
