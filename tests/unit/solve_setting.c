@@ -13,7 +13,7 @@ static const double pi = 3.14159265358979323846;
 
 curvopt_options solve_options(int32_t surface, int term) {
     curvopt_options o;
-    curvopt_options_init(&o);
+    curvopt_options_init(&o, sizeof o);
     o.surface = surface;
     o.method = CURVOPT_METHOD_GAUSS_NEWTON;
     o.levels = 1;
@@ -123,7 +123,7 @@ int32_t solve_minimized(solve_setting *s) {
     CHECK_OK(co_multilevel_minimize(s->mesh, s->c.xyz, &s->options, &s->tuning, NULL, NULL, NULL, &result, &error),
              &error);
     curvopt_result_get_positions(result, s->c.xyz);
-    curvopt_result_get_summary(result, &summary);
+    curvopt_result_get_summary(result, &summary, sizeof summary);
     curvopt_result_destroy(result);
     s->run.radius = co_similarity_frame((size_t)s->c.n_vertices, s->c.xyz, s->run.centroid);
     s->run.area = solve_area(s, s->c.xyz);

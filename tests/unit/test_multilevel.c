@@ -76,7 +76,7 @@ static finished run(cage c, const curvopt_options *options, int32_t cancel_at) {
     CHECK_OK(co_multilevel_minimize(f.s->mesh, f.s->c.xyz, &f.s->options, &f.s->tuning, watch, &f.w, &f.s->cancel,
                                     &f.result, &error),
              &error);
-    curvopt_result_get_summary(f.result, &f.summary);
+    curvopt_result_get_summary(f.result, &f.summary, sizeof f.summary);
     f.xyz = calloc(3 * (size_t)f.summary.n_vertices, sizeof *f.xyz);
     CHECK_TRUE(f.xyz != NULL);
     curvopt_result_get_positions(f.result, f.xyz);
@@ -104,7 +104,7 @@ static void test_callback_is_told_everything(void **state) {
     w.levels = 2;
     finished f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &w, 0);
     CHECK_TRUE(f.w.by_method[CURVOPT_STEP_LBFGS] > 3 && f.w.shifts > 3);
-    CHECK_NEAR(f.w.last.start_energy, f.summary.start.objective, 0);
+    CHECK_NEAR(f.w.last.start_energy, f.result->start.objective, 0);
     finished_free(&f);
     f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &mvs, 0);
     CHECK_TRUE(f.w.by_method[CURVOPT_STEP_LBFGS] > 0 && f.w.by_method[CURVOPT_STEP_NEWTON] > 0);
@@ -185,14 +185,14 @@ static void test_levels_add_up(void **state) {
         CHECK_INT(level[k].reserved, 0);
     }
     CHECK_TRUE(level[1].evaluations >= f.w.last.evaluations);
-    CHECK_TRUE(level[0].energy < f.summary.start.objective && level[1].energy < level[0].energy);
-    CHECK_NEAR(level[1].energy, f.summary.end.objective, 0);
-    CHECK_NEAR(f.summary.end.area, f.summary.start.area, 1e-12);
+    CHECK_TRUE(level[0].energy < f.result->start.objective && level[1].energy < level[0].energy);
+    CHECK_NEAR(level[1].energy, f.result->end.objective, 0);
+    CHECK_NEAR(f.result->end.area, f.result->start.area, 1e-12);
     CHECK_BETWEEN(level[0].seconds + level[1].seconds, 0, f.summary.seconds);
     CHECK_INT(f.summary.verdict, CURVOPT_VERDICT_MINIMUM);
     CHECK_INT(f.summary.method, CURVOPT_METHOD_GAUSS_NEWTON);
-    CHECK_BETWEEN(f.summary.newton_decrement, 0, 1e-6 * f.summary.end.objective);
-    CHECK_BETWEEN(f.summary.shape_decrement, 0, 1e-6 * f.summary.end.objective);
+    CHECK_BETWEEN(f.summary.newton_decrement, 0, 1e-6 * f.result->end.objective);
+    CHECK_BETWEEN(f.summary.shape_decrement, 0, 1e-6 * f.result->end.objective);
     CHECK_INT(f.summary.negative_directions, 0);
     CHECK_TRUE(isnan(f.summary.difference_decrement)); /* was not asked for */
     CHECK_INT(f.summary.free_negative_directions, -1);
@@ -207,7 +207,7 @@ static void test_asked_for_verification_is_reported(void **state) {
     w.symmetry = CURVOPT_SYMMETRY_KEEP;
     finished f = run(cage_refined(cage_cube(), 1), &w, 0);
     CHECK_INT(f.summary.symmetry_order, 48);
-    CHECK_BETWEEN(f.summary.difference_decrement, 0, 1e-6 * f.summary.end.objective);
+    CHECK_BETWEEN(f.summary.difference_decrement, 0, 1e-6 * f.result->end.objective);
     CHECK_INT(f.summary.free_negative_directions, 0);
     CHECK_BETWEEN(f.summary.all_negative_directions, 0, 78);
     finished_free(&f);
