@@ -16,15 +16,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-<<<<<<< HEAD
 enum {
     LARGEST_ORDER = CURVOPT_MAX_SYMMETRIES,
     UNSET = -1
 }; /* elements of the largest group that is kept; no other number was tried */
-=======
-/* LARGEST_ORDER: elements of the largest group that is kept; no other number was tried. */
-enum { LARGEST_ORDER = CURVOPT_MAX_SYMMETRIES, UNSET = -1 };
->>>>>>> 061238154197c1daa0f03176c0a8e37dc90972cb
 /* Tolerance down to which a group is looked for: rounding of positions leaves some 1e-15 of the radius. */
 static const double LEAST_TOLERANCE = 1e-12;
 
