@@ -268,7 +268,7 @@ def build_release() -> None:
         if not shutil.which(tool):
             raise Missing(f"{tool} is missing; run: apt-get install {package}")
     for command in (["cmake", "--preset", "release"],
-                    ["cmake", "--build", "--preset", "release", "--target", "curvopt_bench", "curvopt_tool", "curvopt"]):
+                    ["cmake", "--build", "--preset", "release", "--target", "curvopt_bench", "curvopt_tool", "libcurvopt.so"]):
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
             raise Missing(f"{' '.join(command)} failed:\n{(done.stdout + done.stderr)[-3000:]}")
