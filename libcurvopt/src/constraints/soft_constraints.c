@@ -11,6 +11,7 @@
  * (libcurvopt/notes/80-soft-constraints.md). */
 static const double SAME_STIFFNESS = 1e-9;
 
+/* To be freed after failure as well. */
 static int32_t allocate(int32_t n_vertices, co_soft_constraints *s, curvopt_error *error) {
     size_t n = (size_t)n_vertices;
     *s = (co_soft_constraints){.stiffness = CO_NEW(double, n),
@@ -20,7 +21,6 @@ static int32_t allocate(int32_t n_vertices, co_soft_constraints *s, curvopt_erro
                                .original = CO_NEW(double, 3 * n)};
     if (s->stiffness && s->freedom && s->direction && s->anchor && s->original)
         return CURVOPT_OK;
-    co_soft_constraints_free(s);
     return co_status_no_memory(error);
 }
 
@@ -40,8 +40,10 @@ int32_t co_soft_constraints_copy(const curvopt_mesh *m, const co_soft_constraint
     if (!from->stiffness)
         return CURVOPT_OK;
     int32_t status = allocate(m->info.n_vertices, to, error);
-    if (status != CURVOPT_OK)
+    if (status != CURVOPT_OK) {
+        co_soft_constraints_free(to);
         return status;
+    }
     memcpy(to->stiffness, from->stiffness, n * sizeof(double));
     memcpy(to->freedom, from->freedom, n);
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
@@ -176,6 +178,8 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh 
         distribute(m, springs, n_faces_of, &out);
         co_soft_constraints_free(springs);
         *springs = out;
+    } else {
+        co_soft_constraints_free(&out);
     }
     free(n_faces_of);
     return status;
