@@ -119,7 +119,7 @@ static void test_subdivision_inherits_faces_and_puts_vertices_back(void **state)
     cage c = grid();
     curvopt_mesh *mesh = cage_mesh(&c), *fine = NULL;
     const int32_t vertex[7] = {5, 6, 9, 10, 0, 3, 12}, freedom[7] = {1, 1, 1, 1, 0, 1, 2};
-    const double direction[21] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 1, 0, 1, 1, 0};
+    const double direction[21] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, 2, 0, 0};
     curvopt_constraints user = {.n = 7, .vertices = vertex, .freedom = freedom, .directions = direction};
     co_constraints held;
     co_sparse_rows rows;
@@ -146,13 +146,12 @@ static void test_subdivision_inherits_faces_and_puts_vertices_back(void **state)
     CHECK_TRUE(smooth[0] > 0.1); /* a corner is smoothed away */
     CHECK_NEAR(xyz[0], 0, 0);
     CHECK_NEAR(xyz[1], 0, 0);
-    /* vertex 3 at (0, 3) on the line along (1, 1), vertex 12 at (3, 0) in the plane normal to that: the closest points
-     */
-    double along = (smooth[9] + smooth[10] - 3) / 2;
-    CHECK_NEAR(xyz[9], along, 1e-15);
-    CHECK_NEAR(xyz[10], 3 + along, 1e-15);
-    CHECK_NEAR(xyz[36] + xyz[37], 3, 1e-15);
-    CHECK_NEAR(xyz[36] - xyz[37], smooth[36] - smooth[37], 1e-14);
+    /* vertex 3 at (0, 3) on the line along x, vertex 12 at (3, 0) in the plane normal to x: the closest points */
+    CHECK_TRUE(smooth[9] > 0.1 && smooth[10] < 2.9 && smooth[36] < 2.9 && smooth[37] > 0.1);
+    CHECK_NEAR(xyz[9], smooth[9], 1e-15);
+    CHECK_NEAR(xyz[10], 3, 1e-15);
+    CHECK_NEAR(xyz[36], 3, 1e-15);
+    CHECK_NEAR(xyz[37], smooth[37], 1e-15);
     CHECK_NEAR(held.anchor[36], 3, 0);
     free(xyz);
     free(smooth);

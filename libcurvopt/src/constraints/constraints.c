@@ -116,26 +116,26 @@ static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *w
 }
 
 int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from,
-                              co_constraints *constraints, curvopt_error *error) {
-    *constraints = (co_constraints){0};
+                              co_constraints *out, curvopt_error *error) {
+    *out = (co_constraints){0};
     if (!from || from->n == 0)
         return CURVOPT_OK;
     if (from->n < 0 || !from->vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
                               from->vertices ? "given" : "is NULL");
     double *weight = CO_NEW(double, m->info.n_vertices);
-    int32_t status = weight ? allocate(m->info.n_vertices, constraints, error) : co_status_no_memory(error);
+    int32_t status = weight ? allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
     for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
         weight[v] = UNSEEN;
     for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
-        status = add_constraint(m, from, i, weight, constraints, error);
+        status = add_constraint(m, from, i, weight, out, error);
     if (status == CURVOPT_OK) {
-        memcpy(constraints->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
-        status = separate_soft(m, xyz, weight, constraints, error);
+        memcpy(out->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+        status = separate_soft(m, xyz, weight, out, error);
     }
     free(weight);
     if (status != CURVOPT_OK)
-        co_constraints_free(constraints);
+        co_constraints_free(out);
     return status;
 }
 

@@ -324,20 +324,26 @@ static int complete(search *s) {
     return result;
 }
 
+/* The trivial group instead of what was found. */
+static int32_t find_none(search *s, curvopt_error *error) {
+    co_symmetry_free(&s->found);
+    return co_symmetry_none(s->mesh, &s->found, error);
+}
+
 static int32_t run(search *s, curvopt_error *error) {
     for (s->tolerance = CO_SYMMETRY_TOLERANCE; s->tolerance > LEAST_TOLERANCE; s->tolerance /= 10) {
         int32_t status = find_all(s, error);
         if (status != CURVOPT_OK)
             return status;
         if (s->found.order == 0 || s->found.order > LARGEST_ORDER) /* 0: flat or on a line, no motion to be had */
-            return co_symmetry_none(s->mesh, &s->found, error);
+            return find_none(s, error);
         int group = complete(s);
         if (group > 0)
             return CURVOPT_OK;
         if (group < 0)
             return co_status_no_memory(error);
     }
-    return co_symmetry_none(s->mesh, &s->found, error);
+    return find_none(s, error);
 }
 
 static void end_search(search *s) {
@@ -424,8 +430,9 @@ static int32_t find_planes(search *s, int32_t planes, int *missing, curvopt_erro
     co_symmetry *f = &s->found;
     int32_t g = 1, status = CURVOPT_OK;
     int32_t order = 1 << ((planes & 1) + (planes >> 1 & 1) + (planes >> 2 & 1));
-    while (status == CURVOPT_OK && s->room < order)
+    do
         status = grow(s, error);
+    while (status == CURVOPT_OK && s->room < order);
     f->product = CO_NEW(int32_t, order * order);
     if (status != CURVOPT_OK || !f->product || !f->matrix)
         return status == CURVOPT_OK ? co_status_no_memory(error) : status;

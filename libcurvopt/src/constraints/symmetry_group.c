@@ -14,7 +14,6 @@ void co_symmetry_free(co_symmetry *s) {
 }
 
 int32_t co_symmetry_none(const curvopt_mesh *m, co_symmetry *out, curvopt_error *error) {
-    co_symmetry_free(out);
     *out = (co_symmetry){.order = 1,
                          .n_corners = m->info.n_corners,
                          .corner = CO_NEW(int32_t, m->info.n_corners),
