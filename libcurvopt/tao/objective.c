@@ -20,8 +20,19 @@ static double cpu_seconds(void) {
 }
 
 int objective_is_third_order(int term) {
-    return term == CURVOPT_TERM_MVS || term == CURVOPT_TERM_MVS_CROSS || term == CURVOPT_TERM_VARIATION ||
-           term == CURVOPT_TERM_MEHLUM_TARROU;
+    switch ((curvopt_term)term) { /* no default: compilers name a term that is missing */
+    case CURVOPT_TERM_MVS:
+    case CURVOPT_TERM_MVS_CROSS:
+    case CURVOPT_TERM_VARIATION:
+    case CURVOPT_TERM_MEHLUM_TARROU:
+        return 1;
+    case CURVOPT_TERM_WILLMORE:
+    case CURVOPT_TERM_AREA:
+    case CURVOPT_TERM_MEAN:
+    case CURVOPT_TERM_FORCE_INT: /* none */
+        break;
+    }
+    return 0;
 }
 
 int objective_has_third_order(const curvopt_options *options) {
