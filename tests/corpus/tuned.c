@@ -5,6 +5,7 @@
  *
  * For tests/corpus/sensitivity.py. The linker puts this file's co_tuning_of_runs() in the place of the library's, and
  * the command line's main() is compiled as curvopt_main(). SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 200809L
 #include "base/tuning.h"
 
 #include <stdio.h>
@@ -66,6 +67,8 @@ static void set(const char *text) {
 
 int main(int argc, char **argv) {
     int n = 0;
+    /* Without it the command line starts itself again, with the arguments that are left here. */
+    setenv("OMP_WAIT_POLICY", "passive", 0);
     tuning = co_tuning_defaults;
     for (int i = 0; i < argc; i++)
         if (!strcmp(argv[i], "--list-tuning")) {

@@ -80,7 +80,7 @@ static void check_gradient(cage c, curvopt_options options) {
             worst = fmax(worst, fabs(slope - f.g[i]));
         }
         CHECK_BETWEEN(worst / largest, 0, 1e-7);
-        move(&f, 0.02, (uint64_t)(point + 1));
+        move(&f, 0.02, (uint64_t)point + 1);
     }
     function_free(&f);
 }
@@ -99,9 +99,9 @@ static void test_gradient_where_nothing_is_held(void **state) {
 
 static void test_gradient_with_symmetry(void **state) {
     (void)state;
-    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE), mvs = w;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
+                    mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     w.symmetry = CURVOPT_SYMMETRY_KEEP;
-    mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     mvs.symmetry = CURVOPT_SYMMETRY_KEEP;
     check_gradient(cage_torus(6, 4, 1, 0.4), w);
     check_gradient(cage_torus(6, 4, 1, 0.4), mvs);

@@ -34,7 +34,6 @@ typedef struct co_run {
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
     co_level_prospect prospect; /* of the levels to come */
-    int keeps_symmetry;         /* giving some up was not worth it, and is not tried again on finer levels */
     co_level_result at;         /* the present level */
     curvopt_result *result;     /* its mesh is the present one */
 } co_run;

@@ -19,7 +19,7 @@ static int wants_escape(const co_run *r, const co_level *l, co_saddle_escape_amo
     const curvopt_options *o = r->context.options;
     const co_tuning *t = r->context.tuning;
     int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
-    int loosens = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 && !r->keeps_symmetry &&
+    int loosens = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 &&
                   l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices &&
                   n <= t->loosen_most_vertices;
     *among = loosens ? CO_SADDLE_ESCAPE_ALL : CO_SADDLE_ESCAPE_NORMALS;
@@ -105,7 +105,6 @@ static int32_t step_down(co_run *r, int32_t number, co_saddle_escape_among among
         if (!*on) {
             go_back(r, &last);
             co_level_destroy(next);
-            r->keeps_symmetry |= among == CO_SADDLE_ESCAPE_ALL;
         } else if (worth == PERHAPS) {
             d->before = d->now;
             d->fallback = last;
@@ -155,7 +154,6 @@ int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level,
         go_back(r, &d.fallback);
         co_level_destroy(d.now);
         d.now = d.before;
-        r->keeps_symmetry |= among == CO_SADDLE_ESCAPE_ALL;
     }
     if (status == CURVOPT_OK && r->prospect.expects_saddle && co_run_context_is_last(&r->context, number) &&
         !d.now->objective.assembly.functional.has_third && !co_run_stopped_early(r))
