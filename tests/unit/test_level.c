@@ -178,6 +178,7 @@ static void test_saddle_is_left(void **state) {
         co_constraints lines = {0}, none = {0};
         int left;
         solve_minimized(s);
+        co_symmetry_free(&s->symmetry);
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
         if (!saddle) { /* sliding along the sphere would bring something */
             CHECK_OK(co_constraints_to_normals(s->mesh, &none, s->c.xyz, &lines, &error), &error);
