@@ -142,7 +142,7 @@ class CProgress(C.Structure):
         ("xyz", C.POINTER(C.c_double)),
         ("mesh", C.c_void_p),
         *((name, C.c_double) for name in "energy start_energy gradient_norm seconds".split()),
-        *((name, C.c_double) for name in "decrement shift gain_ratio step".split()),
+        *((name, C.c_double) for name in "predicted shift gain_ratio step".split()),
     ]
 
 

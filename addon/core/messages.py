@@ -44,7 +44,7 @@ _STOP_WORDS = {
     "cancelled": "stopped early as you asked, still falling",
     "memory": "stopped early: the next level needs more memory than there is",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
-    "settled": "settled: more steps would lower it by a few millionths only",
+    "settled": "settled: it falls too slowly to go on",
 }
 
 

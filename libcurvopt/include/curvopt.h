@@ -187,9 +187,9 @@ CURVOPT_API void curvopt_mesh_get_info(const curvopt_mesh *mesh, curvopt_mesh_in
 /* Copies the polygons out: face_sizes [n_faces], face_vertices [n_corners]. */
 CURVOPT_API void curvopt_mesh_get_faces(const curvopt_mesh *mesh, int32_t *face_sizes, int32_t *face_vertices);
 /* Sharp edges and vertices that the mesh has, counted and copied out; none of sharpness 0. A subdivided mesh has those
- * of its cage, one softer. Corners kept by the rule CORNERS are among them, infinitely sharp, so that what is copied
- * out means the same surface under either rule. crease_vertices [2 n_creases], crease_sharpness [n_creases],
- * corner_vertices [n_corners], corner_sharpness [n_corners] */
+ * of its cage, each sharpness less by 1. Corners kept by the rule CORNERS are among them, infinitely sharp, so that
+ * what is copied out means the same surface under either rule. crease_vertices [2 n_creases], crease_sharpness
+ * [n_creases], corner_vertices [n_corners], corner_sharpness [n_corners] */
 CURVOPT_API void curvopt_mesh_count_creases(const curvopt_mesh *mesh, int32_t *n_creases, int32_t *n_corners);
 CURVOPT_API void curvopt_mesh_get_creases(const curvopt_mesh *mesh, int32_t *crease_vertices, double *crease_sharpness,
                                           int32_t *corner_vertices, double *corner_sharpness);
@@ -257,8 +257,9 @@ CURVOPT_API int32_t curvopt_term_from_name(const char *name);
  *   AUTO          GAUSS_NEWTON; LMVM with options.joshi_sequin
  *   LMVM          limited-memory variable metric (L-BFGS) on all coordinates, the report's optimizer. It keeps
  *                 symmetries only if options.symmetry asks for them
- *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian, then Newton's method: at every level
- *                 for third-order terms, at the last level for the others */
+ *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian. For third-order terms Newton's
+ * method follows at every level (on PLANE at the last level only), for the others L-BFGS with the exact Hessian at the
+ * last level */
 #define CURVOPT_METHOD_LIST(X)                                                                                         \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LMVM, 1, "lmvm")                                                                                                 \
@@ -365,7 +366,8 @@ typedef struct curvopt_options {
     int32_t method;
     /* Number of optimizations; the cage is subdivided between them. 1..CURVOPT_MAX_LEVELS, default 4. */
     int32_t levels;
-    /* Largest number of steps of a level. 0 or more, default 3000. */
+    /* Largest number of steps of a level. A level that is solved again, with fewer symmetries, has as many anew, and
+     * its report counts them all. 0 or more, default 3000. */
     int32_t max_iterations;
     /* Number of threads. 0..1024, default 0: as many as the machine has cores. */
     int32_t threads;
@@ -383,8 +385,9 @@ typedef struct curvopt_options {
     /* A level has converged when |gradient| * size < gradient_tolerance * energy. 1e-15..1, default 1e-6. */
     double gradient_tolerance;
     /* The last level has converged when the quadratic model predicts a gain of less than decrement_tolerance * energy.
-     * A coarser level has when it predicts less than the larger of 1e-5 and decrement_tolerance, times energy. LMVM has
-     * no model and does not use it. 1e-15..1, default 2e-7. */
+     * A coarser level has when it predicts less than the larger of 1e-5 and decrement_tolerance, times energy. What
+     * counts as settled on the last level scales with it. LMVM has no model and does not use it. 1e-15..1, default
+     * 2e-7. */
     double decrement_tolerance;
     /* Longest displacement of a vertex in one step, in mean edge lengths of the present cage. 1e-6..100, default 0.5.
      */
@@ -477,7 +480,8 @@ CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, co
 /* --------------------------------------------------------------------------------------------- minimizing -- */
 
 /* The reason why a run or a level stopped. None of them is an error; each has the best iterate as its result.
- *   CONVERGED   the gradient or the predicted gain is below its tolerance
+ *   CONVERGED   the gradient is below gradient_tolerance, or what the model can still gain below decrement_tolerance
+ *               (four times that where second-order terms end with the exact Hessian)
  *   STALLED     no further decrease is possible in floating point
  *   LIMIT       max_iterations steps were made
  *   CANCELLED   the callback or curvopt_cancel_request asked for it
@@ -535,12 +539,12 @@ typedef struct curvopt_progress {
     int32_t reserved;         /* 0 */
     const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
     const curvopt_mesh *mesh; /* its connectivity */
-    double energy;            /* objective now */
-    double start_energy;      /* objective of the input cage */
+    double energy;            /* weighted sum of the terms now; what springs add is not in it */
+    double start_energy;      /* the same of the input cage */
     double gradient_norm;     /* |gradient| * size / energy, dimensionless */
     double seconds;           /* since the start of the run */
-    double decrement;  /* decrease of the objective that the quadratic model predicted for the step; NAN without a
-                          step */
+    double predicted;  /* decrease of the objective that the quadratic model predicted for the step; of L-BFGS, whose
+                          model is rough, it may be negative; NAN without a step */
     double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
                           units at root mean square radius 1; NAN for steps without a Hessian */
     double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
@@ -560,7 +564,7 @@ CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
 typedef struct curvopt_result curvopt_result;
 
 typedef struct curvopt_level_report {
-    double energy;        /* objective at the end of the level */
+    double energy;        /* as in curvopt_progress, at the end of the level */
     double gradient_norm; /* as in curvopt_progress */
     double seconds;       /* of this level */
     int32_t level;        /* 1 .. levels */
@@ -572,7 +576,9 @@ typedef struct curvopt_level_report {
 } curvopt_level_report;
 
 /* The verdict of the Hessian on the result.
- *   UNKNOWN         not examined: joshi_sequin, cancelled, or more than CURVOPT_MAX_CERTIFIED_VERTICES vertices
+ *   UNKNOWN         not examined: joshi_sequin, cancelled, or more than CURVOPT_MAX_CERTIFIED_VERTICES vertices; or not
+ *                   to be had: the Hessian is not positive and has more than CURVOPT_MAX_COUNTED_VARIABLES variables,
+ *                   or is singular to rounding
  *   MINIMUM         stationary, and no small change of shape that keeps the symmetries lowers the objective
  *   SADDLE          stationary, with negative directions
  *   NOT_STATIONARY  a Newton decrement is above 1e-6 of the objective */
@@ -608,8 +614,9 @@ typedef struct curvopt_summary {
     int32_t method;              /* curvopt_method that was used, never AUTO */
     int32_t verdict;             /* curvopt_verdict */
     int32_t negative_directions; /* of the Hessian for motion along the cage's normals that keeps the symmetries,
-                                    without the invariances (similarities; for Willmore alone Moebius maps). Tangential
-                                    motion does not change the shape and does not count. -1: not counted, or unknown */
+                                    without the invariances (similarities; where WILLMORE and MEAN are all, Moebius
+                                    maps). Tangential motion does not change the shape and does not count. -1: not
+                                    counted, or unknown */
     int32_t symmetry_order;      /* symmetries that were kept; 1: none */
     double difference_decrement; /* with options.verify: shape_decrement by a Hessian from finite differences of the
                                     gradient, as the report checked its minima; else NAN */

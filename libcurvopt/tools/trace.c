@@ -25,13 +25,13 @@ static void put(FILE *f, double x) {
 }
 
 void trace_write(FILE *f, const trace *t) {
-    fputs("level,iteration,energy,gradient_norm,decrement,shift,gain_ratio,step,samples,method,rejected,seconds\n", f);
+    fputs("level,iteration,energy,gradient_norm,predicted,shift,gain_ratio,step,samples,method,rejected,seconds\n", f);
     for (size_t i = 0; i < t->n; i++) {
         const curvopt_progress *p = &t->row[i];
         fprintf(f, "%d,%d,", p->level, p->iteration);
         put(f, p->energy);
         put(f, p->gradient_norm);
-        put(f, p->decrement);
+        put(f, p->predicted);
         put(f, p->shift);
         put(f, p->gain_ratio);
         put(f, p->step);

@@ -100,7 +100,7 @@ AT(curvopt_progress, energy, 56);
 AT(curvopt_progress, start_energy, 64);
 AT(curvopt_progress, gradient_norm, 72);
 AT(curvopt_progress, seconds, 80);
-AT(curvopt_progress, decrement, 88);
+AT(curvopt_progress, predicted, 88);
 AT(curvopt_progress, shift, 96);
 AT(curvopt_progress, gain_ratio, 104);
 AT(curvopt_progress, step, 112);

@@ -3,12 +3,12 @@
 
 The block ```flow of CONTRIBUTING.md has chains of folders, such as "libcurvopt/src: base -> linalg -> mesh"; a comma
 separates folders of one step, "." is the folder in front of the colon, and a line that begins with "->" goes on with the one
-above. A file may use its own folder and those that
-stand before it in a chain. The block ```map names the modules of every folder. A module is NAME.c and NAME.h, or NAME.py.
+above. A file may use its own folder and those that stand before it in a chain. The block ```map names the modules of every folder. A module is NAME.c and NAME.h, or NAME.py.
 
-Failures: an include or import against the flow, a cycle of modules, a source file that the map does not name, a name without a
-file, there or in `quotes` elsewhere in CONTRIBUTING.md. Imports count wherever they stand in a file; modules that Python loads by a computed name are not seen. Prints
-"file: includes X, which comes later" and the like, and "N passed, N failed" (files without and sentences).
+Failures: a file of another kind in a folder of the flow, an include or import against the flow, a cycle of modules, a source
+file that the map does not name, a name without a file, there or in `quotes` elsewhere in CONTRIBUTING.md. Imports count
+wherever they stand in a file; modules that Python loads by a computed name are not seen. Prints "file: includes X, which
+comes later" and the like, and "N passed, N failed" (files without and sentences).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import re
 import sys
 from pathlib import Path
 
+KINDS = (".c", ".h", ".py", ".txt", ".toml")  # what may lie in a folder of the flow
 Edges = dict[str, dict[str, str]]  # module -> module that it uses -> the file that does
 
 
@@ -115,7 +116,10 @@ def check(root: Path) -> tuple[int, list[str]]:
     tops = sorted({folder.split("/")[0] for folder in allowed})
     paths = sorted(p for top in tops for kind in ("c", "h", "py") for p in (root / top).rglob(f"*.{kind}"))
     paths = [p for p in paths if any(str(p.relative_to(root)).startswith(folder + "/") for folder in allowed)]
-    wrong, edges, seen, used_folders = [], {}, set(), set()
+    edges, seen, used_folders = {}, set(), set()
+    places = [root / folder for folder in sorted(allowed) if (root / folder).is_dir()]
+    wrong = [f"{p.relative_to(root)}: is neither a source nor a description of a build"
+             for place in places for p in sorted(place.iterdir()) if p.is_file() and p.suffix not in KINDS]
     for path in paths:
         file = str(path.relative_to(root))
         folder, module = file.rpartition("/")[0], module_of(file)

@@ -54,6 +54,7 @@ GOOD = {
 # What is changed in the good tree, and the sentences that must be said of it, all of them.
 CASES = {
     "a good tree": ({}, []),
+    "a file that an editor left": ({"lib/mesh/fan.c.orig": ""}, ["lib/mesh/fan.c.orig: is neither a source nor a description of a build"]),
     "against the flow": ({"lib/base/status.c": '#include "mesh/fan.h"\n'},
                          ["lib/base/status.c: includes mesh/fan.h, which comes later"]),
     "between folders of one step": ({"lib/mesh/fan.h": '#include "tables/gauss.h"\n'},

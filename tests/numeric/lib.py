@@ -96,7 +96,7 @@ class Progress(C.Structure):
     _fields_ = [(name, I32) for name in ("struct_size", "level", "levels", "iteration", "evaluations", "n_vertices",
                                          "samples", "method", "rejected", "reserved")] + [
         ("xyz", C.POINTER(F64)), ("mesh", PTR)] + [(name, F64) for name in (
-            "energy", "start_energy", "gradient_norm", "seconds", "decrement", "shift", "gain_ratio", "step")]
+            "energy", "start_energy", "gradient_norm", "seconds", "predicted", "shift", "gain_ratio", "step")]
 
 
 class Constraints(C.Structure):

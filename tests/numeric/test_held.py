@@ -12,7 +12,7 @@ from ccref import Mesh, mesh_from_faces
 from nets import cube_grid, perturbed, read_obj, torus_cage
 
 AUTO, NONE, ROTATIONS, KEEP, PLANES = range(5)
-# Of a point of the unit sphere, by summing over spherical harmonics: closed forms where the sum telescopes (pull.h).
+# Of a point of the unit sphere, by summing over spherical harmonics: closed forms where the sum telescopes (penalty.h).
 STIFFNESS = {"willmore": 24 * pi, "mean_curvature": 6 * pi}
 
 
@@ -82,7 +82,7 @@ def second_variation(energy: str, degree: int) -> float:
 
 @pytest.mark.parametrize("energy", [*TERMS, "mean_curvature"])
 def test_second_variations_of_the_sphere_are_those_of_the_sums(energy):
-    """What pull.h says of each degree; there the sums are taken."""
+    """What penalty.h says of each degree; there the sums are taken."""
     for degree in (2, 3, 5):
         L = degree * (degree + 1)
         if energy in ("willmore", "mean_curvature"):

@@ -20,13 +20,13 @@ static void check_step(const curvopt_progress *p) {
     CHECK_BETWEEN(p->method, CURVOPT_STEP_NONE, CURVOPT_STEP_NEWTON);
     CHECK_INT(p->method == CURVOPT_STEP_NONE, p->iteration == 0);
     if (p->iteration == 0) {
-        CHECK_TRUE(isnan(p->decrement) && isnan(p->gain_ratio) && isnan(p->step) && isnan(p->shift));
+        CHECK_TRUE(isnan(p->predicted) && isnan(p->gain_ratio) && isnan(p->step) && isnan(p->shift));
         return;
     }
     CHECK_BETWEEN(p->step, 1e-12, 1e3);
-    CHECK_TRUE(isfinite(p->decrement) && isfinite(p->gain_ratio));
+    CHECK_TRUE(isfinite(p->predicted) && isfinite(p->gain_ratio));
     if (p->method == CURVOPT_STEP_NEWTON) /* the model of L-BFGS rises again behind twice its step */
-        CHECK_TRUE(p->decrement > 0 && isfinite(p->shift));
+        CHECK_TRUE(p->predicted > 0 && isfinite(p->shift));
     CHECK_TRUE(isnan(p->shift) || p->shift >= 0);
 }
 

@@ -237,7 +237,7 @@ static void test_weights_of_0_hold_nothing(void **state) {
     setting_free(&s);
 }
 
-/* The sums of pull.h, slowly. The tail of terms ~ l^-3 behind the last is below 1 / l^2. */
+/* The sums of penalty.h, slowly. The tail of terms ~ l^-3 behind the last is below 1 / l^2. */
 static void test_stiffness_is_that_of_a_sphere(void **state) {
     (void)state;
     const double pi = 3.14159265358979323846;

@@ -109,7 +109,8 @@
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
     X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the last level",    \
       "59")                                                                                                            \
-    X(double, final_settled, 2e-6, 1e-12, 1, "of the energy", "settled: less in slow_steps, at the last level", "59")  \
+    X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
+      "59")                                                                                                            \
     X(double, shape_settled, 0.1, 1e-4, 10, "of the energy", "less in quick_steps: Newton's method takes over", "58")  \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \
     X(int, quick_steps, 5, 1, 1000, "steps", "the same where another method follows", "58")                            \
@@ -117,8 +118,10 @@
       "58")                                                                                                            \
     X(double, round_settled, 4, 1, 1000, "divisor", "of the settled decrease, for each further round", "59")           \
     X(int, rounds, 5, 0, 100, "rounds", "most, while the certificate is not met", "59")                                \
-    X(double, stationary_margin, 0.8, 0.01, 1, "of certificate_stationary", "to be met by more than rounding", "53")   \
-    X(double, sliding_settled, 1e-5, 1e-10, 1, "of the energy", "settled: vertices that slide in the surface", "53")   \
+    X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
+      "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
+    X(double, sliding_settled, 50, 0.01, 1e6, "decrement tolerances", "settled: vertices that slide in the surface",   \
+      "53")                                                                                                            \
     X(int, sliding_steps, 100, 1, 10000, "steps", "most until sliding has settled", "53")                              \
     X(int, sliding_more_steps, 30, 1, 10000, "steps", "most after that", "53")                                         \
     X(double, sliding_nothing, 1e-12, 1e-16, 1e-4, "of the energy", "nothing is left to gain", "53")                   \

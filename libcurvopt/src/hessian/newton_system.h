@@ -63,7 +63,9 @@ void co_newton_system_end_gauss_newton(co_newton_system *system);
  * dense columns, which are of first derivatives, stay. */
 void co_newton_system_mix(co_newton_system *system, double mix);
 double co_newton_system_mean_diagonal(const co_newton_system *system);
-/* Factors M + shift. *positive: whether that is positive definite; if not it cannot solve. ERROR_MEMORY. */
+/* Factors M + shift. *positive: whether that and its sparse part H + shift are positive definite; if not it cannot
+ * solve. (Where the dense columns alone make M positive, this says no: what is damped gets a larger shift, and the
+ * decrement is by the Gauss-Newton matrix.) ERROR_MEMORY. */
 int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);

@@ -6,7 +6,7 @@
  * optimization and nonlinear equations", 1983, section 6.4.3). Where the matrix is indefinite, what makes it so is not
  * the Gauss-Newton part: that is mixed in, before a shift would have to make everything stiff (Dennis, Gay, Welsch, "An
  * adaptive nonlinear least-squares algorithm", 1981, choose between the two). The matrix may be the lifted method's
- * (objective.h). tests/bench has what each of these brings.
+ * (objective.h). libcurvopt/notes, 54 to 57, have what each of these brings.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "optimize/damped_newton.h"
@@ -167,7 +167,7 @@ static search find_step(solver *s, const co_iterate *now) {
         if (s->control.predicted <= t->newton_rounding * fabs(now->value))
             return FOUND_NOTHING;
         s->too_soft.shift = s->shift;
-        /* the second also where the gain ratio is not a number */
+        /* A gain ratio that is not a number counts as far off. */
         s->shift *= gain_ratio > t->newton_far ? t->newton_change : t->newton_change * t->newton_change;
     }
     return FOUND_NOTHING;
@@ -208,11 +208,11 @@ static int has_settled(solver *s, const co_iterate *now) {
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
     if (s->f->assemble(s->f->context, now, *before))
-        return CURVOPT_STOP_SETTLED;
+        return CURVOPT_STOP_STALLED;
     search found = find_step(s, now);
     int small = is_small(s, now);
     if (found == FOUND_FAILURE)
-        return CURVOPT_STOP_SETTLED;
+        return CURVOPT_STOP_STALLED;
     if (small && s->indefinite) { /* nothing to gain but along negative curvature */
         if (!leave_saddle(s, now))
             return CURVOPT_STOP_CONVERGED;

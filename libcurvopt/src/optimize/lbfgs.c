@@ -165,7 +165,7 @@ static int iterate(solver *s, co_iterate *now) {
             return CURVOPT_STOP_LIMIT;
         keep_fresh(s, now);
         if (find_step(s, now)) {
-            /* several in a row: one may be short because the preconditioner was stiffened */
+            /* One step may be short because the preconditioner was stiffened; hence several in a row. */
             s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
             stop = take_step(s, now);
             if (stop < 0 && s->control.last_stands && s->small_steps >= s->options->tuning->lbfgs_small_steps)

@@ -22,11 +22,13 @@ static co_end_game end_of(const co_level_facts *f) {
 
 static co_method_options first_stage(const co_level_facts *f, const co_tuning *t) {
     int is_quick = slides(f) && !f->expects_plateau;
+    double tolerance = f->decrement_tolerance;
     co_method_options o = {.tuning = t,
                            .max_iterations = f->max_iterations,
                            .gradient_tolerance = f->gradient_tolerance,
-                           .decrement_tolerance = f->is_last ? f->decrement_tolerance : t->coarse_decrement,
-                           .settled_decrease = f->is_last && !is_quick ? t->final_settled : t->coarse_settled,
+                           .decrement_tolerance = f->is_last ? tolerance : fmax(tolerance, t->coarse_decrement),
+                           .settled_decrease =
+                               f->is_last && !is_quick ? t->final_settled * tolerance : t->coarse_settled,
                            .settled_steps = is_quick ? t->quick_steps : t->slow_steps,
                            .max_step = f->max_step,
                            .memory = t->lbfgs_memory,
@@ -42,24 +44,25 @@ static co_method_options first_stage(const co_level_facts *f, const co_tuning *t
 }
 
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
+    const double settled = t->final_settled * f->decrement_tolerance;
     co_level_schedule s = {.tuning = t,
                            .max_iterations = f->max_iterations,
                            .has_hessian = f->has_hessian,
                            .first = first_stage(f, t),
                            .end = f->has_hessian ? end_of(f) : CO_END_NONE,
                            .rounds = f->is_last ? t->rounds : 0,
-                           .stationary = t->stationary_margin * t->certificate_stationary};
+                           .stationary = t->stationary * f->decrement_tolerance};
     s.between = s.newton = s.slide = s.slow = s.first;
-    s.between.settled_decrease = s.newton.settled_decrease = f->is_last ? t->final_settled : t->coarse_settled;
+    s.between.settled_decrease = s.newton.settled_decrease = f->is_last ? settled : t->coarse_settled;
     s.between.settled_steps = t->slow_steps;
     s.newton.settled_steps = f->is_last ? t->slow_steps : t->quick_steps;
     /* Without a history: pairs of steps as different as these make the matrix worse. */
     s.slide.memory = 0;
     s.slide.update_every = 1;
-    s.slide.settled_decrease = t->sliding_settled;
+    s.slide.settled_decrease = t->sliding_settled * f->decrement_tolerance;
     s.slow.settled_steps = t->slow_steps;
-    s.goes_on_slowly = s.slow.settled_decrease > t->final_settled;
-    s.slow.settled_decrease = fmin(s.slow.settled_decrease, t->final_settled);
+    s.goes_on_slowly = s.slow.settled_decrease > settled;
+    s.slow.settled_decrease = fmin(s.slow.settled_decrease, settled);
     return s;
 }
 
@@ -72,7 +75,8 @@ typedef struct runner {
     curvopt_error *error;
 } runner;
 
-static int has_settled(const runner *r) {
+/* Converged or settled, and not cancelled, out of steps or unresolved. */
+static int ended_well(const runner *r) {
     return r->outcome->stop == CURVOPT_STOP_CONVERGED || r->outcome->stop == CURVOPT_STOP_SETTLED;
 }
 
@@ -115,9 +119,9 @@ typedef struct nearest {
 static int32_t slide_until_settled(runner *r, const co_method_options *options, int max_iterations, certificate *end) {
     *end = (certificate){.left = (double)NAN};
     int32_t status = run_stage(r, CO_METHOD_LBFGS, options, max_iterations);
-    if (status == CURVOPT_OK && has_settled(r))
+    if (status == CURVOPT_OK && ended_well(r))
         status = go_on_by_finer_rules(r, options, max_iterations);
-    if (status == CURVOPT_OK && has_settled(r))
+    if (status == CURVOPT_OK && ended_well(r))
         status = r->on->decrement(r->on->context, &end->left, &end->positive, r->error);
     return status;
 }
@@ -141,7 +145,7 @@ static int32_t slide(runner *r, nearest *best) {
         double value = fabs(on->value(on->context)), great = best->is_met ? t->sliding_great * best->left : INFINITY;
         certificate end;
         int32_t status = slide_until_settled(r, &options, limit, &end);
-        if (status != CURVOPT_OK || !has_settled(r))
+        if (status != CURVOPT_OK || !ended_well(r))
             return status;
         if (end.left < best->left && on->min_jacobian(on->context) >= t->sliding_distorted * jacobian) {
             on->remember(on->context, CO_MILESTONE_BEST);
@@ -167,7 +171,7 @@ static int32_t settle_slowly(runner *r, const nearest *best) {
     r->outcome->stop = CURVOPT_STOP_SETTLED;
     if (status == CURVOPT_OK && r->schedule->goes_on_slowly)
         status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->slow, r->schedule->max_iterations);
-    if (status == CURVOPT_OK && has_settled(r))
+    if (status == CURVOPT_OK && ended_well(r))
         status = on->decrement(on->context, &left, &positive, r->error);
     if (status == CURVOPT_OK && best->left < left)
         status = on->go_to(on->context, CO_MILESTONE_BEST, r->error);
@@ -203,7 +207,7 @@ static int32_t end_by_newton(runner *r) {
         double left;
         int positive;
         int32_t status = run_stage(r, CO_METHOD_NEWTON, &newton, s->max_iterations);
-        if (status != CURVOPT_OK || !has_settled(r) || round == s->rounds)
+        if (status != CURVOPT_OK || !ended_well(r) || round == s->rounds)
             return status;
         status = on->review_for_figures(on->context, &verdict, r->error);
         if (status == CURVOPT_OK && (verdict == CO_STEP_CHANGED || verdict == CO_STEP_REJECT))
@@ -216,7 +220,7 @@ static int32_t end_by_newton(runner *r) {
         newton.settled_decrease /= s->tuning->round_settled;
         between.settled_decrease /= s->tuning->round_settled;
         status = run_stage(r, CO_METHOD_LBFGS, &between, s->max_iterations);
-        if (status != CURVOPT_OK || !has_settled(r))
+        if (status != CURVOPT_OK || !ended_well(r))
             return status;
     }
 }
@@ -226,7 +230,7 @@ int32_t co_level_schedule_run(const co_level_schedule *schedule, const co_schedu
     runner r = {.schedule = schedule, .on = on, .outcome = outcome, .error = error};
     *outcome = (co_outcome){0};
     int32_t status = run_stage(&r, CO_METHOD_LBFGS, &schedule->first, schedule->max_iterations);
-    if (status != CURVOPT_OK || !has_settled(&r))
+    if (status != CURVOPT_OK || !ended_well(&r))
         return status;
     switch (schedule->end) {
     case CO_END_FINER_RULES:

@@ -8,9 +8,12 @@
  *   NONE        nothing: the next level does better at once
  *   FINER_RULES the first stage goes on by quadrature rules as fine as the figures at the end need
  *   SLIDE       second order, last level: vertices slide by L-BFGS with the Hessian as its preconditioner, and only
- * until the certificate is met: that matrix has many negative directions that slide vertices, and following them
- *               further gains 1e-5 at the price of ever finer quadrature
- *   NEWTON      third order: damped Newton, in rounds, until the certificate is met
+ *               until the decrement is met: that matrix has many negative directions that slide vertices, and to
+ *               follow them further gains 1e-5 at the price of ever finer quadrature
+ *   NEWTON      third order: damped Newton, in rounds, until the decrement is met
+ *
+ * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate, which looks at
+ * the shape as well, comes after the level.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_LEVEL_SCHEDULE_H

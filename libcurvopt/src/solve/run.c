@@ -29,7 +29,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
         return 0;
     co_level_objective_to_user(o, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
     const curvopt_progress progress = {.struct_size = (int32_t)sizeof progress,
-                                       .decrement = record->predicted,
+                                       .predicted = record->predicted,
                                        .gain_ratio = record->gain_ratio,
                                        .step = record->length,
                                        .shift = shift_of(l, record),

@@ -232,7 +232,7 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
     return CURVOPT_OK;
 }
 
-/* index [n]: of the two-ring's points; work [17 n]. */
+/* Fills p->fit from the disc's rows. index [n]: room for the two-ring's points; work [17 n]: room. */
 static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work) {
     co_real side = 1, normal[TERMS * TERMS] = {0};
     for (int32_t i = 0; i < deeper->n_points; i++)

@@ -26,10 +26,9 @@ enum {
 typedef struct co_blend_fit {
     int32_t valence, width;
     int32_t n_points; /* of the disc */
-    co_real
-        *map; /* [2 n_points] control points of the characteristic map chi, the outermost at distance 1 if width > 1 */
-    co_real *fit; /* [CO_BLEND_FIT_TERMS][n_points] coefficients of P as rows, in the order of co_blend_fit_monomials;
-                         NULL: the map alone */
+    co_real *map;     /* [2 n_points] control points of the characteristic map; if width > 1 the farthest is at 1 */
+    co_real *fit;     /* [CO_BLEND_FIT_TERMS][n_points] coefficients of P as rows, in the order of
+                         co_blend_fit_monomials; NULL: the map alone */
 } co_blend_fit;
 
 /* Makes the map alone, without fit, round the vertex of `disc`. ERROR_MEMORY. */
