@@ -307,7 +307,7 @@ static void test_ends(void **state) {
     CHECK_INT(end.iterations, 3);
     CHECK_NEAR(x[0], cancelled.last[0], 0);
     problem failing = {.shape = ROSENBROCK, .fail_at = 2};
-    CHECK_INT(run(&failing, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_SETTLED);
+    CHECK_INT(run(&failing, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_STALLED);
     CHECK_INT(failing.settles, 1);
     problem limited = {.shape = ROSENBROCK};
     co_method_options o = usual;
