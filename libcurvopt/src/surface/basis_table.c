@@ -17,9 +17,8 @@
  *
  * Points a side fall from ring to ring, down to `least`:
  * - `limit`: by one. All rings look alike, and inner ones count for less and less.
- * - `plane`, `polynomial`: by half. A blend varies most in the first ring. (One vertex of valence 3, MVS on `plane`:
- * with 24, 36, 48 points a side the first ring is off by 3e-3, 2e-4, 3e-5 of the whole; the second, with 12, by 1e-5;
- * the third, with 6, by 2e-6.)
+ * - `plane`, `polynomial`: by the factors in `fall`. A blend varies most in the first ring
+ *   (libcurvopt/notes/20-rules-at-an-extraordinary-vertex.md).
  * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
  *   polynomial of the chart.
  * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
@@ -50,14 +49,14 @@ static const rule rules[N_RULE_SETS][CO_N_RULES] = {
      {72, 8, 1e-8},
      {96, 8, 1e-8},
      {120, 10, 1e-8}},
-    {{4, 3, 1e-3},
-     {6, 4, 1e-4},
-     {8, 4, 1e-5},
-     {12, 6, 1e-6},
-     {16, 8, 1e-6},
-     {24, 12, 1e-7},
-     {36, 18, 1e-7},
-     {48, 24, 1e-8}},
+    {{4, 1, 1e-3},
+     {6, 2, 1e-4},
+     {8, 2, 1e-5},
+     {12, 3, 1e-6},
+     {16, 4, 1e-6},
+     {24, 6, 1e-7},
+     {36, 9, 1e-7},
+     {48, 12, 1e-8}},
     {{3, 2, 1e-1},
      {4, 3, 1e-2},
      {6, 4, 1e-3},
@@ -66,6 +65,8 @@ static const rule rules[N_RULE_SETS][CO_N_RULES] = {
      {24, 8, 1e-6},
      {36, 10, 1e-7},
      {48, 12, 1e-8}}};
+/* Points a side of a ring over those of the ring around it; 0: one less instead. */
+static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {
     MIN_RINGS = 4,  /* least number of rings at an extraordinary vertex */
     MAX_RINGS = 40, /* largest number of rings */
@@ -91,8 +92,7 @@ static int rule_set_of(const co_basis_table *t) {
 }
 
 static int points_of_ring(int set, const rule *r, int ring) {
-    int blended = set == RULES_PLANE || set == RULES_POLYNOMIAL;
-    int points = blended ? r->points >> (ring < 16 ? ring - 1 : 15) : r->points - (ring - 1);
+    int points = fall[set] > 0 ? (int)ceil(r->points * pow(fall[set], ring - 1)) : r->points - (ring - 1);
     points = points > r->least ? points : r->least;
     int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
     return (points + splits - 1) / splits * splits;
