@@ -1,6 +1,7 @@
 /* Whether a cage is a minimum. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "certificate.h"
 
+#include "base/constants.h"
 #include "base/tuning.h"
 #include "collective.h"
 #include "tao_solver.h"
@@ -158,8 +159,7 @@ static PetscErrorCode span_similarities(differences *d) {
             PetscCall(VecAXPY(v, -dot, d->motion[j % d->n_motions]));
         }
         PetscCall(VecNormalize(v, &norm));
-        d->n_motions +=
-            kept > co_tuning_defaults.allowed_motion * whole && norm > co_tuning_defaults.dependent_motion * kept;
+        d->n_motions += kept > CO_ALLOWED_MOTION * whole && norm > CO_INDEPENDENT_MOTION * kept;
     }
     free(own);
     PetscFunctionReturn(0);

@@ -9,6 +9,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "level.h"
 
+#include "base/constants.h"
 #include "base/tuning.h"
 #include "collective.h"
 #include "tao_solver.h"
@@ -19,7 +20,10 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { MOST_ATTEMPTS = 100 }; /* of TAO on one level, rules being refined in between */
+enum {
+    MOST_ATTEMPTS = 100, /* of TAO on one level, rules being refined in between */
+    REVIEW_EVERY = 20    /* steps: quadrature is checked */
+};
 /* Of total curvature and turning, which are a constant of the surface's topology, between two looks at it. */
 static const double SUSPICIOUS = 1e-3, UNSOUND = 0.1;
 static const co_tuning *const tuning = &co_tuning_defaults;
@@ -98,12 +102,11 @@ static int refuse(run *r, int status, const char *why) {
 
 /* What curvopt_problem_evaluate refuses; all ranks see the same figures. */
 static int check_energies(run *r, const objective *o, const curvopt_energies *found) {
-    if (!(o->sums.area > tuning->quadrature_area))
+    if (!(o->sums.area > CO_LEAST_AREA))
         return refuse(r, CURVOPT_ERROR_GEOMETRY, "the cage has zero area");
     if (!isfinite(found->objective))
         return refuse(r, CURVOPT_ERROR_GEOMETRY, "the energy is not finite: the surface is degenerate");
-    if (found->gauss_bonnet_defect >
-        tuning->quadrature_defect + tuning->quadrature_acceptable * found->term[CURVOPT_TERM_WILLMORE])
+    if (found->gauss_bonnet_defect > CO_LARGEST_DEFECT + CO_ACCEPTABLE_ERROR * found->term[CURVOPT_TERM_WILLMORE])
         return refuse(r, CURVOPT_ERROR_RESOLUTION, "the surface cannot be resolved: it is folded flat or pinched");
     return CURVOPT_OK;
 }
@@ -138,7 +141,7 @@ static PetscErrorCode test_convergence(Tao tao, void *context) {
     PetscCall(TaoGetSolution(tao, &x));
     PetscCall(objective_set_base(&l->objective, x));
     if (l->r->options->joshi_sequin || reason != TAO_CONTINUE_ITERATING || iteration == 0 ||
-        (iteration % tuning->review_every_plain && fabs(total_of(l) - l->total) <= SUSPICIOUS))
+        (iteration % REVIEW_EVERY && fabs(total_of(l) - l->total) <= SUSPICIOUS))
         PetscFunctionReturn(0);
     PetscCall(objective_compare(&l->objective, x, &value, &error));
     if (error <= tuning->quadrature_hysteresis * l->working_tolerance && fabs(total_of(l) - l->total) <= UNSOUND) {
@@ -196,7 +199,7 @@ static PetscErrorCode review(level *l, int *again) {
         PetscFunctionReturn(0);
     }
     PetscCall(objective_resolve(&l->objective, l->x, l->working_tolerance, &value, &error));
-    int sound = error <= tuning->quadrature_acceptable && fabs(total_of(l) - l->total) <= UNSOUND;
+    int sound = error <= CO_ACCEPTABLE_ERROR && fabs(total_of(l) - l->total) <= UNSOUND;
     PetscCall(objective_set_base(&l->objective, l->safe));
     PetscCall(objective_evaluate(&l->objective, l->safe, &safe_value, NULL));
     if (sound && value <= safe_value)
@@ -316,7 +319,7 @@ static PetscErrorCode report_end(level *l, double started) {
         .n_vertices = l->on->whole_vertices,
         .iterations = l->iterations,
         .evaluations = l->objective.evaluations,
-        .stop = error <= tuning->quadrature_acceptable || r->options->joshi_sequin ? l->stop : CURVOPT_STOP_UNRESOLVED};
+        .stop = error <= CO_ACCEPTABLE_ERROR || r->options->joshi_sequin ? l->stop : CURVOPT_STOP_UNRESOLVED};
     r->summary.stop = r->level[r->n_levels - 1].stop;
     PetscFunctionReturn(0);
 }

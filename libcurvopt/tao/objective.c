@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "objective.h"
 
+#include "base/constants.h"
 #include "base/tuning.h"
 #include "collective.h"
 
@@ -301,7 +302,7 @@ PetscErrorCode objective_refine_rules(objective *o, double tolerance, PetscInt *
         PetscCall(kept_error(o, exp(middle) * value, &kept));
         *(kept <= co_tuning_defaults.quadrature_unmarked * tolerance * value ? &low : &high) = middle;
     }
-    double cut = exp(low) * value * (1 - co_tuning_defaults.quadrature_tie);
+    double cut = exp(low) * value * (1 - CO_MARKING_TIE);
     for (PetscInt f = 0; f < o->on->n_faces; f++)
         if (is_refinable(o, f) && !(fabs(o->errors[f]) < cut)) {
             o->rules[f]++;

@@ -192,7 +192,7 @@ static void test_saddle_is_left(void **state) {
         CHECK_OK(co_level_leave_saddle(l, &left, &error), &error);
         CHECK_INT(left, saddle);
         if (saddle)
-            CHECK_BETWEEN(l->now.value, 0, before * (1 - s->tuning.saddle_gain));
+            CHECK_BETWEEN(l->now.value, 0, before * (1 - s->options.decrement_tolerance));
         else
             CHECK_NEAR(l->now.value, before, 0);
         co_level_destroy(l);

@@ -130,7 +130,8 @@ static int step_from_zero(well w, double longest, double *x, double *value) {
     const co_objective f = {.context = &w, .n = 1, .evaluate = evaluate, .step_length = length_of};
     co_iterate now = {.x = x, .gradient = &g, .value = 1};
     *x = 0;
-    int left = co_negative_curvature_step(&f, &co_tuning_defaults, longest, &d, &trial, &now);
+    int left = co_negative_curvature_step(&f, &(co_negative_curvature_options){&co_tuning_defaults, longest, 2e-7}, &d,
+                                          &trial, &now);
     *value = now.value;
     return left;
 }
@@ -158,7 +159,9 @@ static void test_no_step_from_a_minimum(void **state) {
     double x = 0, g = 0, d = 1, trial;
     const co_objective f = {.n = 1, .evaluate = bowl, .step_length = length_of};
     co_iterate now = {.x = &x, .gradient = &g, .value = 1};
-    CHECK_INT(co_negative_curvature_step(&f, &co_tuning_defaults, 1, &d, &trial, &now), 0);
+    CHECK_INT(co_negative_curvature_step(&f, &(co_negative_curvature_options){&co_tuning_defaults, 1, 2e-7}, &d, &trial,
+                                         &now),
+              0);
     CHECK_NEAR(x, 0, 0);
     CHECK_NEAR(now.value, 1, 0);
 }

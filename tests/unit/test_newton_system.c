@@ -417,32 +417,6 @@ static int eliminate(int n, double *a, double *b) {
     return negative;
 }
 
-/* Invariances count by the assembly's constants; the first two columns are grad A and grad T. */
-static void test_motions_that_count(void **state) {
-    (void)state;
-    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
-    const struct {
-        double allowed, dependent;
-        int columns;
-    } cases[] = {{0.1, 1e-6, 2 + 7}, {1.5, 1e-6, 2}, {0.1, 1.5, 2}};
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        co_tuning tuning = *p.assembly.tuning;
-        co_newton_system model;
-        curvopt_error error;
-        tuning.allowed_motion = cases[k].allowed;
-        tuning.dependent_motion = cases[k].dependent;
-        p.assembly.tuning = &tuning;
-        CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
-        CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_SIMILARITY, &error),
-                 &error);
-        CHECK_INT(model.n_dense, cases[k].columns);
-        co_newton_system_free(&model);
-        p.assembly.tuning = &co_tuning_defaults;
-    }
-    problem_free(&p);
-}
-
 static void test_solutions_and_inertia(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
@@ -519,7 +493,6 @@ int main(void) {
         cmocka_unit_test(test_lifted_matrix),
         cmocka_unit_test(test_mixture),
         cmocka_unit_test(test_coarser_rules),
-        cmocka_unit_test(test_motions_that_count),
         cmocka_unit_test(test_solutions_and_inertia),
         cmocka_unit_test(test_invariances_are_those_of_weights_and_constraints),
     };

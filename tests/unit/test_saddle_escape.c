@@ -114,7 +114,7 @@ static void check_way(cage c, int32_t order, co_saddle_escape_among among) {
     check_largest(s, &way, among);
     check_symmetric(s->mesh, &way.symmetry, way.xyz);
     double before = solve_energy(s, s->c.xyz);
-    CHECK_BETWEEN(solve_energy(s, way.xyz), 0, before * (1 - s->tuning.saddle_gain / 2));
+    CHECK_BETWEEN(solve_energy(s, way.xyz), 0, before * (1 - s->options.decrement_tolerance / 2));
     co_saddle_escape_free(&way);
     CHECK_TRUE(!way.xyz && !way.found);
     solve_setting_free(s);

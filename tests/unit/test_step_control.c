@@ -114,7 +114,7 @@ static void test_ends(void **state) {
     for (; stop < 0 && steps < 100; steps++)
         stop = take(&s, 10);
     CHECK_INT(stop, CURVOPT_STOP_STALLED);
-    CHECK_INT(steps, co_tuning_defaults.stalled_steps);
+    CHECK_INT(steps, co_tuning_defaults.slow_steps);
 }
 
 /* Looked at once in so many steps, by what these brought; a step that was taken back is not asked about. */

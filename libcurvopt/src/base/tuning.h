@@ -16,26 +16,20 @@
 
 /* X(type, name, default, least, largest, unit, why, note): type is int or double. */
 #define CO_TUNING_LIST(X)                                                                                              \
+    /* All of optimize/. */                                                                                            \
+    X(double, rounding, 1e-15, 1e-17, 1e-12, "of the value", "a difference below is rounding", "50")                   \
+    X(int, trials, 30, 5, 1000, "evaluations or factors", "most for one step", "50")                                   \
     /* Length of steps: optimize/step_control.c. */                                                                    \
     X(double, cap_rejected, 0.25, 0.05, 0.9, "factor", "the step cap falls by this when a step is taken back", "50")   \
     X(double, cap_accepted, 2, 1, 16, "factor", "the step cap grows by this after a step, up to max_step", "50")       \
-    X(double, cap_least, 1e-7, 1e-12, 1e-3, "of max_step", "with a shorter cap a level is unresolved", "50")           \
-    X(double, stalled_decrease, 1e-15, 1e-17, 1e-12, "of the value", "a smaller decrease is rounding", "50")           \
-    X(int, stalled_steps, 10, 1, 1000, "steps", "so many without a decrease in a row: stalled", "50")                  \
     /* Line search: optimize/line_search.c. */                                                                         \
-    X(double, wolfe_decrease, 1e-4, 1e-8, 0.4, "of the slope", "sufficient decrease, textbook", "50")                  \
     X(double, wolfe_curvature, 0.9, 0.1, 0.99, "of the slope", "strong Wolfe condition, textbook", "50")               \
-    X(double, search_rounding, 1e-14, 1e-16, 1e-10, "of the value", "values that agree to it tell nothing", "50")      \
     X(double, search_growth, 4, 1.1, 100, "factor", "the step grows by this while it may be longer", "50")             \
-    X(int, search_trials, 30, 5, 1000, "evaluations", "most for one line search", "50")                                \
     /* L-BFGS: optimize/lbfgs.c. */                                                                                    \
     X(int, lbfgs_memory, 12, 1, 100, "pairs", "more bring nothing with a preconditioner", "50")                        \
     X(int, lbfgs_update_every, 5, 1, 100, "steps", "between updates of the preconditioner", "46")                      \
     X(double, lbfgs_short_share, 0.5, 0.01, 1, "of a direction", "a shorter step says that the matrix is too soft",    \
       "51")                                                                                                            \
-    X(double, lbfgs_pair_curvature, 1e-12, 1e-16, 1e-4, "cosine", "a pair with less curvature would spoil positivity", \
-      "50")                                                                                                            \
-    X(double, lbfgs_first_step, 0.1, 0.001, 1, "of the cap", "length of the first step along the gradient", "50")      \
     X(int, lbfgs_small_steps, 4, 1, 100, "steps", "one may be small because the matrix was stiffened", "50")           \
     /* Damped Newton: optimize/damped_newton.c. Gain ratio: actual over predicted decrease. */                         \
     X(double, newton_accept, 0.01, 1e-8, 0.5, "gain ratio", "from here on a step stands", "55")                        \
@@ -47,7 +41,6 @@
     X(double, newton_fall, 8, 1.1, 100, "factor", "of the shift", "55")                                                \
     X(double, newton_raise, 4, 1.1, 100, "factor", "of a shift that leaves the matrix indefinite", "55")               \
     X(double, newton_raise_most, 100, 2, 1e6, "factor", "of a shift that leaves steps too long", "55")                 \
-    X(int, newton_raises, 60, 5, 1000, "factorizations", "most for one step", "55")                                    \
     X(double, newton_mix, 1.0 / 3, 0.01, 1, "part", "first mixture with the Gauss-Newton matrix; the second is 1",     \
       "57")                                                                                                            \
     X(double, newton_mix_fall, 4, 1.1, 100, "factor", "of the mixture where a longer step is tried", "57")             \
@@ -55,8 +48,6 @@
     X(double, newton_longer_from, 0.7, 0.1, 1, "gain ratio", "from here on a longer step is tried", "56")              \
     X(double, newton_softer, 1.3, 1.01, 10, "factor", "damping that is softer by less is not worth a trial", "56")     \
     X(int, newton_longer, 2, 0, 20, "trials", "most longer steps by one matrix", "56")                                 \
-    X(double, newton_rounding, 1e-15, 1e-17, 1e-12, "of the value", "a smaller predicted decrease is rounding", "55")  \
-    X(int, saddle_halvings, 12, 1, 60, "halvings", "of a step along negative curvature", "65")                         \
     /* The matrix of a level: solve/level_hessian.c. */                                                                \
     X(double, shift_least, 0.1, 1e-6, 10, "of the energy by vertices",                                                 \
       "curvature that counts as none; defines the certificate, too", "70")                                             \
@@ -70,21 +61,11 @@
     X(double, soften_below, 0.7, 0.01, 2, "step excess", "below, the shift falls by soften_factor", "51")              \
     X(double, soften_factor, 1.0 / 3, 0.01, 1, "factor", "of the shift", "51")                                         \
     X(int, inverse_iterations, 30, 1, 1000, "solves", "for the direction of most negative curvature", "65")            \
-    X(double, saddle_gain, 2e-7, 1e-12, 1e-2, "of the energy", "what a step away from a saddle must bring", "65")      \
-    X(double, hessian_noise, 1e-9, 1e-15, 1e-4, "of the mean diagonal", "digits that differences leave unknown", "70") \
-    X(double, allowed_motion, 0.1, 1e-6, 1, "length", "part of a motion that must be free for it to be an invariance", \
-      "72")                                                                                                            \
-    X(double, dependent_motion, 1e-6, 1e-12, 0.1, "length",                                                            \
-      "a motion that keeps less beside the others depends on them", "72")                                              \
     /* Quadrature: energy/adaptive_quadrature.c. */                                                                    \
-    X(double, quadrature_acceptable, 1e-2, 1e-6, 1, "relative error",                                                  \
-      "resolved, though the finest rules miss the tolerance: far from what an optimizer could gain in the gap", "21")  \
     X(double, quadrature_hysteresis, 3, 1, 100, "of the tolerance",                                                    \
       "rules that met it once are kept up to this error, so that energies are continuous but for rare steps", "21")    \
     X(double, quadrature_unmarked, 0.5, 0.01, 1, "of the tolerance",                                                   \
       "most error of all patches that keep their rules; the rest is for the refined ones", "21")                       \
-    X(double, quadrature_tie, 1e-6, 0, 0.1, "relative difference",                                                     \
-      "errors per cost of symmetric patches differ by less, by rounding: they are marked alike", "21")                 \
     X(double, quadrature_coarsened, 0.5, 0.01, 1, "of the tolerance",                                                  \
       "most error of coarser rules: with more they would have to be refined again at once", "22")                      \
     X(double, quadrature_saving, 0.8, 0.01, 1, "of the cost",                                                          \
@@ -95,11 +76,7 @@
       "an error that is not worth a third rule, which takes as long as half an evaluation", "23")                      \
     X(double, quadrature_reference, 0.2, 0, 1, "of the last change",                                                   \
       "error of the finest rule compared; with a twentieth some claims are a tenth of the true error", "23")           \
-    X(double, quadrature_area, 1e-9, 0, 1e-3, "of the radius squared", "a smaller area is none", "24")                 \
-    X(double, quadrature_defect, 1, 1e-3, 100, "radians",                                                              \
-      "a larger Gauss-Bonnet defect, less quadrature_acceptable of W, means that curvature was missed", "24")          \
     /* Review of a step: solve/step_review.c. */                                                                       \
-    X(int, review_every_plain, 20, 1, 1000, "steps", "without a Hessian: quadrature is checked", "25")                 \
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
     X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
@@ -124,8 +101,6 @@
       "53")                                                                                                            \
     X(int, sliding_steps, 100, 1, 10000, "steps", "most until sliding has settled", "53")                              \
     X(int, sliding_more_steps, 30, 1, 10000, "steps", "most after that", "53")                                         \
-    X(double, sliding_nothing, 1e-12, 1e-16, 1e-4, "of the energy", "nothing is left to gain", "53")                   \
-    X(double, sliding_great, 1e-2, 1e-6, 1, "of the decrement", "a step that leaves more is not a great one", "53")    \
     X(double, sliding_distorted, 0.5, 1e-3, 1, "of the least Jacobian", "a cage with less is too distorted", "53")     \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \

@@ -2,6 +2,7 @@
  */
 #include "energy/adaptive_quadrature.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "base/ordered_sum.h"
 
@@ -102,7 +103,7 @@ static double threshold_of(co_assembly *a, int (*can_change)(const co_assembly *
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         if (can_change(a, p))
             e->candidates[n++] = (co_marking_candidate){.error_per_cost = e->error_per_cost[p], .error = e->error[p]};
-    return co_marking_threshold(e->candidates, n, unmarked, a->tuning->quadrature_tie);
+    return co_marking_threshold(e->candidates, n, unmarked, CO_MARKING_TIE);
 }
 
 /* Raises the rules of the patches where that brings most for its cost; returns how many were raised. */
@@ -267,7 +268,7 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const 
             break;
         int meets = a->estimates.sum <= allowed;
         a->met |= meets;
-        *resolved = a->estimates.sum <= fmax(allowed, a->tuning->quadrature_acceptable);
+        *resolved = a->estimates.sum <= fmax(allowed, CO_ACCEPTABLE_ERROR);
         if (meets || !isfinite(r.used.objective) || refine_rules(a, goal->tolerance) == 0)
             return conclude(a, &r, energies, error);
         allowed = goal->tolerance;
@@ -336,14 +337,13 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
 
 int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
     double relative_area = e->area / (a->radius * a->radius);
-    if (!(relative_area > a->tuning->quadrature_area))
+    if (!(relative_area > CO_LEAST_AREA))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
                               "the cage has zero area: its surface's is %g of its size squared", relative_area);
     if (!isfinite(e->objective))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
                               "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
-    if (e->gauss_bonnet_defect >
-        a->tuning->quadrature_defect + a->tuning->quadrature_acceptable * e->term[CURVOPT_TERM_WILLMORE])
+    if (e->gauss_bonnet_defect > CO_LARGEST_DEFECT + CO_ACCEPTABLE_ERROR * e->term[CURVOPT_TERM_WILLMORE])
         return co_status_fail(
             error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
             "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "

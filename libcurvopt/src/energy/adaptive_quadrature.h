@@ -30,7 +30,7 @@ typedef struct co_quadrature_goal {
 
 /* Refines rules where needed until the estimated relative errors are below goal->tolerance, or rules are at their
  * finest. An assembly that met it once (`met`) is left alone while errors stay below `quadrature_hysteresis` times the
- * tolerance. `energies` gets values and error estimates; *resolved whether the error is at most `quadrature_acceptable`
+ * tolerance. `energies` gets values and error estimates; *resolved whether the error is at most CO_ACCEPTABLE_ERROR
  * or the tolerance; *changed whether any rule was changed. ERROR_MEMORY. */
 int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);

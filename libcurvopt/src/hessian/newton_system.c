@@ -1,6 +1,7 @@
 /* The linear system of Newton's method. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/newton_system.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "linalg/small_dense.h"
 #include "linalg/vector.h"
@@ -85,19 +86,19 @@ static void append_orthogonal(co_newton_system *m, int first) {
         for (int k = first; k < m->n_dense; k++)
             co_vector_add(n, -co_vector_dot(n, m->dense + (size_t)k * n, column), m->dense + (size_t)k * n, column);
     double norm = co_vector_norm(n, column);
-    if (!(norm > m->assembly->tuning->dependent_motion * whole) || whole == 0)
+    if (!(norm > CO_INDEPENDENT_MOTION * whole) || whole == 0)
         return;
     for (size_t i = 0; i < n; i++)
         column[i] /= norm;
     m->n_dense++;
 }
 
-/* A motion counts as an invariance if allowed_motion of it is within the variables. With every vertex on its normal a
- * rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
+/* A motion counts as an invariance if CO_ALLOWED_MOTION of it is within the variables. With every vertex on its normal
+ * a rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
  * stiff would decide the decrement (libcurvopt/notes/72-invariances.md). */
 static void append_motions(co_newton_system *m, const double *x, int n_motions) {
     const co_dof_map *r = m->hessian.dofs;
-    double least = m->assembly->tuning->allowed_motion;
+    double least = CO_ALLOWED_MOTION;
     for (int k = 0; k < n_motions; k++) {
         double *column = m->dense + (size_t)m->n_dense * n_variables(m), whole;
         for (size_t v = 0; v < (size_t)r->n_vertices; v++)

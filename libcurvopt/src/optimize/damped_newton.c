@@ -41,7 +41,7 @@ static int factorize(solver *s, double least) {
     int positive = 0;
     s->used = (co_damping){.shift = fmax(s->shift, least)};
     s->too_soft.mix = 0;
-    for (int k = 0; k < t->newton_raises; k++) {
+    for (int k = 0; k < t->trials; k++) {
         if (s->f->factorize(s->f->context, &s->used, &positive))
             return 1;
         if (positive)
@@ -141,7 +141,7 @@ static search find_step(solver *s, const co_iterate *now) {
     double least = s->f->least_shift(s->f->context, now);
     s->indefinite = 0;
     s->too_soft.shift = 0;
-    for (int k = 0; k < t->newton_raises; k++) {
+    for (int k = 0; k < t->trials; k++) {
         if (factorize(s, least))
             return FOUND_FAILURE;
         double length = find_direction(s, now);
@@ -164,7 +164,7 @@ static search find_step(solver *s, const co_iterate *now) {
                                                                       : 1);
             return FOUND;
         }
-        if (s->control.predicted <= t->newton_rounding * fabs(now->value))
+        if (s->control.predicted <= t->rounding * fabs(now->value))
             return FOUND_NOTHING;
         s->too_soft.shift = s->shift;
         /* A gain ratio that is not a number counts as far off. */
@@ -182,7 +182,7 @@ static int leave_saddle(solver *s, const co_iterate *now) {
         return 0;
     double length = s->f->step_length(s->f->context, s->direction), scale = s->control.cap / length;
     s->control.predicted = (double)NAN;
-    for (int halving = 0; halving < t->saddle_halvings; halving++, scale *= 0.5) {
+    for (int halving = 0; halving < t->trials; halving++, scale *= 0.5) {
         try_step(s, now, scale);
         s->control.length = scale * length;
         if (s->trial.value < now->value - least)

@@ -68,7 +68,7 @@ static void apply_initial(const solver *s, double *d) {
         scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
     } else {
         double length = s->f->step_length(s->f->context, d);
-        scale = length > 0 ? s->options->tuning->lbfgs_first_step * s->control.cap / length : 1;
+        scale = length > 0 ? s->control.cap / length : 1;
     }
     for (size_t i = 0; i < n; i++)
         d[i] *= scale;
@@ -138,7 +138,7 @@ static int take_step(solver *s, co_iterate *now) {
     co_step_verdict verdict;
     int stop = co_step_control_take(&s->control, s->f, CO_METHOD_LBFGS, now, &s->trial, s->outcome, &verdict);
     if (verdict == CO_STEP_KEEP)
-        history_update(&s->h, s->f->n, s->options->tuning->lbfgs_pair_curvature, &s->trial, now);
+        history_update(&s->h, s->f->n, s->options->tuning->rounding, &s->trial, now);
     else
         s->h.n_pairs = 0;
     return stop;

@@ -13,6 +13,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Sufficient decrease, of the slope (Nocedal, Wright, 2006). */
+static const double WOLFE_DECREASE = 1e-4;
+
 typedef struct trial {
     double step, value, slope;
 } trial;
@@ -40,10 +43,10 @@ static int decreases(const search_state *s, const trial *t) {
     const trial *o = &s->start;
     if (!isfinite(t->value) || !isfinite(t->slope))
         return 0;
-    if (t->value <= o->value + s->tuning->wolfe_decrease * t->step * o->slope)
+    if (t->value <= o->value + WOLFE_DECREASE * t->step * o->slope)
         return 1;
-    return t->value <= o->value + s->tuning->search_rounding * fabs(o->value) &&
-           t->slope <= (2 * s->tuning->wolfe_decrease - 1) * o->slope;
+    return t->value <= o->value + s->tuning->rounding * fabs(o->value) &&
+           t->slope <= (2 * WOLFE_DECREASE - 1) * o->slope;
 }
 
 static int is_flat(const search_state *s, const trial *t) {
@@ -67,11 +70,11 @@ static double interpolate(const trial *a, const trial *b) {
 
 /* `low` has the lower value and decreases; the wanted step lies between it and `high`. */
 static int zoom(search_state *s, trial low, trial high, trial *found) {
-    while (s->evaluations < s->tuning->search_trials && low.step != high.step) {
+    while (s->evaluations < s->tuning->trials && low.step != high.step) {
         trial t = try_step(s, interpolate(&low, &high));
         if (t.step == low.step || t.step == high.step)
             break; /* the bracket is exhausted in floating point */
-        if (!decreases(s, &t) || (t.value > low.value + s->tuning->search_rounding * fabs(low.value))) {
+        if (!decreases(s, &t) || (t.value > low.value + s->tuning->rounding * fabs(low.value))) {
             high = t;
             continue;
         }
@@ -96,7 +99,7 @@ int co_line_search_wolfe(const co_objective *f, const co_iterate *from, const do
     trial before = s.start, found = s.start;
     int ok = 0;
     double step = fmin(search->step, search->max_step);
-    while (s.start.slope < 0 && s.evaluations < s.tuning->search_trials) {
+    while (s.start.slope < 0 && s.evaluations < s.tuning->trials) {
         trial t = try_step(&s, step);
         if (!decreases(&s, &t) || (s.evaluations > 1 && t.value >= before.value)) {
             ok = zoom(&s, before, t, &found);

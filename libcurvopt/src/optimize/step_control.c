@@ -52,14 +52,14 @@ int co_step_control_take(co_step_control *c, const co_objective *f, co_method me
         return CURVOPT_STOP_UNRESOLVED;
     if (*verdict == CO_STEP_REJECT) {
         c->cap *= t->cap_rejected;
-        return c->cap < t->cap_least * c->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
+        return c->cap < sqrt(t->rounding) * c->max_step ? CURVOPT_STOP_UNRESOLVED : -1;
     }
     c->cap = fmin(t->cap_accepted * c->cap, c->max_step);
     outcome->iterations++;
-    c->quiet_steps = before - now->value > t->stalled_decrease * fabs(before) ? 0 : c->quiet_steps + 1;
+    c->quiet_steps = before - now->value > t->rounding * fabs(before) ? 0 : c->quiet_steps + 1;
     if (report(c, f, method, now, before - now->value, outcome))
         return CURVOPT_STOP_CANCELLED;
-    return c->quiet_steps >= t->stalled_steps ? CURVOPT_STOP_STALLED : -1;
+    return c->quiet_steps >= t->slow_steps ? CURVOPT_STOP_STALLED : -1;
 }
 
 int co_step_control_has_settled(co_step_control *c, const co_iterate *now, int iterations, int steps, double decrease) {

@@ -194,9 +194,10 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return co_step_review_check(&l->review, &l->now, verdict, error);
 }
 
-static int32_t decrement(void *context, double *left, int *positive, curvopt_error *error) {
+static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
-    return co_newton_decrement(&l->hessian, &l->now, left, positive, error);
+    int by_hessian;
+    return co_newton_decrement(&l->hessian, &l->now, left, &by_hessian, error);
 }
 
 static void use_hessian(void *context, int on) {
@@ -407,7 +408,10 @@ int32_t co_level_leave_saddle(co_level *l, int *left, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = most_negative(l, &l->now, d, &found, error);
     if (found)
-        *left = co_negative_curvature_step(&f, run->tuning, run->options->max_step, d, d + f.n, &l->now);
+        *left = co_negative_curvature_step(
+            &f,
+            &(co_negative_curvature_options){run->tuning, run->options->max_step, run->options->decrement_tolerance}, d,
+            d + f.n, &l->now);
     free(d);
     return status;
 }

@@ -51,7 +51,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
 int32_t co_level_hessian_factorize_shifted(co_level_hessian *h, double shift, curvopt_error *error) {
     const co_tuning *t = tuning_of(h);
     int32_t status = CURVOPT_OK;
-    int positive = 0, raises = isfinite(co_newton_system_mean_diagonal(&h->system)) ? t->newton_raises : 0;
+    int positive = 0, raises = isfinite(co_newton_system_mean_diagonal(&h->system)) ? t->trials : 0;
     h->shift = shift;
     for (int k = 0; k < raises && !positive && status == CURVOPT_OK; k++) {
         status = co_newton_system_factorize(&h->system, h->shift, &positive, error);

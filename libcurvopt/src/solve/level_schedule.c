@@ -104,25 +104,19 @@ static int32_t go_on_by_finer_rules(runner *r, const co_method_options *options,
 
 /* ----- SLIDE ----- */
 
-/* What a certificate would say. */
-typedef struct certificate {
-    double left;  /* to gain; NAN if it is not known */
-    int positive; /* whether the Hessian is */
-} certificate;
-
 /* Where sliding has come nearest to the certificate. */
 typedef struct nearest {
     double left; /* to gain there */
-    int is_met;  /* the certificate */
+    int is_met;  /* the decrement */
 } nearest;
 
-static int32_t slide_until_settled(runner *r, const co_method_options *options, int max_iterations, certificate *end) {
-    *end = (certificate){.left = (double)NAN};
+static int32_t slide_until_settled(runner *r, const co_method_options *options, int max_iterations, double *left) {
+    *left = (double)NAN;
     int32_t status = run_stage(r, CO_METHOD_LBFGS, options, max_iterations);
     if (status == CURVOPT_OK && ended_well(r))
         status = go_on_by_finer_rules(r, options, max_iterations);
     if (status == CURVOPT_OK && ended_well(r))
-        status = r->on->decrement(r->on->context, &end->left, &end->positive, r->error);
+        status = r->on->decrement(r->on->context, left, r->error);
     return status;
 }
 
@@ -132,8 +126,8 @@ static int limit_of(const runner *r, int steps) {
     return most < r->schedule->max_iterations ? most : r->schedule->max_iterations;
 }
 
-/* Slides until the certificate is met; beyond that, while the Hessian is positive and every step a great one, to the
- * end. Cages that are much more distorted than at first do not count. */
+/* Slides until the decrement is met, or steps are used up. Cages that are much more distorted than at first do not
+ * count. */
 static int32_t slide(runner *r, nearest *best) {
     const co_scheduled *on = r->on;
     const co_tuning *t = r->schedule->tuning;
@@ -142,37 +136,34 @@ static int32_t slide(runner *r, nearest *best) {
     int limit = limit_of(r, t->sliding_steps);
     for (int is_first = 1;; is_first = 0) {
         int steps = r->outcome->iterations;
-        double value = fabs(on->value(on->context)), great = best->is_met ? t->sliding_great * best->left : INFINITY;
-        certificate end;
-        int32_t status = slide_until_settled(r, &options, limit, &end);
+        double left;
+        int32_t status = slide_until_settled(r, &options, limit, &left);
         if (status != CURVOPT_OK || !ended_well(r))
             return status;
-        if (end.left < best->left && on->min_jacobian(on->context) >= t->sliding_distorted * jacobian) {
+        if (left < best->left && on->min_jacobian(on->context) >= t->sliding_distorted * jacobian) {
             on->remember(on->context, CO_MILESTONE_BEST);
-            best->left = end.left;
+            best->left = left;
         }
-        best->is_met |= best->left <= r->schedule->stationary * value;
+        best->is_met = best->left <= r->schedule->stationary * fabs(on->value(on->context));
+        if (r->outcome->iterations == steps || best->is_met)
+            return CURVOPT_OK;
         if (is_first)
             limit = limit_of(r, t->sliding_more_steps);
         options.settled_decrease = INFINITY; /* a few steps more */
-        int is_great = end.positive && end.left > t->sliding_nothing * value && end.left <= great;
-        if (r->outcome->iterations == steps || (best->is_met && !is_great))
-            return CURVOPT_OK;
     }
 }
 
-/* Where sliding does not meet the certificate: slowly, from where it began and by the rules of then; or what it came
+/* Where sliding does not meet the decrement: slowly, from where it began and by the rules of then; or what it came
  * to, if that is nearer. */
 static int32_t settle_slowly(runner *r, const nearest *best) {
     const co_scheduled *on = r->on;
     double left = (double)NAN;
-    int positive;
     int32_t status = on->go_to(on->context, CO_MILESTONE_START, r->error);
     r->outcome->stop = CURVOPT_STOP_SETTLED;
     if (status == CURVOPT_OK && r->schedule->goes_on_slowly)
         status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->slow, r->schedule->max_iterations);
     if (status == CURVOPT_OK && ended_well(r))
-        status = on->decrement(on->context, &left, &positive, r->error);
+        status = on->decrement(on->context, &left, r->error);
     if (status == CURVOPT_OK && best->left < left)
         status = on->go_to(on->context, CO_MILESTONE_BEST, r->error);
     return status;
@@ -205,7 +196,6 @@ static int32_t end_by_newton(runner *r) {
     for (int round = 0;; round++) {
         co_step_verdict verdict;
         double left;
-        int positive;
         int32_t status = run_stage(r, CO_METHOD_NEWTON, &newton, s->max_iterations);
         if (status != CURVOPT_OK || !ended_well(r) || round == s->rounds)
             return status;
@@ -214,7 +204,7 @@ static int32_t end_by_newton(runner *r) {
             continue;
         if (status != CURVOPT_OK || r->outcome->stop != CURVOPT_STOP_SETTLED)
             return status;
-        status = on->decrement(on->context, &left, &positive, r->error);
+        status = on->decrement(on->context, &left, r->error);
         if (status != CURVOPT_OK || !(left > s->stationary * fabs(on->value(on->context))))
             return status;
         newton.settled_decrease /= s->tuning->round_settled;

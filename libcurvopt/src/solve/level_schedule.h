@@ -68,8 +68,8 @@ typedef struct co_scheduled {
                    co_outcome *outcome, curvopt_error *error);
     /* Reviews the iterate with the accuracy that the figures at the end need. */
     int32_t (*review_for_figures)(void *context, co_step_verdict *verdict, curvopt_error *error);
-    /* Newton decrement at the iterate; *positive: whether the Hessian is. */
-    int32_t (*decrement)(void *context, double *left, int *positive, curvopt_error *error);
+    /* Newton decrement at the iterate. */
+    int32_t (*decrement)(void *context, double *left, curvopt_error *error);
     /* Whether L-BFGS is preconditioned by the Hessian, instead of by the Gauss-Newton matrix. */
     void (*use_hessian)(void *context, int on);
     double (*value)(void *context);

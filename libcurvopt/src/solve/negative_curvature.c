@@ -36,12 +36,12 @@ int32_t co_negative_curvature_direction(const co_shifted_inverse *inverse, const
     return CURVOPT_OK;
 }
 
-int co_negative_curvature_step(const co_objective *f, const co_tuning *tuning, double longest, const double *d,
+int co_negative_curvature_step(const co_objective *f, const co_negative_curvature_options *o, const double *d,
                                double *trial, co_iterate *now) {
     size_t n = f->n;
-    double least = tuning->saddle_gain * fabs(now->value);
-    double scale = longest / f->step_length(f->context, d);
-    for (int k = 0; k < 2 * tuning->saddle_halvings; k++, scale *= k % 2 ? -1 : -0.5) {
+    double least = o->gain * fabs(now->value);
+    double scale = o->max_step / f->step_length(f->context, d);
+    for (int k = 0; k < 2 * o->tuning->trials; k++, scale *= k % 2 ? -1 : -0.5) {
         co_iterate at = {.x = trial};
         memcpy(trial, now->x, n * sizeof *trial);
         co_vector_add(n, scale, d, trial);

@@ -24,9 +24,15 @@ int32_t co_negative_curvature_direction(const co_shifted_inverse *inverse, const
                                         const double *gradient, double *d, double *work, int *found,
                                         curvopt_error *error);
 
-/* A step from `now` along d [n], either way, `longest` by the objective's step_length() or shorter by halves: `now`
- * moves there, and 1 is returned, if a step brings tuning.saddle_gain of the value. trial [n] is work. */
-int co_negative_curvature_step(const co_objective *f, const co_tuning *tuning, double longest, const double *d,
+typedef struct co_negative_curvature_options {
+    const co_tuning *tuning;
+    double max_step; /* longest step, by the objective's step_length() */
+    double gain;     /* what a step must bring, in units of the value */
+} co_negative_curvature_options;
+
+/* A step from `now` along d [n], either way, of the longest length or shorter by halves: `now` moves there, and 1 is
+ * returned, if a step brings the gain. trial [n] is work. */
+int co_negative_curvature_step(const co_objective *f, const co_negative_curvature_options *options, const double *d,
                                double *trial, co_iterate *now);
 
 #endif

@@ -7,12 +7,16 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* Digits of the mean diagonal that rounding leaves unknown. The least shift, a part of the energy, may be below them
+ * where the energy is nearly 0. */
+static const double HESSIAN_NOISE = 1e-9;
+
 int32_t co_newton_decrement_factorize(co_level_hessian *h, const co_iterate *now, int exact, int *positive,
                                       curvopt_error *error) {
     int32_t status = co_level_hessian_factorize_at(h, now, exact, positive, error);
     if (status != CURVOPT_OK || *positive)
         return status;
-    double noise = h->objective->run->tuning->hessian_noise * co_sparse_hessian_mean_diagonal(&h->system.hessian);
+    double noise = HESSIAN_NOISE * co_sparse_hessian_mean_diagonal(&h->system.hessian);
     return co_newton_system_factorize(&h->system, noise, positive, error);
 }
 

@@ -40,9 +40,9 @@ void co_step_review_accept(co_step_review *r, const co_iterate *now) {
 
 int co_step_review_is_due(const co_step_review *r, const co_step_facts *facts) {
     const co_tuning *t = r->tuning;
-    int every = facts->has_hessian ? t->review_every : t->review_every_plain;
     int is_suspicious = !(facts->defect <= t->defect_growth * r->defect + t->defect_floor);
-    return is_suspicious || facts->iteration % every == 0 || (facts->has_hessian && facts->length > t->review_step);
+    return is_suspicious || facts->iteration % t->review_every == 0 ||
+           (facts->has_hessian && facts->length > t->review_step);
 }
 
 void co_step_review_take_back(co_step_review *r, co_iterate *now) {
