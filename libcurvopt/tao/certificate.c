@@ -38,13 +38,13 @@ static PetscErrorCode allow(const objective *o, Vec motion) {
 
 /* out = Hessian in, by differences, with the shift. Central ones: PETSc's, to one side, are wrong by the third
  * derivative along the step, which on a curved valley floor is more than the floor's own curvature. The longest
- * displacement is certificate_difference of the longest step that is allowed. */
+ * displacement is CO_DIFFERENCE_STEP of the longest step that is allowed. */
 static PetscErrorCode apply_differences(differences *d, Vec in, Vec out) {
     PetscReal longest;
     double value;
     PetscFunctionBeginUser;
     PetscCall(VecNorm(in, NORM_INFINITY, &longest));
-    double step = longest > 0 ? co_tuning_defaults.certificate_difference * d->objective->longest / longest : 1;
+    double step = longest > 0 ? CO_DIFFERENCE_STEP * d->objective->longest / longest : 1;
     PetscCall(VecWAXPY(d->at, step, in, d->base));
     PetscCall(objective_evaluate(d->objective, d->at, &value, d->ahead));
     PetscCall(VecWAXPY(d->at, -step, in, d->base));

@@ -194,16 +194,16 @@ static void test_decrement(void **state) {
     apply(inverse, gradient, x);
     for (int i = 0; i < N; i++)
         exact += 0.5 * gradient[i] * x[i];
-    CHECK_OK(co_conjugate_decrement(&system, &co_tuning_defaults, gradient, &decrement, &error), &error);
+    CHECK_OK(co_conjugate_decrement(&system, gradient, &decrement, &error), &error);
     CHECK_NEAR(decrement, exact, 1e-5 * exact); /* the error is of the order of the residual's square */
     CHECK_TRUE(decrement <= exact * (1 + 1e-12));
     m.lambda[4] = -0.25;
-    CHECK_OK(co_conjugate_decrement(&system, &co_tuning_defaults, gradient, &decrement, &error), &error);
+    CHECK_OK(co_conjugate_decrement(&system, gradient, &decrement, &error), &error);
     CHECK_TRUE(isnan(decrement));
     m.solves = 0;
     m.fails_at = 2;
     m.lambda[4] = 1;
-    CHECK_INT(co_conjugate_decrement(&system, &co_tuning_defaults, gradient, &decrement, &error), CURVOPT_ERROR_MEMORY);
+    CHECK_INT(co_conjugate_decrement(&system, gradient, &decrement, &error), CURVOPT_ERROR_MEMORY);
 }
 
 int main(void) {

@@ -36,11 +36,9 @@
     X(double, newton_poor, 0.1, 1e-4, 0.5, "gain ratio", "below, the shift rises by newton_change", "55")              \
     X(double, newton_good, 0.5, 0.1, 0.9, "gain ratio", "above, the shift falls by newton_change", "55")               \
     X(double, newton_exact, 0.9, 0.5, 1, "gain ratio", "above, the shift falls by newton_fall", "55")                  \
-    X(double, newton_far, -30, -1e6, -0.1, "gain ratio", "below, the shift rises by newton_change twice", "55")        \
     X(double, newton_change, 3, 1.1, 100, "factor", "of the shift", "55")                                              \
     X(double, newton_fall, 8, 1.1, 100, "factor", "of the shift", "55")                                                \
     X(double, newton_raise, 4, 1.1, 100, "factor", "of a shift that leaves the matrix indefinite", "55")               \
-    X(double, newton_raise_most, 100, 2, 1e6, "factor", "of a shift that leaves steps too long", "55")                 \
     X(double, newton_mix, 1.0 / 3, 0.01, 1, "part", "first mixture with the Gauss-Newton matrix; the second is 1",     \
       "57")                                                                                                            \
     X(double, newton_mix_fall, 4, 1.1, 100, "factor", "of the mixture where a longer step is tried", "57")             \
@@ -80,7 +78,6 @@
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
     X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
-    X(double, defect_floor, 1e-3, 1e-9, 1, "radians", "defects below are rounding of the rules", "25")                 \
     X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature of levels before the last one", "25")       \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
@@ -93,8 +90,6 @@
     X(int, quick_steps, 5, 1, 1000, "steps", "the same where another method follows", "58")                            \
     X(int, many_variables, 5000, 1, 1000000, "variables", "above, factors of the Hessian cost more than all the rest", \
       "58")                                                                                                            \
-    X(double, round_settled, 4, 1, 1000, "divisor", "of the settled decrease, for each further round", "59")           \
-    X(int, rounds, 5, 0, 100, "rounds", "most, while the certificate is not met", "59")                                \
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
     X(double, sliding_settled, 50, 0.01, 1e6, "decrement tolerances", "settled: vertices that slide in the surface",   \
@@ -108,13 +103,9 @@
     X(int, loosen_least_vertices, 100, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")        \
     X(int, loosen_most_vertices, 2000, 1, 1000000, "vertices", "above, a run with less symmetry takes too long", "62") \
     X(double, loosen_half, 0.06, 1e-6, 1, "of the energy", "what giving up half of the symmetries must bring", "64")   \
-    X(double, loosen_same, 0.01, 1e-6, 1, "of the energy", "what another way with the same order must bring", "64")    \
     X(double, loosen_perhaps, 0.5, 0.01, 1, "of that", "enough for a first of two steps", "64")                        \
     /* Certificate: solve/certificate.c. */                                                                            \
-    X(double, certificate_stationary, 1e-6, 1e-12, 1e-2, "of the energy", "most of the Newton decrement", "70")        \
-    X(int, certificate_iterations, 60, 1, 10000, "products", "most of conjugate gradients", "71")                      \
-    X(double, certificate_residual, 1e-3, 1e-12, 0.5, "of the first", "conjugate gradients end", "71")                 \
-    X(double, certificate_difference, 1e-3, 1e-8, 1, "mean edges", "step of differences of the gradient", "71")
+    X(double, certificate_stationary, 1e-6, 1e-12, 1e-2, "of the energy", "most of the Newton decrement", "70")
 
 #define CO_TUNING_MEMBER(type, name, ...) type name;
 typedef struct co_tuning {

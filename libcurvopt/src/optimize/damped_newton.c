@@ -150,7 +150,7 @@ static search find_step(solver *s, const co_iterate *now) {
         s->shift = s->used.shift;
         if (length > s->control.cap) {
             s->too_soft.shift = s->shift;
-            s->shift *= fmin(fmax(length / s->control.cap, t->newton_change), t->newton_raise_most);
+            s->shift *= fmax(length / s->control.cap, t->newton_change);
             continue;
         }
         try_step(s, now, 1);
@@ -167,8 +167,7 @@ static search find_step(solver *s, const co_iterate *now) {
         if (s->control.predicted <= t->rounding * fabs(now->value))
             return FOUND_NOTHING;
         s->too_soft.shift = s->shift;
-        /* A gain ratio that is not a number counts as far off. */
-        s->shift *= gain_ratio > t->newton_far ? t->newton_change : t->newton_change * t->newton_change;
+        s->shift *= t->newton_change;
     }
     return FOUND_NOTHING;
 }

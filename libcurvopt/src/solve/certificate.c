@@ -1,6 +1,7 @@
 /* Whether a cage is a stationary point, and of what kind. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/certificate.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
@@ -29,7 +30,7 @@ static void multiply(void *context, const double *v, double *out) {
     co_level *l = d->level;
     const co_level_objective *o = &l->objective;
     size_t n = co_level_objective_n(o);
-    double step = o->run->tuning->certificate_difference * o->edge / co_dof_map_longest(&o->reduction, v);
+    double step = CO_DIFFERENCE_STEP * o->edge / co_dof_map_longest(&o->reduction, v);
     memcpy(d->trial, l->now.x, n * sizeof *d->trial);
     co_vector_add(n, step, v, d->trial);
     gradient_at(l, d->trial, out);
@@ -50,8 +51,8 @@ static int32_t difference_decrement(co_level *l, double *decrement, curvopt_erro
     double *work = CO_NEW(double, 2 * n);
     differences d = {.level = l, .trial = work, .gradient = work + n};
     const co_linear_system system = {.context = &d, .n = n, .multiply = multiply, .precondition = precondition};
-    int32_t status = work ? co_conjugate_decrement(&system, l->objective.run->tuning, l->now.gradient, decrement, error)
-                          : co_status_no_memory(error);
+    int32_t status =
+        work ? co_conjugate_decrement(&system, l->now.gradient, decrement, error) : co_status_no_memory(error);
     free(work);
     return status;
 }

@@ -4,7 +4,6 @@
 #define CO_SOLVE_CONJUGATE_DECREMENT_H
 
 #include "base/status.h"
-#include "base/tuning.h"
 
 #include <stddef.h>
 
@@ -19,7 +18,7 @@ typedef struct co_linear_system {
 
 /* Half of gradient.H^-1 gradient, which grows with every iteration; NAN where a direction of negative curvature is met.
  * ERROR_MEMORY. */
-int32_t co_conjugate_decrement(const co_linear_system *system, const co_tuning *tuning, const double *gradient,
-                               double *decrement, curvopt_error *error);
+int32_t co_conjugate_decrement(const co_linear_system *system, const double *gradient, double *decrement,
+                               curvopt_error *error);
 
 #endif

@@ -50,7 +50,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                            .has_hessian = f->has_hessian,
                            .first = first_stage(f, t),
                            .end = f->has_hessian ? end_of(f) : CO_END_NONE,
-                           .rounds = f->is_last ? t->rounds : 0,
+                           .rounds = f->is_last ? CO_LEVEL_SCHEDULE_ROUNDS : 0,
                            .stationary = t->stationary * f->decrement_tolerance};
     s.between = s.newton = s.slide = s.slow = s.first;
     s.between.settled_decrease = s.newton.settled_decrease = f->is_last ? settled : t->coarse_settled;
@@ -187,16 +187,15 @@ static int32_t end_by_sliding(runner *r) {
 
 /* ----- NEWTON ----- */
 
-/* A level that has settled on a plateau is not at its end: while the certificate is not met, both methods go on, each
- * round with more patience. Where figures need other rules than the optimizer has, Newton's method goes on by these. */
+/* A level that has settled on a plateau is not at its end: while the certificate is not met, both methods go on.
+ * Where figures need other rules than the optimizer has, Newton's method goes on by these. */
 static int32_t end_by_newton(runner *r) {
     const co_level_schedule *s = r->schedule;
     const co_scheduled *on = r->on;
-    co_method_options newton = s->newton, between = s->between;
     for (int round = 0;; round++) {
         co_step_verdict verdict;
         double left;
-        int32_t status = run_stage(r, CO_METHOD_NEWTON, &newton, s->max_iterations);
+        int32_t status = run_stage(r, CO_METHOD_NEWTON, &s->newton, s->max_iterations);
         if (status != CURVOPT_OK || !ended_well(r) || round == s->rounds)
             return status;
         status = on->review_for_figures(on->context, &verdict, r->error);
@@ -207,9 +206,7 @@ static int32_t end_by_newton(runner *r) {
         status = on->decrement(on->context, &left, r->error);
         if (status != CURVOPT_OK || !(left > s->stationary * fabs(on->value(on->context))))
             return status;
-        newton.settled_decrease /= s->tuning->round_settled;
-        between.settled_decrease /= s->tuning->round_settled;
-        status = run_stage(r, CO_METHOD_LBFGS, &between, s->max_iterations);
+        status = run_stage(r, CO_METHOD_LBFGS, &s->between, s->max_iterations);
         if (status != CURVOPT_OK || !ended_well(r))
             return status;
     }

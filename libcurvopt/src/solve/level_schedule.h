@@ -22,6 +22,9 @@
 #include "base/status.h"
 #include "optimize/step_control.h"
 
+/* Most rounds of NEWTON after the first. */
+enum { CO_LEVEL_SCHEDULE_ROUNDS = 5 };
+
 typedef enum co_end_game { CO_END_NONE, CO_END_FINER_RULES, CO_END_SLIDE, CO_END_NEWTON } co_end_game;
 
 /* What a schedule depends on. */
@@ -47,7 +50,7 @@ typedef struct co_level_schedule {
     co_method_options first;   /* L-BFGS, first stage */
     co_end_game end;           /* what follows once the first stage has settled */
     co_method_options newton;  /* NEWTON */
-    co_method_options between; /* NEWTON: L-BFGS between two rounds; settled_decrease is that of the first */
+    co_method_options between; /* NEWTON: L-BFGS between two rounds */
     int rounds;                /* NEWTON: most, while the certificate is not met; 0: Newton's method runs once */
     co_method_options slide;   /* SLIDE: L-BFGS by the Hessian */
     co_method_options slow;    /* SLIDE: L-BFGS by the Gauss-Newton matrix, if sliding does not meet the certificate */

@@ -28,6 +28,9 @@ static void remember(const co_step_review *r, double *place, const double *x) {
     memcpy(place, x, r->function.n * sizeof *place);
 }
 
+/* Radians; a smaller defect is rounding of the rules. */
+static const double DEFECT_FLOOR = 1e-3;
+
 void co_step_review_begin(co_step_review *r, const double *x, double defect) {
     remember(r, r->first, x);
     remember(r, r->safe, x);
@@ -40,7 +43,7 @@ void co_step_review_accept(co_step_review *r, const co_iterate *now) {
 
 int co_step_review_is_due(const co_step_review *r, const co_step_facts *facts) {
     const co_tuning *t = r->tuning;
-    int is_suspicious = !(facts->defect <= t->defect_growth * r->defect + t->defect_floor);
+    int is_suspicious = !(facts->defect <= t->defect_growth * r->defect + DEFECT_FLOOR);
     return is_suspicious || facts->iteration % t->review_every == 0 ||
            (facts->has_hessian && facts->length > t->review_step);
 }
