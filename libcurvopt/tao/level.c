@@ -1,7 +1,7 @@
 /* One level of a run with TAO.
  *
  * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out (step_review.c
- * of the library). Here rules are fixed while TAO runs, and every review_every_plain iterations (base/tuning.h) they
+ * of the library). Here rules are fixed while TAO runs, and every REVIEW_EVERY iterations they
  * are compared with finer ones: if they no longer resolve the surface, TAO is stopped, rules are refined where they
  * must be, and it starts again from what then is the better one: the present cage, or the last one that stood.
  *
