@@ -386,8 +386,8 @@ typedef struct curvopt_options {
     double gradient_tolerance;
     /* The last level has converged when the quadratic model predicts a gain of less than decrement_tolerance * energy.
      * A coarser level has when it predicts less than the larger of 1e-5 and decrement_tolerance, times energy. What
-     * counts as settled on the last level scales with it. LMVM has no model and does not use it. 1e-15..1, default
-     * 2e-7. */
+     * counts as settled on the last level scales with it. LMVM has no model and does not use it.
+     * 1e-15..1, default 2e-7. */
     double decrement_tolerance;
     /* Longest displacement of a vertex in one step, in mean edge lengths of the present cage. 1e-6..100, default 0.5.
      */

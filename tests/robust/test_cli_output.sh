@@ -68,7 +68,7 @@ test_trace_has_a_row_for_every_iteration() {
 import csv, json, sys
 rows = list(csv.DictReader(open(sys.argv[1], newline="")))
 report = json.load(open(sys.argv[2]))
-columns = "level iteration energy gradient_norm decrement shift gain_ratio step samples method rejected seconds"
+columns = "level iteration energy gradient_norm predicted shift gain_ratio step samples method rejected seconds"
 assert list(rows[0]) == columns.split() and all(None not in row and None not in row.values() for row in rows)
 for level in report["levels"]:
     mine = [row for row in rows if int(row["level"]) == level["level"]]

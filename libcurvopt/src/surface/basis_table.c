@@ -92,7 +92,7 @@ static int rule_set_of(const co_basis_table *t) {
 }
 
 static int points_of_ring(int set, const rule *r, int ring) {
-    int points = fall[set] > 0 ? (int)ceil(r->points * pow(fall[set], ring - 1)) : r->points - (ring - 1);
+    int points = fall[set] > 0 ? (int)ceill(r->points * powl(fall[set], ring - 1)) : r->points - (ring - 1);
     points = points > r->least ? points : r->least;
     int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
     return (points + splits - 1) / splits * splits;
