@@ -265,7 +265,8 @@ def test_catenoid(capsys):
     with capsys.disabled():
         print(f"\n  int H^2 fitted {fitted} orders {orders[0]}; minimized {tangent} orders {orders[1]};"
               f" position held: W {held.start.term[0]:.4f} -> {held.end.term[0]:.4f}")
-    assert (orders[0] > 0.9).all() and (orders[0] < 1.3).all() and (orders[1] > 0.9).all()
+    assert (orders[0] > 0.9).all() and (orders[0] < 1.3).all()
+    assert (orders[1] > 0.9).all() and (orders[1] < 2).all()
     assert all(t <= f for t, f in zip(tangent, fitted))
     assert held.end.term[0] < held.start.term[0]
 
@@ -338,7 +339,7 @@ def test_hemisphere_returns_with_its_tangents_held(capsys):
     with capsys.disabled():
         print(f"\n  hemisphere: W / 4 pi - 1 {excess} orders {orders[0]}; distance to the sphere {distance}"
               f" orders {orders[1]}")
-    assert (np.array(orders) > 0.9).all() and excess[-1] < 0.02 and distance[-1] < 0.03
+    assert (np.array(orders) > 0.9).all() and (np.array(orders) < 1.6).all() and excess[-1] < 0.02 and distance[-1] < 0.03
 
 
 def test_no_run_ends_above_its_start():
