@@ -50,7 +50,7 @@ foreach(name gfortran quadmath)
     if(IS_ABSOLUTE "${path}")
       set(CURVOPT_${name} ${path} CACHE FILEPATH "" FORCE)
     elseif(name STREQUAL "gfortran") # quadmath is not on every processor
-      message(FATAL_ERROR "libgfortran.a was not found by ${CMAKE_C_COMPILER} (Debian: libgfortran-12-dev); "
+      message(FATAL_ERROR "libgfortran.a was not found by ${CMAKE_C_COMPILER} (Debian: gfortran); "
                           "set CURVOPT_gfortran")
     endif()
   endif()

@@ -6,7 +6,8 @@
 # Packages, by what they are for: PACKAGE, or PACKAGE:COMMAND where having the command, from wherever, will do.
 # shellcheck disable=SC2034
 {
-    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev)
+    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev
+        gfortran:gfortran)
     CTEST_PACKAGES=("${BUILD_PACKAGES[@]}" g++:g++ libcmocka-dev python3:python3)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     PYTEST_PACKAGES=(python3-pytest python3-numpy)
