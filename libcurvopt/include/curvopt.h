@@ -257,9 +257,9 @@ CURVOPT_API int32_t curvopt_term_from_name(const char *name);
  *   AUTO          GAUSS_NEWTON; LMVM with options.joshi_sequin
  *   LMVM          limited-memory variable metric (L-BFGS) on all coordinates, the report's optimizer. It keeps
  *                 symmetries only if options.symmetry asks for them
- *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian. For third-order terms Newton's
- * method follows at every level (on PLANE at the last level only), for the others L-BFGS with the exact Hessian at the
- * last level */
+ *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian. Then, for third-order terms,
+ *                 Newton's method at every level (on PLANE at the last one only); for the others, at the last
+ *                 level, L-BFGS with the exact Hessian as initial one */
 #define CURVOPT_METHOD_LIST(X)                                                                                         \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LMVM, 1, "lmvm")                                                                                                 \

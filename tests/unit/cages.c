@@ -147,6 +147,11 @@ void cage_perturb(cage *c, double amount, uint64_t seed) {
         c->xyz[i] += amount * check_random(&seed);
 }
 
+cage cage_shaken(cage c, double amount) {
+    cage_perturb(&c, amount, 5);
+    return c;
+}
+
 void cage_free(cage *c) {
     free(c->sizes);
     free(c->vertices);

@@ -27,6 +27,8 @@ cage cage_both(cage a, cage b, double shift);
 cage cage_refined(cage c, int times);
 /* Every coordinate moved by up to `amount`, the same for the same seed. */
 void cage_perturb(cage *c, double amount, uint64_t seed);
+/* c, perturbed by seed 5. */
+cage cage_shaken(cage c, double amount);
 void cage_free(cage *c);
 
 /* The library's mesh of a cage; fails the test if it is refused. */

@@ -81,21 +81,16 @@ static void check_level(cage c, curvopt_options options) {
     solve_setting_free(s);
 }
 
-static cage shaken(cage c, double amount) {
-    cage_perturb(&c, amount, 5);
-    return c;
-}
-
 static void test_last_level_ends_certified(void **state) {
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS), kept = w;
     kept.symmetry = CURVOPT_SYMMETRY_KEEP;
-    check_level(shaken(cage_refined(cage_cube(), 1), 0.1), w);
-    check_level(shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
-    check_level(shaken(cage_band(8, 4, 1, 1, 1), 0.05), w);
+    check_level(cage_shaken(cage_refined(cage_cube(), 1), 0.1), w);
+    check_level(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
+    check_level(cage_shaken(cage_band(8, 4, 1, 1, 1), 0.05), w);
     check_level(cage_torus(8, 6, 1, 0.3), kept);
-    check_level(shaken(cage_torus(8, 4, 1, 0.5), 0.05), mvs);
+    check_level(cage_shaken(cage_torus(8, 4, 1, 0.5), 0.05), mvs);
 }
 
 /* Cancelled at any report, the level stands where that said. */
@@ -104,7 +99,7 @@ static void test_cancelled_level_keeps_the_last_iterate(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.tolerance = 1e-3;
     for (int k = 1; k <= 7; k += 2) {
-        solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
         reports r = {.cancel_at = k};
         co_outcome outcome;
         co_level *l = solved(s, &r, &outcome);
@@ -134,7 +129,7 @@ static void test_flag_stops_a_level(void **state) {
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     const co_level_prospect prospect = {0};
-    solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
     reports r = {0};
     co_outcome outcome;
     curvopt_error error;
@@ -155,7 +150,7 @@ static void test_limit_of_steps(void **state) {
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     for (w.max_iterations = 0; w.max_iterations < 5; w.max_iterations += 2) {
-        solve_setting *s = solve_setting_of(shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
         reports r = {0};
         co_outcome outcome;
         co_level *l = solved(s, &r, &outcome);

@@ -31,11 +31,6 @@ static void matrices_free(matrices *m) {
     free(m->v);
 }
 
-static cage shaken(cage c, double amount) {
-    cage_perturb(&c, amount, 5);
-    return c;
-}
-
 static curvopt_options willmore(void) {
     return solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
 }
@@ -88,15 +83,15 @@ static void test_solutions_are_confirmed_by_differences(void **state) {
     (void)state;
     curvopt_options w = willmore(), mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS),
                     blended = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS), pinned = w, kept = w;
-    check_solution(shaken(cage_torus(8, 4, 1, 0.4), 0.02), w);
-    check_solution(shaken(cage_torus(8, 4, 1, 0.4), 0.02), mvs);
-    check_solution(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
+    check_solution(cage_shaken(cage_torus(8, 4, 1, 0.4), 0.02), w);
+    check_solution(cage_shaken(cage_torus(8, 4, 1, 0.4), 0.02), mvs);
+    check_solution(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
     pinned.constraints = &pins;
-    check_solution(shaken(cage_torus(5, 4, 1, 0.4), 0.05), pinned);
-    check_solution(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), pinned);
+    check_solution(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), pinned);
+    check_solution(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), pinned);
     /* nearly umbilic: where nothing is held, the size at which umbilics are smoothed would be seen by differences */
     blended.constraints = &one_pin;
-    check_solution(shaken(cage_cube(), 0.1), blended);
+    check_solution(cage_shaken(cage_cube(), 0.1), blended);
     kept.symmetry = CURVOPT_SYMMETRY_KEEP;
     check_solution(cage_torus(8, 4, 1, 0.4), kept);
 }
@@ -162,7 +157,7 @@ static void test_long_steps_stiffen_and_short_ones_soften(void **state) {
     } defaults[] = {{0, 1.0 / 3}, {0.69, 1.0 / 3}, {0.71, 1}, {1.49, 1}, {1.51, 2},
                     {3.9, 2},     {4.1, 4.1},      {9, 9},    {11, 10},  {1e300, 10}};
     curvopt_options w = willmore();
-    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    matrices m = matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
     curvopt_error error;
     double least = co_level_hessian_least_shift(m.h, m.l->now.value);
     CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
@@ -193,7 +188,7 @@ static void test_long_steps_stiffen_and_short_ones_soften(void **state) {
 static void test_cancelled_runs_make_no_matrix(void **state) {
     (void)state;
     curvopt_options w = willmore();
-    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    matrices m = matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
     curvopt_error error;
     CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 0, &error), &error);
     CHECK_TRUE(m.h->has_factor);
@@ -214,8 +209,8 @@ static void test_springs_are_in_every_mixture(void **state) {
     curvopt_options w = willmore(), o = w;
     w.constraints = &pins;
     o.constraints = &less;
-    matrices m[2] = {matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w),
-                     matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &o)};
+    matrices m[2] = {matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w),
+                     matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &o)};
     double trace[2], k = 3 * 24 * 3.14159265358979323846; /* Willmore's stiffness times 0.75 / 0.25 */
     curvopt_error error;
     int positive;
@@ -248,7 +243,7 @@ static matrices one_variable(const double direction[3], double at) {
     memcpy(directions + 18, direction, 3 * sizeof *direction);
     curvopt_options w = willmore();
     w.constraints = &all;
-    matrices m = matrices_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    matrices m = matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
     CHECK_INT(m.n, 1);
     m.l->now.x[0] += at;
     co_level_objective_evaluate(&m.l->objective, &m.l->now);
@@ -311,7 +306,7 @@ static void test_decrement_of_no_variables(void **state) {
     const curvopt_constraints all = {.vertices = every_vertex, .n = 20};
     curvopt_options w = willmore();
     w.constraints = &all;
-    solve_setting *s = solve_setting_of(shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    solve_setting *s = solve_setting_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
     co_level *l = solve_level(s);
     curvopt_error error;
     double decrement = 1;

@@ -47,11 +47,6 @@ static co_iterate evaluated(function *f, double *z, double *g) {
     return at;
 }
 
-static cage shaken(cage c, double amount) {
-    cage_perturb(&c, amount, 5);
-    return c;
-}
-
 /* What tests hold: a vertex firmly, one on a line, one in a plane, one by a spring. */
 static const int32_t pin_vertex[4] = {3, 7, 12, 9}, pin_freedom[4] = {0, 1, 2, 0};
 static const double pin_direction[12] = {0, 0, 0, 1, 2, 3, 0, 1, -1}, pin_weight[4] = {1, 1, 1, 0.75};
@@ -91,10 +86,10 @@ static void test_gradient_where_nothing_is_held(void **state) {
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS),
                     blended = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS), area = w;
     area.weights[CURVOPT_TERM_AREA] = 1;
-    check_gradient(shaken(cage_torus(4, 4, 1, 0.4), 0.05), w);
-    check_gradient(shaken(cage_torus(4, 4, 1, 0.4), 0.05), mvs);
-    check_gradient(shaken(cage_torus(4, 4, 1, 0.4), 0.05), area); /* which sees the size, but for normalization */
-    check_gradient(shaken(cage_cube(), 0.1), blended);
+    check_gradient(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), w);
+    check_gradient(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), mvs);
+    check_gradient(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), area); /* which sees the size, but for normalization */
+    check_gradient(cage_shaken(cage_cube(), 0.1), blended);
 }
 
 static void test_gradient_with_symmetry(void **state) {
@@ -113,13 +108,13 @@ static void test_gradient_where_vertices_are_held(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     w.constraints = mvs.constraints = &pins;
-    check_gradient(shaken(cage_torus(4, 4, 1, 0.4), 0.05), w);
-    check_gradient(shaken(cage_torus(4, 4, 1, 0.4), 0.05), mvs);
-    check_gradient(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w); /* its boundary is held, too */
+    check_gradient(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), w);
+    check_gradient(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), mvs);
+    check_gradient(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w); /* its boundary is held, too */
     w.boundary = CURVOPT_BOUNDARY_FREE;
     w.constraints = NULL;
     w.weights[CURVOPT_TERM_AREA] = 1;
-    check_gradient(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
+    check_gradient(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
 }
 
 /* -------------------------------------------------------------------------------------------- invariance -- */
@@ -132,7 +127,7 @@ static void test_scaling_and_translation_change_nothing(void **state) {
                                   solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_AREA)};
     for (int k = 0; k < 3; k++) {
         function f;
-        function_of(shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options[k], &f);
+        function_of(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options[k], &f);
         move(&f, 0.02, 3);
         co_iterate at = evaluated(&f, f.z, f.g);
         double largest = 0;
@@ -156,7 +151,7 @@ static void test_normalizing_keeps_the_function(void **state) {
     (void)state;
     curvopt_options options = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     function f;
-    function_of(shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options, &f);
+    function_of(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options, &f);
     double centroid[3], relative;
     for (size_t i = 0; i < f.n; i++)
         f.z[i] = 3 * f.z[i] + 0.1 * (double)(i % 3);
@@ -178,7 +173,7 @@ static void test_lengths_are_in_mean_edges(void **state) {
     (void)state;
     curvopt_options options = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     function f;
-    function_of(shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options, &f);
+    function_of(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options, &f);
     double edge = co_mesh_mean_edge(f.s->mesh, f.s->c.xyz) / f.s->run.radius;
     CHECK_NEAR(f.o.edge, edge, 1e-14);
     memset(f.work, 0, f.n * sizeof *f.work);
@@ -223,14 +218,14 @@ static void check_findings(cage c, curvopt_options options, double amount) {
 static void test_findings_are_those_of_the_whole_surface(void **state) {
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE), kept = w, pinned = w;
-    check_findings(shaken(cage_torus(5, 4, 1, 0.4), 0.05), w, 0.02);
-    check_findings(shaken(cage_cube(), 0.1), w, 0.02);
-    check_findings(shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w, 0.02);
+    check_findings(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), w, 0.02);
+    check_findings(cage_shaken(cage_cube(), 0.1), w, 0.02);
+    check_findings(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w, 0.02);
     kept.symmetry = CURVOPT_SYMMETRY_KEEP;
     check_findings(cage_torus(6, 4, 1, 0.4), kept, 0.02);
     check_findings(cage_prism(5), kept, 0.02);
     pinned.constraints = &pins;
-    check_findings(shaken(cage_torus(5, 4, 1, 0.4), 0.05), pinned, 0.02);
+    check_findings(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), pinned, 0.02);
 }
 
 /* value = energy + K w / (1 - w) |x - a|^2 / 2, of one vertex with a spring. */
@@ -242,7 +237,7 @@ static void test_springs_are_the_rest_of_the_value(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.constraints = &spring;
     function f;
-    function_of(shaken(cage_torus(4, 4, 3, 1), 0.05), &w, &f);
+    function_of(cage_shaken(cage_torus(4, 4, 3, 1), 0.05), &w, &f);
     move(&f, 0.05, 2);
     co_iterate at = evaluated(&f, f.z, NULL);
     co_level_objective_place(&f.o, f.z);
@@ -264,7 +259,7 @@ static void test_held_vertices_come_back_exactly(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.constraints = &pins;
     function f;
-    cage c = shaken(cage_band(5, 4, 3, 4, 5), 0.1);
+    cage c = cage_shaken(cage_band(5, 4, 3, 4, 5), 0.1);
     for (int32_t i = 0; i < 3 * c.n_vertices; i++)
         c.xyz[i] += 0.3; /* little: the sum with a far centroid would round what was lost away */
     function_of(c, &w, &f);
@@ -298,7 +293,7 @@ static void test_free_cages_get_the_area_and_the_place_of_the_input(void **state
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     function f;
-    cage c = shaken(cage_torus(5, 4, 30, 10), 1);
+    cage c = cage_shaken(cage_torus(5, 4, 30, 10), 1);
     for (int32_t i = 0; i < 3 * c.n_vertices; i++)
         c.xyz[i] += 7;
     function_of(c, &w, &f);

@@ -90,11 +90,6 @@ static void finished_free(finished *f) {
     free(f->w.xyz);
 }
 
-static cage shaken(cage c, double amount) {
-    cage_perturb(&c, amount, 5);
-    return c;
-}
-
 /* ------------------------------------------------------------------------------------------- progress -- */
 
 static void test_callback_is_told_everything(void **state) {
@@ -102,16 +97,16 @@ static void test_callback_is_told_everything(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS), plain = w;
     w.levels = 2;
-    finished f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &w, 0);
+    finished f = run(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), &w, 0);
     CHECK_TRUE(f.w.by_method[CURVOPT_STEP_LBFGS] > 3 && f.w.shifts > 3);
     CHECK_NEAR(f.w.last.start_energy, f.result->start.objective, 0);
     finished_free(&f);
-    f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &mvs, 0);
+    f = run(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), &mvs, 0);
     CHECK_TRUE(f.w.by_method[CURVOPT_STEP_LBFGS] > 0 && f.w.by_method[CURVOPT_STEP_NEWTON] > 0);
     finished_free(&f);
     plain.method = CURVOPT_METHOD_LMVM;
     plain.max_iterations = 20;
-    f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &plain, 0);
+    f = run(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), &plain, 0);
     CHECK_INT(f.w.by_method[CURVOPT_STEP_LBFGS], 20);
     CHECK_INT(f.w.shifts, 0); /* there is no Hessian */
     finished_free(&f);
@@ -147,12 +142,12 @@ static void test_cancelling_returns_what_was_reported_last(void **state) {
     w.max_iterations = 6;
     w.levels = 2;
     for (int32_t k = 1; k <= 7; k += 2) {
-        check_cancelled(shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, k, 1);
-        check_cancelled(shaken(cage_band(6, 4, 1, 1, 1), 0.05), w, k, 1);
+        check_cancelled(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, k, 1);
+        check_cancelled(cage_shaken(cage_band(6, 4, 1, 1, 1), 0.05), w, k, 1);
     }
-    check_cancelled(shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, 8, 2);
-    check_cancelled(shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, 11, 2);
-    check_cancelled(shaken(cage_band(6, 4, 1, 1, 1), 0.05), w, 10, 2);
+    check_cancelled(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, 8, 2);
+    check_cancelled(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), w, 11, 2);
+    check_cancelled(cage_shaken(cage_band(6, 4, 1, 1, 1), 0.05), w, 10, 2);
 }
 
 /* ------------------------------------------------------------------------------------------------ levels -- */
@@ -171,7 +166,7 @@ static void test_levels_add_up(void **state) {
     (void)state;
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.levels = 2;
-    finished f = run(shaken(cage_prism(5), 0.05), &w, 0);
+    finished f = run(cage_shaken(cage_prism(5), 0.05), &w, 0);
     const curvopt_level_report *level = f.result->level;
     CHECK_INT(f.summary.n_levels, 2);
     check_mesh(f.result->mesh, f.s->mesh);
@@ -222,7 +217,7 @@ static void test_held_vertices_stay_through_levels(void **state) {
     w.levels = 2;
     w.max_iterations = 5;
     w.constraints = &pins;
-    finished f = run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &w, 0);
+    finished f = run(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), &w, 0);
     for (int k = 0; k < 2; k++)
         assert_memory_equal(f.xyz + 3 * vertex[k], f.s->c.xyz + 3 * vertex[k], 3 * sizeof(double));
     finished_free(&f);
@@ -273,7 +268,7 @@ static void test_what_has_no_minimum_is_refused(void **state) {
     o = w;
     o.symmetry = CURVOPT_SYMMETRY_PLANES;
     o.symmetry_planes = CURVOPT_PLANE_X;
-    check_refused_run(shaken(cage_torus(6, 4, 1, 0.4), 0.05), &o, CURVOPT_ERROR_GEOMETRY, 0, "plane x = ");
+    check_refused_run(cage_shaken(cage_torus(6, 4, 1, 0.4), 0.05), &o, CURVOPT_ERROR_GEOMETRY, 0, "plane x = ");
 }
 
 int main(void) {

@@ -138,18 +138,13 @@ static curvopt_options options_of(int32_t surface, double willmore, double mvs, 
     return o;
 }
 
-static cage shaken(cage c, double amount) {
-    cage_perturb(&c, amount, 5);
-    return c;
-}
-
 static void test_regular_cages(void **state) {
     (void)state;
     curvopt_options w = options_of(CURVOPT_SURFACE_LIMIT, 1, 0, 0), mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0),
                     mix = options_of(CURVOPT_SURFACE_LIMIT, 1, 0.02, 0.01);
-    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &w, NULL, 0), 1e-6);
-    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0), 1e-6);
-    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mix, NULL, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mix, NULL, 0), 1e-6);
 }
 
 /* One isolated extraordinary vertex a face; and faces that are split, whose points are rows over the cage. */
@@ -157,17 +152,17 @@ static void test_irregular_cages(void **state) {
     (void)state;
     curvopt_options w = options_of(CURVOPT_SURFACE_LIMIT, 1, 0, 0),
                     mvs = options_of(CURVOPT_SURFACE_POLYNOMIAL, 0, 1, 0);
-    check_against_differences(problem_of(shaken(cage_cube(), 0.1), &w, NULL, 0), 1e-6);
-    check_against_differences(problem_of(shaken(cage_cube(), 0.1), &mvs, NULL, 0), 5e-6);
-    check_against_differences(problem_of(shaken(cage_prism(5), 0.1), &w, NULL, 0), 1e-6);
-    check_against_differences(problem_of(shaken(cage_trapezohedron(6), 0.05), &mvs, NULL, 0), 5e-6);
+    check_against_differences(problem_of(cage_shaken(cage_cube(), 0.1), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_cube(), 0.1), &mvs, NULL, 0), 5e-6);
+    check_against_differences(problem_of(cage_shaken(cage_prism(5), 0.1), &w, NULL, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_trapezohedron(6), 0.05), &mvs, NULL, 0), 5e-6);
 }
 
 /* Wide blends, over all vertices and over half of a symmetric cage's. */
 static void test_wide_blends(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_POLYNOMIAL, 0, 1, 0);
-    check_against_differences(problem_of(shaken(cage_refined(cage_cube(), 3), 0.01), &mvs, NULL, 0), 5e-6);
+    check_against_differences(problem_of(cage_shaken(cage_refined(cage_cube(), 3), 0.01), &mvs, NULL, 0), 5e-6);
     check_against_differences(problem_of(cage_refined(cage_trapezohedron(5), 3), &mvs, NULL, 1), 5e-5);
 }
 
@@ -178,7 +173,7 @@ static void test_reduced_cages(void **state) {
     int32_t vertices[] = {3, 7, 12}, freedom[] = {0, 1, 2};
     double directions[] = {0, 0, 0, 1, 2, 3, 0, 1, -1};
     curvopt_constraints pins = {.vertices = vertices, .freedom = freedom, .directions = directions, .n = 3};
-    check_against_differences(problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, &pins, 0), 1e-6);
+    check_against_differences(problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, &pins, 0), 1e-6);
     check_against_differences(problem_of(cage_torus(8, 4, 1, 0.4), &w, NULL, 1), 1e-6);
     check_against_differences(problem_of(cage_torus(8, 4, 1, 0.4), &mvs, NULL, 1), 1e-6);
     /* two smooth motions, in which what stiff ones have cancels */
@@ -233,7 +228,7 @@ static void rotate(int32_t n_vertices, const double *x, double *v) {
 static void test_digits(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(shaken(cage_refined(cage_torus(8, 4, 1, 0.4), 2), 0.002), &mvs, NULL, 0);
+    problem p = problem_of(cage_shaken(cage_refined(cage_torus(8, 4, 1, 0.4), 2), 0.002), &mvs, NULL, 0);
     size_t n = (size_t)p.n, n_full = 3 * (size_t)p.reduction.n_vertices;
     double *v = calloc(4 * n_full, sizeof *v), *got = v + n_full, *wanted = v + 2 * n_full, *full = v + 3 * n_full;
     co_newton_system model;
@@ -307,7 +302,7 @@ static void test_lifted_matrix(void **state) {
 static void test_mixture(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
+    problem p = problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
     size_t n = (size_t)p.n;
     double *v = calloc(4 * n, sizeof *v), *exact = v + n, *guide = v + 2 * n, *got = v + 3 * n, scale = 0;
     static const double mixes[] = {0.25, 1, 0, 0.75};
@@ -361,7 +356,7 @@ static void set_rules(problem *p, uint8_t rule) {
 static void test_coarser_rules(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
+    problem p = problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
     const co_whole whole = {.area = 12, .third = 30}; /* which would be by the assembly's rules */
     co_second_kind coarser = {.exact = 1, .rules = CO_SECOND_COARSER, .whole = &whole},
                    usual = {.exact = 1, .whole = &whole};
@@ -420,7 +415,7 @@ static int eliminate(int n, double *a, double *b) {
 static void test_solutions_and_inertia(void **state) {
     (void)state;
     curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
+    problem p = problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
     size_t n = (size_t)p.n;
     double *a = calloc(n * n, sizeof *a), *e = calloc(4 * n, sizeof *e), *b = e + n, *x = e + 2 * n;
     co_newton_system model;

@@ -125,47 +125,37 @@ static void test_a_way_with_the_most_symmetry_is_found(void **state) {
     check_way(cage_torus(8, 4, 1, 0.4), 32, CO_SADDLE_ESCAPE_ALL);
 }
 
-/* Of the torus the shape is a minimum. */
-static void test_twisting_lines_are_no_way_for_the_shape(void **state) {
-    (void)state;
-    solve_setting *s = minimized(cage_torus(8, 4, 1, 0.4), CURVOPT_TERM_MVS);
+/* Frees s. */
+static void check_no_way(solve_setting *s, co_saddle_escape_among among) {
     curvopt_error error;
     co_way_down way;
-    CHECK_OK(co_saddle_escape_find(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1,
-                                   CO_SADDLE_ESCAPE_NORMALS, &way, &error),
+    CHECK_OK(co_saddle_escape_find(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1, among, &way, &error),
              &error);
     CHECK_INT(way.found, 0);
     co_saddle_escape_free(&way);
     solve_setting_free(s);
+}
+
+/* Of the torus the shape is a minimum. */
+static void test_twisting_lines_are_no_way_for_the_shape(void **state) {
+    (void)state;
+    solve_setting *s = minimized(cage_torus(8, 4, 1, 0.4), CURVOPT_TERM_MVS);
+    check_no_way(s, CO_SADDLE_ESCAPE_NORMALS);
 }
 
 /* Planes that the user chose are not given up. */
 static void test_chosen_planes_stay(void **state) {
     (void)state;
     solve_setting *s = minimized(cage_torus(8, 4, 1, 0.4), CURVOPT_TERM_MVS);
-    curvopt_error error;
-    co_way_down way;
     s->options.symmetry = CURVOPT_SYMMETRY_PLANES;
-    CHECK_OK(co_saddle_escape_find(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1, CO_SADDLE_ESCAPE_ALL,
-                                   &way, &error),
-             &error);
-    CHECK_INT(way.found, 0);
-    co_saddle_escape_free(&way);
-    solve_setting_free(s);
+    check_no_way(s, CO_SADDLE_ESCAPE_ALL);
 }
 
 static void test_no_way_leads_down_from_a_sphere(void **state) {
     (void)state;
     solve_setting *s = minimized(cage_refined(cage_cube(), 1), CURVOPT_TERM_WILLMORE);
-    curvopt_error error;
-    co_way_down way;
     CHECK_INT(s->symmetry.order, 48);
-    CHECK_OK(co_saddle_escape_find(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1,
-                                   CO_SADDLE_ESCAPE_NORMALS, &way, &error),
-             &error);
-    CHECK_INT(way.found, 0);
-    co_saddle_escape_free(&way);
-    solve_setting_free(s);
+    check_no_way(s, CO_SADDLE_ESCAPE_NORMALS);
 }
 
 /* ------------------------------------------------------------------------------------------- the reduction -- */

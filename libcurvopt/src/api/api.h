@@ -15,10 +15,12 @@ struct curvopt_problem {
 int32_t co_api_null(curvopt_error *error, const char *name);
 /* A struct of the library's into the caller's: what fits, and 0 into the rest. */
 void co_api_copy_out(void *to, size_t to_size, const void *from, size_t from_size);
-/* The caller's options in the library's struct, with defaults for members that the caller does not know, validated. */
+/* The caller's options in the library's struct, with defaults for members that the caller does not know, validated,
+ * AUTO resolved. */
 int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own, curvopt_error *error);
-/* AUTO resolved. */
-void co_api_resolve_options(curvopt_options *options);
+/* The same, for functions that work on a cage: mesh and xyz, which may be NULL, are checked, too. */
+int32_t co_api_take_cage(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *theirs,
+                         curvopt_options *own, curvopt_error *error);
 /* face_weight NULL: all faces count once. */
 int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
                               curvopt_problem **out, curvopt_error *error);

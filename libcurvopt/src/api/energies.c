@@ -19,7 +19,6 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weigh
     int32_t status = co_api_take_options(options, &own, error);
     if (status != CURVOPT_OK)
         return status;
-    co_api_resolve_options(&own);
     if (face_weight && own.surface == CURVOPT_SURFACE_POLYNOMIAL && own.blend_width != 1)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
                               "blend_width is %d; for a part it must be 1: a part does not show how far it is to the "
@@ -87,15 +86,10 @@ int32_t curvopt_sampler_create(const curvopt_mesh *mesh, const double *xyz, cons
     if (!out)
         return co_api_null(error, "out");
     *out = NULL;
-    if (!mesh || !xyz)
-        return co_api_null(error, mesh ? "xyz" : "mesh");
     curvopt_options own;
-    int32_t status = co_api_take_options(options, &own, error);
-    if (status == CURVOPT_OK)
-        status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    int32_t status = co_api_take_cage(mesh, xyz, options, &own, error);
     if (status != CURVOPT_OK)
         return status;
-    co_api_resolve_options(&own);
     curvopt_sampler *s = CO_NEW(curvopt_sampler, 1);
     if (!s)
         return co_status_no_memory(error);

@@ -1,7 +1,6 @@
 /* Exported functions that minimize. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
 #include "base/memory.h"
-#include "mesh/similarity.h"
 #include "solve/multilevel.h"
 
 #include <stdlib.h>
@@ -28,15 +27,10 @@ int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curv
     if (!out)
         return co_api_null(error, "out");
     *out = NULL;
-    if (!mesh || !xyz)
-        return co_api_null(error, mesh ? "xyz" : "mesh");
     curvopt_options own;
-    int32_t status = co_api_take_options(options, &own, error);
-    if (status == CURVOPT_OK)
-        status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    int32_t status = co_api_take_cage(mesh, xyz, options, &own, error);
     if (status != CURVOPT_OK)
         return status;
-    co_api_resolve_options(&own);
     return co_multilevel_minimize(mesh, xyz, &own, co_tuning_of_runs(), progress, user, cancel, out, error);
 }
 

@@ -1,5 +1,6 @@
 /* Options: defaults, ranges, and structs of other versions. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
+#include "mesh/similarity.h"
 
 #include <math.h>
 #include <string.h>
@@ -106,6 +107,18 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
  * no size, but memory that was never set. */
 enum { SIZE_STEP = 8, LARGEST_SIZE = 4096 };
 
+static void resolve_auto(curvopt_options *o) {
+    int third = co_functional_of_weights(o->weights).has_third;
+    if (o->surface == CURVOPT_SURFACE_AUTO)
+        o->surface = !third            ? CURVOPT_SURFACE_LIMIT
+                     : o->joshi_sequin ? CURVOPT_SURFACE_PLANE
+                                       : CURVOPT_SURFACE_POLYNOMIAL;
+    if (o->method == CURVOPT_METHOD_AUTO)
+        o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
+    if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
+        o->symmetry = CURVOPT_SYMMETRY_NONE;
+}
+
 int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own, curvopt_error *error) {
     if (!theirs)
         return co_api_null(error, "options");
@@ -123,22 +136,21 @@ int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own,
     curvopt_options_init(own, sizeof *own);
     memcpy(own, theirs, (size_t)size < sizeof *own ? (size_t)size : sizeof *own);
     own->struct_size = (int32_t)sizeof *own;
-    return check_options(own, error);
+    int32_t status = check_options(own, error);
+    if (status == CURVOPT_OK)
+        resolve_auto(own);
+    return status;
+}
+
+int32_t co_api_take_cage(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *theirs,
+                         curvopt_options *own, curvopt_error *error) {
+    if (!mesh || !xyz)
+        return co_api_null(error, mesh ? "xyz" : "mesh");
+    int32_t status = co_api_take_options(theirs, own, error);
+    return status == CURVOPT_OK ? co_similarity_check(mesh->info.n_vertices, xyz, error) : status;
 }
 
 int32_t curvopt_options_validate(const curvopt_options *options, curvopt_error *error) {
     curvopt_options own;
     return co_api_take_options(options, &own, error);
-}
-
-void co_api_resolve_options(curvopt_options *o) {
-    int third = co_functional_of_weights(o->weights).has_third;
-    if (o->surface == CURVOPT_SURFACE_AUTO)
-        o->surface = !third            ? CURVOPT_SURFACE_LIMIT
-                     : o->joshi_sequin ? CURVOPT_SURFACE_PLANE
-                                       : CURVOPT_SURFACE_POLYNOMIAL;
-    if (o->method == CURVOPT_METHOD_AUTO)
-        o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
-    if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
-        o->symmetry = CURVOPT_SYMMETRY_NONE;
 }

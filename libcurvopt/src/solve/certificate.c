@@ -112,10 +112,9 @@ int32_t co_certificate_check_shape(const co_run_context *run, const curvopt_mesh
 }
 
 int32_t co_certificate_decrement(co_level *l, double *decrement, curvopt_error *error) {
-    int by_hessian;
     if (co_level_objective_n(&l->objective)) /* by the rules that co_level_finish() has settled on */
         co_level_objective_evaluate(&l->objective, &l->now);
-    return co_newton_decrement(&l->hessian, &l->now, decrement, &by_hessian, error);
+    return co_newton_decrement(&l->hessian, &l->now, decrement, NULL, error);
 }
 
 int32_t co_certificate_count_negative(const co_run_context *run, const curvopt_mesh *m,

@@ -196,8 +196,7 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
 
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
-    int by_hessian;
-    return co_newton_decrement(&l->hessian, &l->now, left, &by_hessian, error);
+    return co_newton_decrement(&l->hessian, &l->now, left, NULL, error);
 }
 
 static void use_hessian(void *context, int on) {

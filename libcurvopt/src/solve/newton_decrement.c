@@ -35,11 +35,14 @@ int32_t co_newton_decrement(co_level_hessian *h, const co_iterate *now, double *
                             curvopt_error *error) {
     int positive = 1;
     *decrement = 0;
-    *by_hessian = 1;
-    if (co_level_objective_n(h->objective) == 0)
+    int32_t status = CURVOPT_OK;
+    int is_empty = co_level_objective_n(h->objective) == 0;
+    if (!is_empty)
+        status = co_newton_decrement_factorize(h, now, 1, &positive, error);
+    if (by_hessian)
+        *by_hessian = positive;
+    if (is_empty)
         return CURVOPT_OK;
-    int32_t status = co_newton_decrement_factorize(h, now, 1, &positive, error);
-    *by_hessian = positive;
     if (status == CURVOPT_OK && !positive)
         status = co_newton_decrement_factorize(h, now, 0, &positive, error);
     h->has_factor = 0;
