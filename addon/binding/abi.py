@@ -18,7 +18,7 @@ SHARPNESS_INFINITE = 10.0
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
-ENUMS = "status boundary_rule surface term method boundary symmetry plane stop step verdict".split()
+ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane stop step verdict".split()
 NAMES = {
     "curvopt_term_name": TERMS,
     "curvopt_surface_name": SURFACES,
@@ -110,7 +110,7 @@ class COptions(C.Structure):
         ("escape", C.c_int32),
         ("symmetry_planes", C.c_int32),
         ("blend_width", C.c_int32),
-        ("reserved", C.c_int32),
+        ("spacing", C.c_int32),
     ]
 
 

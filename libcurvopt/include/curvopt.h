@@ -257,9 +257,9 @@ CURVOPT_API int32_t curvopt_term_from_name(const char *name);
  *   AUTO          GAUSS_NEWTON; LMVM with options.joshi_sequin
  *   LMVM          limited-memory variable metric (L-BFGS) on all coordinates, the report's optimizer. It keeps
  *                 symmetries only if options.symmetry asks for them
- *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian. Then, for third-order terms,
- *                 Newton's method at every level (on PLANE at the last one only); for the others, at the last
- *                 level, L-BFGS with the exact Hessian as initial one */
+ *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian, for third-order terms followed by
+ *                 Newton's method (not on PLANE). At the end of the last level Newton's method along normals, or with
+ *                 spacing FREE, for third-order terms, over all coordinates */
 #define CURVOPT_METHOD_LIST(X)                                                                                         \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LMVM, 1, "lmvm")                                                                                                 \
@@ -295,6 +295,25 @@ typedef enum curvopt_boundary {
 } curvopt_boundary;
 CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
 CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
+
+/* How the vertices of the cage lie in its surface.
+ *   EVEN  evenly spaced: that is worth a hundredth of the energy until the shape stands. From then on only the shape
+ *         changes, by the energy alone: vertices move along normals. The verdict is on the shape
+ *   FREE  wherever the discrete energy is least, the report's way. Vertices slide for long, to little gain and
+ * distorted cages. The verdict is on all coordinates. AUTO means FREE for LMVM */
+#define CURVOPT_SPACING_LIST(X)                                                                                        \
+    X(AUTO, 0, "auto")                                                                                                 \
+    X(EVEN, 1, "even")                                                                                                 \
+    X(FREE, 2, "free")
+
+typedef enum curvopt_spacing {
+#define CURVOPT_SPACING_ENUM(name, value, text) CURVOPT_ENUMERATOR(SPACING, name, value)
+    CURVOPT_SPACING_LIST(CURVOPT_SPACING_ENUM)
+#undef CURVOPT_SPACING_ENUM
+        CURVOPT_SPACING_FORCE_INT = 0x7fffffff
+} curvopt_spacing;
+CURVOPT_API const char *curvopt_spacing_name(int32_t spacing);
+CURVOPT_API int32_t curvopt_spacing_from_name(const char *name);
 
 /* The symmetries of the cage that a minimization keeps.
  *   AUTO       those of KEEP, but some are given up for third-order terms, whose discretization on coarse cages is
@@ -408,8 +427,8 @@ typedef struct curvopt_options {
     /* Largest width of a blend of POLYNOMIAL, in faces of each sector at an extraordinary vertex. Blends take a quarter
      * of the way to the next vertex that is not regular. 1..CURVOPT_MAX_BLEND_WIDTH, default 8. */
     int32_t blend_width;
-    /* 0. */
-    int32_t reserved;
+    /* curvopt_spacing; default AUTO. */
+    int32_t spacing;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */

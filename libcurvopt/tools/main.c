@@ -43,7 +43,9 @@ static const char help_text[] =
     "                       a quarter of the way to the next vertex that is not regular\n"
     "  --threads N          threads; 0: all cores (default %d)\n"
     "  --json FILE|-        write all figures as JSON\n"
-    "  --quiet              print nothing but errors\n"
+    "  --quiet              print nothing but errors\n";
+
+static const char help_of_minimize[] =
     "for minimize\n"
     "  -o, --output FILE    the optimized cage, written whole or not at all\n"
     "  --boundary B         what an open surface keeps: position of its boundary; tangent: also the tangent planes\n"
@@ -59,6 +61,9 @@ static const char help_text[] =
     "  --decrement-tolerance T\n"
     "                       the last level ends when a quadratic model predicts less than T of the energy to gain;\n"
     "                       coarser levels end at 1e-5 or T, whichever is larger; not for lmvm (default %g)\n"
+    "  --spacing S          even: the cage's vertices are evenly spaced, and at the end only the shape changes; free:\n"
+    "                       they lie where the discrete energy is least, as in the report; auto: even, and free with\n"
+    "                       lmvm (default %s)\n"
     "  --symmetry S         symmetries to keep. keep: the cage's; rotations: those of them that are rotations; none;\n"
     "                       x, y, z or several with commas: these mirror planes and no others, refused if the cage\n"
     "                       does not have them; auto: keep, but third-order energies give some up where that lowers\n"
@@ -82,9 +87,12 @@ static int print_help(void) {
     curvopt_options_init(&o, sizeof o);
     int written = printf(help_text, curvopt_surface_name(o.surface), o.tolerance,
                          curvopt_boundary_rule_name(CURVOPT_BOUNDARY_RULE_SMOOTH), CURVOPT_MAX_BLEND_WIDTH,
-                         o.blend_width, o.threads, curvopt_boundary_name(o.boundary), CURVOPT_MAX_LEVELS, o.levels,
-                         curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
-                         curvopt_symmetry_name(o.symmetry), CURVOPT_MAX_ESCAPE_VERTICES);
+                         o.blend_width, o.threads);
+    if (written >= 0)
+        written =
+            printf(help_of_minimize, curvopt_boundary_name(o.boundary), CURVOPT_MAX_LEVELS, o.levels,
+                   curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
+                   curvopt_spacing_name(o.spacing), curvopt_symmetry_name(o.symmetry), CURVOPT_MAX_ESCAPE_VERTICES);
     return written < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
 }
 

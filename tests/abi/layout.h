@@ -59,7 +59,7 @@ AT(curvopt_options, verify, 140);
 AT(curvopt_options, escape, 144);
 AT(curvopt_options, symmetry_planes, 148);
 AT(curvopt_options, blend_width, 152);
-AT(curvopt_options, reserved, 156);
+AT(curvopt_options, spacing, 156);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);

@@ -19,6 +19,7 @@ curvopt_options solve_options(int32_t surface, int term) {
     o.levels = 1;
     o.threads = 1;
     o.symmetry = CURVOPT_SYMMETRY_NONE;
+    o.spacing = CURVOPT_SPACING_FREE;
     memset(o.weights, 0, sizeof o.weights);
     o.weights[term] = 1;
     return o;
@@ -76,13 +77,29 @@ void solve_setting_free(solve_setting *s) {
     free(s);
 }
 
-co_level *solve_level(solve_setting *s) {
+co_level *solve_level_of(solve_setting *s, co_motion motion) {
     co_level *level = NULL;
     curvopt_error error;
-    CHECK_OK(co_level_create(&s->run, s->mesh, &s->symmetry, &s->constraints, s->c.xyz, 1, &level, &error), &error);
+    CHECK_OK(co_level_create(&s->run, s->mesh, &s->symmetry, &s->constraints, motion, s->c.xyz, 1, &level, &error),
+             &error);
     CHECK_OK(co_level_begin(level, &error), &error);
     level->error = NULL; /* `error` ends with this function; the tests look at statuses */
     return level;
+}
+
+co_level *solve_level(solve_setting *s) {
+    return solve_level_of(s, CO_MOTION_ALL);
+}
+
+co_certificate_shape solve_shape(solve_setting *s, const co_symmetry *symmetry, const double *xyz,
+                                 const co_level *solved, int differences) {
+    co_certificate_shape shape = {.negative_directions = -7};
+    co_level *l = NULL;
+    curvopt_error error;
+    CHECK_OK(co_certificate_level(&s->run, s->mesh, symmetry, &s->constraints, xyz, solved, &l, &error), &error);
+    CHECK_OK(co_certificate_check_shape(l, differences, &shape, &error), &error);
+    co_level_destroy(l);
+    return shape;
 }
 
 co_run *solve_run(solve_setting *s, curvopt_progress_fn progress, void *user) {

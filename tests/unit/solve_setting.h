@@ -5,6 +5,7 @@
 
 #include "cages.h"
 
+#include "solve/certificate.h"
 #include "solve/run.h"
 
 typedef struct solve_setting {
@@ -19,7 +20,7 @@ typedef struct solve_setting {
     co_run_context run; /* points into this struct, which therefore stays where it is */
 } solve_setting;
 
-/* Options of one thread for this surface, with the weight of one term 1 and of the others 0. */
+/* Options of one thread for this surface, with the weight of one term 1 and of the others 0, spacing free. */
 curvopt_options solve_options(int32_t surface, int term);
 /* Takes the cage over. options->symmetry NONE: the trivial group, else all symmetries that the cage has. */
 solve_setting *solve_setting_of(cage c, const curvopt_options *options);
@@ -29,8 +30,13 @@ void solve_setting_free(solve_setting *s);
 double solve_area(const solve_setting *s, const double *xyz);
 /* Objective at xyz, resolved to 1e-8. */
 double solve_energy(const solve_setting *s, const double *xyz);
-/* A level of these, begun. */
+/* A level of this motion, begun. */
+co_level *solve_level_of(solve_setting *s, co_motion motion);
+/* The same, of everything that may move. */
 co_level *solve_level(solve_setting *s);
+/* What is found of the shape xyz [3 n_vertices] with this symmetry, by the rules of `solved`, which may be NULL. */
+co_certificate_shape solve_shape(solve_setting *s, const co_symmetry *symmetry, const double *xyz,
+                                 const co_level *solved, int differences);
 /* A run about to start; its mesh is a copy. To be freed by solve_run_free. */
 co_run *solve_run(solve_setting *s, curvopt_progress_fn progress, void *user);
 void solve_run_free(co_run *r);

@@ -124,9 +124,10 @@ static void test_shift_rises_until_a_saddle_is_positive(void **state) {
     matrices m = matrices_of(cage_torus(12, 4, 1, 0.15), &mvs);
     curvopt_error error;
     int32_t n_negative;
-    double least = co_level_hessian_least_shift(m.h, m.l->now.value);
-    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, &n_negative, &error), &error);
+    double decrement, least = co_level_hessian_least_shift(m.h, m.l->now.value);
+    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, &n_negative, &decrement, &error), &error);
     CHECK_BETWEEN(n_negative, 1, m.n);
+    CHECK_TRUE(isnan(decrement));
     for (int k = 0; k < 2; k++) {
         double raise = m.s->tuning.shift_raise = k ? 4 : 1.7;
         CHECK_OK(co_level_hessian_factorize_shifted(m.h, least, &error), &error);
@@ -317,8 +318,9 @@ static void test_decrement_of_no_variables(void **state) {
     CHECK_OK(co_newton_decrement(&l->hessian, &l->now, &decrement, &by_hessian, &error), &error);
     CHECK_NEAR(decrement, 0, 0);
     CHECK_INT(by_hessian, 1);
-    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &error), &error);
+    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &decrement, &error), &error);
     CHECK_INT(n_negative, 0);
+    CHECK_NEAR(decrement, 0, 0);
     co_level_destroy(l);
     solve_setting_free(s);
 }

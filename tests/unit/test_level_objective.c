@@ -24,8 +24,8 @@ static void function_of(cage c, const curvopt_options *options, function *f) {
     f->g = f->z + n;
     f->other = f->z + 2 * n;
     f->work = f->z + 3 * n;
-    CHECK_OK(co_level_objective_create(&f->s->run, f->s->mesh, &f->s->symmetry, &f->s->constraints, f->s->c.xyz, &f->o,
-                                       f->z, &error),
+    CHECK_OK(co_level_objective_create(&f->s->run, f->s->mesh, &f->s->symmetry, &f->s->constraints, CO_MOTION_ALL,
+                                       f->s->c.xyz, &f->o, f->z, &error),
              &error);
     f->n = co_level_objective_n(&f->o);
 }

@@ -447,10 +447,12 @@ static void test_solutions_and_inertia(void **state) {
         }
         for (size_t i = 0; i < n; i++)
             b[i] = x[i] = wave((int)i, 3);
-        CHECK_OK(co_newton_system_count_negative(&model, shift, &negative, &error), &error);
+        CHECK_OK(co_newton_system_count_negative(&model, shift, x, e, &negative, &error), &error);
         CHECK_OK(co_newton_system_factorize(&model, shift, &positive, &error), &error);
         int wanted = eliminate(p.n, a, b);
         CHECK_INT(negative, wanted);
+        for (size_t i = 0; i < n; i++) /* indefinite or not */
+            CHECK_NEAR(e[i], b[i], 1e-7 * (1 + fabs(b[i])));
         CHECK_INT(positive, wanted == 0);
         if (positive)
             CHECK_OK(co_newton_system_solve(&model, x, x, &error), &error);

@@ -97,7 +97,10 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_integer("blend_width", o->blend_width, 1, CURVOPT_MAX_BLEND_WIDTH, error);
     if (status == CURVOPT_OK)
-        status = check_integer("reserved", o->reserved, 0, 0, error);
+        status = check_integer("spacing", o->spacing, CURVOPT_SPACING_AUTO, CURVOPT_SPACING_FREE, error);
+    if (status == CURVOPT_OK && o->spacing == CURVOPT_SPACING_EVEN && o->method == CURVOPT_METHOD_LMVM)
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                                "an even spacing needs second derivatives, and the method LMVM has none");
     if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
@@ -115,6 +118,8 @@ static void resolve_auto(curvopt_options *o) {
                                        : CURVOPT_SURFACE_POLYNOMIAL;
     if (o->method == CURVOPT_METHOD_AUTO)
         o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
+    if (o->spacing == CURVOPT_SPACING_AUTO)
+        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin ? CURVOPT_SPACING_FREE : CURVOPT_SPACING_EVEN;
     if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
         o->symmetry = CURVOPT_SYMMETRY_NONE;
 }

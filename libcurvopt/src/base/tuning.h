@@ -85,18 +85,12 @@
       "59")                                                                                                            \
     X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
       "59")                                                                                                            \
-    X(double, shape_settled, 0.1, 1e-4, 10, "of the energy", "less in quick_steps: Newton's method takes over", "58")  \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \
     X(int, quick_steps, 5, 1, 1000, "steps", "the same where another method follows", "58")                            \
-    X(int, many_variables, 5000, 1, 1000000, "variables", "above, factors of the Hessian cost more than all the rest", \
-      "58")                                                                                                            \
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
-    X(double, sliding_settled, 50, 0.01, 1e6, "decrement tolerances", "settled: vertices that slide in the surface",   \
-      "53")                                                                                                            \
-    X(int, sliding_steps, 100, 1, 10000, "steps", "most until sliding has settled", "53")                              \
-    X(int, sliding_more_steps, 30, 1, 10000, "steps", "most after that", "53")                                         \
-    X(double, sliding_distorted, 0.5, 1e-3, 1, "of the least Jacobian", "a cage with less is too distorted", "53")     \
+    X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
+    X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \
     X(int, escape_vertices, CURVOPT_MAX_ESCAPE_VERTICES, 1, 1000000, "vertices", "above, --escape is not tried", "65") \

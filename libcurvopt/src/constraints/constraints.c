@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "mesh/crease.h"
+#include "mesh/similarity.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -258,14 +259,17 @@ int32_t co_constraints_all(const curvopt_mesh *m, const co_constraints *constrai
 
 /* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
 static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
-    memset(normal, 0, 3 * (size_t)m->info.n_vertices * sizeof *normal);
+    size_t n = (size_t)m->info.n_vertices;
+    double centroid[3], radius = co_similarity_frame(n, xyz, centroid); /* without it, squares of 1e99 overflow */
+    memset(normal, 0, 3 * n * sizeof *normal);
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
                      *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
         double *to = normal + 3 * (size_t)m->corner_vertex[h];
         for (int c = 0; c < 3; c++) {
             int d = (c + 1) % 3, e = (c + 2) % 3;
-            to[c] += (a[d] - p[d]) * (b[e] - p[e]) - (a[e] - p[e]) * (b[d] - p[d]);
+            to[c] +=
+                (a[d] - p[d]) / radius * ((b[e] - p[e]) / radius) - (a[e] - p[e]) / radius * ((b[d] - p[d]) / radius);
         }
     }
 }

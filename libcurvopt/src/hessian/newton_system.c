@@ -36,8 +36,8 @@ int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, c
         status = co_sparse_cholesky_create((int32_t)n, m->hessian.pattern.column_start, m->hessian.pattern.row,
                                            m->hessian.value, &m->factor, error);
     if (status == CURVOPT_OK) {
-        m->dense = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
-        m->solved = CO_NEW(double, CO_NEWTON_SYSTEM_DENSE *n);
+        m->dense = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);
+        m->solved = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);
         m->full = CO_NEW(double, 6 * (size_t)dofs->n_vertices);
         if (!m->dense || !m->solved || !m->full)
             status = co_status_no_memory(error);
@@ -201,12 +201,10 @@ int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *posit
     return status;
 }
 
-int32_t co_newton_system_solve(co_newton_system *m, const double *b, double *x, curvopt_error *error) {
+/* x = H^-1 b becomes M^-1 b. */
+static void add_dense(const co_newton_system *m, double *x) {
     size_t n = n_variables(m);
     double along[CO_NEWTON_SYSTEM_DENSE];
-    int32_t status = co_sparse_cholesky_solve(m->factor, b, x, error);
-    if (status != CURVOPT_OK)
-        return status;
     for (size_t k = 0; k < (size_t)m->n_dense; k++)
         along[k] = co_vector_dot(n, m->dense + k * n, x);
     for (size_t i = 0; i < (size_t)m->n_dense; i++) {
@@ -215,7 +213,13 @@ int32_t co_newton_system_solve(co_newton_system *m, const double *b, double *x, 
             sum += m->inverse[i][j] * along[j];
         co_vector_add(n, -sum, m->solved + i * n, x);
     }
-    return CURVOPT_OK;
+}
+
+int32_t co_newton_system_solve(co_newton_system *m, const double *b, double *x, curvopt_error *error) {
+    int32_t status = co_sparse_cholesky_solve(m->factor, b, x, error);
+    if (status == CURVOPT_OK)
+        add_dense(m, x);
+    return status;
 }
 
 void co_newton_system_add_stiffness(const co_newton_system *m, const double *v, double *out) {
@@ -224,10 +228,16 @@ void co_newton_system_add_stiffness(const co_newton_system *m, const double *v, 
         co_vector_add(n, m->stiffness * co_vector_dot(n, m->dense + k * n, v), m->dense + k * n, out);
 }
 
-int32_t co_newton_system_count_negative(co_newton_system *m, double shift, int32_t *n_negative, curvopt_error *error) {
+int32_t co_newton_system_count_negative(co_newton_system *m, double shift, const double *b, double *x,
+                                        int32_t *n_negative, curvopt_error *error) {
+    size_t n = n_variables(m), last = (size_t)m->n_dense * n;
+    memcpy(m->dense + last, b, n * sizeof *b);
     int32_t status =
-        co_sparse_cholesky_count_negative(m->factor, shift, m->n_dense, m->dense, m->solved, n_negative, error);
-    if (status == CURVOPT_OK && *n_negative >= 0)
-        *n_negative += invert_capacitance(m) - positive_of_weights(m);
-    return status;
+        co_sparse_cholesky_count_negative(m->factor, shift, m->n_dense + 1, m->dense, m->solved, n_negative, error);
+    if (status != CURVOPT_OK || *n_negative < 0)
+        return status;
+    *n_negative += invert_capacitance(m) - positive_of_weights(m);
+    memcpy(x, m->solved + last, n * sizeof *x);
+    add_dense(m, x);
+    return CURVOPT_OK;
 }

@@ -19,8 +19,8 @@ typedef struct co_newton_system {
     co_assembly *assembly; /* the caller's */
     co_sparse_hessian hessian;
     co_sparse_cholesky *factor;
-    double *dense;    /* [CO_NEWTON_SYSTEM_DENSE][n_variables] U */
-    double *solved;   /* [CO_NEWTON_SYSTEM_DENSE][n_variables] H^-1 U */
+    double *dense;    /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] U, and room for a right-hand side */
+    double *solved;   /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] H^-1 of these */
     double *full;     /* [2][3 n_vertices] work */
     int n_dense;      /* columns of U in use */
     int n_pair;       /* 2 if the first two columns are grad A and grad T, else 0 */
@@ -71,8 +71,9 @@ int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);
 /* out += the part of M v that makes motions stiff. */
 void co_newton_system_add_stiffness(const co_newton_system *system, const double *v, double *out);
-/* Negative eigenvalues of M + shift; -1 if it is singular to rounding. ERROR_MEMORY. */
-int32_t co_newton_system_count_negative(co_newton_system *system, double shift, int32_t *n_negative,
-                                        curvopt_error *error);
+/* Negative eigenvalues of M + shift; -1 if it is singular to rounding. On the way x = (M + shift)^-1 b, [n_variables],
+ * undefined if the count is -1. ERROR_MEMORY. */
+int32_t co_newton_system_count_negative(co_newton_system *system, double shift, const double *b, double *x,
+                                        int32_t *n_negative, curvopt_error *error);
 
 #endif

@@ -160,6 +160,11 @@ static void add_block(co_sparse_hessian *h, const vertex_block *block, int twice
     }
 }
 
+void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, double weight, const double (*block)[3]) {
+    if (h->dofs->node[v] >= 0 && h->dofs->node[w] >= 0)
+        add_block(h, &(vertex_block){v, w, weight, block}, v != w);
+}
+
 /* The 3 x 3 block of points p >= q of one face's matrix, of one lane. */
 static void face_block(const double *matrix, size_t lanes, size_t lane, int32_t p, int32_t q, double block[3][3]) {
     for (int r = 0; r < 3; r++)

@@ -55,6 +55,10 @@ typedef struct co_second_kind {
  * well. ERROR_MEMORY. */
 int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const co_second_kind *kind,
                                    co_sparse_hessian *hessian, curvopt_error *error);
+/* Adds weight times a 3 x 3 block of second derivatives with respect to vertices v and w of the cage, rows by v; for
+ * v != w its transpose goes to (w, v). The symmetric block of v = w counts once. Vertices that cannot move drop out. */
+void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, double weight,
+                                 const double (*block)[3]);
 double co_sparse_hessian_mean_diagonal(const co_sparse_hessian *hessian);
 
 #endif

@@ -57,21 +57,17 @@ static int32_t difference_decrement(co_level *l, double *decrement, curvopt_erro
     return status;
 }
 
-/* A level of its own at a cage, by the rules of `solved`, or by new ones if that is NULL. */
-static int32_t level_at(const co_run_context *run, const curvopt_mesh *m, const co_symmetry *symmetry,
-                        const co_constraints *constraints, const double *xyz, const co_level *solved, co_level **out,
-                        curvopt_error *error) {
-    int32_t status = co_level_create(run, m, symmetry, constraints, xyz, run->options->levels, out, error);
-    if (status == CURVOPT_OK && solved)
-        status = co_assembly_copy_rules(&(*out)->objective.assembly, &solved->objective.assembly, error);
-    else if (status == CURVOPT_OK)
-        status = co_level_begin(*out, error);
-    if (status == CURVOPT_OK)
-        co_level_objective_evaluate(&(*out)->objective, &(*out)->now);
-    return status;
+int32_t co_certificate_level(const co_run_context *run, const curvopt_mesh *m, const co_symmetry *symmetry,
+                             const co_constraints *constraints, const double *xyz, const co_level *solved,
+                             co_level **out, curvopt_error *error) {
+    int32_t status =
+        co_level_create(run, m, symmetry, constraints, CO_MOTION_NORMALS, xyz, run->options->levels, out, error);
+    if (status != CURVOPT_OK)
+        return status;
+    return solved ? co_level_begin_by_rules_of(*out, solved, error) : co_level_begin(*out, error);
 }
 
-static int32_t check_shape(co_level *l, int differences, co_certificate_shape *out, curvopt_error *error) {
+int32_t co_certificate_check_shape(co_level *l, int differences, co_certificate_shape *out, curvopt_error *error) {
     int positive;
     *out = (co_certificate_shape){.negative_directions = 0};
     if (co_level_objective_n(&l->objective) == 0)
@@ -81,52 +77,26 @@ static int32_t check_shape(co_level *l, int differences, co_certificate_shape *o
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
     if (!positive)
-        return co_level_hessian_count_negative(&l->hessian, &l->now, &out->negative_directions, error);
+        return co_level_hessian_count_negative(&l->hessian, &l->now, &out->negative_directions, &out->decrement, error);
     status = co_newton_decrement_by_factor(&l->hessian, &l->now, &out->decrement, error);
     if (status == CURVOPT_OK && differences)
         status = difference_decrement(l, &out->difference_decrement, error);
     return status;
 }
 
-int32_t co_certificate_check_shape(const co_run_context *run, const curvopt_mesh *m, const co_symmetry *symmetry,
-                                   const co_constraints *constraints, const double *xyz, const co_level *solved,
-                                   int differences, co_certificate_shape *out, curvopt_error *error) {
-    co_constraints held = {0}, lines = {0};
-    co_run_context own = *run;
-    co_level *level = NULL;
-    int32_t status = co_constraints_all(m, constraints, run->options->boundary, &held, error);
-    if (!held.freedom) /* then the cage was normalized by what it is now, not by what it was at first */
-        own.radius = co_similarity_frame((size_t)m->info.n_vertices, xyz, own.centroid);
-    if (status == CURVOPT_OK)
-        status = co_constraints_to_normals(m, &held, xyz, &lines, error);
-    if (status == CURVOPT_OK)
-        status = level_at(&own, m, symmetry, &lines, xyz, solved, &level, error);
-    if (status == CURVOPT_OK) {
-        level->objective.gauge = co_gauge_of(run->options->weights, &held); /* normal motion does not see them either */
-        status = check_shape(level, differences, out, error);
-    }
-    co_level_destroy(level);
-    co_constraints_free(&held);
-    co_constraints_free(&lines);
-    return status;
-}
-
-int32_t co_certificate_decrement(co_level *l, double *decrement, curvopt_error *error) {
-    if (co_level_objective_n(&l->objective)) /* by the rules that co_level_finish() has settled on */
-        co_level_objective_evaluate(&l->objective, &l->now);
-    return co_newton_decrement(&l->hessian, &l->now, decrement, NULL, error);
-}
-
 int32_t co_certificate_count_negative(const co_run_context *run, const curvopt_mesh *m,
-                                      const co_constraints *constraints, const double *xyz, int32_t *n_negative,
-                                      curvopt_error *error) {
+                                      const co_constraints *constraints, co_motion motion, const double *xyz,
+                                      int32_t *n_negative, curvopt_error *error) {
     co_symmetry none = {0};
     co_level *level = NULL;
+    double decrement;
     int32_t status = co_symmetry_none(m, &none, error);
     if (status == CURVOPT_OK)
-        status = level_at(run, m, &none, constraints, xyz, NULL, &level, error);
+        status = co_level_create(run, m, &none, constraints, motion, xyz, run->options->levels, &level, error);
     if (status == CURVOPT_OK)
-        status = co_level_hessian_count_negative(&level->hessian, &level->now, n_negative, error);
+        status = co_level_begin(level, error);
+    if (status == CURVOPT_OK)
+        status = co_level_hessian_count_negative(&level->hessian, &level->now, n_negative, &decrement, error);
     co_level_destroy(level);
     co_symmetry_free(&none);
     return status;

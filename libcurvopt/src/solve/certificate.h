@@ -22,23 +22,21 @@ typedef struct co_certificate_shape {
     int32_t negative_directions; /* -1 if they cannot be counted */
 } co_certificate_shape;
 
-/* At xyz [3 n_vertices], in the user's units, with this symmetry kept; by the quadrature rules of `solved`, which has
- * the same symmetry, or, if that is NULL, by new ones. `differences`: whether the decrement by differences is wanted.
- * As co_level_create. */
-int32_t co_certificate_check_shape(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                                   const co_constraints *constraints, const double *xyz, const co_level *solved,
-                                   int differences, co_certificate_shape *out, curvopt_error *error);
-
-/* The decrement over all variables of a level where it stands; its value and gradient are evaluated again.
+/* A level of motion along the normals of the cage xyz [3 n_vertices], in the user's units, with this symmetry kept; by
+ * the quadrature rules of `solved`, which has the same symmetry, or, if that is NULL, by new ones. As co_level_create. */
+int32_t co_certificate_level(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
+                             const co_constraints *constraints, const double *xyz, const co_level *solved,
+                             co_level **out, curvopt_error *error);
+/* A level of motion along normals where it stands. `differences`: whether the decrement by differences is wanted.
  * ERROR_MEMORY. */
-int32_t co_certificate_decrement(co_level *level, double *decrement, curvopt_error *error);
+int32_t co_certificate_check_shape(co_level *level, int differences, co_certificate_shape *out, curvopt_error *error);
 
-/* Negative directions over everything that constraints leave free, no symmetry kept. As co_level_create. */
+/* Negative directions of this motion from xyz [3 n_vertices], no symmetry kept. As co_level_create. */
 int32_t co_certificate_count_negative(const co_run_context *run, const curvopt_mesh *mesh,
-                                      const co_constraints *constraints, const double *xyz, int32_t *n_negative,
-                                      curvopt_error *error);
+                                      const co_constraints *constraints, co_motion motion, const double *xyz,
+                                      int32_t *n_negative, curvopt_error *error);
 
-/* curvopt_verdict on a cage of this objective: `decrement` is that over all variables. */
+/* curvopt_verdict on a cage of this objective: `decrement` is that over all that the run moved at the end. */
 int32_t co_certificate_verdict(const co_tuning *tuning, double objective, double decrement,
                                const co_certificate_shape *shape);
 

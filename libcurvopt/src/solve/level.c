@@ -65,6 +65,21 @@ static double step_length(void *context, const double *d) {
     return co_level_objective_length(&l->objective, d);
 }
 
+static double worth_of_spacing(const co_level *l) {
+    const co_tuning *t = l->objective.run->tuning;
+    return l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
+}
+
+/* Where the energy has fallen to half of what spacing was weighed by, that counts for too much. */
+static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict verdict) {
+    co_level_objective *o = &l->objective;
+    if (o->spacing.weight == 0 || !co_step_stands(verdict) ||
+        co_level_objective_energy(o, now) > 0.5 * o->spaced_energy)
+        return verdict;
+    co_level_objective_weigh_spacing(o, worth_of_spacing(l), now);
+    return CO_STEP_CHANGED;
+}
+
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     co_level *l = context;
     co_step_verdict verdict = CO_STEP_KEEP;
@@ -78,9 +93,9 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
                                  .defect = now->found[CO_FOUND_DEFECT]};
     co_level_objective_normalize(&l->objective, now);
     if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
-        return CO_STEP_KEEP;
+        return weigh_anew(l, now, verdict);
     l->failed = co_step_review_check(&l->review, now, &verdict, l->error);
-    return verdict;
+    return weigh_anew(l, now, verdict);
 }
 
 static int precondition(void *context, const double *in, double *out) {
@@ -178,11 +193,17 @@ static co_objective objective_of(co_level *l) {
 
 /* ------------------------------------------------------------------------ what the schedule sees of it -- */
 
+static void weigh_spacing(co_level *l) {
+    if (l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN)
+        co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l), &l->now);
+}
+
 static int32_t run_method(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                           co_outcome *outcome, curvopt_error *error) {
     co_level *l = context;
     const co_objective f = objective_of(l);
     l->before = *before;
+    weigh_spacing(l);
     int32_t status = method == CO_METHOD_NEWTON ? co_damped_newton(&f, options, &l->now, outcome, error)
                                                 : co_lbfgs(&f, options, &l->now, outcome, error);
     return status == CURVOPT_OK ? l->failed : status;
@@ -199,61 +220,24 @@ static int32_t decrement(void *context, double *left, curvopt_error *error) {
     return co_newton_decrement(&l->hessian, &l->now, left, NULL, error);
 }
 
-static void use_hessian(void *context, int on) {
-    co_level *l = context;
-    if (on)
-        l->place_shift = l->hessian.shift;
-    l->hessian.preconditions_exact = on;
-    l->hessian.shift = on ? 0 : l->place_shift;
-}
-
 static double value(void *context) {
     const co_level *l = context;
     return l->now.value;
 }
 
-static double min_jacobian(void *context) {
-    co_level *l = context;
-    co_iterate at = {.x = l->now.x};
-    co_level_objective_evaluate(&l->objective, &at);
-    return at.found[CO_FOUND_MIN_JACOBIAN];
-}
-
-static void remember(void *context, co_milestone place) {
-    co_level *l = context;
-    memcpy(place == CO_MILESTONE_START ? l->place : l->best, l->now.x, n_of(l) * sizeof *l->best);
-    if (place == CO_MILESTONE_START)
-        memcpy(l->place_rules, l->objective.assembly.rule, (size_t)l->objective.assembly.patches.n_patches);
-}
-
-static int32_t go_to(void *context, co_milestone place, curvopt_error *error) {
-    co_level *l = context;
-    int32_t status = place == CO_MILESTONE_START ? co_assembly_take_rules(&l->objective.assembly, l->place_rules, error)
-                                                 : CURVOPT_OK;
-    if (status != CURVOPT_OK)
-        return status;
-    memcpy(l->now.x, place == CO_MILESTONE_START ? l->place : l->best, n_of(l) * sizeof *l->best);
-    co_step_review_accept(&l->review, &l->now);
-    co_level_objective_evaluate(&l->objective, &l->now);
-    return CURVOPT_OK;
-}
-
 static co_level_schedule schedule_of(const co_level *l, const co_level_prospect *prospect) {
-    const co_run_context *run = l->objective.run;
-    const curvopt_options *o = run->options;
-    const co_level_facts facts = {.is_first = l->number == 1,
-                                  .is_last = co_run_context_is_last(run, l->number),
+    const curvopt_options *o = l->objective.run->options;
+    const co_level_facts facts = {.is_last = co_run_context_is_last(l->objective.run, l->number),
+                                  .is_final = l->is_final,
+                                  .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
                                   .is_third_order = l->objective.assembly.functional.has_third,
-                                  .is_linear = l->objective.assembly.surface != CURVOPT_SURFACE_PLANE,
-                                  .n_variables = l->objective.reduction.n_variables,
-                                  .expects_saddle = prospect->expects_saddle,
                                   .expects_plateau = prospect->expects_plateau,
                                   .max_iterations = o->max_iterations,
                                   .gradient_tolerance = o->gradient_tolerance,
                                   .decrement_tolerance = o->decrement_tolerance,
                                   .max_step = o->max_step};
-    return co_level_schedule_make(&facts, run->tuning);
+    return co_level_schedule_make(&facts, l->objective.run->tuning);
 }
 
 /* The last steps may not have been reviewed, and a fold may hide from two rules that follow each other: by the rules
@@ -290,11 +274,7 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
                                     .run = run_method,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
-                                    .use_hessian = use_hessian,
-                                    .value = value,
-                                    .min_jacobian = min_jacobian,
-                                    .remember = remember,
-                                    .go_to = go_to};
+                                    .value = value};
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
     if (report(l, &l->now, &none))
         return CURVOPT_OK;
@@ -303,6 +283,8 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
         outcome->stop = CURVOPT_STOP_CANCELLED;
     if (status == CURVOPT_OK && !l->objective.run->options->joshi_sequin)
         status = keep_best(l, &outcome->stop, error);
+    if (outcome->stop == CURVOPT_STOP_UNRESOLVED && !l->is_final) /* what stood was kept, and what follows goes on */
+        outcome->stop = CURVOPT_STOP_SETTLED;
     return status;
 }
 
@@ -311,35 +293,38 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
 static int32_t create_room(co_level *l, curvopt_error *error) {
     const co_reviewed reviewed = {
         .context = l, .n = n_of(l), .evaluate = evaluate_always, .resolve = resolve, .coarsen = coarsen};
-    l->best = CO_NEW(double, n_of(l));
-    l->place = CO_NEW(double, n_of(l));
-    l->place_rules = CO_NEW(uint8_t, l->objective.assembly.patches.n_patches);
-    if (!l->best || !l->place || !l->place_rules)
-        return co_status_no_memory(error);
     return co_step_review_create(l->objective.run->tuning, &reviewed, &l->review, error);
 }
 
+/* Nothing follows motion along normals, nor, where spacing is not wanted, the last level. */
+static int finds_result(const co_run_context *run, co_motion motion, int32_t number) {
+    return motion == CO_MOTION_NORMALS ||
+           (run->options->spacing == CURVOPT_SPACING_FREE && co_run_context_is_last(run, number));
+}
+
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                        const co_constraints *constraints, const double *start, int32_t number, co_level **out,
-                        curvopt_error *error) {
+                        const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
+                        co_level **out, curvopt_error *error) {
     const curvopt_options *o = run->options;
     size_t n = 3 * (size_t)mesh->info.n_vertices;
-    int is_last = co_run_context_is_last(run, number);
     co_level *l = *out = CO_NEW(co_level, 1);
     if (!l)
         return co_status_no_memory(error);
     l->number = number;
+    l->motion = motion;
+    l->is_final = finds_result(run, motion, number);
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
-    l->working_tolerance = is_last ? l->tolerance : run->tuning->working_factor * l->tolerance;
+    l->working_tolerance = l->is_final ? l->tolerance : run->tuning->working_factor * l->tolerance;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_level_objective_create(run, mesh, symmetry, constraints, start, &l->objective, l->now.x, error);
+        status =
+            co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
     if (status == CURVOPT_OK)
         status = create_room(l, error);
     if (status == CURVOPT_OK)
-        status = co_level_hessian_create(&l->objective, is_last, &l->hessian, error);
+        status = co_level_hessian_create(&l->objective, l->is_final, &l->hessian, error);
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         *out = NULL;
@@ -355,9 +340,6 @@ void co_level_destroy(co_level *l) {
     co_level_objective_free(&l->objective);
     free(l->now.x);
     free(l->now.gradient);
-    free(l->best);
-    free(l->place);
-    free(l->place_rules);
     free(l);
 }
 
@@ -376,9 +358,22 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_error *error) {
+    int32_t status = co_assembly_copy_rules(&l->objective.assembly, &other->objective.assembly, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_level_objective_evaluate(&l->objective, &l->now);
+    co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
+    return CURVOPT_OK;
+}
+
+double co_level_moved(co_level *l) {
+    return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
+}
+
 int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
     const co_run_context *run = l->objective.run;
-    int changed, is_fixed = l->objective.held.freedom != NULL;
+    int changed, is_framed = l->objective.is_framed;
     co_level_objective_place(&l->objective, l->now.x);
     int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
                                                     &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, energies,
@@ -386,9 +381,9 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
     if (status != CURVOPT_OK)
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, energies->area, xyz);
-    double unit = is_fixed ? run->radius * run->radius : run->area / energies->area;
+    double unit = is_framed ? run->radius * run->radius : run->area / energies->area;
     energies->area_error *= unit;
-    energies->area = is_fixed ? unit * energies->area : run->area;
+    energies->area = is_framed ? unit * energies->area : run->area;
     return CURVOPT_OK;
 }
 

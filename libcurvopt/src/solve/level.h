@@ -11,7 +11,6 @@
 
 /* What is known of the shape before a level is solved. */
 typedef struct co_level_prospect {
-    int expects_saddle;  /* as in co_level_facts */
     int expects_plateau; /* as in co_level_facts */
 } co_level_prospect;
 
@@ -22,16 +21,14 @@ typedef int (*co_level_report_fn)(const struct co_level *level, const co_step_re
 
 typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
+    co_motion motion;
+    int is_final;   /* what is found here is the run's result: nothing follows that moves it */
     co_iterate now; /* where the level stands */
     co_level_objective objective;
     co_level_hessian hessian;
     co_step_review review;
     double working_tolerance; /* of quadrature on the way */
     double tolerance;         /* of quadrature of the figures at the end */
-    double *best;             /* [n_variables] CO_MILESTONE_BEST */
-    double *place;            /* [n_variables] CO_MILESTONE_START, with the rules and the shift of then */
-    uint8_t *place_rules;     /* [n_patches] */
-    double place_shift;       /* of the Gauss-Newton matrix, while L-BFGS has the Hessian */
     int32_t failed;           /* status of a callback, which cannot return it */
     curvopt_error *error;     /* the caller's, for callbacks */
     co_outcome before;        /* what earlier stages did */
@@ -41,12 +38,17 @@ typedef struct co_level {
 
 /* Borrows run, mesh and start [3 n_vertices, the user's units]; constraints are copied. As curvopt_minimize. */
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                        const co_constraints *constraints, const double *start, int32_t number, co_level **out,
-                        curvopt_error *error);
+                        const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
+                        co_level **out, curvopt_error *error);
 void co_level_destroy(co_level *level);
 
 /* Rules, value and gradient at the start; refuses a cage that has none. */
 int32_t co_level_begin(co_level *level, curvopt_error *error);
+/* The same by the rules of another level of the same mesh and symmetry, which have been resolved there. ERROR_MEMORY.
+ */
+int32_t co_level_begin_by_rules_of(co_level *level, const co_level *other, curvopt_error *error);
+/* The longest displacement of a vertex since then, in mean edges. */
+double co_level_moved(co_level *level);
 /* The level's minimum. level->report is told of every step. As curvopt_minimize. */
 int32_t co_level_solve(co_level *level, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error);
 /* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units. */

@@ -1,7 +1,11 @@
 /* The matrices of one level. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/level_hessian.h"
 
+#include "base/memory.h"
+#include "linalg/vector.h"
+
 #include <math.h>
+#include <stdlib.h>
 
 enum { LARGEST_COUNT = CURVOPT_MAX_COUNTED_VARIABLES }; /* that factor is slower */
 
@@ -15,10 +19,11 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     return status;
 }
 
-int32_t co_level_hessian_create(co_level_objective *objective, int is_last, co_level_hessian *h, curvopt_error *error) {
+int32_t co_level_hessian_create(co_level_objective *objective, int is_final, co_level_hessian *h,
+                                curvopt_error *error) {
     const curvopt_options *o = objective->run->options;
-    /* The Hessian of a level that is not the last may be by coarser rules: it only leads to where the next begins. */
-    *h = (co_level_hessian){.objective = objective, .leading = is_last ? CO_SECOND_OWN : CO_SECOND_COARSER};
+    /* The Hessian of a level that another follows may be by coarser rules: it only leads to where that one begins. */
+    *h = (co_level_hessian){.objective = objective, .leading = is_final ? CO_SECOND_OWN : CO_SECOND_COARSER};
     return o->method != CURVOPT_METHOD_LMVM && co_level_objective_n(objective) ? create_system(h, error) : CURVOPT_OK;
 }
 
@@ -29,6 +34,13 @@ void co_level_hessian_free(co_level_hessian *h) {
 
 double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
     return tuning_of(h)->shift_least * fabs(value) / h->objective->mesh->info.n_vertices;
+}
+
+/* What springs and spacing add, at the positions that were placed last. */
+static void add_to_energy(co_level_hessian *h) {
+    const co_level_objective *o = h->objective;
+    co_penalty_add_hessian(&o->penalty, &h->system.hessian);
+    co_spacing_add_hessian(&o->spacing, o->positions, &h->system.hessian);
 }
 
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */
@@ -44,7 +56,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     if (status == CURVOPT_OK)
         status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
     if (status == CURVOPT_OK)
-        co_penalty_add_hessian(&o->penalty, &h->system.hessian);
+        add_to_energy(h);
     return status;
 }
 
@@ -111,7 +123,7 @@ static int32_t mix_with_gauss_newton(co_level_hessian *h, double mix, curvopt_er
         int32_t status = co_newton_system_begin_gauss_newton(&h->system, h->objective->positions, error);
         if (status != CURVOPT_OK)
             return status;
-        co_penalty_add_hessian(&h->objective->penalty, &h->system.hessian);
+        add_to_energy(h);
         co_newton_system_end_gauss_newton(&h->system);
         h->has_gauss_newton = 1;
     }
@@ -155,13 +167,20 @@ int32_t co_level_hessian_unmix(co_level_hessian *h, const co_iterate *now, curvo
 }
 
 int32_t co_level_hessian_count_negative(co_level_hessian *h, const co_iterate *now, int32_t *n_negative,
-                                        curvopt_error *error) {
+                                        double *decrement, curvopt_error *error) {
     size_t n = co_level_objective_n(h->objective);
     *n_negative = n > LARGEST_COUNT ? -1 : 0;
+    *decrement = n > LARGEST_COUNT ? (double)NAN : 0;
     if (n == 0 || *n_negative < 0)
         return CURVOPT_OK;
-    int32_t status = co_level_hessian_assemble_exact(h, now, h->objective->gauge, error);
-    return status == CURVOPT_OK ? co_newton_system_count_negative(
-                                      &h->system, co_level_hessian_least_shift(h, now->value), n_negative, error)
-                                : status;
+    double *step = CO_NEW(double, n);
+    int32_t status =
+        step ? co_level_hessian_assemble_exact(h, now, h->objective->gauge, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_newton_system_count_negative(&h->system, co_level_hessian_least_shift(h, now->value), now->gradient,
+                                                 step, n_negative, error);
+    if (status == CURVOPT_OK)
+        *decrement = *n_negative == 0 ? 0.5 * co_vector_dot(n, now->gradient, step) : (double)NAN;
+    free(step);
+    return status;
 }

@@ -17,8 +17,8 @@ typedef struct co_level_hessian {
     double shift;            /* multiple of the unit matrix that was added last */
 } co_level_hessian;
 
-/* objective must outlive it and stay where it is; `is_last`: of the run's levels. ERROR_SIZE, ERROR_MEMORY. */
-int32_t co_level_hessian_create(co_level_objective *objective, int is_last, co_level_hessian *out,
+/* objective must outlive it and stay where it is; `is_final`: as in co_level. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_level_hessian_create(co_level_objective *objective, int is_final, co_level_hessian *out,
                                 curvopt_error *error);
 void co_level_hessian_free(co_level_hessian *hessian);
 
@@ -51,8 +51,10 @@ int32_t co_level_hessian_assemble_exact(co_level_hessian *hessian, const co_iter
 /* The matrix that Newton's method assembled, unmixed, with the least shift that makes it positive. ERROR_MEMORY. */
 int32_t co_level_hessian_unmix(co_level_hessian *hessian, const co_iterate *now, curvopt_error *error);
 /* Negative directions of the Hessian at `now`; -1 if they cannot be counted: there are too many variables, or rounding
- * leaves the count unknown. ERROR_MEMORY. */
+ * leaves the count unknown. *decrement: Newton's, if there are none, else NAN. Moebius maps count as no directions
+ * where the energy does not see them, so that there may be none although the matrix has no Cholesky factor.
+ * ERROR_MEMORY. */
 int32_t co_level_hessian_count_negative(co_level_hessian *hessian, const co_iterate *now, int32_t *n_negative,
-                                        curvopt_error *error);
+                                        double *decrement, curvopt_error *error);
 
 #endif

@@ -13,6 +13,18 @@ static int is_fixed(const co_level_objective *o) {
     return o->held.freedom != NULL;
 }
 
+/* at->found and at->gradient, of normalized variables z. */
+static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) {
+    size_t n = co_level_objective_n(o);
+    double *gradient = at->gradient ? o->spacing_gradient : NULL;
+    co_dof_map_expand(&o->reduction, z, o->positions);
+    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, o->positions, gradient);
+    if (!gradient)
+        return;
+    co_dof_map_gradient(&o->reduction, gradient, o->step);
+    co_vector_add(n, 1, o->step, at->gradient);
+}
+
 void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     const co_assembly *a = &o->assembly;
     const double *z = is_fixed(o) ? at->x : o->normalized;
@@ -25,12 +37,24 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     at->found[CO_FOUND_AREA] = values.integral[CO_INT_AREA];
     at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);
     at->found[CO_FOUND_MIN_JACOBIAN] = values.min_jacobian;
-    if (at->gradient) {
+    at->found[CO_FOUND_SPACING] = 0;
+    if (at->gradient)
         co_dof_map_gradient_of(&o->reduction, a->active, a->n_active_cage, o->point_gradient, at->gradient);
-        if (!is_fixed(o))
-            co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
-    }
-    at->value = values.objective + co_penalty_value(&o->penalty, at->x, at->gradient);
+    if (o->spacing.weight > 0)
+        add_spacing(o, z, at);
+    if (at->gradient && !is_fixed(o))
+        co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
+    at->value = values.objective + at->found[CO_FOUND_SPACING] + co_penalty_value(&o->penalty, at->x, at->gradient);
+}
+void co_level_objective_weigh_spacing(co_level_objective *o, double part, co_iterate *now) {
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
+    double energy = co_level_objective_energy(o, now);
+    co_level_objective_place(o, now->x);
+    double sum = co_spacing_value(&unit, o->positions, NULL);
+    o->spacing = unit;
+    o->spacing.weight = sum > 0 ? part * fabs(energy) / sum : 0;
+    o->spaced_energy = energy;
+    co_level_objective_evaluate(o, now);
 }
 
 double co_level_objective_value(co_level_objective *o, const double *z) {
@@ -69,7 +93,7 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     const co_run_context *run = o->run;
     size_t n = (size_t)o->mesh->info.n_vertices;
     co_dof_map_expand(&o->reduction, z, xyz);
-    if (is_fixed(o)) {
+    if (o->is_framed) {
         for (size_t i = 0; i < 3 * n; i++)
             xyz[i] =
                 o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->start[i] : run->centroid[i % 3] + run->radius * xyz[i];
@@ -86,7 +110,7 @@ double co_level_objective_relative_gradient(const co_level_objective *o, const c
 }
 
 double co_level_objective_energy(const co_level_objective *o, const co_iterate *now) {
-    return now->value - co_penalty_value(&o->penalty, now->x, NULL);
+    return now->value - co_penalty_value(&o->penalty, now->x, NULL) - now->found[CO_FOUND_SPACING];
 }
 
 /* --------------------------------------------------------------------------------------- creation -- */
@@ -97,8 +121,8 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     const curvopt_options *options = run->options;
     size_t n = (size_t)o->mesh->info.n_vertices;
     double centroid[3], radius = co_similarity_frame(n, o->start, centroid), *face_weight = NULL;
-    const double *origin = is_fixed(o) ? run->centroid : centroid;
-    double unit = is_fixed(o) ? run->radius : radius;
+    const double *origin = o->is_framed ? run->centroid : centroid;
+    double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
     o->edge = co_mesh_mean_edge(o->mesh, o->positions);
@@ -116,22 +140,38 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     return status;
 }
 
+/* The gauge is that of the whole problem: motion along normals does not see similarities either. */
+static int32_t hold(co_level_objective *o, const co_constraints *constraints, co_motion motion, curvopt_error *error) {
+    co_constraints all = {0};
+    int32_t status = co_constraints_all(o->mesh, constraints, o->run->options->boundary, &all, error);
+    o->gauge = co_gauge_of(o->run->options->weights, &all);
+    o->is_framed = all.freedom != NULL;
+    if (motion == CO_MOTION_ALL || status != CURVOPT_OK) {
+        o->held = all;
+        return status;
+    }
+    status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
+    co_constraints_free(&all);
+    return status;
+}
+
 int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                                  const co_constraints *constraints, const double *start, co_level_objective *o,
-                                  double *z, curvopt_error *error) {
+                                  const co_constraints *constraints, co_motion motion, const double *start,
+                                  co_level_objective *o, double *z, curvopt_error *error) {
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     *o = (co_level_objective){.run = run,
                               .mesh = mesh,
                               .start = start,
                               .positions = CO_NEW(double, n),
                               .point_gradient = CO_NEW(double, n),
+                              .spacing_gradient = CO_NEW(double, n),
                               .normalized = CO_NEW(double, n),
                               .step = CO_NEW(double, n)};
-    int32_t status =
-        o->positions && o->point_gradient && o->normalized && o->step ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = o->positions && o->point_gradient && o->spacing_gradient && o->normalized && o->step
+                         ? CURVOPT_OK
+                         : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_constraints_all(mesh, constraints, run->options->boundary, &o->held, error);
-    o->gauge = co_gauge_of(run->options->weights, &o->held);
+        status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)
         status = create_parts(o, symmetry, z, error);
     if (status != CURVOPT_OK)
@@ -146,6 +186,7 @@ void co_level_objective_free(co_level_objective *o) {
     co_constraints_free(&o->held);
     free(o->positions);
     free(o->point_gradient);
+    free(o->spacing_gradient);
     free(o->normalized);
     free(o->step);
     *o = (co_level_objective){0};

@@ -1,8 +1,9 @@
-/* One level's function: the energy of a cage, and what springs add, over the variables that constraints and symmetry
- * leave.
+/* One level's function: the energy of a cage, and what springs and an even spacing add, over the variables that
+ * constraints and symmetry leave.
  *
  * Where nothing is held the function is invariant under similarities: it is that of the cage normalized to centroid 0
- * and root mean square radius 1. Where something is held, positions are normalized once, by the input cage's frame.
+ * and root mean square radius 1. Where something is held, positions are normalized once, by the input cage's frame; on
+ * normals, which are lines in space, by the frame of the cage that they are normals of.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_LEVEL_OBJECTIVE_H
@@ -11,38 +12,51 @@
 #include "energy/assembly.h"
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
+#include "hessian/spacing.h"
 #include "optimize/objective.h"
 #include "solve/run_context.h"
 
 /* co_iterate.found. */
 enum {
-    CO_FOUND_AREA,        /* of the normalized surface */
-    CO_FOUND_DEFECT,      /* Gauss-Bonnet's, in radians */
-    CO_FOUND_MIN_JACOBIAN /* least |S_u x S_v| of all samples, normalized */
+    CO_FOUND_AREA,         /* of the normalized surface */
+    CO_FOUND_DEFECT,       /* Gauss-Bonnet's, in radians */
+    CO_FOUND_MIN_JACOBIAN, /* least |S_u x S_v| of all samples, normalized */
+    CO_FOUND_SPACING       /* spacing's part of the value */
 };
 
 typedef struct co_level_objective {
     const co_run_context *run;
     const curvopt_mesh *mesh;
-    const double *start;    /* [3 n_vertices] the level's first cage, in the user's units */
-    co_constraints held;    /* pins and boundary */
-    co_dof_map reduction;   /* variables -> positions */
-    co_assembly assembly;   /* the energy */
-    co_penalty penalty;     /* what springs add */
-    co_gauge gauge;         /* motions that the function does not see */
-    double edge;            /* mean edge length of the cage that was normalized last */
-    double *positions;      /* [3 n_vertices] of the point that was expanded last */
-    double *point_gradient; /* [3 n_vertices] work */
-    double *normalized;     /* [n_variables] work */
-    double *step;           /* [n_variables] work */
-    int32_t worst_face;     /* the face with the least Jacobian, at the point that was evaluated last */
+    const double *start;      /* [3 n_vertices] the level's first cage, in the user's units */
+    co_constraints held;      /* pins and boundary; on normals, lines */
+    int is_framed;            /* the user holds something: the result lies in the input's frame */
+    co_dof_map reduction;     /* variables -> positions */
+    co_assembly assembly;     /* the energy */
+    co_penalty penalty;       /* what springs add */
+    co_spacing spacing;       /* what an even cage is worth; nothing on normals */
+    double spaced_energy;     /* by which that was weighed */
+    co_gauge gauge;           /* motions that the function does not see */
+    double edge;              /* mean edge length of the cage that was normalized last */
+    double *positions;        /* [3 n_vertices] of the point that was expanded last */
+    double *point_gradient;   /* [3 n_vertices] work */
+    double *spacing_gradient; /* [3 n_vertices] work, then its part of the variables' */
+    double *normalized;       /* [n_variables] work */
+    double *step;             /* [n_variables] work */
+    int32_t worst_face;       /* the face with the least Jacobian, at the point that was evaluated last */
 } co_level_objective;
 
-/* Borrows mesh and start; constraints are copied. z [3 n_vertices at most] gets the variables of `start`.
- * As curvopt_minimize. */
+/* What may move. */
+typedef enum co_motion {
+    CO_MOTION_ALL,    /* all that constraints and symmetry leave */
+    CO_MOTION_NORMALS /* of that, what changes the shape: the cage's vertices on their normals
+                         (co_constraints_to_normals) */
+} co_motion;
+
+/* Borrows run, mesh and start; constraints are copied. z [3 n_vertices at most] gets the variables of `start`. As
+ * curvopt_minimize. */
 int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                                  const co_constraints *constraints, const double *start, co_level_objective *out,
-                                  double *z, curvopt_error *error);
+                                  const co_constraints *constraints, co_motion motion, const double *start,
+                                  co_level_objective *out, double *z, curvopt_error *error);
 void co_level_objective_free(co_level_objective *objective);
 
 static inline size_t co_level_objective_n(const co_level_objective *o) {
@@ -51,6 +65,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 
 /* Value and findings at at->x, and the gradient unless at->gradient is NULL. */
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
+/* An even spacing is to be worth so much of the energy that `now` has; 0: nothing. `now` is evaluated again. */
+void co_level_objective_weigh_spacing(co_level_objective *objective, double part, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);
 /* The longest displacement of a vertex by d [n_variables], in mean edges. */

@@ -10,6 +10,7 @@
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
 #include "solve/certificate.h"
+#include "solve/newton_decrement.h"
 #include "solve/symmetry_reduction.h"
 
 #include <math.h>
@@ -40,32 +41,37 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
 /* What is asked for besides: the shape without its symmetries, everything without them. */
 static int32_t verify_without_symmetry(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
-    co_symmetry none = {0};
-    co_certificate_shape shape;
-    int32_t status = co_symmetry_none(mesh, &none, error);
+    int32_t status = co_certificate_count_negative(&r->context, mesh, &r->constraints, CO_MOTION_NORMALS, r->at.xyz,
+                                                   &summary->free_negative_directions, error);
+    return status == CURVOPT_OK ? co_certificate_count_negative(&r->context, mesh, &r->constraints, CO_MOTION_ALL,
+                                                                r->at.xyz, &summary->all_negative_directions, error)
+                                : status;
+}
+
+/* What can be said of the shape: by the level itself where that moves along normals, else by another one. */
+static int32_t check_shape(co_run *r, co_level *l, co_certificate_shape *shape, curvopt_error *error) {
+    co_level *other = NULL;
+    int32_t status = CURVOPT_OK;
+    if (l->motion != CO_MOTION_NORMALS)
+        status = co_certificate_level(&r->context, l->objective.mesh, &r->at.symmetry, &r->constraints, r->at.xyz, l,
+                                      &other, error);
     if (status == CURVOPT_OK)
-        status =
-            co_certificate_check_shape(&r->context, mesh, &none, &r->constraints, r->at.xyz, NULL, 0, &shape, error);
-    co_symmetry_free(&none);
-    if (status != CURVOPT_OK)
-        return status;
-    summary->free_negative_directions = shape.negative_directions;
-    return co_certificate_count_negative(&r->context, mesh, &r->constraints, r->at.xyz,
-                                         &summary->all_negative_directions, error);
+        status = co_certificate_check_shape(other ? other : l, r->context.options->verify, shape, error);
+    co_level_destroy(other);
+    return status;
 }
 
 /* The verdict on where the run ended. */
 static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_certificate_shape shape;
-    int verify = r->context.options->verify;
-    int32_t status = co_certificate_decrement(l, &summary->newton_decrement, error);
-    if (status == CURVOPT_OK &&
-        co_run_context_is_cancelled(&r->context)) /* what was found stands; there is no verdict */
-        return CURVOPT_OK;
-    if (status == CURVOPT_OK)
-        status = co_certificate_check_shape(&r->context, l->objective.mesh, &r->at.symmetry, &r->constraints, r->at.xyz,
-                                            l, verify, &shape, error);
+    co_level_objective_evaluate(&l->objective, &l->now); /* by the rules that co_level_finish() has settled on */
+    int32_t status = check_shape(r, l, &shape, error);
+    if (status != CURVOPT_OK || co_run_context_is_cancelled(&r->context)) /* what was found stands; no verdict */
+        return status;
+    summary->newton_decrement = shape.decrement;
+    if (l->motion != CO_MOTION_NORMALS || isnan(shape.decrement))
+        status = co_newton_decrement(&l->hessian, &l->now, &summary->newton_decrement, NULL, error);
     if (status != CURVOPT_OK)
         return status;
     summary->shape_decrement = shape.decrement;
@@ -73,7 +79,7 @@ static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     summary->negative_directions = shape.negative_directions;
     summary->verdict = co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
                                               summary->newton_decrement, &shape);
-    return verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
+    return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
 
 /* Whether the level was the run's last, and one to look at more closely. */
@@ -218,7 +224,6 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
                                const co_tuning *tuning, curvopt_progress_fn progress, void *user,
                                const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error) {
     co_run r = {.context = {.options = options, .tuning = tuning, .cancel = cancel},
-                .prospect = {.expects_saddle = options->escape},
                 .progress = progress,
                 .user = user,
                 .started = co_clock_seconds()};

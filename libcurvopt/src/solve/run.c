@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 void co_level_result_free(co_level_result *at) {
     co_symmetry_free(&at->symmetry);
@@ -23,9 +24,10 @@ static double shift_of(const co_level *l, const co_step_record *record) {
 static int report(const co_level *l, const co_step_record *record, void *user) {
     co_run *r = user;
     const co_level_objective *o = &l->objective;
+    const curvopt_level_report *before = &r->at.report; /* of earlier turns */
     if (co_run_context_is_cancelled(&r->context))
         return 1;
-    if (!r->progress)
+    if (!r->progress || (record->method == CO_METHOD_NONE && before->iterations > 0))
         return 0;
     co_level_objective_to_user(o, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
     const curvopt_progress progress = {.struct_size = (int32_t)sizeof progress,
@@ -44,8 +46,8 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
                                        .mesh = o->mesh,
                                        .level = l->number,
                                        .levels = r->context.options->levels,
-                                       .iteration = record->iteration,
-                                       .evaluations = record->evaluations + 1, /* the level's first */
+                                       .iteration = before->iterations + record->iteration,
+                                       .evaluations = before->evaluations + record->evaluations + 1, /* the first */
                                        .n_vertices = o->mesh->info.n_vertices};
     return r->progress(&progress, r->user) != 0;
 }
@@ -74,21 +76,63 @@ int co_run_stopped_early(const co_run *r) {
     return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
+/* Solves a level, and adds what it took to what was taken before. */
+static int32_t solve_level(co_run *r, co_level *l, double started, curvopt_error *error) {
+    co_outcome outcome;
+    const curvopt_level_report before = r->at.report;
+    int32_t status = co_level_solve(l, &r->prospect, &outcome, error);
+    if (status == CURVOPT_OK)
+        status = end_level(r, l, &outcome, started, error);
+    r->at.report.iterations += before.iterations;
+    r->at.report.evaluations += before.evaluations;
+    return status;
+}
+
+/* Most turns of motion along normals, each along those of the cage where it begins. */
+enum { MOST_TURNS = 8 };
+/* In mean edges: normals of cages that are closer than this are the same. */
+static const double SAME_NORMALS = 1e-2;
+
+/* From a level's result along normals, until these stay what they are. *level is exchanged. */
+static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt_error *error) {
+    size_t size = 3 * sizeof(double) * (size_t)r->result->mesh->info.n_vertices;
+    double moved = INFINITY;
+    for (int turn = 0; turn < MOST_TURNS && moved > SAME_NORMALS && !co_run_stopped_early(r); turn++) {
+        co_level *next = NULL;
+        memcpy(r->at.start, r->at.xyz, size);
+        int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints,
+                                         CO_MOTION_NORMALS, r->at.start, (*level)->number, &next, error);
+        if (status == CURVOPT_OK) {
+            next->report = report;
+            next->user = r;
+            status = co_level_begin_by_rules_of(next, *level, error);
+        }
+        co_level_destroy(*level);
+        *level = next;
+        if (status == CURVOPT_OK)
+            status = solve_level(r, next, started, error);
+        if (status != CURVOPT_OK)
+            return status;
+        moved = co_level_moved(next);
+    }
+    return CURVOPT_OK;
+}
+
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds();
-    co_outcome outcome;
     co_level *l = NULL;
-    int32_t status =
-        co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, r->at.start, number, &l, error);
+    r->at.report = (curvopt_level_report){.iterations = 0};
+    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
+                                     r->at.start, number, &l, error);
     if (status == CURVOPT_OK) {
         l->report = report;
         l->user = r;
         status = co_level_begin(l, error);
     }
     if (status == CURVOPT_OK)
-        status = co_level_solve(l, &r->prospect, &outcome, error);
-    if (status == CURVOPT_OK)
-        status = end_level(r, l, &outcome, started, error);
+        status = solve_level(r, l, started, error);
+    if (status == CURVOPT_OK && !l->is_final && co_run_context_is_last(&r->context, number))
+        status = settle_shape(r, &l, started, error);
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         l = NULL;

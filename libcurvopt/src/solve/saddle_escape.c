@@ -20,8 +20,8 @@
 typedef struct place {
     const co_run_context *run;
     const curvopt_mesh *mesh;
-    const co_constraints *constraints; /* within which a way is looked for */
-    co_gauge gauge;
+    const co_constraints *constraints;
+    co_motion motion; /* by which a way is looked for */
     const double *xyz;
     int32_t number;
 } place;
@@ -40,11 +40,11 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     double before = 0;
     *found = 0;
     *gain = 0;
-    int32_t status = co_level_create(p->run, p->mesh, symmetry, p->constraints, p->xyz, p->number, &level, error);
+    int32_t status =
+        co_level_create(p->run, p->mesh, symmetry, p->constraints, p->motion, p->xyz, p->number, &level, error);
     if (status == CURVOPT_OK)
         status = co_level_begin(level, error);
     if (status == CURVOPT_OK && co_level_objective_n(&level->objective) && !co_run_context_is_cancelled(p->run)) {
-        level->objective.gauge = p->gauge;
         before = level->now.value;
         status = co_level_leave_saddle(level, found, error);
     }
@@ -114,37 +114,23 @@ static int32_t look_in_subgroups(const place *p, const co_symmetry *symmetry, in
  * than it is worth, looked for and gone (symmetry_reduction.c); but who asks for an escape from a saddle of the
  * shape wants to know whether there is one at all. */
 static int32_t largest_index(const curvopt_options *o, const co_tuning *t, const co_symmetry *symmetry,
-                             co_saddle_escape_among among) {
+                             co_motion among) {
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return 1;
-    return among == CO_SADDLE_ESCAPE_ALL ? t->escape_index : symmetry->order;
+    return among == CO_MOTION_ALL ? t->escape_index : symmetry->order;
 }
 
 int32_t co_saddle_escape_find(const co_run_context *run, const curvopt_mesh *m, const co_symmetry *symmetry,
-                              const co_constraints *constraints, const double *xyz, int32_t number,
-                              co_saddle_escape_among among, co_way_down *out, curvopt_error *error) {
-    size_t n = (size_t)m->info.n_vertices;
-    co_constraints held = {0}, lines = {0};
-    co_run_context own = *run;
-    place p = {.run = &own, .mesh = m, .constraints = constraints, .xyz = xyz, .number = number};
-    *out = (co_way_down){.xyz = CO_NEW(double, 3 * n)};
-    int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        status = co_constraints_all(m, constraints, run->options->boundary, &held, error);
-    p.gauge = co_gauge_of(run->options->weights, &held);
-    if (!held.freedom)
-        own.radius = co_similarity_frame(n, xyz, own.centroid);
-    if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS) {
-        p.constraints = &lines;
-        status = co_constraints_to_normals(m, &held, xyz, &lines, error);
-    }
+                              const co_constraints *constraints, const double *xyz, int32_t number, co_motion among,
+                              co_way_down *out, curvopt_error *error) {
+    const place p = {.run = run, .mesh = m, .constraints = constraints, .motion = among, .xyz = xyz, .number = number};
     int possible = 1;
-    if (status == CURVOPT_OK && among == CO_SADDLE_ESCAPE_NORMALS)
+    *out = (co_way_down){.xyz = CO_NEW(double, 3 * (size_t)m->info.n_vertices)};
+    int32_t status = out->xyz ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK && among == CO_MOTION_NORMALS)
         status = look_without_symmetry(&p, out->xyz, &possible, error);
     if (status == CURVOPT_OK && possible)
         status = look_in_subgroups(&p, symmetry, largest_index(run->options, run->tuning, symmetry, among), out, error);
-    co_constraints_free(&held);
-    co_constraints_free(&lines);
     if (status != CURVOPT_OK)
         co_saddle_escape_free(out);
     return status;

@@ -4,12 +4,6 @@
 
 #include "solve/level.h"
 
-/* Motions among which a way down is looked for. */
-typedef enum co_saddle_escape_among {
-    CO_SADDLE_ESCAPE_ALL,    /* everything that may move */
-    CO_SADDLE_ESCAPE_NORMALS /* motion along normals, which changes the shape */
-} co_saddle_escape_among;
-
 /* A way down from a cage that is stationary among those of its symmetry. */
 typedef struct co_way_down {
     int found;
@@ -19,8 +13,8 @@ typedef struct co_way_down {
 
 /* Looks for one at xyz [3 n_vertices], a cage of this symmetry in the user's units. As co_level_create. */
 int32_t co_saddle_escape_find(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
-                              const co_constraints *constraints, const double *xyz, int32_t number,
-                              co_saddle_escape_among among, co_way_down *out, curvopt_error *error);
+                              const co_constraints *constraints, const double *xyz, int32_t number, co_motion among,
+                              co_way_down *out, curvopt_error *error);
 void co_saddle_escape_free(co_way_down *way);
 
 #endif

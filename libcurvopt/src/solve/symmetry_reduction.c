@@ -15,14 +15,14 @@ double co_symmetry_reduction_worth(const co_tuning *t, int32_t order, int32_t le
 }
 
 /* Among what ways down from a level's result are looked for; 0: they are not. */
-static int wants_escape(const co_run *r, const co_level *l, co_saddle_escape_among *among) {
+static int wants_escape(const co_run *r, const co_level *l, co_motion *among) {
     const curvopt_options *o = r->context.options;
     const co_tuning *t = r->context.tuning;
     int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
     int loosens = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 &&
                   l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices &&
                   n <= t->loosen_most_vertices;
-    *among = loosens ? CO_SADDLE_ESCAPE_ALL : CO_SADDLE_ESCAPE_NORMALS;
+    *among = loosens ? CO_MOTION_ALL : CO_MOTION_NORMALS;
     return l->hessian.exists && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
            (loosens || (o->escape && n <= t->escape_vertices));
 }
@@ -38,11 +38,11 @@ typedef enum worth { NOT_WORTH_IT, PERHAPS, WORTH_IT } worth;
 
 /* Whether going down from there to here was worth it. A step that brings half of what it should may be the first of
  * two: of a torus of 8 x 4 vertices the first brings 10 % and the second 69 %. */
-static worth worth_of(const co_run *r, const co_level_result *from, co_saddle_escape_among among) {
+static worth worth_of(const co_run *r, const co_level_result *from, co_motion among) {
     const co_level_result *at = &r->at;
     const co_tuning *t = r->context.tuning;
     double least =
-        among == CO_SADDLE_ESCAPE_ALL ? co_symmetry_reduction_worth(t, from->symmetry.order, at->symmetry.order) : 0;
+        among == CO_MOTION_ALL ? co_symmetry_reduction_worth(t, from->symmetry.order, at->symmetry.order) : 0;
     double gain = (from->report.energy + from->penalty - at->report.energy - at->penalty) / fabs(from->report.energy);
     if (at->report.stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
         return NOT_WORTH_IT;
@@ -90,8 +90,7 @@ static int32_t solve_along(co_run *r, int32_t number, co_way_down *way, co_level
 }
 
 /* A step down, if there is a way that is worth going; *on: whether another may be looked for. */
-static int32_t step_down(co_run *r, int32_t number, co_saddle_escape_among among, descent *d, int *on,
-                         curvopt_error *error) {
+static int32_t step_down(co_run *r, int32_t number, co_motion among, descent *d, int *on, curvopt_error *error) {
     co_way_down way;
     *on = 0;
     int32_t status = co_saddle_escape_find(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, r->at.xyz,
@@ -120,31 +119,8 @@ static int32_t step_down(co_run *r, int32_t number, co_saddle_escape_among among
     return status;
 }
 
-/* A last level on which no way down was found goes on to what it comes to where none is looked for: vertices slide. Not
- * if that is cancelled before it gets as far. */
-static int32_t slide_after_all(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
-    co_level *next = NULL;
-    const co_level_result before = r->at;
-    r->prospect.expects_saddle = 0;
-    r->at.xyz = CO_NEW(double, 3 * (size_t)r->result->mesh->info.n_vertices);
-    int32_t status = r->at.xyz ? co_run_solve(r, number, &next, error) : co_status_no_memory(error);
-    if (status == CURVOPT_OK && (r->at.report.stop != CURVOPT_STOP_CANCELLED ||
-                                 r->at.report.energy + r->at.penalty <= before.report.energy + before.penalty)) {
-        add_work(&r->at.report, &before.report);
-        free(before.xyz);
-        co_level_destroy(*level);
-        *level = next;
-    } else {
-        free(r->at.xyz);
-        co_level_destroy(next);
-        r->at = before;
-        r->at.report.stop = status == CURVOPT_OK ? CURVOPT_STOP_CANCELLED : before.report.stop;
-    }
-    return status;
-}
-
 int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
-    co_saddle_escape_among among = CO_SADDLE_ESCAPE_NORMALS;
+    co_motion among = CO_MOTION_NORMALS;
     descent d = {0};
     int on = 1;
     int32_t status = co_run_solve(r, number, &d.now, error);
@@ -155,9 +131,6 @@ int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level,
         co_level_destroy(d.now);
         d.now = d.before;
     }
-    if (status == CURVOPT_OK && r->prospect.expects_saddle && co_run_context_is_last(&r->context, number) &&
-        !d.now->objective.assembly.functional.has_third && !co_run_stopped_early(r))
-        status = slide_after_all(r, number, &d.now, error);
     *level = d.now;
     return status;
 }
