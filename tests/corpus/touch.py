@@ -13,10 +13,11 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "oracle")]
 
-from ccref import mesh_from_faces, topology  # noqa: E402
+from ccref import SHARP, topology  # noqa: E402
 from draw import Draw  # noqa: E402
 from families import mean_edge  # noqa: E402
-from nets import read_obj, write_obj  # noqa: E402
+from measures import read_cage  # noqa: E402
+from nets import write_obj  # noqa: E402
 from tables import Record, Runs, group, is_certified, is_done, quantile, shown, split, table  # noqa: E402
 
 SHARE = 1e-3  # of a mean edge
@@ -27,15 +28,19 @@ FALLS = (1e-4, 1e-3, 1e-2)
 def touched(path: Path, folder: Path) -> list[Path]:
     """The cage's WAYS touched copies: vertices moved along random directions by SHARE of a mean edge.
 
-    Those of the boundary, which a run keeps, are not moved.
+    Those of the boundary and of infinitely sharp creases, which a run keeps, are not moved. Tags are copied.
     """
-    mesh, out = read_obj(path), []
+    mesh, out = read_cage(path), []
     topo = topology(mesh)
     moves = np.ones((mesh.n_vertices, 1))
-    moves[topo.ends[topo.n_edge_faces == 1].ravel()] = 0
+    moves[topo.ends[topo.sharpness >= SHARP].ravel()] = 0  # edges of the boundary among them
+    moves[mesh.vertex_sharpness >= SHARP] = 0
+    tags = [line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("t ")]
     for way in range(WAYS):
         xyz = mesh.xyz + SHARE * mean_edge(mesh) * moves * Draw(way, mesh.n_vertices).directions(mesh.n_vertices)
-        out.append(write_obj(folder / f"touched_{path.stem}.{way}.obj", mesh_from_faces(xyz, mesh.face_list())))
+        out.append(write_obj(folder / f"touched_{path.stem}.{way}.obj", mesh.with_xyz(xyz)))
+        with out[-1].open("a", encoding="ascii") as file:
+            file.writelines(f"{tag}\n" for tag in tags)
     return out
 
 

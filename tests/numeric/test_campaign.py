@@ -182,6 +182,12 @@ def test_touch(tmp_path):
     assert moved.shape == (10, 16) and (moved[:, ~inside] == 0).all()
     assert moved[:, inside] == pytest.approx(1e-3 * mean_edge(grid(3, 3)))
     assert abs(copies[0] - copies[1])[inside].min() > 0
+    sharp = tmp_path / "sharp.obj"
+    sharp.write_text(CUBE.format(1) + "t crease 2/1/0 0 1 10\nt crease 2/1/0 2 3 3\nt corner 1/1/0 7 10\n")
+    for path in touch.touched(sharp, tmp_path):
+        copy = read_cage(path)
+        assert (copy.xyz == read_obj(sharp).xyz).all(axis=1).tolist() == [True, True] + 5 * [False] + [True]
+        assert copy.creases.tolist() == [[0, 1], [2, 3]] and copy.vertex_sharpness[7] == 10
     again = [record(objective=9.98, quadrature_error=1e-5), record(objective=10.01, quadrature_error=1e-5),
              {"outcome": "out of time"}]
     runs = {"seed_001|mvs|2": record(quadrature_error=1e-4)}
