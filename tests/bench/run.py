@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The benchmark: python3 tests/bench/run.py [--part NAME]... [--write-baseline] [--output FILE] [--build DIR].
 
-Builds the preset release first, unless --build names a folder with other programs. Parts: kernels, faces, matrix (all from `curvopt_bench`), start (the command line's own time), shapes (time to a certified
-minimum, beside plain LMVM), evolver (Surface Evolver on the same task; about five minutes). Prints Markdown tables and what
-got slower than `baseline.json`, as ratios; figures that depend on the machine's speed are divided by the peak measured in
-the same run, so a baseline of another machine says something too. The exit status is 1 if anything is 1.5 times slower, 2 if
-something is missing. What is written as JSON names machine, compiler, commit and load.
+Builds the preset release first, unless --build names a folder with other programs. Parts: kernels, faces, matrix (all from
+`curvopt_bench`), start (the command line's own time), shapes (time to a certified minimum, beside plain LMVM), evolver
+(Surface Evolver on the same task; about five minutes), and, only if it is named, corpus (distributions over random cages;
+hours). Prints Markdown tables and what got slower than `baseline.json`, as ratios; figures that depend on the machine's speed
+are divided by the peak measured in the same run, so a baseline of another machine says something too. The exit status is 1 if
+anything is 1.5 times slower, 2 if something is missing. What is written as JSON names machine, compiler, commit and load.
 """
 
 from __future__ import annotations
@@ -25,13 +26,16 @@ from typing import Any, Iterable
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(HERE), str(HERE.parent / "oracle"), str(HERE.parent / "numeric")]
+sys.path[:0] = [str(HERE), *(str(HERE.parent / name) for name in ("oracle", "numeric", "corpus"))]
 
 try:
+    import campaign  # noqa: E402
     import evolver  # noqa: E402
     import lib  # noqa: E402
     from ccref import Mesh  # noqa: E402
+    from acceptance import acceptance  # noqa: E402
     from nets import read_obj, torus_cage, write_obj  # noqa: E402
+    from tables import summary  # noqa: E402
 except ModuleNotFoundError as missing:
     if missing.name != "numpy":
         raise
@@ -251,10 +255,31 @@ def plot(curves: list[tuple[str, list[tuple[float, float]]]]) -> str:
     return "\n".join(parts) + "\n"
 
 
+# ------------------------------------------------------------------------------------------------ corpus --
+
+SEEDS = range(1000, 1312)  # the corpus's second range
+SUBSET = range(1000, 1080)
+LEVELS = (1, 2)
+
+
+def corpus_part(build: Path, seeds: range) -> tuple[str, dict[str, float]]:
+    """Distributions over the odd ones of the seeds, of which the first 40 have each family with three sizes or four. What is
+    done of it is in build/corpus, so that a stopped benchmark goes on from there."""
+    program = campaign.Program((build / "curvopt").resolve())
+    done = campaign.cage_folder() / f"bench_{program.settings()['program'][:12]}.json"
+    runs = [campaign.Run(cage, energy, levels) for cage in campaign.corpus_files(seeds, "odd")
+            for energy in campaign.ENERGIES for levels in LEVELS]
+    found = campaign.campaign(runs, program, done, 1)["runs"]
+    wanted = {run.key: found[run.key] for levels in LEVELS for energy in campaign.ENERGIES for run in runs
+              if (run.energy, run.levels) == (energy, levels)}
+    text = f"Odd seeds from {seeds.start} to {seeds.stop - 1}, {program.limit} CPU s a run.\n\n"
+    return text + summary(wanted) + "\n" + acceptance(wanted, campaign.best_known()), {}
+
+
 # ------------------------------------------------------------------------------------------------- main --
 
 RELEASE = ROOT / "build" / "release"
-PROGRAMS = {"curvopt_bench": {"kernels", "faces", "matrix"}, "curvopt": {"start", "shapes", "evolver"},
+PROGRAMS = {"curvopt_bench": {"kernels", "faces", "matrix"}, "curvopt": {"start", "shapes", "evolver", "corpus"},
             "libcurvopt.so": {"shapes"}}  # and the parts that use them
 
 
@@ -322,7 +347,8 @@ def main() -> int:
     parts = ["kernels", "faces", "matrix", "start", "shapes", "evolver"]
     parser = argparse.ArgumentParser(description="Measure libcurvopt; see tests/bench/README.md.")
     parser.add_argument("--build", type=Path, help="where the programs are; default: the preset release, built now")
-    parser.add_argument("--part", action="append", choices=parts, help="only this; may be repeated")
+    parser.add_argument("--part", action="append", choices=[*parts, "corpus"], help="only this; may be repeated")
+    parser.add_argument("--all-seeds", action="store_true", help="part corpus: all odd seeds, not the first 40")
     parser.add_argument("--write-baseline", action="store_true", help="these figures are to be compared with from now on")
     parser.add_argument("--output", type=Path, help="these figures as JSON")
     parser.add_argument("--picture", type=Path, help="SVG of the errors against time, from the part evolver")
@@ -346,6 +372,7 @@ def main() -> int:
         "start": lambda: start_table(options.build),
         "shapes": lambda: shapes_table(options.build),
         "evolver": lambda: evolver_table(options.build, options.picture),
+        "corpus": lambda: corpus_part(options.build, SEEDS if options.all_seeds else SUBSET),
     }
     figures: dict[str, float] = {}
     for part in wanted:

@@ -4,17 +4,28 @@
     python3 tests/corpus/campaign.py run --output A.json --half odd --energies willmore mvs --levels 2
     python3 tests/corpus/campaign.py summary A.json
     python3 tests/corpus/campaign.py compare A.json B.json
+    python3 tests/corpus/campaign.py best A.json...
+    python3 tests/corpus/campaign.py tori --output TORI.json
+    python3 tests/corpus/campaign.py touch --output DIR --seeds 1000:1100 --half odd
 
 `run` does what the output file does not have yet, so a stopped campaign goes on from there. The file is written whole or
-not at all. Every run has one thread and a limit of CPU time. The tables are Markdown.
+not at all. Every run has one thread and a limit of CPU time, at which it is interrupted. The tables are Markdown.
+
+`best` lowers the best known energies of odd seeds, in best.json, to those of the campaigns. `tori` minimizes nets of n x m on
+tori, and lists what is no certified minimum, and energies over three times a neighbour's. `touch` shakes certified results
+by a thousandth of a mean edge, minimizes each again without refinement and symmetries, and says by how much it falls.
 """
 from __future__ import annotations
 
 import argparse
 import hashlib
+import itertools
 import json
+import math
 import os
 import resource
+import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,15 +34,19 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Callable, Iterable, NamedTuple
+from typing import Any, Callable, Iterable, NamedTuple, Sequence
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(HERE))
 
-from tables import compare, summary  # noqa: E402
+from acceptance import acceptance, lowered  # noqa: E402
+from tables import compare, is_certified, summary  # noqa: E402
 
-FORMAT = 1
+FORMAT = 2
+GRACE = 10  # seconds that an interrupted run may take
+BEST = HERE / "best.json"
+ENERGIES = ("willmore", "mvs", "mvs_cross")
 HALVES = {"even": (0,), "odd": (1,), "both": (0, 1)}
 CATALOGUE = ROOT / "blend_files" / "obj"
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_WAIT_POLICY="passive")
@@ -59,7 +74,7 @@ class Program(NamedTuple):
     """What runs are made with."""
 
     path: Path
-    limit: int = 20                    # CPU seconds a run
+    limit: float = 60                  # CPU seconds a run
     changes: tuple[str, ...] = ()      # NAME=VALUE, handed on as --set
     options: tuple[str, ...] = ()      # handed on as they are
 
@@ -71,6 +86,36 @@ class Program(NamedTuple):
 
 # --------------------------------------------------------------------------------------------------------- one run --
 
+class Execution(NamedTuple):
+    """What a command did."""
+
+    code: int                # of its exit; below 0: the signal
+    cpu: float               # seconds
+    stopping: float | None   # seconds by the clock from the interrupt to the end; None: not interrupted
+    message: str             # on standard error
+
+
+def interrupt_at(pid: int, limit: float) -> float | None:
+    """Waits until a child ends, or has taken `limit` CPU seconds; then interrupts it, as Ctrl-C does.
+
+    After an interrupt: the seconds until it ended, or was killed because it did not end in GRACE seconds.
+    """
+    clock = (~pid << 3) | 2  # Linux's number for the CPU time of a process
+    ended = os.pidfd_open(pid)
+    try:
+        while (left := limit - time.clock_gettime(clock)) > 0:
+            if select.select([ended], [], [], left)[0]:
+                return None
+        began = time.monotonic()
+        os.kill(pid, signal.SIGINT)
+        if not select.select([ended], [], [], GRACE)[0]:
+            os.kill(pid, signal.SIGKILL)
+            select.select([ended], [], [])
+        return time.monotonic() - began
+    finally:
+        os.close(ended)
+
+
 class Children:
     """The processes that are running, so that an interrupt can end them."""
 
@@ -79,17 +124,19 @@ class Children:
         self._running: set[int] = set()
         self.stopped = False
 
-    def execute(self, command: list[str], limit: int) -> tuple[int, float, str]:
-        """Exit code (below 0: the signal), CPU seconds and standard error of a command."""
+    def execute(self, command: list[str], limit: float) -> Execution:
+        """A command, interrupted once it has taken `limit` CPU seconds."""
         with tempfile.TemporaryFile("w+") as errors:
             with self._lock:
                 if self.stopped:
                     raise KeyboardInterrupt
                 child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=ENVIRONMENT,
                                          start_new_session=True)
-                resource.prlimit(child.pid, resource.RLIMIT_CPU, (limit, limit + 1))
+                most = math.ceil(limit) + GRACE  # by the kernel, should this process end first
+                resource.prlimit(child.pid, resource.RLIMIT_CPU, (most, most))
                 resource.prlimit(child.pid, resource.RLIMIT_CORE, (0, 0))
                 self._running.add(child.pid)
+            stopping = interrupt_at(child.pid, limit)
             _, status, usage = os.wait4(child.pid, 0)
             child.returncode = os.waitstatus_to_exitcode(status)
             with self._lock:
@@ -97,7 +144,7 @@ class Children:
                 if self.stopped:
                     raise KeyboardInterrupt
             errors.seek(0)
-            return child.returncode, usage.ru_utime + usage.ru_stime, errors.read()
+            return Execution(child.returncode, usage.ru_utime + usage.ru_stime, stopping, errors.read())
 
     def stop(self) -> None:
         """Ends all of them; their runs are not recorded."""
@@ -107,36 +154,61 @@ class Children:
                 os.kill(pid, signal.SIGKILL)
 
 
-def perform(run: Run, program: Program, children: Children) -> Record:
-    """The run's record. `outcome` is one of done, out of time, refused (by `evaluate`, too), failed."""
+def perform(run: Run, program: Program, children: Children, results: Path | None = None) -> Record:
+    """The run's record; the cage that came out goes to the folder `results`, if one is given.
+
+    `outcome` is one of done, out of time, refused (by `evaluate`, too), failed. A run that is out of time has a result, too,
+    if the program wrote one when it was interrupted.
+    """
     with tempfile.TemporaryDirectory(prefix="corpus_") as folder:
-        report = Path(folder) / "report.json"
-        command = [str(program.path), "minimize", str(run.cage), "-o", str(Path(folder) / "end.obj"), "--json", str(report),
+        report, end = Path(folder) / "report.json", Path(folder) / "end.obj"
+        command = [str(program.path), "minimize", str(run.cage), "-o", str(end), "--json", str(report),
                    "--energy", run.energy, "--levels", str(run.levels), "--threads", "1", "--quiet", *program.options]
         for change in program.changes:
             command += ["--set", change]
         began = time.monotonic()
-        code, cpu, message = children.execute(command, program.limit)
-        record: Record = {"cage": run.cage_hash(), "cpu": round(cpu, 4), "wall": round(time.monotonic() - began, 4)}
-        if code == 0:
-            return {"outcome": "done", **record, **figures(json.loads(report.read_text(encoding="utf-8")))}
-        if code == -signal.SIGXCPU:  # the kernel's count, which differs from the usage by up to a tenth
+        did = children.execute(command, program.limit)
+        record: Record = {"cage": run.cage_hash(), "cpu": round(did.cpu, 4), "wall": round(time.monotonic() - began, 4)}
+        if did.stopping is not None:
+            record["stopping"] = round(did.stopping, 4)
+        if did.code == 0:
+            got = figures(json.loads(report.read_text(encoding="utf-8")))
+            if results:
+                shutil.copyfile(end, result_path(results, run))
+            return {"outcome": "out of time" if got["stop"] == "cancelled" else "done", **record, **got, **shape(run, end)}
+        if did.stopping is not None:
             return {"outcome": "out of time", **record}
         outcome = "failed"
-        if code == 1:
+        if did.code == 1:
             evaluate = [str(program.path), "evaluate", str(run.cage), "--energy", run.energy, "--threads", "1", "--quiet"]
-            outcome = "refused" if children.execute(evaluate, program.limit)[0] == 1 else "failed"
-        return {"outcome": outcome, **record, "code": code, "message": message.strip().replace(str(run.cage), run.cage.name)}
+            outcome = "refused" if children.execute(evaluate, program.limit).code == 1 else "failed"
+        message = did.message.strip().replace(str(run.cage), run.cage.name)
+        return {"outcome": outcome, **record, "code": did.code, "message": message}
+
+
+def result_path(folder: Path, run: Run) -> Path:
+    """The run's cage in a folder of results."""
+    return folder / f"{run.cage.stem}.{run.energy}.{run.levels}.obj"
 
 
 def figures(report: Record) -> Record:
     """What of a report is kept."""
+    start = report["start"]
     return {"verdict": report["verification"]["verdict"], "stop": report["stop"], "objective": report["objective"],
-            "quadrature_error": report["quadrature_error"], "start": report["start"]["objective"],
+            "quadrature_error": report["quadrature_error"], "start": start["objective"],
             "iterations": sum(level["iterations"] for level in report["levels"]),
             "evaluations": sum(level["evaluations"] for level in report["levels"]),
             "vertices": report["vertices"], "cage_vertices": report["levels"][0]["vertices"],
-            "symmetries": report["symmetry_order"]}
+            "symmetries": report["symmetry_order"],
+            "sampled_jacobian": [start["min_jacobian"], report["min_jacobian"]]}
+
+
+def shape(run: Run, end: Path) -> Record:
+    """What measures.py says of the input, subdivided as often as the result, and of the result."""
+    from measures import measures, measures_of_file, read_cage
+
+    before, after = measures_of_file(run.cage, run.cage_hash(), run.levels - 1), measures(read_cage(end))
+    return {name: [round(a, 6), round(b, 6)] for name, a, b in zip(before._fields, before, after)}
 
 
 # ------------------------------------------------------------------------------------------------------ a campaign --
@@ -157,8 +229,11 @@ def load(path: Path) -> Record:
 
 
 def campaign(runs: Iterable[Run], program: Program, output: Path, jobs: int,
-             progress: Callable[[str, Record], None] | None = None) -> Record:
-    """Does the runs that the output file does not have, or has of another cage; the whole of the file in the end."""
+             progress: Callable[[str, Record], None] | None = None, results: Path | None = None) -> Record:
+    """Does the runs that the output file does not have, or has of another cage; the whole of the file in the end.
+
+    The cages that come out go to the folder `results`, if one is given.
+    """
     settings = program.settings()
     data = load(output) if output.exists() else {**settings, "commit": commit(), "runs": {}}
     for name, value in settings.items():
@@ -168,7 +243,7 @@ def campaign(runs: Iterable[Run], program: Program, output: Path, jobs: int,
     children, lock = Children(), threading.Lock()
 
     def one(run: Run) -> None:
-        record = perform(run, program, children)
+        record = perform(run, program, children, results)
         with lock:
             data["runs"][run.key] = record
             save(output, data)
@@ -196,12 +271,18 @@ def commit() -> str:
     return done.stdout.strip() or "unknown"
 
 
+def cage_folder(name: str = "") -> Path:
+    """Where cages are written, made if it is not there yet."""
+    folder = ROOT / "build" / "corpus" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 def corpus_files(seeds: Iterable[int], half: str) -> list[Path]:
     """The OBJ files of a half's seeds, made where they are not there yet."""
     from cages import write  # needs numpy, which the rest does not
 
-    folder = ROOT / "build" / "corpus"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = cage_folder()
     return [write(seed, folder) for seed in seeds if seed % 2 in HALVES[half]]
 
 
@@ -216,32 +297,62 @@ def print_progress(key: str, record: Record) -> None:
 def add_program(parser: argparse.ArgumentParser, program: str) -> None:
     """The arguments that a program is made from."""
     parser.add_argument("--program", type=Path, default=ROOT / "build" / "release" / program, help="default %(default)s")
-    parser.add_argument("--limit", type=int, default=20, help="CPU seconds a run (default 20)")
-    parser.add_argument("--jobs", type=int, default=1, help="runs at a time (default 1)")
+    parser.add_argument("--limit", type=int, default=60, help="CPU seconds a run (default %(default)s)")
+    parser.add_argument("--jobs", type=int, default=1, help="runs at a time (default %(default)s)")
+
+
+def add_half(parser: argparse.ArgumentParser) -> None:
+    """Which seeds count."""
+    parser.add_argument("--half", choices=HALVES, default="both", help="even seeds are for choosing, odd ones for publishing")
+
+
+def add_runs(parser: argparse.ArgumentParser, energies: Sequence[str], levels: Sequence[int]) -> None:
+    """The arguments that runs are made from, apart from the cages, with these defaults."""
+    parser.add_argument("--energies", nargs="+", default=list(energies), help="default %(default)s")
+    parser.add_argument("--levels", type=int, nargs="+", default=list(levels), help="default %(default)s; 1: no refinement")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="handed on to the program")
+    parser.add_argument("options", nargs="*", help="further options of `curvopt minimize`, behind --")
+    add_program(parser, "curvopt")
+
+
+def add_cages(parser: argparse.ArgumentParser) -> None:
+    """Which cages are minimized."""
+    from cages import parse_seeds
+
+    parser.add_argument("--seeds", type=parse_seeds, default=range(240), metavar="FIRST:END", help="default 0:240")
+    parser.add_argument("--cages", type=Path, nargs="*", default=[], metavar="CAGE.obj", help="these, too")
+    add_half(parser)
 
 
 def arguments() -> argparse.Namespace:
     """The command line."""
-    from cages import parse_seeds
-
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    run = commands.add_parser("run", help="minimize, and record what came out")
+
+    def add(name: str, act: Callable[[argparse.Namespace], None], about: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=about)
+        command.set_defaults(act=act)
+        return command
+
+    run = add("run", run_campaign, "minimize, and record what came out")
     run.add_argument("--output", type=Path, required=True, metavar="FILE.json")
-    run.add_argument("--seeds", type=parse_seeds, default=range(240), metavar="FIRST:END", help="default 0:240")
-    run.add_argument("--half", choices=HALVES, default="both", help="even seeds are for choosing, odd ones for publishing")
-    run.add_argument("--cages", type=Path, nargs="*", default=[], metavar="CAGE.obj", help="these, too")
-    run.add_argument("--energies", nargs="+", default=["willmore", "mvs"], help="default willmore mvs")
-    run.add_argument("--levels", type=int, nargs="+", default=[2], help="default 2")
-    run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="handed on to the program")
-    run.add_argument("options", nargs="*", help="further options of `curvopt minimize`, behind --")
-    add_program(run, "curvopt")
-    one = commands.add_parser("summary", help="the distributions of one campaign")
+    add_cages(run)
+    add_runs(run, ("willmore", "mvs"), (2,))
+    one = add("summary", print_summary, "the distributions of one campaign")
     one.add_argument("file", type=Path)
-    two = commands.add_parser("compare", help="two campaigns, and the runs that both have")
+    two = add("compare", print_comparison, "two campaigns, and the runs that both have")
     two.add_argument("files", type=Path, nargs=2, metavar="FILE.json")
     for command in (one, two):
-        command.add_argument("--half", choices=HALVES, default="both")
+        add_half(command)
+    best = add("best", lower_best, "lower the best known energies of odd seeds")
+    best.add_argument("files", type=Path, nargs="+", metavar="FILE.json")
+    tori = add("tori", run_tori, "minimize nets on tori, and compare neighbours")
+    tori.add_argument("--output", type=Path, required=True, metavar="FILE.json")
+    add_runs(tori, ENERGIES, (2,))
+    touch = add("touch", run_touch, "shake certified results a little and minimize them again")
+    touch.add_argument("--output", type=Path, required=True, metavar="DIR")
+    add_cages(touch)
+    add_runs(touch, ENERGIES, (1, 2))
     return parser.parse_args()
 
 
@@ -254,17 +365,67 @@ def chosen(data: Record, half: str) -> dict[str, Record]:
     return {key: record for key, record in data["runs"].items() if belongs(key)}
 
 
+def best_known() -> dict[str, float]:
+    """By cage|energy|levels."""
+    return json.loads(BEST.read_text(encoding="ascii"))
+
+
+def runs_of(a: argparse.Namespace, cages: list[Path]) -> list[Run]:
+    """All energies and levels of the command line, of these cages."""
+    return [Run(cage, energy, levels) for levels in a.levels for energy in a.energies for cage in cages]
+
+
+def program_of(a: argparse.Namespace, *options: str) -> Program:
+    """The program of the command line, with more options."""
+    return Program(a.program.resolve(), a.limit, tuple(a.set), (*a.options, *options))
+
+
+def run_campaign(a: argparse.Namespace) -> None:
+    campaign(runs_of(a, corpus_files(a.seeds, a.half) + a.cages), program_of(a), a.output, a.jobs, print_progress)
+
+
+def print_summary(a: argparse.Namespace) -> None:
+    runs = chosen(load(a.file), a.half)
+    print(summary(runs) + "\n" + acceptance(runs, best_known()))
+
+
+def print_comparison(a: argparse.Namespace) -> None:
+    print(compare(*((path.stem, chosen(load(path), a.half)) for path in a.files)))
+
+
+def lower_best(a: argparse.Namespace) -> None:
+    before = best = best_known()
+    for path in a.files:
+        best = lowered(best, load(path)["runs"])
+    save(BEST, {key: float(f"{value:.8g}") for key, value in best.items()})
+    print(f"{len(best) - len(before)} new, {sum(best[key] < before[key] for key in before)} lower, of {len(best)}")
+
+
+def run_tori(a: argparse.Namespace) -> None:
+    from tori import report, write_all
+
+    data = campaign(runs_of(a, write_all(cage_folder("tori"))), program_of(a), a.output, a.jobs, print_progress)
+    print("\n" + acceptance(data["runs"], {}) + "\n" + report(data["runs"]))
+
+
+def run_touch(a: argparse.Namespace) -> None:
+    from touch import report, touched
+
+    results, shaken = a.output / "results", a.output / "shaken"
+    for folder in (results, shaken):
+        folder.mkdir(parents=True, exist_ok=True)
+    runs = runs_of(a, corpus_files(a.seeds, a.half) + a.cages)
+    first = campaign(runs, program_of(a), a.output / "results.json", a.jobs, print_progress, results)["runs"]
+    again = {run.key: [Run(cage, run.energy, 1) for cage in touched(result_path(results, run), shaken)]
+             for run in runs if is_certified(first[run.key])}
+    second = campaign(itertools.chain(*again.values()), program_of(a, "--symmetry", "none"), a.output / "touched.json", a.jobs,
+                      print_progress)["runs"]
+    print("\n" + report(first, {key: [second[run.key] for run in some] for key, some in again.items()}))
+
+
 def main() -> None:
     a = arguments()
-    if a.command == "summary":
-        print(summary(chosen(load(a.file), a.half)))
-    elif a.command == "compare":
-        print(compare(*((path.stem, chosen(load(path), a.half)) for path in a.files)))
-    else:
-        cages = corpus_files(a.seeds, a.half) + a.cages
-        runs = [Run(cage, energy, levels) for levels in a.levels for energy in a.energies for cage in cages]
-        program = Program(a.program.resolve(), a.limit, tuple(a.set), tuple(a.options))
-        campaign(runs, program, a.output, a.jobs, print_progress)
+    a.act(a)
 
 
 if __name__ == "__main__":

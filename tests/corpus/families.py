@@ -133,7 +133,7 @@ def knot(draw: Draw, size: int) -> Named:
     p, q = draw.choice([(1, 0), (1, 0), (1, 2), (2, 3), (2, 5), (3, 2)])
     sides = draw.integer(3, 5)
     fewest = 6 if q == 0 else 6 * max(p, q)
-    n = max(fewest, min(round(size / sides), LARGEST // sides))
+    n = max(fewest, min(round(size / sides), max(size, LARGEST) // sides))
     t = 2 * math.pi * np.arange(n) / n
     width = draw.real(0.3, 0.55)
     round_by = 1 + width * np.cos(q * t) * (q > 0)

@@ -9,7 +9,10 @@ Record = dict[str, Any]
 Runs = dict[str, Record]  # by cage|energy|levels
 TIMES = (1, 5, 20)        # CPU seconds
 OVER = (1e-4, 1e-2)       # of the best known energy
-FAMILIES = ("torus", "heap", "frame", "knot", "polyhedron", "triangles", "arms", "open", "poles")  # as in cages.py
+FAMILIES = ("torus", "heap", "frame", "knot", "polyhedron", "triangles", "arms", "open", "poles")  # as in families.py
+LARGE_FAMILIES = ("blocks", "tubes", "shaken", "sheet", "can", "globe", "ball", "ring", "facets", "ngons", "limbs",
+                  "loop")  # as in large.py
+FIRST_LARGE = 1000        # seed
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -37,7 +40,14 @@ def group(key: str) -> str:
 def family(key: str) -> str:
     """A run's family of cages."""
     stem = key.split("|")[0]
-    return FAMILIES[int(stem[5:]) % len(FAMILIES)] if stem.startswith("seed_") else "catalogue"
+    return family_of_seed(int(stem[5:])) if stem.startswith("seed_") else "catalogue"
+
+
+def family_of_seed(seed: int) -> str:
+    """A seed's family of cages."""
+    if seed < FIRST_LARGE:
+        return FAMILIES[seed % len(FAMILIES)]
+    return LARGE_FAMILIES[(seed - FIRST_LARGE) // 2 % len(LARGE_FAMILIES)]
 
 
 def is_certified(record: Record) -> bool:
@@ -55,7 +65,7 @@ def is_done(record: Record) -> bool:
 def outcomes(runs: Runs) -> list[int]:
     """Runs, refused ones, certified, other verdicts (saddle, not stationary, unknown), out of time, failed."""
     records = list(runs.values())
-    verdicts = [sum(r.get("verdict") == verdict for r in records)
+    verdicts = [sum(is_done(r) and r["verdict"] == verdict for r in records)
                 for verdict in ("minimum", "saddle", "not stationary", "unknown")]
     by = [sum(r["outcome"] == outcome for r in records) for outcome in ("refused", "out of time", "failed")]
     return [len(records), by[0], *verdicts, by[1], by[2]]
