@@ -187,7 +187,7 @@ static void test_infinitely_sharp_creases_are_held_like_boundaries(void **state)
     cage_free(&c);
 }
 
-/* On a sphere-like cage normals are radial; what is constrained already does not move at all. */
+/* On a sphere-like cage normals are radial. */
 static void test_free_vertices_are_put_on_their_normals(void **state) {
     (void)state;
     cage c = cage_cube();
@@ -207,12 +207,78 @@ static void test_free_vertices_are_put_on_their_normals(void **state) {
     co_constraints_free(&lines);
     CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
     CHECK_OK(co_constraints_to_normals(mesh, &some, c.xyz, &lines, &error), &error);
-    CHECK_INT(lines.freedom[3], CO_FREEDOM_NONE);
+    CHECK_INT(lines.freedom[3], CO_FREEDOM_LINE); /* in its plane */
+    CHECK_NEAR(lines.direction[11], 0, 1e-15);
+    CHECK_NEAR(lines.direction[9] * lines.direction[9], 0.5, 1e-15);
     CHECK_INT(lines.freedom[2], CO_FREEDOM_LINE);
     co_constraints_free(&lines);
     co_constraints_free(&some);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
+}
+
+/* The motion of vertex v of a flat grid that is left of one constraint. */
+static void check_left(int32_t v, int32_t freedom, const double direction[3], int expected, const double along[3]) {
+    cage c = grid();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_constraints user = {.n = 1, .vertices = &v, .freedom = &freedom, .directions = direction};
+    co_constraints some, lines;
+    curvopt_error error;
+    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
+    CHECK_OK(co_constraints_to_normals(mesh, &some, c.xyz, &lines, &error), &error);
+    CHECK_INT(lines.freedom[v], expected);
+    const double *d = lines.direction + 3 * v;
+    if (expected == CO_FREEDOM_LINE || expected == CO_FREEDOM_PLANE)
+        CHECK_NEAR(fabs(d[0] * along[0] + d[1] * along[1] + d[2] * along[2]), 1, 1e-14);
+    co_constraints_free(&lines);
+    co_constraints_free(&some);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Of 4 x 4 vertices in the plane z = 0, 5 is an inner one and 4 is on the boundary, which runs along x there. */
+static void test_constraints_leave_what_is_nearest_to_the_shape(void **state) {
+    (void)state;
+    static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1}, tilted[3] = {0.6, 0, 0.8},
+                        steepest[3] = {-0.8, 0, 0.6}, nearly_x[3] = {0.999, 0, 0.04};
+    enum { POINT = CO_FREEDOM_NONE, LINE = CO_FREEDOM_LINE, PLANE = CO_FREEDOM_PLANE };
+    check_left(5, LINE, tilted, LINE, tilted);
+    check_left(5, LINE, x, POINT, x);
+    check_left(5, LINE, nearly_x, POINT, x);
+    check_left(5, PLANE, tilted, LINE, steepest);
+    check_left(5, PLANE, z, POINT, z);
+    check_left(5, POINT, z, POINT, z);
+    check_left(4, LINE, z, LINE, z);
+    check_left(4, LINE, x, POINT, x);
+    check_left(4, PLANE, y, LINE, z);
+    check_left(4, PLANE, z, LINE, y);
+    check_left(4, PLANE, x, PLANE, x);
+}
+
+/* A free boundary moves across itself, its corners anywhere. */
+static void test_boundaries_move_across_themselves(void **state) {
+    (void)state;
+    for (int corners = 0; corners < 2; corners++) {
+        cage c = grid();
+        curvopt_mesh *mesh = NULL;
+        co_constraints none = {0}, lines;
+        curvopt_error error;
+        const curvopt_creases creases = {.boundary_rule =
+                                             corners ? CURVOPT_BOUNDARY_RULE_CORNERS : CURVOPT_BOUNDARY_RULE_SMOOTH};
+        CHECK_OK(curvopt_mesh_create_creased(c.n_vertices, c.n_faces, c.sizes, c.vertices, &creases, &mesh, &error),
+                 &error);
+        CHECK_OK(co_constraints_to_normals(mesh, &none, c.xyz, &lines, &error), &error);
+        CHECK_INT(lines.freedom[5], CO_FREEDOM_LINE);
+        CHECK_NEAR(fabs(lines.direction[17]), 1, 1e-15);
+        CHECK_INT(lines.freedom[4], CO_FREEDOM_PLANE);
+        CHECK_NEAR(fabs(lines.direction[12]), 1, 1e-15);
+        CHECK_INT(lines.freedom[0], corners ? CO_FREEDOM_ALL : CO_FREEDOM_PLANE);
+        if (!corners) /* the curve turns there */
+            CHECK_NEAR(lines.direction[0] * lines.direction[1], -0.5, 1e-15);
+        co_constraints_free(&lines);
+        curvopt_mesh_destroy(mesh);
+        cage_free(&c);
+    }
 }
 
 static void test_a_cage_that_cannot_move_is_refused(void **state) {
@@ -239,6 +305,8 @@ int main(void) {
         cmocka_unit_test(test_subdivision_inherits_faces_and_puts_vertices_back),
         cmocka_unit_test(test_infinitely_sharp_creases_are_held_like_boundaries),
         cmocka_unit_test(test_free_vertices_are_put_on_their_normals),
+        cmocka_unit_test(test_constraints_leave_what_is_nearest_to_the_shape),
+        cmocka_unit_test(test_boundaries_move_across_themselves),
         cmocka_unit_test(test_a_cage_that_cannot_move_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -257,43 +257,117 @@ int32_t co_constraints_all(const curvopt_mesh *m, const co_constraints *constrai
     return status == CURVOPT_OK ? co_constraints_boundary(m, boundary, out, error) : status;
 }
 
-/* Normals of the cage at its vertices, by the areas of triangles of neighbours round them. */
-static void cage_normals(const curvopt_mesh *m, const double *xyz, double *normal) {
-    size_t n = (size_t)m->info.n_vertices;
-    double centroid[3], radius = co_similarity_frame(n, xyz, centroid); /* without it, squares of 1e99 overflow */
-    memset(normal, 0, 3 * n * sizeof *normal);
-    for (int32_t h = 0; h < m->info.n_corners; h++) {
-        const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
-                     *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
-        double *to = normal + 3 * (size_t)m->corner_vertex[h];
-        for (int c = 0; c < 3; c++) {
-            int d = (c + 1) % 3, e = (c + 2) % 3;
-            to[c] +=
-                (a[d] - p[d]) / radius * ((b[e] - p[e]) / radius) - (a[e] - p[e]) / radius * ((b[d] - p[d]) / radius);
-        }
+/* ------------------------------------------------------------------------------------ motion of the shape -- */
+
+/* The frame of motion at a vertex: a shape's vertex moves along the normal; on a boundary or an infinitely sharp crease
+ * across the curve, and at its corners anywhere. Whatever else it does it slides in the surface. */
+typedef struct vertex_frame {
+    double normal[3];  /* sum over the corners, not of unit length */
+    double tangent[3]; /* of the curve, if there is one: difference of the two neighbours on it */
+    int n_sharp;       /* edges of the curve that end here */
+} vertex_frame;
+
+/* In units of `radius`, without which squares of 1e99 would overflow. */
+static void add_corner(const curvopt_mesh *m, const double *xyz, double radius, int32_t h, vertex_frame *frame) {
+    const double *p = xyz + 3 * (size_t)m->corner_vertex[h], *a = xyz + 3 * (size_t)co_mesh_destination(m, h),
+                 *b = xyz + 3 * (size_t)m->corner_vertex[co_mesh_prev(m, h)];
+    double u[3], v[3];
+    for (int c = 0; c < 3; c++) {
+        u[c] = (a[c] - p[c]) / radius;
+        v[c] = (b[c] - p[c]) / radius;
+    }
+    vertex_frame *at = &frame[m->corner_vertex[h]], *to = &frame[co_mesh_destination(m, h)];
+    for (int c = 0; c < 3; c++) {
+        int d = (c + 1) % 3, e = (c + 2) % 3;
+        at->normal[c] += u[d] * v[e] - u[e] * v[d];
+    }
+    if (!co_crease_is_infinite(co_crease_edge(m, h)) || (m->twin[h] >= 0 && m->twin[h] < h))
+        return;
+    for (int c = 0; c < 3; c++) { /* the second edge has the other sign */
+        at->tangent[c] += at->n_sharp % 2 ? -u[c] : u[c];
+        to->tangent[c] += to->n_sharp % 2 ? u[c] : -u[c];
+    }
+    at->n_sharp++;
+    to->n_sharp++;
+}
+
+static double make_unit(double d[3]) {
+    double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int c = 0; c < 3 && length > 0; c++)
+        d[c] /= length;
+    return length;
+}
+
+/* How a vertex moves that changes the shape, were it free: freedom and direction as in co_constraints. */
+static int shape_freedom(const curvopt_mesh *m, int32_t v, vertex_frame *frame, double direction[3]) {
+    int on_curve = frame->n_sharp == 2 && make_unit(frame->tangent) > 0;
+    int is_corner = frame->n_sharp > 2 || co_crease_is_infinite(co_crease_vertex(m, v));
+    if (is_corner)
+        return CO_FREEDOM_ALL;
+    memcpy(direction, on_curve ? frame->tangent : frame->normal, 3 * sizeof *direction);
+    return on_curve ? CO_FREEDOM_PLANE : make_unit(direction) > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+}
+
+/* Sine of the angle from which on a constraint lets a vertex change the shape and not only slide. */
+static const double TRANSVERSAL = 0.1;
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+    for (int c = 0; c < 3; c++)
+        out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+}
+
+/* What a constraint leaves of the shape's motion, into *freedom and direction, which begin as that motion: the
+ * constraint's directions that are nearest to it. */
+static void restrict_motion(int held, const double along[3], int *freedom, double direction[3]) {
+    double other[3];
+    if (held == CO_FREEDOM_ALL || *freedom == CO_FREEDOM_NONE)
+        return;
+    if (*freedom == CO_FREEDOM_ALL || held == CO_FREEDOM_NONE) {
+        *freedom = held;
+        memcpy(direction, along, 3 * sizeof *direction);
+        return;
+    }
+    double cosine = direction[0] * along[0] + direction[1] * along[1] + direction[2] * along[2];
+    double sine = co_freedom_sine(direction, along);
+    if (held == CO_FREEDOM_LINE) {
+        double part = *freedom == CO_FREEDOM_LINE ? fabs(cosine) : sine;
+        *freedom = part > TRANSVERSAL ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+        memcpy(direction, along, 3 * sizeof *direction);
+    } else if (*freedom == CO_FREEDOM_LINE) { /* in the plane across `along` */
+        for (int c = 0; c < 3; c++)
+            direction[c] -= cosine * along[c];
+        *freedom = make_unit(direction) > TRANSVERSAL ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
+    } else if (sine > TRANSVERSAL) { /* where two planes meet */
+        cross(direction, along, other);
+        make_unit(other);
+        memcpy(direction, other, sizeof other);
+        *freedom = CO_FREEDOM_LINE;
+    } else {
+        memcpy(direction, along, 3 * sizeof *direction);
     }
 }
 
-int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *constraints, const double *xyz,
+int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
+    double centroid[3], radius = co_similarity_frame(n, xyz, centroid);
+    vertex_frame *frame = CO_NEW(vertex_frame, n);
     *out = (co_constraints){0};
-    int32_t status = allocate(m->info.n_vertices, out, error);
+    int32_t status = frame ? allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_soft_constraints_copy(m, &constraints->springs, &out->springs, error);
-    if (status != CURVOPT_OK) {
+        status = co_soft_constraints_copy(m, &all->springs, &out->springs, error);
+    for (int32_t h = 0; status == CURVOPT_OK && h < m->info.n_corners; h++)
+        add_corner(m, xyz, radius, h, frame);
+    for (size_t v = 0; status == CURVOPT_OK && v < n; v++) {
+        int freedom = shape_freedom(m, (int32_t)v, &frame[v], out->direction + 3 * v);
+        if (all->freedom)
+            restrict_motion(all->freedom[v], all->direction + 3 * v, &freedom, out->direction + 3 * v);
+        out->freedom[v] = (uint8_t)freedom;
+    }
+    if (status != CURVOPT_OK)
         co_constraints_free(out);
-        return status;
-    }
-    cage_normals(m, xyz, out->direction);
-    for (size_t v = 0; v < n; v++) {
-        double *d = out->direction + 3 * v, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        int free = !constraints->freedom || constraints->freedom[v] == CO_FREEDOM_ALL;
-        out->freedom[v] = free && length > 0 ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
-        for (int c = 0; c < 3 && length > 0; c++)
-            d[c] /= length;
-    }
-    return CURVOPT_OK;
+    free(frame);
+    return status;
 }
 
 int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *constraints, curvopt_error *error) {

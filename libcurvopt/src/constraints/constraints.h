@@ -42,8 +42,10 @@ int32_t co_constraints_boundary(const curvopt_mesh *mesh, int32_t boundary, co_c
 /* All constraints: a copy of `constraints`, with those of `boundary`. ERROR_MEMORY. */
 int32_t co_constraints_all(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
                            co_constraints *out, curvopt_error *error);
-/* A copy of `all` in which every vertex that is free there moves on the line of its normal at xyz, and every other not
- * at all. ERROR_MEMORY. */
+/* What is left of `all` for motion that changes the shape at xyz [3 n_vertices], and does not slide vertices in it: a
+ * vertex moves along its normal, on a boundary or an infinitely sharp crease across the curve, at a corner of these
+ * anywhere; where it is held on a line or in a plane, in the direction of these that is nearest to that, or not at all.
+ * ERROR_MEMORY. */
 int32_t co_constraints_to_normals(const curvopt_mesh *mesh, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error);
 
