@@ -66,7 +66,7 @@ static int32_t end_level(co_run *r, co_level *l, const co_outcome *outcome, doub
                                         .n_vertices = l->objective.mesh->info.n_vertices,
                                         .iterations = outcome->iterations,
                                         .evaluations = outcome->evaluations + 1,
-                                        .stop = resolved ? outcome->stop : CURVOPT_STOP_UNRESOLVED,
+                                        .stop = resolved || !l->is_final ? outcome->stop : CURVOPT_STOP_UNRESOLVED,
                                         .seconds = co_clock_seconds() - started};
     return CURVOPT_OK;
 }
