@@ -6,19 +6,22 @@
 #include "constraints/dof_map.h"
 #include "energy/assembly.h"
 #include "hessian/blend_disc_hessian.h"
-#include "hessian/sparsity.h"
+#include "hessian/stencils.h"
 
 /* A symmetric matrix over the variables of a dof_map. */
 typedef struct co_sparse_hessian {
-    const co_dof_map *dofs;      /* the caller's */
-    co_sparsity pattern;         /* where it has entries: made once */
-    double *value;               /* [pattern.n_entries] */
-    co_element_batches batches;  /* by the rules that were used last */
-    int32_t rules_key;           /* identifies those rules */
-    double *chunk;               /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
-    size_t matrix_stride;        /* doubles of one block's matrices */
-    double *work;                /* [n_threads][work_stride] work space of the kernels */
-    size_t work_stride;          /* doubles that one thread needs */
+    const co_dof_map *dofs;     /* the caller's */
+    co_sparsity pattern;        /* where it has entries: made once */
+    co_stencils stencils;       /* what the points of each face's matrix are in terms of vertices */
+    double *value;              /* [pattern.n_entries] */
+    co_element_batches batches; /* by the rules that were used last */
+    int32_t rules_key;          /* identifies those rules */
+    double *chunk;              /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
+    size_t matrix_stride;       /* doubles of one block's matrices */
+    double *work;               /* [n_threads][work_stride] work space of the kernels */
+    size_t work_stride;         /* doubles that one thread needs */
+    double *fold;               /* [n_threads][fold_stride] one face's matrix, on its way from points to vertices */
+    size_t fold_stride;
     co_blend_disc_hessian discs; /* sums over the faces of wide blends, on their way into `value` */
     double *disc_matrix;         /* matrix of one blend disc over its variables */
     double *before;              /* [3 n_points] points where a step began; made when first needed */
