@@ -3,8 +3,8 @@
 #include "energy/element_kernel.h"
 
 #include "energy/kernel_gauss_newton.h"
-#include "energy/kernel_hessian.h"
 #include "energy/kernel_plane.h"
+#include "energy/kernel_products.h"
 
 #include <string.h>
 
@@ -288,35 +288,17 @@ CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], 
 }
 
 /* C becomes its linear extrapolation from `before` along the step. */
-CO_SIMD_INLINE void undo_remainder(const double *rows, int mixed, int32_t n_points, lane (*P)[3], lane (*before)[3],
-                                   lane C[4]) {
-    lane S[CO_JET][3], D[CO_JET][3];
-    curvature_derivative from;
-    jets(rows, mixed, n_points, before, 1, 9, S);
-    jets(rows, mixed, n_points, P, 1, 9, D);
-    differentiate_curvature(S, &from);
+CO_SIMD_INLINE void lift_curvature(const double *rows, int mixed, int32_t n_points, lane (*before)[3],
+                                   lane S[CO_JET][3], lane C[4]) {
+    lane from[CO_JET][3];
+    curvature_derivative at;
+    jets(rows, mixed, n_points, before, 1, 9, from);
+    differentiate_curvature(from, &at);
     for (int i = 0; i < 4; i++) {
-        C[i] = from.value[i];
+        C[i] = at.value[i];
         for (int k = 1; k < CO_JET; k++)
             for (int c = 0; c < 3; c++)
-                C[i] += from.slope[i][k][c] * (D[k][c] - S[k][c]);
-    }
-}
-
-/* matrix += rows^T column for one derivative (order k, coordinate d): columns [n_orders][3 n] of one d. */
-CO_SIMD_INLINE void add_columns(const double *rows, int mixed, int32_t n_points, const lane *columns, int last, int d,
-                                lane *matrix) {
-    const int size = 3 * n_points;
-    for (int i = d; i < size; i++) {
-        lane column[CO_JET], *row = matrix + i * (i + 1) / 2;
-        for (int k = 1; k <= last; k++)
-            column[k] = columns[(k - 1) * size + i];
-        for (int q = 0; 3 * q + d <= i; q++) {
-            lane sum = row[3 * q + d];
-            for (int k = 1; k <= last; k++)
-                sum += times(rows, mixed, q * CO_JET + k, column[k]);
-            row[3 * q + d] = sum;
-        }
+                C[i] += at.slope[i][k][c] * (S[k][c] - from[k][c]);
     }
 }
 
@@ -330,42 +312,46 @@ CO_SIMD_INLINE void add_columns(const double *rows, int mixed, int32_t n_points,
  * remainder it is indefinite, and no model of the rest of the way. So C is taken for a variable of its own: in the
  * matrix, not in the gradient, it is its linear extrapolation (libcurvopt/notes/54-lifted-newton-method.md).
  *
- * At each sample, with S the 9 derivatives (27 numbers) and x the points (S = R x, R the rows of the table):
- *
- *     core (27 x 27) = d^2 f / dS dS    columns 1..5 by differences, 6..9 analytic (kernel_hessian.h: in this order)
- *     V = R^T core                      for one coordinate d: [last][3 n], by transpose_jets
- *     matrix += V R                     the lower triangle, columns of coordinate d, by add_columns */
+ * At each sample, with S the 9 derivatives (27 numbers) and x the points (S = R x, R the rows of the table), matrix +=
+ * R^T core R. The core is in kernel_hessian.h, the products are in kernel_products.h. V: rows in the frame's
+ * parameters, [n][CO_JET], then `before`. */
 CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
     const co_basis_table *t = s->table;
-    const int size = 3 * t->n_points, last = third ? 9 : 5;
-    /* Step relative to |S_u|, |S_v|; 3e-6 to 3e-8 were tried: libcurvopt/notes/41-difference-step-of-the-hessian.md */
-    const double relative_step = third ? 3e-7 : 3e-6;
-    lane(*before)[3] = (lane(*)[3])(void *)(V + 9 * size);
+    const int n = t->n_points, last = third ? 9 : 5, n_low = n_low_of(third), n_top = n_top_of(third);
+    lane(*before)[3] = (lane(*)[3])(void *)(V + CO_JET * n);
     if (third && s->before)
-        gather(t->n_points, s->points, s->before, before);
+        gather(n, s->points, s->before, before);
     for (int32_t i = 0; i < t->n_samples; i++) {
         const double *rows = rows_of(t, mixed, i);
         const sample_integrand at = {&s->integrand, s->eps4, t->weight[i], t->area_weight[i]};
-        lane S[CO_JET][3];
+        lane S[CO_JET][3], C[4];
+        sample_state state;
+        sample_values value;
+        sample_hessian sample;
         sample_core core;
-        curvature_derivative C;
-        jets(rows, mixed, t->n_points, P, 1, last, S);
-        if (third)
-            differentiate_curvature(S, &C);
+        left_factor left[2];
+        jets(rows, mixed, n, P, 1, last, S);
+        forward_second(S, &state, &value);
         if (third && s->before)
-            undo_remainder(rows, mixed, t->n_points, P, before, C.value);
-        lane step = relative_step * lane_sqrt(lane_dot(S[1], S[1]) + lane_dot(S[2], S[2]));
-        for (int d = 0; d < 3; d++)
-            for (int k = 1; k < 6; k++)
-                core_column(&at, third, &(difference){k, d, step}, &C, S, core[d][k]);
-        if (third)
-            core_of_third(&at, &C, core);
-        for (int d = 0; d < 3; d++) {
-            for (int k = 1; k <= last; k++) {
-                lane *column = V + (k - 1) * size;
-                transpose_jets(rows, mixed, t->n_points, core[d][k], 1, last, 0, (lane(*)[3])(void *)column);
-            }
-            add_columns(rows, mixed, t->n_points, V, last, d, (lane *)(void *)s->matrix);
+            lift_curvature(rows, mixed, n, before, S, C);
+        differentiate_twice(&at, third, S, &state, third && s->before ? C : NULL, &sample, &core);
+        for (int p = 0; p < n; p++) {
+            lane row[CO_JET], *framed = V + p * CO_JET;
+            for (int k = 1; k <= last; k++)
+                row[k] = times(rows, mixed, p * CO_JET + k, lane_all(1));
+            rows_to_frame(&state, third, row, framed);
+            framed[0] = lane_all(0);
+            for (int l = 0; l < n_top; l++)
+                framed[0] += core.slope[l] * framed[1 + n_low + l];
+        }
+        for (int p = 0; p < n; p += 2) {
+            const lane *framed = V + p * CO_JET;
+            if (p + 1 < n)
+                make_left_factors(&core, sample.axis, third, framed, 2, left);
+            else
+                make_left_factors(&core, sample.axis, third, framed, 1, left);
+            for (int k = 0; k < 2 && p + k < n; k++)
+                add_blocks(&left[k], sample.axis[2], third, V, p + k, (lane *)(void *)s->matrix);
         }
     }
 }

@@ -42,7 +42,7 @@ typedef struct co_element_hessian {
     double *work;   /* [co_element_hessian_work(n_points)][L], 64-byte aligned */
 } co_element_hessian;
 
-/* Gradients of residuals that are gathered before they are multiplied; at least 27, the columns of a sample's core. */
+/* Gradients of residuals that are gathered before they are multiplied. */
 enum { CO_SECOND_COLUMNS = 28 };
 
 static inline size_t co_element_hessian_work(int32_t n_points) {

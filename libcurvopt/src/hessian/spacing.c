@@ -44,15 +44,15 @@ double co_spacing_value(const co_spacing *s, const double *x, double *gradient) 
 void co_spacing_add_hessian(const co_spacing *s, const double *x, co_sparse_hessian *hessian) {
     edge e;
     for (int32_t k = 0; s->weight > 0 && k < s->mesh->info.n_edges; k++) {
-        double block[3][3];
+        double own[9], other[9];
         if (!find_edge(s, x, k, &e))
             continue;
-        for (int i = 0; i < 3; i++)
-            for (int j = 0; j < 3; j++)
-                block[i][j] = 4 * s->weight * ((i == j) * e.square + 2 * e.along[i] * e.along[j]);
-        const double(*at)[3] = (const double(*)[3])block;
-        co_sparse_hessian_add_block(hessian, e.v, e.v, 1, at);
-        co_sparse_hessian_add_block(hessian, e.w, e.w, 1, at);
-        co_sparse_hessian_add_block(hessian, e.v, e.w, -1, at);
+        for (int i = 0; i < 9; i++) {
+            own[i] = 4 * s->weight * ((i % 4 == 0) * e.square + 2 * e.along[i / 3] * e.along[i % 3]);
+            other[i] = -own[i];
+        }
+        co_sparse_hessian_add_block(hessian, e.v, e.v, own);
+        co_sparse_hessian_add_block(hessian, e.w, e.w, own);
+        co_sparse_hessian_add_block(hessian, e.v, e.w, other);
     }
 }

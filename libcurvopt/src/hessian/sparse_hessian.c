@@ -18,6 +18,8 @@ void co_sparse_hessian_free(co_sparse_hessian *h) {
     free(h->work);
     free(h->disc_matrix);
     free(h->before);
+    free(h->fold);
+    co_stencils_free(&h->stencils);
     co_sparsity_free(&h->pattern);
     co_blend_disc_hessian_free(&h->discs);
     co_element_batches_free(&h->batches);
@@ -85,6 +87,14 @@ int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, c
     if (status == CURVOPT_OK && !(h->value = CO_NEW(double, h->pattern.n_entries)))
         status = co_status_no_memory(error);
     if (status == CURVOPT_OK)
+        status = co_stencils_create(&a->patches, dofs, &h->pattern, &h->stencils, error);
+    if (status == CURVOPT_OK) {
+        size_t n = (size_t)h->stencils.most_points;
+        h->fold_stride = 9 * n * (n + 1);
+        h->fold = CO_NEW(double, (size_t)a->n_threads * h->fold_stride);
+        status = h->fold ? CURVOPT_OK : co_status_no_memory(error);
+    }
+    if (status == CURVOPT_OK)
         status = allocate_discs(a, h, error);
     if (status != CURVOPT_OK)
         co_sparse_hessian_free(h);
@@ -93,139 +103,173 @@ int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, c
 
 /* ----------------------------------------------------------------------------------------------- values -- */
 
-/* Where the rows of node `high` begin below the own block of node `low`, which is smaller: by bisection. */
-static int32_t rows_of(const co_sparse_hessian *h, int32_t high, int32_t low) {
-    size_t begin = h->pattern.neighbour_start[low], end = h->pattern.neighbour_start[low + 1];
-    while (end - begin > 1) {
-        size_t middle = (begin + end) / 2;
-        if (h->pattern.neighbour[middle] <= high)
-            begin = middle;
-        else
-            end = middle;
-    }
-    return h->pattern.neighbour_row[begin];
+/* One face's matrix, and where it goes. */
+typedef struct face_matrix {
+    const co_dof_map *dofs;
+    const co_sparsity *pattern;
+    const co_stencils *stencils;
+    size_t first, n_vertices; /* the face's vertices in `stencils` */
+    const int32_t *place;     /* of its pairs of vertices */
+    size_t n_points;          /* own points of the patch */
+    const double *panels;     /* [n_points][n_points][3][3] second derivatives: those of point q's coordinates (columns)
+                                 with all points' (rows) stand together */
+    double *sum;              /* [n_points][3][3] work space */
+    double *value;            /* entries of the sparse matrix */
+} face_matrix;
+
+/* Fills panels [n_own][n_own][3][3] with a face's matrix (lower triangle by rows, with stride `lanes`), times `weight`.
+ * Of the n_own points of the patch the table has those of its support; the others have no derivatives. */
+static void unpack(const co_basis_table *t, const double *matrix, size_t lanes, double weight, size_t n_own,
+                   double *panels) {
+    size_t n = (size_t)t->n_points - (co_fan_is_wide(t->kind) ? CO_BLEND_DISC_TERMS : 0);
+    if (n < n_own)
+        memset(panels, 0, 9 * n_own * n_own * sizeof *panels);
+    for (size_t p = 0; p < n; p++)
+        for (size_t r = 0; r < 3; r++) {
+            const double *from = matrix + (3 * p + r) * (3 * p + r + 1) / 2 * lanes;
+            size_t row = (size_t)t->support[p];
+            for (size_t q = 0; q <= p; q++) {
+                size_t column = (size_t)t->support[q], n_c = q < p ? 3 : r + 1;
+                double *to = panels + 9 * (column * n_own + row) + 3 * r;
+                double *mirrored = panels + 9 * (row * n_own + column) + r;
+                for (size_t c = 0; c < n_c; c++, from += lanes)
+                    to[c] = mirrored[3 * c] = weight * *from;
+            }
+        }
 }
 
-/* A 3 x 3 block of second derivatives with respect to two vertices of the cage: rows by v, columns by w. */
-typedef struct vertex_block {
-    int32_t v, w;
-    double weight;         /* factor of the block */
-    const double (*at)[3]; /* [3][3] */
-} vertex_block;
+/* to [n] = sum of weight * from [point][n], or `from` itself where that is the sum. */
+static const double *sum_of_points(const co_stencils *s, size_t vertex, size_t n, const double *from, double *to) {
+    size_t e = s->column[vertex], end = s->column[vertex + 1];
+    if (end - e == 1 && s->weight[e] == 1)
+        return from + n * (size_t)s->point[e];
+    memset(to, 0, n * sizeof *to);
+    for (; e < end; e++) {
+        const double weight = s->weight[e], *x = from + n * (size_t)s->point[e];
+        for (size_t i = 0; i < n; i++)
+            to[i] += weight * x[i];
+    }
+    return to;
+}
 
-/* full = weight B_v^T block B_w, by the variables of v's node and w's. */
-static void project_block(const co_dof_map *r, const vertex_block *b, double full[3][3]) {
-    const double *left = r->basis + 9 * (size_t)b->v, *right = r->basis + 9 * (size_t)b->w;
-    const double(*block)[3] = b->at;
-    int32_t n_v = co_dof_map_dimension(r, r->node[b->v]), n_w = co_dof_map_dimension(r, r->node[b->w]);
+/* full = B_v^T block B_w, by the variables of v's node and w's. */
+static void project_block(const co_dof_map *r, int32_t v, int32_t w, const double *block, double full[3][3]) {
+    const double *left = r->basis + 9 * (size_t)v, *right = r->basis + 9 * (size_t)w;
+    int32_t n_v = co_dof_map_dimension(r, r->node[v]), n_w = co_dof_map_dimension(r, r->node[w]);
     double half[3][3] = {{0}};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < n_w; k++)
-            half[i][k] = r->plain ? block[i][k]
-                                  : block[i][0] * right[k] + block[i][1] * right[3 + k] + block[i][2] * right[6 + k];
+            half[i][k] = block[3 * i] * right[k] + block[3 * i + 1] * right[3 + k] + block[3 * i + 2] * right[6 + k];
     for (int i = 0; i < n_v; i++)
         for (int k = 0; k < n_w; k++)
-            full[i][k] =
-                b->weight *
-                (r->plain ? half[i][k] : left[i] * half[0][k] + left[3 + i] * half[1][k] + left[6 + i] * half[2][k]);
+            full[i][k] = left[i] * half[0][k] + left[3 + i] * half[1][k] + left[6 + i] * half[2][k];
 }
 
-/* Adds a block to the lower triangle. Indices on the way: point (of a patch) -> vertex (of the cage) -> node (vertices
- * that move together) -> variable.
- *
- *     nodes of v and w    what is added                              why
- *     different           the block, or its transpose: the rows      the upper triangle is not stored; the pair (w, v)
- *                         are the larger node's                      is never given as well
- *     one, `twice`        block + transpose                          both (v, w) and (w, v) are entries of the own
- * block one, not `twice`    block                                      v and w are the same pair seen once */
-static void add_block(co_sparse_hessian *h, const vertex_block *block, int twice) {
-    const co_dof_map *r = h->dofs;
-    int32_t a = r->node[block->v], b = r->node[block->w];
-    double full[3][3] = {{0}};
-    project_block(r, block, full);
-    if (a == b) {
-        int32_t n = co_dof_map_dimension(r, a);
-        for (int k = 0; k < n; k++)
-            for (int i = k; i < n; i++)
-                h->value[h->pattern.column_start[r->first[a] + k] + i - k] += full[i][k] + (twice ? full[k][i] : 0);
+/* Adds the 3 x 3 block of the face's vertices i (rows) and j (columns), of different nodes, j's the smaller one. */
+static void add_block(const face_matrix *f, size_t i, size_t j, const double *block) {
+    const co_dof_map *r = f->dofs;
+    int32_t v = f->stencils->vertex[f->first + i], w = f->stencils->vertex[f->first + j], low = r->node[w];
+    const int32_t *column = f->pattern->column_start + r->first[low];
+    size_t rows = (size_t)f->place[i * (i - 1) / 2 + j];
+    if (r->plain) {
+        for (size_t k = 0; k < 3; k++) {
+            double *to = f->value + (size_t)column[k] + 3 - k + rows;
+            for (size_t c = 0; c < 3; c++)
+                to[c] += block[3 * c + k];
+        }
         return;
     }
-    int32_t high = a > b ? a : b, low = a > b ? b : a, n_high = co_dof_map_dimension(r, high),
-            n_low = co_dof_map_dimension(r, low);
-    int32_t rows = rows_of(h, high, low);
-    for (int32_t k = 0; k < n_low; k++) {
-        double *to = h->value + h->pattern.column_start[r->first[low] + k] + n_low - k + rows;
-        for (int32_t i = 0; i < n_high; i++)
-            to[i] += a > b ? full[i][k] : full[k][i];
+    double full[3][3];
+    project_block(r, v, w, block, full);
+    int32_t n_rows = co_dof_map_dimension(r, r->node[v]), n_columns = co_dof_map_dimension(r, low);
+    for (int32_t k = 0; k < n_columns; k++) {
+        double *to = f->value + column[k] + n_columns - k + rows;
+        for (int32_t c = 0; c < n_rows; c++)
+            to[c] += full[c][k];
     }
 }
 
-void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, double weight, const double (*block)[3]) {
-    if (h->dofs->node[v] >= 0 && h->dofs->node[w] >= 0)
-        add_block(h, &(vertex_block){v, w, weight, block}, v != w);
+/* Adds the block of vertices i and j of one node, whose lower triangle is stored. For i not j the block of j and i is
+ * added, too: both are entries of the node. */
+static void add_own_block(const face_matrix *f, size_t i, size_t j, const double *block) {
+    const co_dof_map *r = f->dofs;
+    int32_t v = f->stencils->vertex[f->first + i], w = f->stencils->vertex[f->first + j], node = r->node[w];
+    double full[3][3];
+    project_block(r, v, w, block, full);
+    for (int32_t k = 0; k < co_dof_map_dimension(r, node); k++)
+        for (int32_t c = k; c < co_dof_map_dimension(r, node); c++)
+            f->value[f->pattern->column_start[r->first[node] + k] + c - k] += full[c][k];
 }
 
-/* The 3 x 3 block of points p >= q of one face's matrix, of one lane. */
-static void face_block(const double *matrix, size_t lanes, size_t lane, int32_t p, int32_t q, double block[3][3]) {
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-            size_t i = 3 * (size_t)p + (size_t)r, j = 3 * (size_t)q + (size_t)c;
-            size_t at = i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
-            block[r][c] = matrix[at * lanes + lane];
-        }
+void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, const double block[9]) {
+    const co_dof_map *r = h->dofs;
+    int32_t high = r->node[v], low = r->node[w];
+    double full[3][3];
+    if (high < 0 || low < 0)
+        return;
+    if (high < low) { /* the block is symmetric, and w's rows are as good */
+        co_sparse_hessian_add_block(h, w, v, block);
+        return;
+    }
+    project_block(r, v, w, block, full);
+    int32_t n_rows = co_dof_map_dimension(r, high), n_columns = co_dof_map_dimension(r, low);
+    int32_t rows = high == low ? 0 : n_columns + co_sparsity_rows(&h->pattern, high, low);
+    for (int32_t k = 0; k < n_columns; k++)
+        for (int32_t c = high == low ? k : 0; c < n_rows; c++)
+            h->value[h->pattern.column_start[r->first[low] + k] + rows - k + c] +=
+                full[c][k] + (high == low && v != w ? full[k][c] : 0);
 }
 
-/* One face's matrix, in its lane of a block's, and the columns that are to be filled from it. */
-typedef struct face_matrix {
-    const co_patches *patches;
-    const int32_t *points; /* [n_points] with stride `lanes` */
-    const double *matrix;  /* lower triangle by rows, with stride `lanes` */
-    size_t lanes, lane;
-    double weight;                /* factor of the face */
-    int32_t begin_node, end_node; /* nodes whose columns are filled */
-} face_matrix;
-
-/* Adds the second derivatives with respect to the points p >= q of a face.
- *
- * Where p is a vertex v and q a derived point (w0 + w1) / 2, the block of (p, q) is added to the pairs (v, w0) and
- * (v, w1), by half each. Where p = q is that derived point, it is added to (w0, w0), (w1, w0) and (w1, w1), by a
- * quarter each, and to (w0, w1) as the transpose: hence j <= i, and `twice` unless i = j. */
-static void scatter_pair(co_sparse_hessian *h, const face_matrix *f, int32_t p, int32_t q) {
-    const int32_t *node = h->dofs->node;
-    co_point_row x = co_sparsity_point(f->patches, &f->points[(size_t)p * f->lanes + f->lane]);
-    co_point_row y = co_sparsity_point(f->patches, &f->points[(size_t)q * f->lanes + f->lane]);
-    double block[3][3];
-    int read = 0;
-    for (size_t i = 0; i < x.n; i++)
-        for (size_t j = 0; j < (p == q ? i + 1 : y.n); j++) {
-            int32_t v = node[x.vertex[i]], w = node[y.vertex[j]], column = v < w ? v : w;
-            if (v < 0 || w < 0 || column < f->begin_node || column >= f->end_node)
-                continue;
-            if (!read)
-                face_block(f->matrix, f->lanes, f->lane, p, q, block);
-            read = 1;
-            vertex_block pair = {x.vertex[i], y.vertex[j], f->weight * x.weight[i] * y.weight[j],
-                                 (const double(*)[3])block};
-            add_block(h, &pair, p != q || i != j);
-        }
+/* Adds the columns of the face's vertex j. With M the face's matrix over its points and T the stencil's, the matrix
+ * over the vertices is T^T M T: M T_j first, then the rows of each vertex. */
+static void add_vertex(const face_matrix *f, size_t j) {
+    const co_stencils *s = f->stencils;
+    const int32_t *node = f->dofs->node, *vertex = s->vertex + f->first;
+    const double *column = sum_of_points(s, f->first + j, 9 * f->n_points, f->panels, f->sum);
+    size_t i = j;
+    while (i > 0 && node[vertex[i - 1]] == node[vertex[j]])
+        i--;
+    for (; i < f->n_vertices; i++) {
+        double sum[9];
+        const double *block = sum_of_points(s, f->first + i, 9, column, sum);
+        if (node[vertex[i]] == node[vertex[j]])
+            add_own_block(f, i, j, block);
+        else
+            add_block(f, i, j, block);
+    }
 }
 
+/* Some nodes, by number, and room for one face's matrix: what a thread adds to. */
+typedef struct share {
+    int32_t begin, end;
+    double *fold; /* [fold_stride] */
+} share;
+
+/* Adds one face's matrix, in its lane of a block's, to the columns of some nodes. */
 static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t block, int32_t lane, const double *matrix,
-                         int32_t begin_node, int32_t end_node) {
+                         const share *mine) {
     const co_block *b = &h->batches.block[block];
-    int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
-    int32_t n_own = b->table->n_points - (co_fan_is_wide(b->table->kind) ? CO_BLEND_DISC_TERMS : 0);
-    const face_matrix f = {.patches = &a->patches,
-                           .points = h->batches.points + b->points,
-                           .matrix = matrix,
-                           .lanes = (size_t)h->batches.lanes,
-                           .lane = (size_t)lane,
-                           .weight = a->weight ? a->weight[patch] : 1,
-                           .begin_node = begin_node,
-                           .end_node = end_node};
-    for (int32_t p = 0; p < n_own; p++)
-        for (int32_t q = 0; q <= p; q++)
-            scatter_pair(h, &f, p, q);
+    const int32_t *node = h->dofs->node;
+    const int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
+    const co_stencils *s = &h->stencils;
+    const size_t n_own = (size_t)co_patches_own_size(a->patches.kind[patch]);
+    const face_matrix f = {.dofs = h->dofs,
+                           .pattern = &h->pattern,
+                           .stencils = s,
+                           .first = s->start[patch],
+                           .n_vertices = s->start[patch + 1] - s->start[patch],
+                           .place = s->place + s->pair[patch],
+                           .n_points = n_own,
+                           .panels = mine->fold,
+                           .sum = mine->fold + 9 * n_own * n_own,
+                           .value = h->value};
+    const int32_t *vertex = s->vertex + f.first;
+    if (f.n_vertices == 0 || node[vertex[0]] >= mine->end || node[vertex[f.n_vertices - 1]] < mine->begin)
+        return;
+    unpack(b->table, matrix + lane, (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1, n_own, mine->fold);
+    for (size_t j = 0; j < f.n_vertices; j++)
+        if (node[vertex[j]] >= mine->begin && node[vertex[j]] < mine->end)
+            add_vertex(&f, j);
 }
 
 /* Evaluates the matrices of n blocks into h->chunk. before [3 n_points] or NULL. */
@@ -302,11 +346,12 @@ static void scatter_chunk(const co_assembly *a, co_sparse_hessian *h, int32_t fi
     int32_t n_nodes = h->dofs->n_nodes;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
     for (int32_t t = 0; t < a->n_threads; t++) {
-        int32_t begin = (int32_t)((int64_t)n_nodes * t / a->n_threads);
-        int32_t end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads);
+        const share mine = {.begin = (int32_t)((int64_t)n_nodes * t / a->n_threads),
+                            .end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads),
+                            .fold = h->fold + (size_t)t * h->fold_stride};
         for (int32_t k = 0; k < n; k++)
             for (int32_t lane = 0; lane < h->batches.block[first + k].n_used; lane++)
-                scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, begin, end);
+                scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, &mine);
         for (int32_t k = 0; k < n; k++)
             scatter_discs(a, h, first + k, h->chunk + (size_t)k * h->matrix_stride, t);
     }

@@ -6,19 +6,22 @@
 #include "constraints/dof_map.h"
 #include "energy/assembly.h"
 #include "hessian/blend_disc_hessian.h"
-#include "hessian/sparsity.h"
+#include "hessian/stencils.h"
 
 /* A symmetric matrix over the variables of a dof_map. */
 typedef struct co_sparse_hessian {
-    const co_dof_map *dofs;      /* the caller's */
-    co_sparsity pattern;         /* where it has entries: made once */
-    double *value;               /* [pattern.n_entries] */
-    co_element_batches batches;  /* by the rules that were used last */
-    int32_t rules_key;           /* identifies those rules */
-    double *chunk;               /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
-    size_t matrix_stride;        /* doubles of one block's matrices */
-    double *work;                /* [n_threads][work_stride] work space of the kernels */
-    size_t work_stride;          /* doubles that one thread needs */
+    const co_dof_map *dofs;     /* the caller's */
+    co_sparsity pattern;        /* where it has entries: made once */
+    co_stencils stencils;       /* what the points of each face's matrix are in terms of vertices */
+    double *value;              /* [pattern.n_entries] */
+    co_element_batches batches; /* by the rules that were used last */
+    int32_t rules_key;          /* identifies those rules */
+    double *chunk;              /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
+    size_t matrix_stride;       /* doubles of one block's matrices */
+    double *work;               /* [n_threads][work_stride] work space of the kernels */
+    size_t work_stride;         /* doubles that one thread needs */
+    double *fold;               /* [n_threads][fold_stride] one face's matrix, on its way from points to vertices */
+    size_t fold_stride;
     co_blend_disc_hessian discs; /* sums over the faces of wide blends, on their way into `value` */
     double *disc_matrix;         /* matrix of one blend disc over its variables */
     double *before;              /* [3 n_points] points where a step began; made when first needed */
@@ -55,10 +58,9 @@ typedef struct co_second_kind {
  * well. ERROR_MEMORY. */
 int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const co_second_kind *kind,
                                    co_sparse_hessian *hessian, curvopt_error *error);
-/* Adds weight times a 3 x 3 block of second derivatives with respect to vertices v and w of the cage, rows by v; for
- * v != w its transpose goes to (w, v). The symmetric block of v = w counts once. Vertices that cannot move drop out. */
-void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, double weight,
-                                 const double (*block)[3]);
+/* Adds a symmetric 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
+ * w also to (w, v). Vertices that cannot move drop out; others must have a face in common. */
+void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, const double block[9]);
 double co_sparse_hessian_mean_diagonal(const co_sparse_hessian *hessian);
 
 #endif

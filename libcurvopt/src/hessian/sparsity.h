@@ -28,6 +28,10 @@ typedef struct co_sparsity {
 int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_sparsity *out, curvopt_error *error);
 void co_sparsity_free(co_sparsity *sparsity);
 
+/* Where the rows of node `high` begin below the own block of node `low`, which is smaller and its neighbour: by
+ * bisection. */
+int32_t co_sparsity_rows(const co_sparsity *sparsity, int32_t high, int32_t low);
+
 /* The cage vertices of which a point is a combination: itself, or a derived point's row. */
 typedef struct co_point_row {
     const int32_t *vertex;

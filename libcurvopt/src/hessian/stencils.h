@@ -1,0 +1,31 @@
+/* The vertices of the cage that each patch depends on, and where their pairs stand in a sparse Hessian.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_HESSIAN_STENCILS_H
+#define CO_HESSIAN_STENCILS_H
+
+#include "hessian/sparsity.h"
+
+/* With x_p the own points of a patch (patches.h) and z_v its vertices, x_p = sum over v of T_pv z_v. A patch's own
+ * points are vertices, or derived from as many as some fifty; its vertices are those of all own points together.
+ *
+ * Vertices that cannot move are left out. Those of one patch stand in the order of their nodes, so that of two vertices
+ * the one that stands later has the rows, as in co_sparsity. T is stored by columns: for example of a patch with the
+ * points 7 and (7 + 8) / 2 the vertex 7 has the column {0: 1, 1: 1/2}, the vertex 8 the column {1: 1/2}. */
+typedef struct co_stencils {
+    size_t *start;   /* [n_patches + 1] first vertex of each patch, in `vertex` and `column` */
+    int32_t *vertex; /* [start[n_patches]] */
+    size_t *column;  /* [start[n_patches] + 1] first entry of each vertex's column of T */
+    int32_t *point;  /* number of each entry's point among the patch's points */
+    double *weight;  /* value of each entry */
+    size_t *pair;    /* [n_patches + 1] first pair of each patch, in `place` */
+    int32_t *place;  /* of the pairs (i, j), j < i, in the order (1, 0), (2, 0), (2, 1), ...: where the rows of i's node
+                        begin in the columns of j's (co_sparsity_rows); 0 for two vertices of one node */
+    int32_t most_points; /* largest number of own points of a patch */
+} co_stencils;
+
+/* ERROR_MEMORY. */
+int32_t co_stencils_create(const co_patches *patches, const co_dof_map *dofs, const co_sparsity *pattern,
+                           co_stencils *out, curvopt_error *error);
+void co_stencils_free(co_stencils *stencils);
+
+#endif
