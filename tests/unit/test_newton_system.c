@@ -331,65 +331,14 @@ static void test_mixture(void **state) {
         CHECK_BETWEEN(worst / scale, 0, 1e-14);
         CHECK_BETWEEN(apart / scale, 0.01, 10);
     }
-    CHECK_OK(
-        co_newton_system_assemble(&model, p.x, &(co_second_kind){.rules = CO_SECOND_OWN}, CO_GAUGE_SIMILARITY, &error),
-        &error);
+    CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.own_rules = 1}, CO_GAUGE_SIMILARITY, &error),
+             &error);
     CHECK_NEAR(model.mix, 0, 0);
     for (size_t e = 0; e < model.hessian.pattern.n_entries; e++)
         CHECK_NEAR(model.hessian.value[e], model.gauss_newton[e], 0);
     co_newton_system_free(&model);
     problem_free(&p);
     free(v);
-}
-
-static void set_rules(problem *p, uint8_t rule) {
-    uint8_t *rules = malloc((size_t)p->assembly.patches.n_patches);
-    curvopt_error error;
-    CHECK_TRUE(rules != NULL);
-    memset(rules, rule, (size_t)p->assembly.patches.n_patches);
-    CHECK_OK(co_assembly_take_rules(&p->assembly, rules, &error), &error);
-    free(rules);
-}
-
-/* The matrix by rules one step coarser is that of an assembly that has these, and so is what it is mixed with; by turns
- * with the usual ones, each from its own layout. */
-static void test_coarser_rules(void **state) {
-    (void)state;
-    curvopt_options mvs = options_of(CURVOPT_SURFACE_LIMIT, 0, 1, 0);
-    problem p = problem_of(cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, NULL, 0);
-    const co_whole whole = {.area = 12, .third = 30}; /* which would be by the assembly's rules */
-    co_second_kind coarser = {.exact = 1, .rules = CO_SECOND_COARSER, .whole = &whole},
-                   usual = {.exact = 1, .whole = &whole};
-    co_newton_system model;
-    curvopt_error error;
-    set_rules(&p, 2);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
-    size_t n = model.hessian.pattern.n_entries;
-    double *led = calloc(3 * n, sizeof *led), *guide = led + n, *fine = led + 2 * n, apart = 0;
-    CHECK_TRUE(led != NULL);
-    CHECK_OK(co_newton_system_assemble(&model, p.x, &usual, CO_GAUGE_NONE, &error), &error);
-    memcpy(fine, model.hessian.value, n * sizeof *fine);
-    CHECK_OK(co_newton_system_assemble(&model, p.x, &coarser, CO_GAUGE_NONE, &error), &error);
-    memcpy(led, model.hessian.value, n * sizeof *led);
-    CHECK_OK(co_newton_system_begin_gauss_newton(&model, p.x, &error), &error);
-    memcpy(guide, model.hessian.value, n * sizeof *guide);
-    co_second_kind coarser_guide = {.rules = CO_SECOND_COARSER};
-    CHECK_OK(co_newton_system_assemble(&model, p.x, &coarser_guide, CO_GAUGE_NONE, &error), &error);
-    for (size_t e = 0; e < n; e++)
-        CHECK_NEAR(model.hessian.value[e], guide[e], 0);
-    CHECK_OK(co_newton_system_assemble(&model, p.x, &usual, CO_GAUGE_NONE, &error), &error);
-    for (size_t e = 0; e < n; e++) {
-        CHECK_NEAR(model.hessian.value[e], fine[e], 0);
-        apart = fmax(apart, fabs(fine[e] - led[e]) / largest_diagonal(&model, p.n));
-    }
-    CHECK_BETWEEN(apart, 1e-8, 1e-1);
-    set_rules(&p, 1);
-    CHECK_OK(co_newton_system_assemble(&model, p.x, &usual, CO_GAUGE_NONE, &error), &error);
-    for (size_t e = 0; e < n; e++)
-        CHECK_NEAR(model.hessian.value[e], led[e], 1e-13 * largest_diagonal(&model, p.n));
-    co_newton_system_free(&model);
-    problem_free(&p);
-    free(led);
 }
 
 /* Gaussian elimination with the whole matrix: solutions and signs of pivots, by symmetric pivoting on the diagonal. */
@@ -489,7 +438,6 @@ int main(void) {
         cmocka_unit_test(test_digits),
         cmocka_unit_test(test_lifted_matrix),
         cmocka_unit_test(test_mixture),
-        cmocka_unit_test(test_coarser_rules),
         cmocka_unit_test(test_solutions_and_inertia),
         cmocka_unit_test(test_invariances_are_those_of_weights_and_constraints),
     };

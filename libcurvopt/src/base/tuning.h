@@ -50,8 +50,6 @@
     X(double, shift_least, 0.1, 1e-6, 10, "of the energy by vertices",                                                 \
       "curvature that counts as none; defines the certificate, too", "70")                                             \
     X(double, shift_raise, 4, 1.1, 100, "factor", "of a shift that leaves L-BFGS' matrix indefinite", "51")            \
-    X(double, shift_away, 2, 1, 100, "factor", "beyond the least shift that makes an indefinite matrix positive",      \
-      "52")                                                                                                            \
     X(double, stiffen_much, 4, 1, 100, "step excess", "above, the shift grows by the excess itself", "51")             \
     X(double, stiffen_most, 10, 1, 1000, "factor", "most for the shift in one update", "51")                           \
     X(double, stiffen_from, 1.5, 0.5, 100, "step excess", "above, the shift grows by stiffen_factor", "51")            \

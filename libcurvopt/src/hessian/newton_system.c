@@ -114,7 +114,6 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
                                   curvopt_error *error) {
     const co_dof_map *r = m->hessian.dofs;
     m->mix = 0;
-    m->rules = kind->rules;
     m->n_dense = m->n_pair = kind->exact && m->assembly->functional.has_third ? 2 : 0;
     if (m->n_pair) {
         double *area = m->full, *third = m->full + 3 * (size_t)r->n_vertices;
@@ -139,7 +138,7 @@ int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x
     if (!m->exact || !m->gauss_newton)
         return co_status_no_memory(error);
     memcpy(m->exact, h->value, h->pattern.n_entries * sizeof *h->value);
-    co_second_kind kind = {.rules = m->rules == CO_SECOND_USUAL ? CO_SECOND_OWN : m->rules};
+    const co_second_kind kind = {.own_rules = 1};
     return co_sparse_hessian_assemble(m->assembly, x, &kind, &m->hessian, error);
 }
 

@@ -26,10 +26,9 @@ typedef struct co_newton_system {
     int n_pair;       /* 2 if the first two columns are grad A and grad T, else 0 */
     double stiffness; /* entry in C of the other columns, which are orthonormal */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
-    double *exact;         /* [n_entries] the Hessian, for a mixture; made when first needed */
-    double *gauss_newton;  /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
-    double mix;            /* part of the Gauss-Newton matrix in the mixture */
-    co_second_rules rules; /* rules of quadrature of the matrix */
+    double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
+    double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
+    double mix;           /* part of the Gauss-Newton matrix in the mixture */
 } co_newton_system;
 
 /* Motions that leave the objective as it is. */

@@ -26,22 +26,21 @@ void co_sparse_hessian_free(co_sparse_hessian *h) {
     *h = (co_sparse_hessian){0};
 }
 
-/* How much coarser rules are than the assembly's. The Hessian is to be that of the function that is minimized, by the
- * rules that the assembly has now. The Gauss-Newton matrix preconditions only, and is positive with any rules: the
- * coarsest will do. */
-static int steps_coarser(const co_second_kind *kind) {
-    if (kind->rules == CO_SECOND_USUAL)
-        return kind->exact ? 0 : CO_N_RULES;
-    return kind->rules == CO_SECOND_COARSER;
+/* The Hessian is that of the function that is minimized, by the rules that the assembly has now. The Gauss-Newton
+ * matrix preconditions only, and is positive with any rules: the coarsest will do. */
+static int is_by_coarsest(const co_second_kind *kind) {
+    return !kind->exact && !kind->own_rules;
 }
+
+enum { KEY_OF_COARSEST = -2 };
 
 /* Batches with the same key have the same rules. */
-static int32_t key_of(const co_assembly *a, int coarser) {
-    return coarser == CO_N_RULES ? CO_N_RULES : a->rules_version * (CO_N_RULES + 1) + coarser;
+static int32_t key_of(const co_assembly *a, int coarsest) {
+    return coarsest ? KEY_OF_COARSEST : a->rules_version;
 }
 
-/* Makes the batches by rules so many steps coarser than the assembly's, and room for them. */
-static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser, curvopt_error *error) {
+/* Makes the batches, by the assembly's rules or the coarsest, and room for them. */
+static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarsest, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
     uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
     co_element_batches_free(&h->batches);
@@ -52,7 +51,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser,
     if (!rule)
         return co_status_no_memory(error);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        rule[p] = (uint8_t)(a->rule[p] > coarser ? a->rule[p] - coarser : 0);
+        rule[p] = coarsest ? 0 : a->rule[p];
     co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
     int32_t status = co_element_batches_create(&spec, &h->batches, error);
     free(rule);
@@ -65,7 +64,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser,
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
         return co_status_no_memory(error);
-    h->rules_key = key_of(a, coarser);
+    h->rules_key = key_of(a, coarsest);
     return CURVOPT_OK;
 }
 
@@ -370,9 +369,9 @@ static int32_t place_before(co_assembly *a, const double *x, co_sparse_hessian *
 
 int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_sparse_hessian *h,
                                    curvopt_error *error) {
-    const int exact = kind->exact, coarser = steps_coarser(kind);
+    const int exact = kind->exact, coarsest = is_by_coarsest(kind);
     const co_whole *whole = kind->whole;
-    int32_t status = h->rules_key == key_of(a, coarser) ? CURVOPT_OK : update_batches(a, h, coarser, error);
+    int32_t status = h->rules_key == key_of(a, coarsest) ? CURVOPT_OK : update_batches(a, h, coarsest, error);
     if (status == CURVOPT_OK && kind->before)
         status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)

@@ -37,20 +37,13 @@ typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
-/* The rules of quadrature. */
-typedef enum co_second_rules {
-    CO_SECOND_USUAL,  /* the assembly's own for the Hessian, the coarsest for the Gauss-Newton matrix */
-    CO_SECOND_OWN,    /* the assembly's own */
-    CO_SECOND_COARSER /* one step coarser: cheaper, where the Hessian only shows the way */
-} co_second_rules;
-
 /* The matrix that is wanted. */
 typedef struct co_second_kind {
     int exact;             /* 1: the Hessian; 0: the Gauss-Newton matrix */
     const double *before;  /* [3 n_vertices] where the last step began, for the Hessian: the lifted Newton method's
                               matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
-    co_second_rules rules;
+    int own_rules; /* for the Gauss-Newton matrix: by the assembly's rules, as the Hessian is, not by the coarsest */
 } co_second_kind;
 
 /* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order

@@ -23,7 +23,8 @@ typedef struct co_certificate_shape {
 } co_certificate_shape;
 
 /* A level of motion along the normals of the cage xyz [3 n_vertices], in the user's units, with this symmetry kept; by
- * the quadrature rules of `solved`, which has the same symmetry, or, if that is NULL, by new ones. As co_level_create. */
+ * the quadrature rules of `solved`, which has the same symmetry, or, if that is NULL, by new ones. As co_level_create.
+ */
 int32_t co_certificate_level(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                              const co_constraints *constraints, const double *xyz, const co_level *solved,
                              co_level **out, curvopt_error *error);

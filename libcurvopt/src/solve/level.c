@@ -324,7 +324,7 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     if (status == CURVOPT_OK)
         status = create_room(l, error);
     if (status == CURVOPT_OK)
-        status = co_level_hessian_create(&l->objective, l->is_final, &l->hessian, error);
+        status = co_level_hessian_create(&l->objective, &l->hessian, error);
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         *out = NULL;

@@ -19,11 +19,9 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     return status;
 }
 
-int32_t co_level_hessian_create(co_level_objective *objective, int is_final, co_level_hessian *h,
-                                curvopt_error *error) {
+int32_t co_level_hessian_create(co_level_objective *objective, co_level_hessian *h, curvopt_error *error) {
     const curvopt_options *o = objective->run->options;
-    /* The Hessian of a level that another follows may be by coarser rules: it only leads to where that one begins. */
-    *h = (co_level_hessian){.objective = objective, .leading = is_final ? CO_SECOND_OWN : CO_SECOND_COARSER};
+    *h = (co_level_hessian){.objective = objective};
     return o->method != CURVOPT_METHOD_LMVM && co_level_objective_n(objective) ? create_system(h, error) : CURVOPT_OK;
 }
 
@@ -80,34 +78,21 @@ static double shift_change(const co_tuning *t, double excess) {
     return excess > t->stiffen_from ? t->stiffen_factor : excess > t->soften_below ? 1 : t->soften_factor;
 }
 
-/* With a shift just above -lambda_min the matrix is nearly singular, and rounding dominates the step. Hence more. */
-static int32_t keep_away_from_singular(co_level_hessian *h, curvopt_error *error) {
-    int positive;
-    h->shift *= tuning_of(h)->shift_away;
-    int32_t status = co_newton_system_factorize(&h->system, h->shift, &positive, error);
-    h->has_factor = status == CURVOPT_OK && positive;
-    return status;
-}
-
 int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, curvopt_error *error) {
-    const co_second_kind kind = {.exact = h->preconditions_exact};
     double least = co_level_hessian_least_shift(h, now->value);
     h->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     if (co_run_context_is_cancelled(h->objective->run))
         return CURVOPT_OK;
-    int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+    int32_t status = assemble_at(h, now->x, (co_second_kind){.exact = 0}, co_gauge_exact(h->objective->gauge), error);
     if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
         return status;
     double wanted = h->shift * shift_change(tuning_of(h), step_excess);
-    status = co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);
-    if (status == CURVOPT_OK && h->preconditions_exact && h->has_factor && h->shift > least)
-        status = keep_away_from_singular(h, error);
-    return status;
+    return co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);
 }
 
 int32_t co_level_hessian_assemble(co_level_hessian *h, const co_iterate *now, const double *before,
                                   curvopt_error *error) {
-    const co_second_kind kind = {.exact = 1, .rules = h->leading, .before = before};
+    const co_second_kind kind = {.exact = 1, .before = before};
     h->has_factor = h->has_gauss_newton = 0;
     h->assembled = now->x;
     return assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);

@@ -12,14 +12,11 @@ typedef struct co_level_hessian {
     int has_factor;          /* whether it can solve */
     int has_gauss_newton;    /* whether there is a Gauss-Newton matrix to mix with, at the same point */
     const double *assembled; /* [n_variables] where the Hessian was assembled; the caller's */
-    int preconditions_exact; /* whether L-BFGS is preconditioned by the Hessian, not by the Gauss-Newton matrix */
-    co_second_rules leading; /* quadrature of the Hessian that Newton's method follows */
     double shift;            /* multiple of the unit matrix that was added last */
 } co_level_hessian;
 
-/* objective must outlive it and stay where it is; `is_final`: as in co_level. ERROR_SIZE, ERROR_MEMORY. */
-int32_t co_level_hessian_create(co_level_objective *objective, int is_final, co_level_hessian *out,
-                                curvopt_error *error);
+/* objective must outlive it and stay where it is. ERROR_SIZE, ERROR_MEMORY. */
+int32_t co_level_hessian_create(co_level_objective *objective, co_level_hessian *out, curvopt_error *error);
 void co_level_hessian_free(co_level_hessian *hessian);
 
 /* The least shift, of a displacement of all vertices by the surface's size costing tuning.shift_least times the energy:
