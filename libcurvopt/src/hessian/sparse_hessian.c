@@ -201,8 +201,9 @@ static void add_own_block(const face_matrix *f, size_t i, size_t j, const double
             f->value[f->pattern->column_start[r->first[node] + k] + c - k] += full[c][k];
 }
 
-/* Adds the columns of the face's vertex j. With M the face's matrix over its points and T the stencil's, the matrix
- * over the vertices is T^T M T: M T_j first, then the rows of each vertex. */
+/* Adds the columns of the face's vertex j (libcurvopt/notes/49-from-points-to-vertices.md). With M the face's matrix
+ * over its points and T the stencil's, the matrix over the vertices is T^T M T: M T_j first, then the rows of each
+ * vertex. */
 static void add_vertex(const face_matrix *f, size_t j) {
     const co_stencils *s = f->stencils;
     const int32_t *node = f->dofs->node, *vertex = s->vertex + f->first;
