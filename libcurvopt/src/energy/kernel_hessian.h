@@ -17,6 +17,7 @@
  *
  * In the lifted Newton method's matrix (element_kernel.c) C is C(S) + kappa, with kappa constant in the frame. S_u <-
  * S_u + eps S_v turns the frame, and not kappa; its equation has one more term (lift). The others do not turn e1.
+ * libcurvopt/notes/48-second-derivatives-by-invariance.md has the digits and the costs.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_KERNEL_HESSIAN_H

@@ -219,8 +219,9 @@ void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, con
                 full[c][k] + (high == low && v != w ? full[k][c] : 0);
 }
 
-/* Adds the columns of the face's vertex j. With M the face's matrix over its points and T the stencil's, the matrix
- * over the vertices is T^T M T: M T_j first, then the rows of each vertex. */
+/* Adds the columns of the face's vertex j (libcurvopt/notes/49-from-points-to-vertices.md). With M the face's matrix
+ * over its points and T the stencil's, the matrix over the vertices is T^T M T: M T_j first, then the rows of each
+ * vertex. */
 static void add_vertex(const face_matrix *f, size_t j) {
     const co_stencils *s = f->stencils;
     const int32_t *node = f->dofs->node, *vertex = s->vertex + f->first;
