@@ -218,7 +218,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
                            .weight = a->weight ? a->weight[patch] : 1,
                            .begin_node = begin_node,
                            .end_node = end_node};
-    for (int32_t p = 0; p < n_own; p++)
+    for (int32_t p = 0; p < n_own && !co_cancel_is_due(a->cancel); p++)
         for (int32_t q = 0; q <= p; q++)
             scatter_pair(h, &f, p, q);
 }
@@ -236,6 +236,7 @@ static void run_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int32
                                       .eps4 = co_functional_eps4(),
                                       .integrand = *integrand,
                                       .third = a->functional.has_third,
+                                      .cancel = a->cancel,
                                       .exact = exact,
                                       .matrix = h->chunk + (size_t)k * h->matrix_stride,
                                       .work = h->work + (size_t)omp_get_thread_num() * h->work_stride};
@@ -342,6 +343,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
         run_chunk(a, h, first, n, &integrand, exact, kind->before ? h->before : NULL);
         scatter_chunk(a, h, first, n);
+        if (co_cancel_is_due(a->cancel)) /* something may be missing */
+            return CO_CANCELLED;
     }
     collect_discs(a, h);
     return CURVOPT_OK;

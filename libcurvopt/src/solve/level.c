@@ -376,9 +376,28 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
+/* Areas as the user sees them. */
+static void scale_areas(const co_level *l, curvopt_energies *energies) {
     const co_run_context *run = l->objective.run;
-    int changed, is_fixed = l->objective.held.freedom != NULL;
+    int is_fixed = l->objective.held.freedom != NULL;
+    double unit = is_fixed ? run->radius * run->radius : run->area / energies->area;
+    energies->area_error *= unit;
+    energies->area = is_fixed ? unit * energies->area : run->area;
+}
+
+int co_level_finish_cancelled(co_level *l, const double *x, double *xyz, curvopt_energies *energies, double *penalty) {
+    co_level_objective_place(&l->objective, x);
+    co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
+    if (!(energies->area > 0))
+        return 0;
+    co_level_objective_to_user(&l->objective, x, energies->area, xyz);
+    scale_areas(l, energies);
+    *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
+    return 1;
+}
+
+int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
+    int changed;
     co_level_objective_place(&l->objective, l->now.x);
     int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
                                                     &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, energies,
@@ -386,9 +405,7 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
     if (status != CURVOPT_OK)
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, energies->area, xyz);
-    double unit = is_fixed ? run->radius * run->radius : run->area / energies->area;
-    energies->area_error *= unit;
-    energies->area = is_fixed ? unit * energies->area : run->area;
+    scale_areas(l, energies);
     return CURVOPT_OK;
 }
 

@@ -43,6 +43,10 @@ typedef struct co_level {
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                         const co_constraints *constraints, const double *start, int32_t number, co_level **out,
                         curvopt_error *error);
+/* What co_level_finish does, of a level that has begun and was cancelled: x are the variables that it ends with, and
+ * figures are by the rules that there are. *penalty: what springs add. 0 if there are no rules. */
+int co_level_finish_cancelled(co_level *level, const double *x, double *xyz, curvopt_energies *energies,
+                              double *penalty);
 void co_level_destroy(co_level *level);
 
 /* Rules, value and gradient at the start; refuses a cage that has none. */

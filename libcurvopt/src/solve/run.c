@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 void co_level_result_free(co_level_result *at) {
     co_symmetry_free(&at->symmetry);
@@ -69,6 +70,28 @@ static int32_t end_level(co_run *r, co_level *l, const co_outcome *outcome, doub
     return CURVOPT_OK;
 }
 
+/* The level's result where the run was cancelled in the middle of something: the last iterate that stood a review, or
+ * `x` if the level was solved; its first cage and the figures of before if it had not begun. */
+static void end_cancelled(co_run *r, co_level *l, int32_t number, const double *x, const co_outcome *outcome,
+                          double started) {
+    co_level_result *at = &r->at;
+    at->report = (curvopt_level_report){.energy = (double)NAN,
+                                        .gradient_norm = (double)NAN,
+                                        .level = number,
+                                        .n_vertices = r->result->mesh->info.n_vertices,
+                                        .stop = CURVOPT_STOP_CANCELLED,
+                                        .seconds = co_clock_seconds() - started};
+    curvopt_energies before = at->energies.area > 0 ? at->energies : r->result->start;
+    if (!x || !co_level_finish_cancelled(l, x, at->xyz, &at->energies, &at->penalty)) {
+        memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);
+        at->energies = before;
+        return;
+    }
+    at->report.energy = at->energies.objective;
+    at->report.iterations = outcome->iterations;
+    at->report.evaluations = outcome->evaluations + 1;
+}
+
 int co_run_stopped_early(const co_run *r) {
     int32_t stop = r->at.report.stop;
     return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
@@ -76,8 +99,9 @@ int co_run_stopped_early(const co_run *r) {
 
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds();
-    co_outcome outcome;
+    co_outcome outcome = {0};
     co_level *l = NULL;
+    const double *reached = NULL;
     int32_t status =
         co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, r->at.start, number, &l, error);
     if (status == CURVOPT_OK) {
@@ -85,10 +109,18 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
         l->user = r;
         status = co_level_begin(l, error);
     }
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK) {
+        reached = l->review.safe;
         status = co_level_solve(l, &r->prospect, &outcome, error);
-    if (status == CURVOPT_OK)
+    }
+    if (status == CURVOPT_OK) {
+        reached = l->now.x;
         status = end_level(r, l, &outcome, started, error);
+    }
+    if (status == CO_CANCELLED) {
+        end_cancelled(r, l, number, reached, &outcome, started);
+        status = CURVOPT_OK;
+    }
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         l = NULL;
