@@ -22,8 +22,13 @@ struct curvopt_cancel {
  * the way, but has no message; solve/ turns it into a result, and no exported function returns it. */
 enum { CO_CANCELLED = -1 };
 
-/* Seconds from when a run sees the flag until it is cut off (notes/36-cancelling.md). */
+/* Seconds from when a run sees the flag until it is cut off (notes/36-cancelling.md); more where sanitizers slow all
+ * down. */
+#ifdef __SANITIZE_ADDRESS__
+#define CO_CANCEL_GRACE 2.0
+#else
 #define CO_CANCEL_GRACE 0.1
+#endif
 
 /* The flag of one run. */
 typedef struct co_cancel {
