@@ -503,7 +503,7 @@ CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, co
  *               (four times that where second-order terms end with the exact Hessian)
  *   STALLED     no further decrease is possible in floating point
  *   LIMIT       max_iterations steps were made
- *   CANCELLED   the callback or curvopt_cancel_request asked for it
+ *   CANCELLED   the callback or curvopt_cancel_request asked for it; figures that were not known yet are NAN
  *   UNRESOLVED  the surface develops features that the finest quadrature cannot resolve
  *   SETTLED     the energy still falls, but too slowly to go on; GAUSS_NEWTON only */
 #define CURVOPT_STOP_LIST(X)                                                                                           \

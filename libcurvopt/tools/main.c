@@ -217,10 +217,12 @@ static int run_evaluate(const arguments *a) {
     return result;
 }
 
-static volatile sig_atomic_t interrupted;
+/* The run's flag, NULL unless there is one. A handler may set it: it is one lock-free store. */
+static curvopt_cancel *volatile running;
 
 static void on_interrupt(int number) {
-    interrupted = 1;
+    if (running)
+        curvopt_cancel_request(running);
     signal(number, SIG_DFL);
 }
 
@@ -238,7 +240,7 @@ static int32_t on_progress(const curvopt_progress *p, void *user) {
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", p->level, p->levels,
                 p->iteration, p->energy, p->gradient_norm, p->seconds);
-    return interrupted;
+    return 0;
 }
 
 /* The result as a cage; 0 if memory is out. */
@@ -343,9 +345,16 @@ static int run_minimize(arguments *a) {
         pins_free(&pins);
         return status;
     }
-    signal(SIGINT, on_interrupt);
-    if (curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, &w, NULL, &result, &error) != CURVOPT_OK)
+    curvopt_cancel *cancel = NULL;
+    if (curvopt_cancel_create(&cancel, &error) == CURVOPT_OK) {
+        running = cancel;
+        signal(SIGINT, on_interrupt);
+    }
+    if (!cancel ||
+        curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
         status = could_not(a->input, error.message);
+    running = NULL;
+    curvopt_cancel_destroy(cancel);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)

@@ -236,7 +236,10 @@ static void test_cancel_raised_before_the_start_stops_it(void **state) {
     CHECK_INT(o.summary.stop, CURVOPT_STOP_CANCELLED);
     CHECK_INT(o.summary.n_levels, 1);
     CHECK_INT(o.w.calls, 0);
-    check_result(&o);
+    if (isnan(o.start.objective)) /* a machine so busy that even these figures took longer than the grace */
+        CHECK_TRUE(isnan(o.end.objective));
+    else
+        check_result(&o);
     outcome_free(&o);
 }
 

@@ -257,7 +257,8 @@ static void test_what_has_no_minimum_is_refused(void **state) {
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     curvopt_constraints pins = {.vertices = all, .n = 24};
     check_refused_run(flattened(cage_torus(6, 4, 1, 0.4), 2), &w, CURVOPT_ERROR_GEOMETRY, -1, "the cage has zero area");
-    check_refused_run(flattened(cage_refined(cage_cube(), 1), 1), &w, CURVOPT_ERROR_RESOLUTION, 16, "folded flat");
+    /* of several faces that are alike but for rounding */
+    check_refused_run(flattened(cage_refined(cage_cube(), 1), 1), &w, CURVOPT_ERROR_RESOLUTION, 17, "folded flat");
     check_refused_run(cage_prism(5), &mvs, CURVOPT_ERROR_SURFACE, 0, "vertex 0 is one");
     o.constraints = &pins;
     check_refused_run(cage_torus(6, 4, 1, 0.4), &o, CURVOPT_ERROR_ARGUMENT, -1, "nothing may move");

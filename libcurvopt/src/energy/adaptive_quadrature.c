@@ -278,6 +278,25 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const 
     return status;
 }
 
+void co_adaptive_quadrature_leave_unknown(curvopt_energies *e) {
+    *e = (curvopt_energies){.objective = (double)NAN, .area = (double)NAN, .gauss = (double)NAN, .h2 = (double)NAN};
+    e->gauss_bonnet_defect = e->min_jacobian = e->objective_error = e->area_error = (double)NAN;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        e->term[t] = e->term_error[t] = (double)NAN;
+}
+
+void co_adaptive_quadrature_glance(co_assembly *a, const double *x, curvopt_energies *energies) {
+    co_cancel *cancel = a->cancel;
+    co_values values;
+    co_adaptive_quadrature_leave_unknown(energies);
+    if (!a->batches.n_blocks || !a->estimates.used)
+        return;
+    a->cancel = NULL;
+    co_assembly_evaluate(a, x, &(co_request){.is_normalized = 1}, &values);
+    a->cancel = cancel;
+    report_energies(a, &values, a->functional.has_third, energies);
+}
+
 /* --------------------------------------------------------------------------------------------- coarsening -- */
 
 /* Blocks cost the same however many of their lanes are in use. */

@@ -35,6 +35,12 @@ typedef struct co_quadrature_goal {
 int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 
+/* All figures become NAN. */
+void co_adaptive_quadrature_leave_unknown(curvopt_energies *energies);
+/* Energies by the rules as they are, whether or not the run is cancelled, with the errors that were estimated last; all
+ * are NAN if there are no batches. For the end of a run that is cancelled. x [3 n_cage]: normalized positions. */
+void co_adaptive_quadrature_glance(co_assembly *assembly, const double *x, curvopt_energies *energies);
+
 /* Takes back rules that are not needed any more, one step each, where the values show that this changes next to
  * nothing. To be called after co_adaptive_quadrature_resolve() with CO_TERMS_OBJECTIVE, at the same positions. Rules
  * grow with the bad shapes that a run passes through. *changed: whether any was changed. ERROR_MEMORY. */

@@ -36,15 +36,19 @@ static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_
 }
 
 int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
-    co_element_batches_free(&a->batches);
-    co_element_batches_free(&a->finer_batches);
-    a->rules_version++;
     co_element_batches_spec spec = {.patches = &a->patches,
                                     .cache = a->cache,
                                     .lanes = a->kernel->lanes,
                                     .rule = a->rule,
                                     .gradients = 1 + needs_area_gradient(a)};
-    int32_t status = co_element_batches_create(&spec, &a->batches, error);
+    int32_t status = co_element_batches_make_tables(&spec, error);
+    if (status == CO_CANCELLED) /* the result is evaluated by the batches of before */
+        return status;
+    co_element_batches_free(&a->batches);
+    co_element_batches_free(&a->finer_batches);
+    a->rules_version++;
+    if (status == CURVOPT_OK)
+        status = co_element_batches_create(&spec, &a->batches, error);
     if (status == CURVOPT_OK)
         status = ensure_work(a, &a->batches, error);
     if (status != CURVOPT_OK)
@@ -118,7 +122,9 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     if (status == CURVOPT_OK)
         status = co_boundary_turning_create(mesh, &a->patches, &a->turning, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);
+    a->own_cache.n_threads = a->n_threads;
     a->cache = tables ? tables : &a->own_cache;
+    a->cancel = a->cache->cancel;
     if (status == CURVOPT_OK) {
         a->points = CO_NEW(double, 3 * (size_t)a->patches.n_points);
         a->point_gradient = CO_NEW(double, 3 * (size_t)a->patches.n_points);
@@ -240,6 +246,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .eps4 = co_functional_eps4(),
                                 .integrand = *integrand,
                                 .third = third,
+                                .cancel = a->cancel,
                                 .gradient = gradient,
                                 .area_gradient = area,
                                 .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
@@ -285,7 +292,8 @@ static void run_blocks(co_assembly *a, const co_element_batches *l, const co_int
     {
         double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
         int32_t k, helped = 0;
-        while ((k = co_work_sharing_next(a->sharing, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
+        while (!co_cancel_is_due(a->cancel) &&
+               (k = co_work_sharing_next(a->sharing, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
             if (gradient)
                 run_batch(a, l, k, integrand, third, work);
             else
@@ -332,6 +340,8 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
             out->worst_face = part[k].worst_face;
         }
     }
+    for (int i = 0; co_cancel_is_due(a->cancel) && i < CO_N_INTEGRALS; i++) /* some blocks may be missing */
+        out->integral[i] = (double)NAN;
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
@@ -405,7 +415,7 @@ int32_t co_assembly_evaluate_batches(co_assembly *a, const co_element_batches *l
         return status;
     run_blocks(a, l, &a->functional.second, third, 0);
     total(a, l, out);
-    return CURVOPT_OK;
+    return co_cancel_is_due(a->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
 double co_assembly_turning(const co_assembly *a) {

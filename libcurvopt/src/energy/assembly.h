@@ -27,6 +27,7 @@ typedef struct co_assembly {
     co_basis_table_cache own_cache; /* tables of this assembly alone; empty where the caller has some */
     const co_element_kernel *kernel;
     const co_tuning *tuning; /* those of runs until replaced */
+    co_cancel *cancel;       /* the cache's: ends evaluations, whose values are then NAN */
     co_functional functional;
     double weights[CURVOPT_N_TERMS]; /* the functional's */
     int32_t surface;                 /* curvopt_surface, not AUTO */
@@ -83,7 +84,8 @@ int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, c
 int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curvopt_error *error);
 
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
- * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite.
+ * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite,
+ * and so does an evaluation that is cancelled.
  *
  * With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
  * of a gradient is not written (`active`). */
@@ -108,9 +110,11 @@ double co_assembly_turning(const co_assembly *assembly);
 /* Distance of the total curvature from what Gauss and Bonnet say, at the positions that were evaluated last. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
-/* Makes the batches of the present rules; they are empty on failure. ERROR_MEMORY. */
+/* Makes the batches of the present rules; they are empty on failure, and those of before if that is cancelled.
+ * ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_assembly_update_batches(co_assembly *assembly, curvopt_error *error);
-/* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY. */
+/* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY,
+ * CO_CANCELLED. */
 int32_t co_assembly_evaluate_batches(co_assembly *assembly, const co_element_batches *batches, int third,
                                      co_values *out, curvopt_error *error);
 

@@ -64,6 +64,20 @@ static int32_t table_of(const co_element_batches_spec *s, int32_t bin, const co_
     return co_basis_table_cache_get(s->cache, s->patches->kinds[bin / CO_N_RULES], bin % CO_N_RULES, table, error);
 }
 
+int32_t co_element_batches_make_tables(const co_element_batches_spec *s, curvopt_error *error) {
+    const co_basis_table *table;
+    uint8_t *is_there = CO_NEW(uint8_t, s->patches->n_kinds * CO_N_RULES);
+    int32_t status = is_there ? CURVOPT_OK : co_status_no_memory(error);
+    for (int32_t p = 0; status == CURVOPT_OK && p < s->patches->n_patches; p++) {
+        int32_t bin = bin_of(s, p);
+        if (!is_there[bin])
+            status = table_of(s, bin, &table, error);
+        is_there[bin] = 1;
+    }
+    free(is_there);
+    return status;
+}
+
 static int32_t blocks_of(int32_t n, int32_t lanes) {
     return (n + lanes - 1) / lanes;
 }

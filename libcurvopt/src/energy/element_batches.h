@@ -61,7 +61,9 @@ typedef struct co_element_batches_spec {
     int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
 } co_element_batches_spec;
 
-/* Free after failure as well. ERROR_MEMORY. */
+/* Makes the tables that co_element_batches_create() would have to make. ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_element_batches_make_tables(const co_element_batches_spec *spec, curvopt_error *error);
+/* Free after failure as well. ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_element_batches_create(const co_element_batches_spec *spec, co_element_batches *out, curvopt_error *error);
 void co_element_batches_free(co_element_batches *batches);
 

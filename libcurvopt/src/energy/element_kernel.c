@@ -102,7 +102,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
     plane_state plane_of_block;
     if (plane)
         plane_begin(t, b->P, &plane_of_block);
-    for (int32_t i = 0; i < t->n_samples; i++) {
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double *rows = rows_of(t, mixed, i);
         const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
         lane S[CO_JET][3], S_bar[CO_JET][3];
@@ -143,7 +143,7 @@ CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block 
     const co_basis_table *t = s->table;
     plane_state m;
     plane_begin(t, b->P, &m);
-    for (int32_t i = 0; i < t->n_samples; i++) {
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double *rows = rows_of(t, 0, i), *w = t->blend + (size_t)i * CO_JET;
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
@@ -258,7 +258,7 @@ CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], 
     plane_state vertex;
     if (plane)
         plane_begin(t, P, &vertex);
-    for (int32_t i = 0; i < t->n_samples; i++) {
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
@@ -321,7 +321,7 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
     lane(*before)[3] = (lane(*)[3])(void *)(V + CO_JET * n);
     if (third && s->before)
         gather(n, s->points, s->before, before);
-    for (int32_t i = 0; i < t->n_samples; i++) {
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double *rows = rows_of(t, mixed, i);
         const sample_integrand at = {&s->integrand, s->eps4, t->weight[i], t->area_weight[i]};
         lane S[CO_JET][3], C[4];

@@ -21,6 +21,7 @@ typedef struct co_element_block {
     int third;              /* third-order integrals are wanted */
     int gradient;           /* the gradient of the integral of `integrand` is wanted */
     int area_gradient;      /* the area's gradient is wanted, too */
+    co_cancel *cancel;      /* leaves samples out; NULL: never */
     double *sums;           /* [CO_N_SUMS][L] out */
     double *gradients;      /* [n_points][1 + area_gradient][3][L] out: of int integrand dA, then of the area */
     double *work;           /* [9 n_points][L], 64-byte aligned */
@@ -36,7 +37,8 @@ typedef struct co_element_hessian {
         *before; /* as xyz: where the last step began, for the lifted Newton method; NULL: the Hessian itself */
     double eps4; /* co_functional_eps4() */
     co_integrand integrand;
-    int third;      /* the integrand has third-order parts */
+    co_cancel *cancel; /* leaves samples out; NULL: never */
+    int third;         /* the integrand has third-order parts */
     int exact;      /* 1: the Hessian; on irregular faces of `plane`, which is not linear, Gauss-Newton all the same */
     double *matrix; /* out: lower triangle by rows, [3 n (3 n + 1) / 2][L], n = table->n_points */
     double *work;   /* [co_element_hessian_work(n_points)][L], 64-byte aligned */

@@ -267,7 +267,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
     if (f.n_vertices == 0 || node[vertex[0]] >= mine->end || node[vertex[f.n_vertices - 1]] < mine->begin)
         return;
     unpack(b->table, matrix + lane, (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1, n_own, mine->fold);
-    for (size_t j = 0; j < f.n_vertices; j++)
+    for (size_t j = 0; j < f.n_vertices && !co_cancel_is_due(a->cancel); j++)
         if (node[vertex[j]] >= mine->begin && node[vertex[j]] < mine->end)
             add_vertex(&f, j);
 }
@@ -285,6 +285,7 @@ static void run_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int32
                                       .eps4 = co_functional_eps4(),
                                       .integrand = *integrand,
                                       .third = a->functional.has_third,
+                                      .cancel = a->cancel,
                                       .exact = exact,
                                       .matrix = h->chunk + (size_t)k * h->matrix_stride,
                                       .work = h->work + (size_t)omp_get_thread_num() * h->work_stride};
@@ -392,6 +393,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
         run_chunk(a, h, first, n, &integrand, exact, kind->before ? h->before : NULL);
         scatter_chunk(a, h, first, n);
+        if (co_cancel_is_due(a->cancel)) /* something may be missing */
+            return CO_CANCELLED;
     }
     collect_discs(a, h);
     return CURVOPT_OK;

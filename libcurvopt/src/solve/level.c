@@ -285,6 +285,8 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
         status = keep_best(l, &outcome->stop, error);
     if (outcome->stop == CURVOPT_STOP_UNRESOLVED && !l->is_final) /* what stood was kept, and what follows goes on */
         outcome->stop = CURVOPT_STOP_SETTLED;
+    if (status == CURVOPT_OK)
+        l->reached = l->now.x;
     return status;
 }
 
@@ -350,6 +352,7 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     if (status != CURVOPT_OK)
         return status;
     co_step_review_begin(&l->review, l->now.x, defect);
+    l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
     int32_t face = l->objective.worst_face;
     if (!isfinite(l->now.value) || !isfinite(co_vector_norm(n_of(l), l->now.gradient)))
@@ -364,6 +367,7 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
         return status;
     co_level_objective_evaluate(&l->objective, &l->now);
     co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
+    l->reached = l->review.safe;
     return CURVOPT_OK;
 }
 
@@ -371,9 +375,31 @@ double co_level_moved(co_level *l) {
     return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
 }
 
-int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
+/* Areas as the user sees them. */
+static void scale_areas(const co_level *l, curvopt_energies *energies) {
     const co_run_context *run = l->objective.run;
-    int changed, is_framed = l->objective.is_framed;
+    int is_framed = l->objective.is_framed;
+    double unit = is_framed ? run->radius * run->radius : run->area / energies->area;
+    energies->area_error *= unit;
+    energies->area = is_framed ? unit * energies->area : run->area;
+}
+
+int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
+    const double *x = l->reached;
+    if (!x)
+        return 0;
+    co_level_objective_place(&l->objective, x);
+    co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
+    if (!(energies->area > 0))
+        return 0;
+    co_level_objective_to_user(&l->objective, x, energies->area, xyz);
+    scale_areas(l, energies);
+    *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
+    return 1;
+}
+
+int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
+    int changed;
     co_level_objective_place(&l->objective, l->now.x);
     int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
                                                     &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, energies,
@@ -381,9 +407,7 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
     if (status != CURVOPT_OK)
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, energies->area, xyz);
-    double unit = is_framed ? run->radius * run->radius : run->area / energies->area;
-    energies->area_error *= unit;
-    energies->area = is_framed ? unit * energies->area : run->area;
+    scale_areas(l, energies);
     return CURVOPT_OK;
 }
 

@@ -27,6 +27,7 @@ typedef struct co_level {
     co_level_objective objective;
     co_level_hessian hessian;
     co_step_review review;
+    const double *reached;    /* variables that it ends with if it is cancelled; NULL: it has not begun */
     double working_tolerance; /* of quadrature on the way */
     double tolerance;         /* of quadrature of the figures at the end */
     int32_t failed;           /* status of a callback, which cannot return it */
@@ -53,6 +54,9 @@ double co_level_moved(co_level *level);
 int32_t co_level_solve(co_level *level, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error);
 /* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units. */
 int32_t co_level_finish(co_level *level, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error);
+/* The same of a level that was cancelled, at what it has reached, figures by the rules that there are. *penalty: what
+ * springs add. 0 if it has not begun or there are no rules. */
+int co_level_finish_cancelled(co_level *level, double *xyz, curvopt_energies *energies, double *penalty);
 /* From a stationary point some way along the direction in which the Hessian is most negative; *left: whether there is
  * one that leads down. For levels that are not solved afterwards. ERROR_MEMORY. */
 int32_t co_level_leave_saddle(co_level *level, int *left, curvopt_error *error);

@@ -14,6 +14,7 @@
 #include "solve/symmetry_reduction.h"
 
 #include <math.h>
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -98,6 +99,8 @@ static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
     r->result->level[number - 1] = r->at.report;
     if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r))
         status = certify(r, level, error);
+    if (status == CO_CANCELLED) /* there is no verdict */
+        status = CURVOPT_OK;
     co_level_destroy(level);
     return status;
 }
@@ -136,6 +139,33 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
     return status;
 }
 
+/* What the run has come to. */
+static void end_run(co_run *r) {
+    curvopt_summary *summary = &r->result->summary;
+    r->result->end = r->at.energies;
+    summary->stop = r->at.report.stop;
+    summary->seconds = co_clock_seconds() - r->started;
+    summary->n_vertices = r->result->mesh->info.n_vertices;
+    summary->n_faces = r->result->mesh->info.n_faces;
+    summary->method = r->context.options->method;
+    summary->symmetry_order = r->at.symmetry.order;
+}
+
+/* A run that was cancelled before the figures of the input cage were known has that cage as its result. */
+static void end_at_start(co_run *r) {
+    co_adaptive_quadrature_leave_unknown(&r->result->start);
+    r->at.energies = r->result->start;
+    r->at.report = (curvopt_level_report){.energy = (double)NAN,
+                                          .gradient_norm = (double)NAN,
+                                          .level = 1,
+                                          .n_vertices = r->result->mesh->info.n_vertices,
+                                          .stop = CURVOPT_STOP_CANCELLED,
+                                          .seconds = co_clock_seconds() - r->started};
+    r->result->level[0] = r->at.report;
+    r->result->summary.n_levels = 1;
+    end_run(r);
+}
+
 static int32_t run_levels(co_run *r, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     for (int32_t number = 1; number <= r->context.options->levels; number++) {
@@ -148,13 +178,7 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
         if (ends_run(r, number))
             break;
     }
-    r->result->end = r->at.energies;
-    summary->stop = r->at.report.stop;
-    summary->seconds = co_clock_seconds() - r->started;
-    summary->n_vertices = r->result->mesh->info.n_vertices;
-    summary->n_faces = r->result->mesh->info.n_faces;
-    summary->method = r->context.options->method;
-    summary->symmetry_order = r->at.symmetry.order;
+    end_run(r);
     return CURVOPT_OK;
 }
 
@@ -226,12 +250,19 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     co_run r = {.context = {.options = options, .tuning = tuning, .cancel = cancel},
                 .progress = progress,
                 .user = user,
-                .started = co_clock_seconds()};
+                .started = co_clock_seconds(),
+                .cancel = {.flag = cancel}};
     co_basis_table_cache_create(options->surface, &r.tables);
+    r.tables.cancel = &r.cancel;
+    r.tables.n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
     r.context.tables = &r.tables;
     int32_t status = start_run(&r, mesh, xyz, error);
     if (status == CURVOPT_OK)
         status = run_levels(&r, error);
+    if (status == CO_CANCELLED) {
+        end_at_start(&r);
+        status = CURVOPT_OK;
+    }
     if (status == CURVOPT_OK) {
         r.result->xyz = r.at.xyz;
         r.at.xyz = NULL;

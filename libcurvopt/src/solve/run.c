@@ -52,23 +52,36 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
     return r->progress(&progress, r->user) != 0;
 }
 
-/* Energies at the level's end, and its cage. */
-static int32_t end_level(co_run *r, co_level *l, const co_outcome *outcome, double started, curvopt_error *error) {
+/* Energies at the level's end, and its cage. The report has the counts already. */
+static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvopt_error *error) {
     int resolved;
     co_level_result *at = &r->at;
     int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
     at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
-    at->report = (curvopt_level_report){.energy = at->energies.objective,
-                                        .gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now),
-                                        .level = l->number,
-                                        .n_vertices = l->objective.mesh->info.n_vertices,
-                                        .iterations = outcome->iterations,
-                                        .evaluations = outcome->evaluations + 1,
-                                        .stop = resolved || !l->is_final ? outcome->stop : CURVOPT_STOP_UNRESOLVED,
-                                        .seconds = co_clock_seconds() - started};
+    at->report.energy = at->energies.objective;
+    at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
+    at->report.stop = resolved || !l->is_final ? stop : CURVOPT_STOP_UNRESOLVED;
+    at->report.seconds = co_clock_seconds() - started;
     return CURVOPT_OK;
+}
+
+/* The level's result where the run was cancelled in the middle of something: what the level has reached, or its first
+ * cage and the figures of before if it had not begun. */
+static void end_cancelled(co_run *r, co_level *l, double started) {
+    co_level_result *at = &r->at;
+    curvopt_energies before = at->energies.area > 0 ? at->energies : r->result->start;
+    at->report.stop = CURVOPT_STOP_CANCELLED;
+    at->report.seconds = co_clock_seconds() - started;
+    at->report.energy = at->report.gradient_norm = (double)NAN;
+    if (l && co_level_finish_cancelled(l, at->xyz, &at->energies, &at->penalty)) {
+        at->report.energy = at->energies.objective;
+        return;
+    }
+    memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);
+    at->energies = before;
+    at->report.iterations = at->report.evaluations = 0;
 }
 
 int co_run_stopped_early(const co_run *r) {
@@ -76,16 +89,13 @@ int co_run_stopped_early(const co_run *r) {
     return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
-/* Solves a level, and adds what it took to what was taken before. */
+/* Solves a level that has begun, and counts what it took with what was taken before. */
 static int32_t solve_level(co_run *r, co_level *l, double started, curvopt_error *error) {
-    co_outcome outcome;
-    const curvopt_level_report before = r->at.report;
+    co_outcome outcome = {.iterations = 0};
     int32_t status = co_level_solve(l, &r->prospect, &outcome, error);
-    if (status == CURVOPT_OK)
-        status = end_level(r, l, &outcome, started, error);
-    r->at.report.iterations += before.iterations;
-    r->at.report.evaluations += before.evaluations;
-    return status;
+    r->at.report.iterations += outcome.iterations;
+    r->at.report.evaluations += outcome.evaluations + 1;
+    return status == CURVOPT_OK ? end_level(r, l, outcome.stop, started, error) : status;
 }
 
 /* Most turns of motion along normals, each along those of the cage where it begins. */
@@ -102,15 +112,17 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
         memcpy(r->at.start, r->at.xyz, size);
         int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints,
                                          CO_MOTION_NORMALS, r->at.start, (*level)->number, &next, error);
-        if (status == CURVOPT_OK) {
-            next->report = report;
-            next->user = r;
+        if (status == CURVOPT_OK)
             status = co_level_begin_by_rules_of(next, *level, error);
+        if (status != CURVOPT_OK) {
+            co_level_destroy(next);
+            return status;
         }
+        next->report = report;
+        next->user = r;
         co_level_destroy(*level);
         *level = next;
-        if (status == CURVOPT_OK)
-            status = solve_level(r, next, started, error);
+        status = solve_level(r, next, started, error);
         if (status != CURVOPT_OK)
             return status;
         moved = co_level_moved(next);
@@ -121,7 +133,7 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds();
     co_level *l = NULL;
-    r->at.report = (curvopt_level_report){.iterations = 0};
+    r->at.report = (curvopt_level_report){.level = number, .n_vertices = r->result->mesh->info.n_vertices};
     int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
                                      r->at.start, number, &l, error);
     if (status == CURVOPT_OK) {
@@ -133,6 +145,10 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
         status = solve_level(r, l, started, error);
     if (status == CURVOPT_OK && !l->is_final && co_run_context_is_last(&r->context, number))
         status = settle_shape(r, &l, started, error);
+    if (status == CO_CANCELLED) {
+        end_cancelled(r, l, started);
+        status = CURVOPT_OK;
+    }
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         l = NULL;

@@ -31,6 +31,7 @@ typedef struct co_run {
     void *user;
     double started;      /* seconds */
     double start_energy; /* of the input cage */
+    co_cancel cancel;    /* what takes long looks at this */
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
     co_level_prospect prospect; /* of the levels to come */
@@ -41,7 +42,7 @@ typedef struct co_run {
 /* Solves the present mesh from run->at.start, with the symmetry that is kept, by the level `number`; the figures and
  * positions go into run->at, and run->at.start becomes what *level began with. Where an even spacing is wanted, the
  * last level ends with motion along normals, and *level is the level of that. It is the caller's to destroy, NULL after
- * a failure. As curvopt_minimize. */
+ * a failure, and where the run was cancelled before the level was there. As curvopt_minimize. */
 int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
 
 /* Whether the present level was cancelled or could not be resolved. */

@@ -2,14 +2,9 @@
 #ifndef CO_SOLVE_RUN_CONTEXT_H
 #define CO_SOLVE_RUN_CONTEXT_H
 
+#include "base/cancel.h"
 #include "base/tuning.h"
 #include "surface/basis_table.h"
-
-#include <stdatomic.h>
-
-struct curvopt_cancel {
-    atomic_int requested;
-};
 
 typedef struct co_run_context {
     const curvopt_options *options;
@@ -23,7 +18,7 @@ typedef struct co_run_context {
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
 static inline int co_run_context_is_cancelled(const co_run_context *run) {
-    return run->cancel && atomic_load_explicit(&run->cancel->requested, memory_order_relaxed);
+    return co_cancel_is_requested(run->cancel);
 }
 
 static inline int co_run_context_is_last(const co_run_context *run, int32_t level) {

@@ -124,8 +124,12 @@ int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level,
     descent d = {0};
     int on = 1;
     int32_t status = co_run_solve(r, number, &d.now, error);
-    while (status == CURVOPT_OK && on && wants_escape(r, d.now, &among))
+    while (status == CURVOPT_OK && on && !co_run_stopped_early(r) && wants_escape(r, d.now, &among))
         status = step_down(r, number, among, &d, &on, error);
+    if (status == CO_CANCELLED) { /* while a way down was looked for: what was found before stands */
+        r->at.report.stop = CURVOPT_STOP_CANCELLED;
+        status = CURVOPT_OK;
+    }
     if (d.before) {
         go_back(r, &d.fallback);
         co_level_destroy(d.now);

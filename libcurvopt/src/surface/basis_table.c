@@ -68,9 +68,10 @@ static const rule rules[N_RULE_SETS][CO_N_RULES] = {
 /* Points a side of a ring over those of the ring around it; 0: one less instead. */
 static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {
-    MIN_RINGS = 4,  /* least number of rings at an extraordinary vertex */
-    MAX_RINGS = 40, /* largest number of rings */
-    MAX_GAUSS = 12  /* points a side of one Gauss rule; finer rules are of several sub-cells */
+    MIN_RINGS = 4,     /* least number of rings at an extraordinary vertex */
+    MAX_RINGS = 40,    /* largest number of rings */
+    MAX_GAUSS = 12,    /* points a side of one Gauss rule; finer rules are of several sub-cells */
+    WORTH_THREADS = 64 /* points of a patch from which on a cell is worth waking a second thread */
 };
 
 /* Whether a face is one piece, not rings round an extraordinary vertex. */
@@ -162,6 +163,8 @@ typedef struct cell_samples {
     double area_factor;       /* of area weights: more than 1 in the last ring, which stands for those inside it */
     double curvature_factor;  /* of curvature weights, likewise */
     double jacobian_scale;    /* undoes the shrinking of the ring in Jacobians */
+    int32_t n_threads;
+    co_cancel *cancel;
 } cell_samples;
 
 static void regular_rows(co_real u, co_real v, double *rows) {
@@ -198,11 +201,14 @@ static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sam
     co_real node[MAX_GAUSS], weight[MAX_GAUSS];
     int splits = (c->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = c->n_side / splits;
     co_gauss_legendre(gauss, node, weight);
-    for (int j = 0; j < c->n_side; j++)
-        for (int i = 0; i < c->n_side; i++, sample++)
+#pragma omp parallel for schedule(static) num_threads(c->n_threads) if (c->n_threads > 1)
+    for (int k = 0; k < c->n_side * c->n_side; k++) {
+        int i = k % c->n_side, j = k / c->n_side;
+        if (!co_cancel_is_due(c->cancel))
             store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
-                         weight[i % gauss] * weight[j % gauss] / (splits * splits), sample);
-    return sample;
+                         weight[i % gauss] * weight[j % gauss] / (splits * splits), sample + k);
+    }
+    return sample + c->n_side * c->n_side;
 }
 
 static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *error) {
@@ -261,8 +267,8 @@ static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blen
 }
 
 /* Fills a table of rings; polynomial is NULL on surfaces without one. */
-static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_blend_fit *polynomial, const rule *r,
-                              ring_tail tail, curvopt_error *error) {
+static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cache, co_stam_disc *disc,
+                              const co_blend_fit *polynomial, const rule *r, ring_tail tail, curvopt_error *error) {
     co_ring_cell cell = {0};
     int32_t sample = 0, status;
     co_real *map = CO_NEW(co_real, 2 * (size_t)disc->n_points);
@@ -276,6 +282,8 @@ static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_bl
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
                                 .n_side = points_of_ring(rule_set_of(t), r, ring),
+                                .n_threads = t->n_points >= WORTH_THREADS ? cache->n_threads : 1,
+                                .cancel = cache->cancel,
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
                                 .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
@@ -284,6 +292,8 @@ static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_bl
             sample = add_samples(t, &samples, sample);
         }
         co_stam_disc_advance(disc);
+        if (co_cancel_is_due(cache->cancel))
+            status = CO_CANCELLED;
     }
     if (status == CURVOPT_OK && t->masks)
         status = fill_masks(t, disc->n_points, error);
@@ -295,7 +305,8 @@ static int32_t fill_irregular(co_basis_table *t, co_stam_disc *disc, const co_bl
 /* A regular face, or one of a wide disc away from the vertex, with its polynomial. */
 static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial, const rule *r, curvopt_error *error) {
     co_ring_cell cell = {0};
-    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    cell_samples whole = {
+        .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1, .n_threads = 1};
     int32_t status = CURVOPT_OK;
     if (co_fan_is_wide(t->kind)) {
         status = co_ring_cell_create_face(polynomial, co_fan_wide_i(t->kind), co_fan_wide_j(t->kind), &cell, error);
@@ -307,7 +318,8 @@ static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial,
     return status;
 }
 
-static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t rule_number, curvopt_error *error) {
+static int32_t fill(co_basis_table *t, const co_basis_table_cache *cache, const co_blend_fit *polynomial,
+                    int32_t rule_number, curvopt_error *error) {
     const rule *r = &rules[rule_set_of(t)][rule_number];
     int one_piece = is_one_piece(t->kind);
     co_stam_disc disc = {0};
@@ -326,8 +338,8 @@ static int32_t fill(co_basis_table *t, const co_blend_fit *polynomial, int32_t r
             CO_RING_CELLS * points_of_ring(rule_set_of(t), r, ring) * points_of_ring(rule_set_of(t), r, ring);
     status = allocate(t, error);
     if (status == CURVOPT_OK)
-        status =
-            one_piece ? fill_one_piece(t, polynomial, r, error) : fill_irregular(t, &disc, polynomial, r, tail, error);
+        status = one_piece ? fill_one_piece(t, polynomial, r, error)
+                           : fill_irregular(t, cache, &disc, polynomial, r, tail, error);
     co_stam_disc_free(&disc);
     return status;
 }
@@ -346,7 +358,7 @@ static int32_t create_table(co_basis_table_cache *cache, int32_t kind, int32_t r
     if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && kind != CO_FAN_REGULAR)
         status = find_fit(cache, kind, &polynomial, error);
     if (status == CURVOPT_OK)
-        status = fill(t, polynomial, rule_number, error);
+        status = fill(t, cache, polynomial, rule_number, error);
     if (status != CURVOPT_OK) {
         co_basis_table_destroy(t);
         return status;
@@ -459,7 +471,7 @@ int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u
 }
 
 void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache) {
-    *cache = (co_basis_table_cache){.surface = surface};
+    *cache = (co_basis_table_cache){.surface = surface, .n_threads = 1};
 }
 
 void co_basis_table_cache_free(co_basis_table_cache *cache) {
@@ -480,6 +492,8 @@ int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int3
             *out = cache->table[i].table;
             return CURVOPT_OK;
         }
+    if (co_cancel_is_due(cache->cancel))
+        return CO_CANCELLED;
     struct co_cached_table entry = {.kind = kind, .rule = rule_number};
     struct co_cached_table *table = CO_RESIZED(cache->table, (size_t)cache->n_tables + 1);
     if (!table)

@@ -3,6 +3,7 @@
 #ifndef CO_SURFACE_BASIS_TABLE_H
 #define CO_SURFACE_BASIS_TABLE_H
 
+#include "base/cancel.h"
 #include "surface/stam.h"
 
 /* Rules grow finer with their number; which face gets which is decided by assembly.h. */
@@ -32,7 +33,9 @@ void co_basis_table_destroy(co_basis_table *table);
 
 /* The tables and fits made so far for a surface. They are searched one by one: a cage has few kinds of faces. */
 typedef struct co_basis_table_cache {
-    int32_t surface; /* curvopt_surface */
+    int32_t surface;   /* curvopt_surface */
+    int32_t n_threads; /* threads that fill a table; 1 until replaced */
+    co_cancel *cancel; /* ends the making of tables; NULL until replaced */
     int32_t n_tables;
     struct co_cached_table *table; /* [n_tables] in the order in which they were made */
     int32_t n_fits;
@@ -41,7 +44,8 @@ typedef struct co_basis_table_cache {
 
 void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache);
 void co_basis_table_cache_free(co_basis_table_cache *cache);
-/* The table of a kind and rule, built if it is not there yet. It stays the cache's and lives as long. ERROR_MEMORY. */
+/* The table of a kind and rule, built if it is not there yet. It stays the cache's and lives as long. ERROR_MEMORY,
+ * and CO_CANCELLED where it would have to be built. */
 int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule, const co_basis_table **out,
                                  curvopt_error *error);
 

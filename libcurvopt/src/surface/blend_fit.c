@@ -93,31 +93,52 @@ typedef struct sample {
 } sample;
 
 /* Adds a sample of sector 0, weighted, and its images in the other sectors to the normal equations: `normal`, lower
- * triangle, and p->fit, which holds the right-hand sides until solve(). */
-static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, co_real *normal) {
-    co_real x = 0, y = 0;
+ * triangle, and p->fit, which holds the right-hand sides until solve(); those of sector 0's points and the vertex
+ * alone, because each of these meets one image of every point of the sample. */
+static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, co_real (*value)[TERMS],
+                       co_real *normal) {
+    co_real x = 0, y = 0, sum[TERMS] = {0};
     int32_t per_sector = (p->n_points - 1) / p->valence;
     for (int32_t i = 0; i < at->n; i++) {
         x += at->row[i] * p->map[2 * at->index[i]];
         y += at->row[i] * p->map[2 * at->index[i] + 1];
     }
     for (int32_t s = 0; s < p->valence; s++) {
-        co_real c = cosl(2 * CO_PI_LONG * s / p->valence), d = sinl(2 * CO_PI_LONG * s / p->valence), value[TERMS];
-        monomial_values(c * x - d * y, c * y + d * x, value);
-        for (int a = 0; a < TERMS; a++)
+        co_real c = cosl(2 * CO_PI_LONG * s / p->valence), d = sinl(2 * CO_PI_LONG * s / p->valence);
+        monomial_values(c * x - d * y, c * y + d * x, value[s]);
+        for (int a = 0; a < TERMS; a++) {
+            sum[a] += value[s][a];
             for (int b = 0; b <= a; b++)
-                normal[a * TERMS + b] += weight * value[a] * value[b];
-        for (int32_t i = 0; i < at->n; i++) { /* the point, s sectors on */
-            int32_t point = at->index[i] ? 1 + (at->index[i] - 1 + per_sector * s) % (p->n_points - 1) : 0;
-            co_real w = weight * at->row[i];
-            for (int a = 0; w != 0 && a < TERMS; a++)
-                p->fit[a * p->n_points + point] += w * value[a];
+                normal[a * TERMS + b] += weight * value[s][a] * value[s][b];
         }
+    }
+    for (int32_t i = 0; i < at->n; i++) {
+        const int32_t sector = at->index[i] ? (at->index[i] - 1) / per_sector : 0; /* turned back by so many */
+        const int32_t point = at->index[i] ? 1 + (at->index[i] - 1) % per_sector : 0;
+        const co_real *image = at->index[i] ? value[(p->valence - sector) % p->valence] : sum;
+        for (int a = 0; a < TERMS; a++)
+            p->fit[a * p->n_points + point] += weight * at->row[i] * image[a];
     }
 }
 
-/* Solves normal X = right in place of `right` [TERMS][n], by Cholesky's factorization. */
-static void solve(co_real *normal, int32_t n, co_real *right) {
+/* The other sectors' columns of p->fit: with the points turned by some sectors, P is turned by as many. */
+static void turn_columns(co_blend_fit *p) {
+    const int32_t per_sector = (p->n_points - 1) / p->valence;
+    for (int32_t s = 1; s < p->valence; s++) {
+        co_real turn[TERMS][TERMS];
+        co_blend_fit_turn(p->valence, p->valence - s, turn);
+        for (int32_t i = 1; i <= per_sector; i++)
+            for (int a = 0; a < TERMS; a++) {
+                co_real sum = 0;
+                for (int b = 0; b < TERMS; b++)
+                    sum += turn[a][b] * p->fit[b * p->n_points + i];
+                p->fit[a * p->n_points + i + s * per_sector] = sum;
+            }
+    }
+}
+
+/* Solves normal X = right in place of the first n columns of `right` [TERMS][stride], by Cholesky's factorization. */
+static void solve(co_real *normal, int32_t n, int32_t stride, co_real *right) {
     for (int j = 0; j < TERMS; j++)
         for (int i = j; i < TERMS; i++) {
             co_real sum = normal[i * TERMS + j];
@@ -128,41 +149,41 @@ static void solve(co_real *normal, int32_t n, co_real *right) {
     for (int32_t c = 0; c < n; c++) {
         for (int i = 0; i < TERMS; i++) {
             for (int k = 0; k < i; k++)
-                right[i * n + c] -= normal[i * TERMS + k] * right[k * n + c];
-            right[i * n + c] /= normal[i * TERMS + i];
+                right[i * stride + c] -= normal[i * TERMS + k] * right[k * stride + c];
+            right[i * stride + c] /= normal[i * TERMS + i];
         }
         for (int i = TERMS - 1; i >= 0; i--) {
             for (int k = i + 1; k < TERMS; k++)
-                right[i * n + c] -= normal[k * TERMS + i] * right[k * n + c];
-            right[i * n + c] /= normal[i * TERMS + i];
+                right[i * stride + c] -= normal[k * TERMS + i] * right[k * stride + c];
+            right[i * stride + c] /= normal[i * TERMS + i];
         }
     }
 }
 
-/* The samples of one cell of ring `side` of the face at the vertex. cell [16][n] and row [n] are work space, index [n]
+/* The samples of one cell of ring `side` of the face at the vertex. cell [17][n] and row [n] are work space, index [n]
  * says where the two-ring is. */
 static void add_cell(const co_stam_disc *d, int c, co_real side, const co_blend_fit *p, const int32_t *index,
-                     co_real *cell, co_real *row, co_real *normal) {
+                     co_real *cell, co_real *row, co_real (*value)[TERMS], co_real *normal) {
     co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET];
     const sample at = {d->n_points, index, row};
     co_gauss_legendre(FIT_GAUSS, node, gauss);
-    co_stam_disc_cell(d, c, cell);
+    co_stam_disc_cell(d, c, cell + 16 * (size_t)d->n_points, cell);
     for (int j = 0; j < FIT_GAUSS; j++)
         for (int i = 0; i < FIT_GAUSS; i++) {
             co_bspline_bicubic(node[i], node[j], basis);
             co_blend_weight(CO_BLEND_POLYNOMIAL, side * (co_stam_cell_place[c][0] + node[i]) / p->width,
                             side * (co_stam_cell_place[c][1] + node[j]) / p->width, w);
             for (int32_t q = 0; q < d->n_points; q++) {
-                row[q] = 0;
+                row[q] = cell[16 * d->n_points + q];
                 for (int k = 0; k < 16; k++)
                     row[q] += basis[k][0] * cell[k * d->n_points + q];
             }
-            add_sample(p, &at, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT), normal);
+            add_sample(p, &at, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT), value, normal);
         }
 }
 
 /* The samples of face (i, j), not the one at the vertex. */
-static void add_face(const co_blend_fit *p, int i, int j, co_real *normal) {
+static void add_face(const co_blend_fit *p, int i, int j, co_real (*value)[TERMS], co_real *normal) {
     co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET], row[16];
     int32_t index[16];
     const sample at = {16, index, row};
@@ -175,7 +196,7 @@ static void add_face(const co_blend_fit *p, int i, int j, co_real *normal) {
         co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / p->width, (j + t) / p->width, w);
         for (int k = 0; k < 16; k++)
             row[k] = basis[k][0];
-        add_sample(p, &at, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + FAR_WEIGHT), normal);
+        add_sample(p, &at, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + FAR_WEIGHT), value, normal);
     }
 }
 
@@ -232,20 +253,22 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
     return CURVOPT_OK;
 }
 
-/* Fills p->fit from the disc's rows. index [n]: room for the two-ring's points; work [17 n]: room. */
-static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work) {
+/* Fills p->fit from the disc's rows. index [n]: room for the two-ring's points; work [18 n], value
+ * [valence]: room. */
+static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work, co_real (*value)[TERMS]) {
     co_real side = 1, normal[TERMS * TERMS] = {0};
     for (int32_t i = 0; i < deeper->n_points; i++)
         index[i] = co_blend_fit_index_of_two_ring(p, i);
     for (int ring = 1; ring <= FIT_RINGS; ring++) {
         side /= 2;
         for (int c = 0; c < CO_RING_CELLS; c++)
-            add_cell(deeper, c, side, p, index, work, work + 16 * (size_t)deeper->n_points, normal);
+            add_cell(deeper, c, side, p, index, work, work + 17 * (size_t)deeper->n_points, value, normal);
         co_stam_disc_advance(deeper);
     }
     for (int k = 1; k < p->width * p->width; k++)
-        add_face(p, k % p->width, k / p->width, normal);
-    solve(normal, p->n_points, p->fit);
+        add_face(p, k % p->width, k / p->width, value, normal);
+    solve(normal, 1 + (p->n_points - 1) / p->valence, p->n_points, p->fit);
+    turn_columns(p);
 }
 
 int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p, curvopt_error *error) {
@@ -255,15 +278,18 @@ int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p
     if (status != CURVOPT_OK)
         return status;
     int32_t *index = CO_NEW(int32_t, n);
-    co_real *work = CO_NEW(co_real, 17 * n);
+    co_real *work = CO_NEW(co_real, 18 * n);
+    co_real(*value)[TERMS] = co_memory_zeroed((size_t)p->valence, sizeof *value);
     p->fit = CO_NEW(co_real, TERMS * (size_t)p->n_points);
-    status = index && work && p->fit ? co_stam_disc_create(disc->valence, &deeper, error) : co_status_no_memory(error);
+    status = index && work && value && p->fit ? co_stam_disc_create(disc->valence, &deeper, error)
+                                              : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        fit(p, &deeper, index, work);
+        fit(p, &deeper, index, work, value);
     else
         co_blend_fit_free(p);
     free(index);
     free(work);
+    free(value);
     co_stam_disc_free(&deeper);
     return status;
 }

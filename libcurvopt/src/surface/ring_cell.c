@@ -8,15 +8,17 @@
 #include <string.h>
 
 void co_ring_cell_free(co_ring_cell *cell) {
+    free(cell->base);
     free(cell->points);
     free(cell->weights);
     *cell = (co_ring_cell){0};
 }
 
 static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
+    cell->base = CO_NEW(co_real, cell->n_points);
     cell->points = CO_NEW(co_real, 16 * (size_t)cell->n_points);
     cell->weights = CO_NEW(double, CO_RING_CELL_GENERATORS *(size_t)cell->n_points);
-    if (cell->points && cell->weights)
+    if (cell->base && cell->points && cell->weights)
         return CURVOPT_OK;
     co_ring_cell_free(cell);
     return co_status_no_memory(error);
@@ -34,16 +36,15 @@ static void set_map(co_ring_cell *cell, co_real map[16][2]) {
             cell->map[i][c] = (double)map[i][c];
 }
 
-/* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c_0 + sum of (c_i - c_0) B_i: deep in the
- * rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i if that is not one of long doubles. */
+/* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c + sum of (c_i - c) B_i, c = `base`: deep
+ * in the rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i. */
 static void set_weights(co_ring_cell *cell) {
     const co_blend_fit *folded = cell->polynomial && cell->polynomial->width == 1 ? cell->polynomial : NULL;
     for (int32_t p = 0; p < cell->n_points; p++) {
         double *to = cell->weights + (size_t)p * CO_RING_CELL_GENERATORS;
-        co_real first = cell->points[p];
-        to[0] = (double)first;
+        to[0] = (double)cell->base[p];
         for (int i = 0; i < 16; i++)
-            to[1 + i] = (double)(cell->points[i * cell->n_points + p] - first);
+            to[1 + i] = (double)cell->points[i * cell->n_points + p];
         for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
             to[17 + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
     }
@@ -54,14 +55,14 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
     cell->side = ldexpl(1, -disc->ring);
     for (int c = 0; c < 2; c++)
         cell->origin[c] = cell->side * co_stam_cell_place[which][c];
-    co_stam_disc_cell(disc, which, cell->points);
+    co_stam_disc_cell(disc, which, cell->base, cell->points);
     for (int32_t p = 0; (cell->polynomial || cell->chart) && p < cell->n_points; p++) {
         const co_real *at = cell->polynomial
                                 ? cell->polynomial->map + 2 * co_blend_fit_index_of_two_ring(cell->polynomial, p)
                                 : cell->chart + 2 * p;
         for (int i = 0; i < 16; i++)
             for (int c = 0; c < 2; c++)
-                map[i][c] += cell->points[i * cell->n_points + p] * at[c];
+                map[i][c] += cell->points[i * cell->n_points + p] * at[c]; /* the vertex is at 0 */
     }
     set_map(cell, map);
     set_weights(cell);
@@ -74,9 +75,11 @@ int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, c
     if (status != CURVOPT_OK)
         return status;
     co_real map[16][2];
+    cell->base[0] = 1;
     for (int k = 0; k < 16; k++) {
         int32_t from = co_blend_fit_index(polynomial->valence, polynomial->width, 0, i + k % 4 - 1, j + k / 4 - 1);
         cell->points[17 * k] = 1;
+        cell->points[16 * k] -= 1;
         memcpy(map[k], polynomial->map + 2 * from, sizeof map[k]);
     }
     set_map(cell, map);
@@ -106,7 +109,7 @@ void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s
  * times 1 - w; [17 ..] w times the polynomial's monomials.
  *
  * Example: point p of the two-ring has the coefficients c_i in the patch's control points and f_a in the fit. Its row
- * is c_0 (1 - w) + sum over i of (c_i - c_0) (1 - w) B_i + sum over a of f_a w m_a, the weights of p (set_weights)
+ * is c (1 - w) + sum over i of (c_i - c) (1 - w) B_i + sum over a of f_a w m_a, the weights of p (set_weights)
  * times these functions; with w = 0 that is the sum of c_i B_i. */
 typedef double generators[CO_RING_CELL_GENERATORS][CO_JET];
 

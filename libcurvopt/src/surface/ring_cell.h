@@ -15,7 +15,8 @@ enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_TERMS };
 typedef struct co_ring_cell {
     int32_t n_points;               /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
     co_real origin[2], side;        /* corner next to the vertex, and side, in units of a face of the sector */
-    co_real *points;                /* [16][n_points] control points of the cell's bicubic patch over these points */
+    co_real *base;                  /* [n_points] the row that is nearly the same in all of the cell's points */
+    co_real *points;                /* [16][n_points] control points of the cell's bicubic patch, less `base` */
     double *weights;                /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
     double map[16][2];              /* control points of the characteristic map; unused without chart and polynomial */
     const co_blend_fit *polynomial; /* NULL: the limit surface itself */

@@ -71,14 +71,25 @@ static int32_t refined_index(const curvopt_mesh *m, int32_t valence, int32_t s, 
     return m->corner_vertex[h];
 }
 
+/* The number among the rows of a refined point; refined [CO_STAM_MOST_ROWS] lists those that there are. */
+static int32_t row_of(co_stam_disc *d, int32_t point, int32_t *refined) {
+    for (int32_t k = 0; k < d->n_rows; k++)
+        if (refined[k] == point)
+            return k;
+    refined[d->n_rows] = point;
+    return d->n_rows++;
+}
+
 /* The 16 points of a cell; beyond the fan's sharp edges they are phantoms (ring.h). */
-static void place_cell(const curvopt_mesh *m, int32_t fan, const int place[2], int32_t *cell, int32_t *mirrored) {
-    int32_t n = co_fan_sectors(fan), s = co_fan_sector(fan);
+static void place_cell(co_stam_disc *d, const curvopt_mesh *m, int which, int32_t *refined) {
+    int32_t n = d->valence, s = co_fan_sector(d->fan);
     for (int k = 0; k < 16; k++) {
-        int x = place[0] + k % 4 - 1, y = place[1] + k / 4 - 1;
-        int below = y < 0 && s == 0 && co_fan_is_cut(fan), beside = x < 0 && s == n - 1 && co_fan_is_cut(fan);
-        cell[k] = refined_index(m, n, s, beside ? 0 : x, below ? 0 : y);
-        mirrored[k] = below || beside ? refined_index(m, n, s, beside ? 1 : x, below ? 1 : y) : -1;
+        int x = co_stam_cell_place[which][0] + k % 4 - 1, y = co_stam_cell_place[which][1] + k / 4 - 1;
+        int below = y < 0 && s == 0 && co_fan_is_cut(d->fan), beside = x < 0 && s == n - 1 && co_fan_is_cut(d->fan);
+        d->cell[which][k] = row_of(d, refined_index(m, n, s, beside ? 0 : x, below ? 0 : y), refined);
+        d->mirrored[which][k] = -1;
+        if (below || beside)
+            d->mirrored[which][k] = row_of(d, refined_index(m, n, s, beside ? 1 : x, below ? 1 : y), refined);
     }
 }
 
@@ -140,19 +151,53 @@ static void iterate_eigenvalues(const co_stam_disc *d, co_real *vectors, co_real
     *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
 }
 
-/* Tables of indices, from the disc's mesh. */
-static void place_points(co_stam_disc *d, const curvopt_mesh *mesh) {
+/* Tables of indices, from the disc's mesh; refined [CO_STAM_MOST_ROWS]: the refined points that cells are made of. */
+static void place_points(co_stam_disc *d, const curvopt_mesh *mesh, int32_t *refined) {
     for (int32_t s = 0; s < d->valence; s++)
         for (int x = 0; x <= 2; x++)
             for (int y = 0; y <= 2; y++)
                 d->inner[co_fan_index(d->fan, s, x, y)] = refined_index(mesh, d->valence, s, x, y);
+    row_of(d, d->inner[0], refined);
     for (int c = 0; c < CO_RING_CELLS; c++)
-        place_cell(mesh, d->fan, co_stam_cell_place[c], d->cell[c], d->mirrored[c]);
+        place_cell(d, mesh, c, refined);
+}
+
+/* Takes the vertex' row off the others. */
+static void subtract_vertex(const co_stam_disc *d) {
+    for (size_t i = 0; i < (size_t)d->n_points; i++)
+        for (size_t k = 1, at = i * (size_t)d->n_rows; k < (size_t)d->n_rows; k++)
+            d->rows[at + k] -= d->rows[at];
+}
+
+/* The vertex' row sums to 1, and a difference of rows to 0. What rounding adds to that sum would stay, while the
+ * difference itself shrinks from ring to ring: it is taken back by so much of the vertex' row. */
+static void restore_sums(const co_stam_disc *d) {
+    const size_t n_rows = (size_t)d->n_rows;
+    co_real sum[CO_STAM_MOST_ROWS] = {0};
+    for (size_t i = 0; i < (size_t)d->n_points; i++)
+        for (size_t k = 0; k < n_rows; k++)
+            sum[k] += d->rows[i * n_rows + k];
+    for (size_t i = 0; i < (size_t)d->n_points; i++) {
+        co_real *row = d->rows + i * n_rows;
+        row[0] /= sum[0];
+        for (size_t k = 1; k < n_rows; k++)
+            row[k] -= sum[k] * row[0];
+    }
+}
+
+/* The rows of ring 1, which one subdivision makes. */
+static void fill_rows(const co_stam_disc *d, const int32_t *refined) {
+    for (size_t k = 0; k < (size_t)d->n_rows; k++)
+        for (size_t e = d->refine.start[refined[k]]; e < d->refine.start[refined[k] + 1]; e++)
+            d->rows[(size_t)d->refine.column[e] * (size_t)d->n_rows + k] = d->refine.value[e];
+    subtract_vertex(d);
+    restore_sums(d);
 }
 
 int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) {
     curvopt_mesh *mesh = NULL, *fine = NULL;
     size_t n = (size_t)co_fan_n_points(fan);
+    int32_t refined[CO_STAM_MOST_ROWS];
     *d = (co_stam_disc){.fan = fan, .valence = co_fan_sectors(fan), .n_points = (int32_t)n, .ring = 1};
     int32_t status = disc_mesh(fan, &mesh, error);
     if (status == CURVOPT_OK)
@@ -160,19 +205,18 @@ int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) 
     if (status != CURVOPT_OK)
         goto done;
     d->inner = CO_NEW(int32_t, n);
-    d->power = CO_NEW(co_real, n * n);
-    d->next_power = CO_NEW(co_real, n * n);
-    if (!d->inner || !d->power || !d->next_power) {
+    d->rows = CO_NEW(co_real, n * CO_STAM_MOST_ROWS);
+    d->next_rows = CO_NEW(co_real, n * CO_STAM_MOST_ROWS);
+    if (!d->inner || !d->rows || !d->next_rows) {
         status = co_status_no_memory(error);
         goto done;
     }
-    place_points(d, mesh);
-    for (size_t i = 0; i < n; i++)
-        d->power[i * n + i] = 1;
+    place_points(d, mesh, refined);
+    fill_rows(d, refined);
     if (co_fan_is_smooth(fan))
         eigenvalues(d->valence, &d->lambda, &d->mu);
-    else /* at least 9 points: the five vectors of work space fit */
-        iterate_eigenvalues(d, d->next_power, &d->lambda, &d->mu);
+    else /* the five vectors of work space fit */
+        iterate_eigenvalues(d, d->next_rows, &d->lambda, &d->mu);
 done:
     co_mesh_destroy(mesh);
     co_mesh_destroy(fine);
@@ -184,43 +228,41 @@ done:
 void co_stam_disc_free(co_stam_disc *d) {
     co_sparse_rows_free(&d->refine);
     free(d->inner);
-    free(d->power);
-    free(d->next_power);
+    free(d->rows);
+    free(d->next_rows);
     *d = (co_stam_disc){0};
 }
 
-/* out [n] = row r of the refinement times the current power. */
-static void refined_row(const co_stam_disc *d, int32_t r, co_real *out) {
-    size_t n = (size_t)d->n_points;
-    memset(out, 0, n * sizeof *out);
-    for (size_t e = d->refine.start[r]; e < d->refine.start[r + 1]; e++) {
-        const co_real *from = d->power + n * (size_t)d->refine.column[e];
-        for (size_t i = 0; i < n; i++)
-            out[i] += d->refine.value[e] * from[i];
-    }
-}
-
 void co_stam_disc_advance(co_stam_disc *d) {
-    size_t n = (size_t)d->n_points;
-    for (size_t i = 0; i < n; i++)
-        refined_row(d, d->inner[i], d->next_power + n * i);
-    co_real *swap = d->power;
-    d->power = d->next_power;
-    d->next_power = swap;
+    const size_t n = (size_t)d->n_points, n_rows = (size_t)d->n_rows;
+    memset(d->next_rows, 0, n * n_rows * sizeof *d->next_rows);
+    for (size_t i = 0; i < n; i++) {
+        const co_real *from = d->rows + i * n_rows;
+        const size_t row = (size_t)d->inner[i];
+        for (size_t e = d->refine.start[row]; e < d->refine.start[row + 1]; e++) {
+            const co_real value = d->refine.value[e];
+            co_real *to = d->next_rows + (size_t)d->refine.column[e] * n_rows;
+            for (size_t k = 0; k < n_rows; k++)
+                to[k] += value * from[k];
+        }
+    }
+    co_real *swap = d->rows;
+    d->rows = d->next_rows;
+    d->next_rows = swap;
     d->ring++;
+    restore_sums(d);
 }
 
-void co_stam_disc_cell(const co_stam_disc *d, int cell, co_real *out) {
-    size_t n = (size_t)d->n_points;
-    for (size_t k = 0; k < 16; k++) {
-        co_real *row = out + k * n;
-        if (d->mirrored[cell][k] >= 0) { /* 2 P - Q */
-            refined_row(d, d->mirrored[cell][k], d->next_power);
-            refined_row(d, d->cell[cell][k], row);
-            for (size_t i = 0; i < n; i++)
-                row[i] = 2 * row[i] - d->next_power[i];
-        } else {
-            refined_row(d, d->cell[cell][k], row);
+void co_stam_disc_cell(const co_stam_disc *d, int cell, co_real *vertex, co_real *out) {
+    const size_t n = (size_t)d->n_points;
+    for (size_t i = 0; i < n; i++) {
+        const co_real *row = d->rows + i * (size_t)d->n_rows;
+        vertex[i] = row[0];
+        for (size_t k = 0; k < 16; k++) {
+            const int32_t point = d->cell[cell][k], mirrored = d->mirrored[cell][k];
+            out[k * n + i] = (mirrored < 0 ? 1 : 2) * (point ? row[point] : 0);
+            if (mirrored > 0)
+                out[k * n + i] -= row[mirrored];
         }
     }
 }
@@ -229,7 +271,8 @@ void co_stam_disc_limit_mask(co_stam_disc *d, co_real *mask) {
     enum { DEEP = 120 }; /* the slowest vertices converge like 0.66^n */
     while (d->ring < DEEP)
         co_stam_disc_advance(d);
-    memcpy(mask, d->power, sizeof *mask * (size_t)d->n_points);
+    for (int32_t i = 0; i < d->n_points; i++) /* the first row is the vertex's */
+        mask[i] = d->rows[(size_t)i * (size_t)d->n_rows];
 }
 
 void co_stam_limit_masks(int32_t valence, co_real *masks) {
@@ -301,7 +344,7 @@ void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
                 xy[2 * i + 1] = (x + y) * sinl(angle);
             }
     for (int step = 0; step < STEPS; step++) {
-        co_real *image = d->next_power; /* work space of at least 2 n */
+        co_real *image = d->next_rows; /* work space of at least 2 n */
         for (int32_t i = 0; i < n; i++) {
             int32_t r = d->inner[i];
             image[2 * i] = image[2 * i + 1] = 0;

@@ -1,10 +1,11 @@
 /* The limit surface near an extraordinary vertex, as rows over its fan's two-ring (numbered as in fan.h).
  *
  * Follows: Stam, "Exact evaluation of Catmull-Clark subdivision surfaces at arbitrary parameter values", SIGGRAPH 1998.
- * Differs in that the powers of the subdivision matrix are formed by repeated sparse products, in long double and once
- * per table, not by an eigenbasis: our parameter values are known when the table is built, and nothing then depends on
- * the conditioning of eigenvectors. The face, parameters (0,0) at the vertex, is cut into rings: ring n = 1, 2, ... has
- * three cells of side 2^-n, at (1,0), (1,1), (0,1) in units of that side, each a bicubic patch:
+ * Differs in that no eigenbasis is used: the few rows of control points that cells need are multiplied by the sparse
+ * subdivision matrix from the left, ring after ring, in long double (notes/35-tables-of-high-valence.md). Our parameter
+ * values are known when the table is built, and nothing then depends on the conditioning of eigenvectors. The face,
+ * parameters (0,0) at the vertex, is cut into rings: ring n = 1, 2, ... has three cells of side 2^-n, at (1,0), (1,1),
+ * (0,1) in units of that side, each a bicubic patch:
  *
  *     +-------+-------+
  *     |       |       |      cells of ring 1: 0 right below, 1 diagonal, 2 left above; the fourth quarter, at the
@@ -22,7 +23,10 @@
 #include "mesh/ring.h"
 #include "surface/bspline.h"
 
-enum { CO_RING_CELLS = 3 };
+enum {
+    CO_RING_CELLS = 3,
+    CO_STAM_MOST_ROWS = 32 /* most points that the cells of a ring are made of: 5 x 5 places, and those of phantoms */
+};
 
 /* Place (x, y) of each cell of a ring, in units of its side. */
 extern const int co_stam_cell_place[CO_RING_CELLS][2];
@@ -34,12 +38,14 @@ typedef struct co_stam_disc {
     int32_t ring;                        /* the present ring, whose cells co_stam_disc_cell() gives; 1 at first */
     co_sparse_rows refine;               /* the disc's refined points over the two-ring */
     int32_t *inner;                      /* [n_points] refined points that are the next ring's two-ring */
-    int32_t cell[CO_RING_CELLS][16];     /* refined points of each cell's patch; for a phantom 2 P - Q the point P */
+    int32_t n_rows;                      /* points that cells are made of; the first is the vertex */
+    int32_t cell[CO_RING_CELLS][16];     /* which of them are each cell's; for a phantom 2 P - Q the point P */
     int32_t mirrored[CO_RING_CELLS][16]; /* the point Q of a phantom 2 P - Q; -1: no phantom */
-    co_real *power;                      /* [n_points][n_points] the present ring's two-ring over the original one */
-    co_real *next_power;                 /* [n_points][n_points] work space */
-    co_real lambda;                      /* ratio of lengths of successive rings, see below */
-    co_real mu;                          /* ratio of heights above the tangent plane, see below */
+    co_real *rows;      /* [n_points][n_rows] the present ring's such points over the two-ring, column by column: the
+                           vertex, and how the others differ from it */
+    co_real *next_rows; /* [n_points][n_rows] work space */
+    co_real lambda;     /* ratio of lengths of successive rings, see below */
+    co_real mu;         /* ratio of heights above the tangent plane, see below */
 } co_stam_disc;
 
 /* Rings' areas shrink by lambda^2, integrals of squared curvature over them by mu^2 / lambda^2. At a smooth vertex
@@ -47,13 +53,14 @@ typedef struct co_stam_disc {
  * plane and c the height, which behaves worst along b; lambda and mu are then such that lambda^2 = a b and mu^2 /
  * lambda^2 = (c / b^2)^2 a b. */
 
-/* Makes the disc of a fan that is not regular, at ring 1. Cubic in the number of sectors. ERROR_MEMORY. */
+/* Makes the disc of a fan that is not regular, at ring 1. Linear in the number of sectors. ERROR_MEMORY. */
 int32_t co_stam_disc_create(int32_t fan, co_stam_disc *disc, curvopt_error *error);
 void co_stam_disc_free(co_stam_disc *disc);
-/* Goes on to the next ring: quadratic in n_points. */
+/* Goes on to the next ring: linear in n_points. */
 void co_stam_disc_advance(co_stam_disc *disc);
-/* Control points of a cell of the present ring as rows over the two-ring: out [16][n_points]. */
-void co_stam_disc_cell(const co_stam_disc *disc, int cell, co_real *out);
+/* Control points of a cell of the present ring as rows over the two-ring: vertex [n_points] + out [16][n_points]. The
+ * differences from the vertex are as exact, in parts of themselves, however small they have become. */
+void co_stam_disc_cell(const co_stam_disc *disc, int cell, co_real *vertex, co_real *out);
 
 /* Limit position of the vertex as a row over the fan's points: mask [n_points]. Advances the disc to ring 120, where
  * subdivision has converged. */

@@ -1,0 +1,167 @@
+/* Cancelling: tables, evaluations, and runs at any moment. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "check.h"
+#include "mesh/mesh.h"
+#include "surface/basis_table.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { RINGS = 3, LARGEST = 48 };
+
+#ifdef __SANITIZE_ADDRESS__
+enum { SLOWER = 20 }; /* times that sanitizers may take longer */
+#else
+enum { SLOWER = 1 };
+#endif
+
+/* A double cone with `n` triangles at each pole and quads between. */
+static curvopt_mesh *spindle(int32_t n, double *xyz) {
+    int32_t sizes[(RINGS + 1) * LARGEST], corners[4 * (RINGS + 1) * LARGEST], n_faces = 0, at = 0;
+    const int32_t top = RINGS * n, bottom = top + 1;
+    for (int32_t r = 0; r < RINGS; r++)
+        for (int32_t k = 0; k < n; k++) {
+            const double angle = 2 * acos(-1) * k / n, height = 1 - (r + 1) * 2.0 / (RINGS + 1);
+            const double p[3] = {(1 - fabs(height)) * cos(angle), (1 - fabs(height)) * sin(angle), height};
+            memcpy(xyz + 3 * (r * n + k), p, sizeof p);
+        }
+    memcpy(xyz + 3 * top, (double[6]){0, 0, 1, 0, 0, -1}, 6 * sizeof *xyz);
+    for (int32_t r = -1; r < RINGS; r++)
+        for (int32_t k = 0; k < n; k++) {
+            const int32_t next = (k + 1) % n;
+            sizes[n_faces++] = r >= 0 && r < RINGS - 1 ? 4 : 3;
+            corners[at++] = r < 0 ? top : r * n + k;
+            if (r < RINGS - 1)
+                corners[at++] = (r + 1) * n + k;
+            corners[at++] = r < RINGS - 1 ? (r + 1) * n + next : bottom;
+            if (r >= 0)
+                corners[at++] = r * n + next;
+        }
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    CHECK_OK(curvopt_mesh_create(bottom + 1, n_faces, sizes, corners, &mesh, &error), &error);
+    return mesh;
+}
+
+static double cpu_seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* A run's flag that was seen so long ago that the grace is over. */
+static void test_tables_that_are_there_outlive_the_flag(void **state) {
+    (void)state;
+    co_basis_table_cache cache;
+    const co_basis_table *table, *again;
+    co_cancel cancel = {0};
+    curvopt_cancel *flag;
+    curvopt_error error;
+    CHECK_OK(curvopt_cancel_create(&flag, &error), &error);
+    cancel.flag = flag;
+    co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &cache);
+    cache.cancel = &cancel;
+    CHECK_OK(co_basis_table_cache_get(&cache, 7, 0, &table, &error), &error);
+    curvopt_cancel_request(flag);
+    CHECK_OK(co_basis_table_cache_get(&cache, 5, 0, &again, &error), &error); /* within the grace */
+    atomic_store(&cancel.seen, 1);
+    CHECK_OK(co_basis_table_cache_get(&cache, 7, 0, &again, &error), &error);
+    CHECK_TRUE(again == table);
+    CHECK_INT(co_basis_table_cache_get(&cache, 7, 1, &again, &error), CO_CANCELLED);
+    CHECK_TRUE(again == NULL);
+    CHECK_INT(cache.n_tables, 2);
+    co_basis_table_cache_free(&cache);
+    curvopt_cancel_destroy(flag);
+}
+
+static void test_threads_do_not_change_a_table(void **state) {
+    (void)state;
+    co_basis_table_cache one, two;
+    const co_basis_table *a, *b;
+    curvopt_error error;
+    co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &one);
+    co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &two);
+    two.n_threads = 2;
+    CHECK_OK(co_basis_table_cache_get(&one, 20, 1, &a, &error), &error);
+    CHECK_OK(co_basis_table_cache_get(&two, 20, 1, &b, &error), &error);
+    CHECK_INT(memcmp(a->rows, b->rows, sizeof *a->rows * (size_t)a->n_samples * (size_t)a->n_points * CO_JET), 0);
+    CHECK_INT(memcmp(a->weight, b->weight, sizeof *a->weight * (size_t)a->n_samples), 0);
+    co_basis_table_cache_free(&one);
+    co_basis_table_cache_free(&two);
+}
+
+/* A thread that raises the flag when the process has used so much CPU time. */
+typedef struct alarm_clock {
+    curvopt_cancel *cancel;
+    double at, raised; /* CPU seconds */
+    atomic_int done;
+} alarm_clock;
+
+static void *ring(void *of) {
+    alarm_clock *clock = of;
+    while (!atomic_load(&clock->done) && cpu_seconds() < clock->at)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    clock->raised = cpu_seconds();
+    curvopt_cancel_request(clock->cancel);
+    return NULL;
+}
+
+/* A run that is cancelled after so many CPU seconds has a result, no worse than its start, and soon. */
+static void check_run(const curvopt_mesh *mesh, const double *xyz, int term, double seconds) {
+    curvopt_options options;
+    curvopt_error error;
+    curvopt_result *result;
+    curvopt_summary summary;
+    curvopt_energies start, end;
+    pthread_t thread;
+    double positions[3 * (RINGS * LARGEST + 2)];
+    alarm_clock clock = {.at = cpu_seconds() + seconds};
+    curvopt_options_init(&options, sizeof options);
+    options.weights[CURVOPT_TERM_WILLMORE] = term == CURVOPT_TERM_WILLMORE;
+    options.weights[term] = 1;
+    options.levels = 1;
+    options.threads = 1;
+    CHECK_OK(curvopt_cancel_create(&clock.cancel, &error), &error);
+    if (seconds <= 0)
+        curvopt_cancel_request(clock.cancel);
+    CHECK_INT(pthread_create(&thread, NULL, ring, &clock), 0);
+    CHECK_OK(curvopt_minimize(mesh, xyz, &options, NULL, NULL, clock.cancel, &result, &error), &error);
+    double end_time = cpu_seconds();
+    atomic_store(&clock.done, 1);
+    pthread_join(thread, NULL);
+    curvopt_result_get_summary(result, &summary, sizeof summary);
+    curvopt_result_get_energies(result, &start, &end, sizeof end);
+    curvopt_result_get_positions(result, positions);
+    for (int32_t i = 0; i < 3 * curvopt_result_mesh(result)->info.n_vertices; i++)
+        CHECK_TRUE(isfinite(positions[i]));
+    CHECK_INT(summary.n_levels, 1);
+    if (end_time > clock.raised) {
+        CHECK_INT(summary.stop, CURVOPT_STOP_CANCELLED);
+        CHECK_INT(summary.verdict, CURVOPT_VERDICT_UNKNOWN);
+        CHECK_TRUE(!(end.objective > start.objective));
+        CHECK_TRUE(end_time - clock.raised < 0.3 * SLOWER);
+    }
+    curvopt_result_destroy(result);
+    curvopt_cancel_destroy(clock.cancel);
+}
+
+static void test_runs_end_soon_wherever_they_are_cancelled(void **state) {
+    (void)state;
+    static const double seconds[] = {0, 0.01, 0.05, 0.15, 0.3, 0.6, 1};
+    double xyz[3 * (RINGS * LARGEST + 2)];
+    curvopt_mesh *mesh = spindle(LARGEST, xyz);
+    for (size_t k = 0; k < sizeof seconds / sizeof *seconds; k++) {
+        check_run(mesh, xyz, CURVOPT_TERM_WILLMORE, seconds[k]);
+        check_run(mesh, xyz, CURVOPT_TERM_MVS, seconds[k]);
+    }
+    curvopt_mesh_destroy(mesh);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tables_that_are_there_outlive_the_flag),
+        cmocka_unit_test(test_threads_do_not_change_a_table),
+        cmocka_unit_test(test_runs_end_soon_wherever_they_are_cancelled),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
