@@ -88,6 +88,7 @@
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
     X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
+    X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \

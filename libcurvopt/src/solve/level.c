@@ -67,7 +67,8 @@ static double step_length(void *context, const double *d) {
 
 static double worth_of_spacing(const co_level *l) {
     const co_tuning *t = l->objective.run->tuning;
-    return l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
+    double first = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
+    return first * pow(t->spacing_fall, l->number - 1);
 }
 
 /* Where the energy has fallen to half of what spacing was weighed by, that counts for too much. */

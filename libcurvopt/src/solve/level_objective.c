@@ -102,7 +102,7 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     double scale = sqrt(run->area / normalized_area);
     for (size_t i = 0; i < 3 * n; i++)
         xyz[i] *= scale;
-    co_similarity_align(n, o->start, xyz);
+    co_similarity_align(n, o->likeness, xyz);
 }
 
 double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {
@@ -162,6 +162,7 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
     *o = (co_level_objective){.run = run,
                               .mesh = mesh,
                               .start = start,
+                              .likeness = start,
                               .positions = CO_NEW(double, n),
                               .point_gradient = CO_NEW(double, n),
                               .spacing_gradient = CO_NEW(double, n),

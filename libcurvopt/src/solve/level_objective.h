@@ -28,6 +28,7 @@ typedef struct co_level_objective {
     const co_run_context *run;
     const curvopt_mesh *mesh;
     const double *start;      /* [3 n_vertices] the level's first cage, in the user's units */
+    const double *likeness;   /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
     co_constraints held;      /* pins and boundary; on normals, lines */
     int is_framed;            /* the user holds something: the result lies in the input's frame */
     co_dof_map reduction;     /* variables -> positions */

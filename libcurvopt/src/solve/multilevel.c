@@ -130,6 +130,8 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
         memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
         free(r->at.xyz);
         free(r->at.start);
+        free(r->at.turn);
+        r->at.turn = NULL;
         co_mesh_destroy(r->result->mesh);
         r->at.xyz = xyz;
         r->at.start = start;

@@ -2,6 +2,7 @@
 #include "solve/run.h"
 
 #include "base/clock.h"
+#include "base/memory.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 void co_level_result_free(co_level_result *at) {
     co_symmetry_free(&at->symmetry);
     free(at->start);
+    free(at->turn);
     free(at->xyz);
     *at = (co_level_result){0};
 }
@@ -98,6 +100,13 @@ static int32_t solve_level(co_run *r, co_level *l, double started, curvopt_error
     return status == CURVOPT_OK ? end_level(r, l, outcome.stop, started, error) : status;
 }
 
+int co_run_may_loosen(const co_run *r, const co_level *l) {
+    const co_tuning *t = r->context.tuning;
+    int32_t n = r->result->mesh->info.n_vertices;
+    return r->context.options->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 &&
+           l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices && n <= t->loosen_most_vertices;
+}
+
 /* Most turns of motion along normals, each along those of the cage where it begins. */
 enum { MOST_TURNS = 8 };
 /* In mean edges: normals of cages that are closer than this are the same. */
@@ -105,23 +114,30 @@ static const double SAME_NORMALS = 1e-2;
 
 /* From a level's result along normals, until these stay what they are. *level is exchanged. */
 static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt_error *error) {
-    size_t size = 3 * sizeof(double) * (size_t)r->result->mesh->info.n_vertices;
+    size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
     double moved = INFINITY;
     for (int turn = 0; turn < MOST_TURNS && moved > SAME_NORMALS && !co_run_stopped_early(r); turn++) {
         co_level *next = NULL;
-        memcpy(r->at.start, r->at.xyz, size);
+        double *start = CO_NEW(double, n);
+        if (!start)
+            return co_status_no_memory(error);
+        memcpy(start, r->at.xyz, n * sizeof *start);
         int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints,
-                                         CO_MOTION_NORMALS, r->at.start, (*level)->number, &next, error);
+                                         CO_MOTION_NORMALS, start, (*level)->number, &next, error);
         if (status == CURVOPT_OK)
             status = co_level_begin_by_rules_of(next, *level, error);
         if (status != CURVOPT_OK) {
             co_level_destroy(next);
+            free(start);
             return status;
         }
+        next->objective.likeness = r->at.start;
         next->report = report;
         next->user = r;
         co_level_destroy(*level);
         *level = next;
+        free(r->at.turn);
+        r->at.turn = start;
         status = solve_level(r, next, started, error);
         if (status != CURVOPT_OK)
             return status;
@@ -143,7 +159,8 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     }
     if (status == CURVOPT_OK)
         status = solve_level(r, l, started, error);
-    if (status == CURVOPT_OK && !l->is_final && co_run_context_is_last(&r->context, number))
+    if (status == CURVOPT_OK && !l->is_final &&
+        (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, l)))
         status = settle_shape(r, &l, started, error);
     if (status == CO_CANCELLED) {
         end_cancelled(r, l, started);

@@ -19,6 +19,7 @@ struct curvopt_result {
 typedef struct co_level_result {
     co_symmetry symmetry; /* that was kept */
     double *start;        /* [3 n_vertices] what the level began with, in the user's units */
+    double *turn;         /* [3 n_vertices] or NULL: what its last turn along normals began with */
     double *xyz;          /* [3 n_vertices] where it ended */
     curvopt_energies energies;
     double penalty; /* what springs add to the objective */
@@ -40,11 +41,14 @@ typedef struct co_run {
 } co_run;
 
 /* Solves the present mesh from run->at.start, with the symmetry that is kept, by the level `number`; the figures and
- * positions go into run->at, and run->at.start becomes what *level began with. Where an even spacing is wanted, the
+ * positions go into run->at. Where an even spacing is wanted, the
  * last level ends with motion along normals, and *level is the level of that. It is the caller's to destroy, NULL after
  * a failure, and where the run was cancelled before the level was there. As curvopt_minimize. */
 int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
 
+/* Whether a saddle that the present level's symmetries hide will be looked for: of third-order terms, whose
+ * discretization is often one. The shape must stand first. */
+int co_run_may_loosen(const co_run *run, const co_level *level);
 /* Whether the present level was cancelled or could not be resolved. */
 int co_run_stopped_early(const co_run *run);
 void co_level_result_free(co_level_result *result);

@@ -19,9 +19,7 @@ static int wants_escape(const co_run *r, const co_level *l, co_motion *among) {
     const curvopt_options *o = r->context.options;
     const co_tuning *t = r->context.tuning;
     int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
-    int loosens = o->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 &&
-                  l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices &&
-                  n <= t->loosen_most_vertices;
+    int loosens = co_run_may_loosen(r, l);
     *among = loosens ? CO_MOTION_ALL : CO_MOTION_NORMALS;
     return l->hessian.exists && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
            (loosens || (o->escape && n <= t->escape_vertices));
@@ -84,6 +82,7 @@ static int32_t solve_along(co_run *r, int32_t number, co_way_down *way, co_level
     *way = (co_way_down){0};
     r->prospect = (co_level_prospect){.expects_plateau = 1};
     int32_t status = r->at.xyz ? co_run_solve(r, number, next, error) : co_status_no_memory(error);
+    r->prospect = (co_level_prospect){0};
     if (status == CURVOPT_OK)
         add_work(&r->at.report, &before->report);
     return status;
