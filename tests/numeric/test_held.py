@@ -15,6 +15,8 @@ AUTO, NONE, ROTATIONS, KEEP, PLANES = range(5)
 # Of a point of the unit sphere, by summing over spherical harmonics: closed forms where the sum telescopes (penalty.h).
 STIFFNESS = {"willmore": 24 * pi, "mean_curvature": 6 * pi}
 
+FREE = 2  # curvopt_spacing: every coordinate is minimized over
+
 
 def radius(mesh: Mesh) -> float:
     """Root mean square distance of the vertices from their mean."""
@@ -111,7 +113,8 @@ def test_forces_balance(cage, energy, weight):
     """At the end the surface's gradient, by the public evaluation, is what the springs pull with, at every vertex. What is
     left, f, is bounded by the tolerance t of the decrement d: |f|^2 / (2 lambda_max) <= d = f.H^-1 f / 2 <= t E."""
     pins, left = [0, 5, 9, 20, 33], 1e-12
-    result = pinned(cage, weight, pins, energy, gradient_tolerance=1e-15, decrement_tolerance=left, tolerance=1e-7)
+    result = pinned(cage, weight, pins, energy, gradient_tolerance=1e-15, decrement_tolerance=left, tolerance=1e-7,
+                    spacing=FREE)
     problem = lib.Problem(result.mesh, lib.options(energy, tolerance=1e-7))
     _, gradient = problem.evaluate(result.mesh.xyz, True)
     pull = np.zeros_like(gradient)

@@ -317,29 +317,29 @@ def hemisphere(levels: int) -> tuple[Mesh, np.ndarray]:
 
 
 def test_hemisphere_returns_with_its_tangents_held(capsys):
-    """The order is that of the boundary layer, as for the catenoid. Of the best of five shaken starts: vertices slide for
-    hundreds of steps, runs settle where W - 4 pi is up to a quarter higher, and which of them do hangs on rounding, also of
-    what numpy makes of the starts."""
+    """The order is that of the boundary layer, as for the catenoid, whichever shaken start a run has. (Where vertices slide,
+    W - 4 pi is up to a quarter higher, and which of the starts that are hangs on rounding.)"""
     excess, distance = [], []
-    for levels in (1, 2, 3):
+    for levels in (2, 3, 4):
         mesh, rows = hemisphere(levels)
         ends = []
-        for seed in range(3, 8):
+        for seed in (3, 4, 5) if levels < 4 else (3, 4):
             rng = np.random.default_rng(seed)
             shaken = mesh.with_xyz(mesh.xyz + 0.02 * ~rows[:, None] * rng.normal(size=mesh.xyz.shape))
             result = lib.minimize(shaken, levels=1, boundary=1)
-            assert np.abs(result.mesh.xyz[rows] - mesh.xyz[rows]).max() == 0
+            assert np.abs(result.mesh.xyz[rows] - mesh.xyz[rows]).max() == 0 and result.verdict == "minimum"
             face = rng.integers(0, result.mesh.n_faces, 500)
             at = lib.jets(result.mesh, face, 0 * face, rng.uniform(0, 1, (500, 2)))[:, 0]
             ends.append((abs(result.summary.end.term[0] / (4 * np.pi) - 1), np.abs(np.linalg.norm(at, axis=1) - 1).max()))
-        best = min(ends)
-        excess.append(best[0])
-        distance.append(best[1])
+        assert (np.ptp(ends, axis=0) <= 0.05 * np.min(ends, axis=0)).all()
+        excess.append(max(end[0] for end in ends))
+        distance.append(max(end[1] for end in ends))
     orders = [np.log2(np.array(x[:-1]) / x[1:]) for x in (excess, distance)]
     with capsys.disabled():
         print(f"\n  hemisphere: W / 4 pi - 1 {excess} orders {orders[0]}; distance to the sphere {distance}"
               f" orders {orders[1]}")
-    assert (np.array(orders) > 0.9).all() and (np.array(orders) < 1.6).all() and excess[-1] < 0.02 and distance[-1] < 0.03
+    assert (np.array(orders) > 0.9).all() and (np.array(orders) < 1.25).all()
+    assert excess[-1] < 0.0065 and distance[-1] < 0.013
 
 
 def test_no_run_ends_above_its_start():

@@ -24,7 +24,8 @@ static void gradient_at(co_level *l, double *z, double *gradient) {
     co_level_objective_evaluate(&l->objective, &at);
 }
 
-/* out = Hessian v, by a central difference; rigid motions and scaling are made stiff as in the Newton system. */
+/* out = Hessian v, by a central difference; shifted, and rigid motions and scaling made stiff, as the Newton system is
+ * whose decrement it is to confirm. */
 static void multiply(void *context, const double *v, double *out) {
     const differences *d = context;
     co_level *l = d->level;
@@ -39,6 +40,7 @@ static void multiply(void *context, const double *v, double *out) {
     for (size_t i = 0; i < n; i++)
         out[i] = (out[i] - d->gradient[i]) / (2 * step);
     co_newton_system_add_stiffness(&l->hessian.system, v, out);
+    co_vector_add(n, co_level_hessian_least_shift(&l->hessian, l->now.value), v, out);
 }
 
 static int32_t precondition(void *context, const double *v, double *out, curvopt_error *error) {

@@ -234,7 +234,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .has_hessian = l->hessian.exists,
                                   .is_third_order = l->objective.assembly.functional.has_third,
                                   .expects_plateau = prospect->expects_plateau,
-                                  .max_iterations = o->max_iterations,
+                                  .max_iterations = o->max_iterations - l->spent,
                                   .gradient_tolerance = o->gradient_tolerance,
                                   .decrement_tolerance = o->decrement_tolerance,
                                   .max_step = o->max_step};

@@ -32,6 +32,7 @@ typedef struct co_level {
     double tolerance;         /* of quadrature of the figures at the end */
     int32_t failed;           /* status of a callback, which cannot return it */
     curvopt_error *error;     /* the caller's, for callbacks */
+    int spent;                /* iterations that earlier turns of the same level of the run took */
     co_outcome before;        /* what earlier stages did */
     co_level_report_fn report;
     void *user;

@@ -134,6 +134,7 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
         next->objective.likeness = r->at.start;
         next->report = report;
         next->user = r;
+        next->spent = r->at.report.iterations;
         co_level_destroy(*level);
         *level = next;
         free(r->at.turn);
