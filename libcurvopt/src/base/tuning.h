@@ -84,7 +84,7 @@
     X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
       "59")                                                                                                            \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \
-    X(int, quick_steps, 5, 1, 1000, "steps", "the same where another method follows", "58")                            \
+    X(int, quick_steps, 5, 1, 1000, "steps", "the same before the last level", "53")                                   \
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
     X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \

@@ -2,7 +2,8 @@
  *
  * How a cage lies in its surface is not the surface's shape, and energies are nearly blind to it: what they do gain
  * from vertices that slide is the discretization's. Left to itself that motion is ill-posed. The sum of |edge|^4 over
- * the cage is convex, and least, for a given surface, where edges are of one length (libcurvopt/notes/53-spacing.md).
+ * the cage is convex, and least, for a given surface, where edges are of one length
+ * (libcurvopt/notes/53-shape-and-spacing.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_SPACING_H
