@@ -297,10 +297,12 @@ CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
 CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
 
 /* How the vertices of the cage lie in its surface.
- *   EVEN  evenly spaced: that is worth a hundredth of the energy until the shape stands. From then on only the shape
- *         changes, by the energy alone: vertices move along normals. The verdict is on the shape
- *   FREE  wherever the discrete energy is least, the report's way. Vertices slide for long, to little gain and
- * distorted cages. The verdict is on all coordinates. AUTO means FREE for LMVM */
+ *   AUTO  EVEN; FREE with LMVM
+ *   EVEN  evenly spaced: until the shape stands that is worth a part of the objective (a hundredth, a thousandth
+ *         for third-order terms, and less from level to level). Then only the shape changes, by the objective
+ *         alone: vertices move along normals, on free boundaries and creases across these. The verdict is on that
+ *   FREE  where the discrete objective is least, the report's way: all coordinates are minimized over, and the
+ *         verdict is on them, too. Runs are longer, and cages are more distorted */
 #define CURVOPT_SPACING_LIST(X)                                                                                        \
     X(AUTO, 0, "auto")                                                                                                 \
     X(EVEN, 1, "even")                                                                                                 \
@@ -600,7 +602,8 @@ typedef struct curvopt_level_report {
  *                   or is singular to rounding
  *   MINIMUM         stationary, and no small change of shape that keeps the symmetries lowers the objective
  *   SADDLE          stationary, with negative directions
- *   NOT_STATIONARY  a Newton decrement is above 1e-6 of the objective */
+ *   NOT_STATIONARY  a Newton decrement is above 1e-6 of the objective: that of the shape, or, with the spacing FREE,
+ *                   that over all coordinates */
 #define CURVOPT_VERDICT_LIST(X)                                                                                        \
     X(UNKNOWN, 0, "unknown")                                                                                           \
     X(MINIMUM, 1, "minimum")                                                                                           \
@@ -620,10 +623,11 @@ CURVOPT_API const char *curvopt_verdict_text(int32_t verdict);
 
 typedef struct curvopt_summary {
     double seconds;              /* of the whole run */
-    double newton_decrement;     /* 1/2 gradient . Hessian^-1 gradient at the result: the gain that the quadratic model
-                                    predicts. With the Gauss-Newton matrix where the Hessian has negative directions;
-                                    NAN if unknown. Both matrices get the shift 0.1 * objective / n_vertices at root
-                                    mean square radius 1: curvature below it counts as 0 */
+    double newton_decrement;     /* 1/2 gradient . Hessian^-1 gradient at the result, over what the run moved at its end
+                                    (curvopt_spacing): the gain that the quadratic model predicts. With the Gauss-Newton
+                                    matrix where the Hessian has negative directions; NAN if unknown. Both matrices get
+                                    the shift 0.1 * objective / n_vertices at root mean square radius 1: curvature below
+                                    it counts as 0 */
     double shape_decrement;      /* the same for motion along the cage's normals alone; NAN if the Hessian has negative
                                     directions there, or if unknown */
     int32_t n_levels;            /* levels that were worked on; the last of them perhaps not to its end */

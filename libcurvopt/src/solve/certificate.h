@@ -1,11 +1,11 @@
 /* Whether a cage is a stationary point, and of what kind.
  *
  * The report (section 3.3) verifies its minima by Newton's method. Here two questions are asked. What is left to gain,
- * by the Newton decrement (newton_decrement.h): over everything that may move, and over motion along the cage's
- * normals, which changes the shape and not only how the cage lies in it. And in how many directions the shape could go
- * down at second order: the Hessian's inertia on motion along normals. Vertices can nearly always slide in the surface
- * to some gain (a finer grid where curvature varies), so that the Hessian over everything has negative directions that
- * say nothing of the shape.
+ * by the Newton decrement (newton_decrement.h): over motion along the cage's normals, which changes the shape and not
+ * only how the cage lies in it, and, where that was minimized over, over everything that may move. And in how many
+ * directions the shape could go down at second order: the Hessian's inertia on motion along normals. Vertices can
+ * nearly always slide in the surface to some gain (a finer grid where curvature varies), so that the Hessian over
+ * everything has negative directions that say nothing of the shape.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_CERTIFICATE_H
