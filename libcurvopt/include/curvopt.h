@@ -257,9 +257,8 @@ CURVOPT_API int32_t curvopt_term_from_name(const char *name);
  *   AUTO          GAUSS_NEWTON; LMVM with options.joshi_sequin
  *   LMVM          limited-memory variable metric (L-BFGS) on all coordinates, the report's optimizer. It keeps
  *                 symmetries only if options.symmetry asks for them
- *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian, for third-order terms followed by
- *                 Newton's method (not on PLANE). At the end of the last level Newton's method along normals, or with
- *                 spacing FREE, for third-order terms, over all coordinates */
+ *   GAUSS_NEWTON  L-BFGS with the factored Gauss-Newton matrix as initial Hessian; at the end of the last level
+ *                 Newton's method along normals, or with the spacing FREE over all coordinates */
 #define CURVOPT_METHOD_LIST(X)                                                                                         \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LMVM, 1, "lmvm")                                                                                                 \

@@ -217,12 +217,12 @@ static int run_evaluate(const arguments *a) {
     return result;
 }
 
-/* The run's flag, NULL unless there is one. A handler may set it: it is one lock-free store. */
+/* The run's flag, NULL unless there is one. */
 static curvopt_cancel *volatile running;
 
 static void on_interrupt(int number) {
     if (running)
-        curvopt_cancel_request(running);
+        curvopt_cancel_request(running); /* NOLINT(bugprone-signal-handler): one lock-free store */
     signal(number, SIG_DFL);
 }
 

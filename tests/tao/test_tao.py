@@ -54,10 +54,10 @@ def minimize(ranks: int, cage: Path, out: Path, *arguments: str, petsc: tuple[st
 
 
 def ours(cage: Path, out: Path, *arguments: str) -> dict:
-    """The same by curvopt, symmetries not kept, blends as narrow as TAO's."""
+    """The same by curvopt over all coordinates, symmetries not kept, blends as narrow as TAO's."""
     report = out.with_suffix(".json")
     run = lib.run_cli("minimize", str(cage), "-o", str(out), "--json", str(report), "--quiet", "--symmetry", "none",
-                      "--blend-width", "1", *arguments)
+                      "--spacing", "free", "--blend-width", "1", *arguments)
     assert run.returncode == 0, run.stderr
     return json.loads(report.read_text())
 

@@ -12,17 +12,13 @@ static const co_level_facts usual = {
 
 static void test_what_follows_the_first_stage(void **state) {
     (void)state;
-    for (int bits = 0; bits < 16; bits++) {
+    for (int bits = 0; bits < 8; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
-        f.is_third_order = bits >> 1 & 1;
-        f.is_on_normals = bits >> 2 & 1;
-        f.has_hessian = bits >> 3 & 1;
-        co_end_game expected = CO_END_NONE;
-        if (f.has_hessian && f.is_final)
-            expected = f.is_third_order || f.is_on_normals ? CO_END_NEWTON : CO_END_FINER_RULES;
+        f.is_on_normals = bits >> 1 & 1;
+        f.has_hessian = bits >> 2 & 1;
         co_level_schedule s = co_level_schedule_make(&f, &co_tuning_defaults);
-        CHECK_INT(s.end, expected);
+        CHECK_INT(s.ends, f.has_hessian && f.is_final);
         CHECK_INT(s.starts, !f.is_on_normals);
     }
 }
@@ -149,19 +145,6 @@ static void test_a_first_stage_that_fails_is_the_last(void **state) {
     CHECK_INT(end.stop, LIMIT);
 }
 
-static void test_finer_rules(void **state) {
-    (void)state;
-    co_level_facts f = usual;
-    f.is_last = f.is_final = 1;
-    PLAY(&f, end, s, {ENDS(SETTLED, 10, 50), .verdict = CO_STEP_CHANGED}, {ENDS(CONVERGED, 3, 49)});
-    assert_string_equal(s.log, "LRL");
-    CHECK_INT(end.stop, CONVERGED);
-    CHECK_INT(s.limit[1], 990);
-    PLAY(&f, other, t, {ENDS(SETTLED, 10, 50), .verdict = CO_STEP_KEEP});
-    assert_string_equal(t.log, "LR");
-    CHECK_INT(other.stop, SETTLED);
-}
-
 /* Along normals Newton's method has the first word. */
 static void test_normals(void **state) {
     (void)state;
@@ -177,7 +160,7 @@ static void test_normals(void **state) {
 static void test_newton_goes_on_while_not_stationary(void **state) {
     (void)state;
     co_level_facts f = usual;
-    f.is_third_order = f.is_last = f.is_final = 1;
+    f.is_last = f.is_final = 1;
     PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(SETTLED, 15, 40), .left = 1e-3}, {ENDS(SETTLED, 9, 39)},
          {ENDS(SETTLED, 4, 30), .left = 1e-8});
     assert_string_equal(s.log, "LNRDLNRD");
@@ -187,7 +170,7 @@ static void test_newton_goes_on_while_not_stationary(void **state) {
 static void test_newton_by_finer_rules(void **state) {
     (void)state;
     co_level_facts f = usual;
-    f.is_third_order = f.is_last = f.is_final = 1;
+    f.is_last = f.is_final = 1;
     PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(CONVERGED, 15, 40), .verdict = CO_STEP_CHANGED},
          {ENDS(CONVERGED, 4, 39)});
     assert_string_equal(s.log, "LNRNR");
@@ -198,7 +181,7 @@ static void test_newton_by_finer_rules(void **state) {
 static void test_rounds_are_limited(void **state) {
     (void)state;
     co_level_facts f = usual;
-    f.is_third_order = f.is_last = f.is_final = 1;
+    f.is_last = f.is_final = 1;
     stage stages[20] = {{ENDS(SETTLED, 1, 50)}};
     int n = 1;
     for (int round = 0; round <= CO_LEVEL_SCHEDULE_ROUNDS; round++) {
@@ -216,7 +199,6 @@ int main(void) {
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
-        cmocka_unit_test(test_finer_rules),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),
         cmocka_unit_test(test_newton_by_finer_rules),

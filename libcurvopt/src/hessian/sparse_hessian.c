@@ -178,7 +178,7 @@ static void add_block(const face_matrix *f, size_t i, size_t j, const double *bl
         }
         return;
     }
-    double full[3][3];
+    double full[3][3] = {{0}};
     project_block(r, v, w, block, full);
     int32_t n_rows = co_dof_map_dimension(r, r->node[v]), n_columns = co_dof_map_dimension(r, low);
     for (int32_t k = 0; k < n_columns; k++) {
@@ -193,7 +193,7 @@ static void add_block(const face_matrix *f, size_t i, size_t j, const double *bl
 static void add_own_block(const face_matrix *f, size_t i, size_t j, const double *block) {
     const co_dof_map *r = f->dofs;
     int32_t v = f->stencils->vertex[f->first + i], w = f->stencils->vertex[f->first + j], node = r->node[w];
-    double full[3][3];
+    double full[3][3] = {{0}};
     project_block(r, v, w, block, full);
     for (int32_t k = 0; k < co_dof_map_dimension(r, node); k++)
         for (int32_t c = k; c < co_dof_map_dimension(r, node); c++)
@@ -203,7 +203,7 @@ static void add_own_block(const face_matrix *f, size_t i, size_t j, const double
 void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, const double block[9]) {
     const co_dof_map *r = h->dofs;
     int32_t high = r->node[v], low = r->node[w];
-    double full[3][3];
+    double full[3][3] = {{0}};
     if (high < 0 || low < 0)
         return;
     if (high < low) { /* the block is symmetric, and w's rows are as good */

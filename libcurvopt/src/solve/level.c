@@ -67,8 +67,10 @@ static double step_length(void *context, const double *d) {
 
 static double worth_of_spacing(const co_level *l) {
     const co_tuning *t = l->objective.run->tuning;
-    double first = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
-    return first * pow(t->spacing_fall, l->number - 1);
+    double worth = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
+    for (int32_t k = 1; k < l->number; k++)
+        worth *= t->spacing_fall;
+    return worth;
 }
 
 /* Where the energy has fallen to half of what spacing was weighed by, that counts for too much. */
@@ -232,7 +234,6 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
-                                  .is_third_order = l->objective.assembly.functional.has_third,
                                   .expects_plateau = prospect->expects_plateau,
                                   .max_iterations = o->max_iterations - l->spent,
                                   .gradient_tolerance = o->gradient_tolerance,

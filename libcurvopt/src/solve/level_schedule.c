@@ -5,12 +5,6 @@
 
 /* --------------------------------------------------------------------------------------- the plan -- */
 
-static co_end_game end_of(const co_level_facts *f) {
-    if (!f->has_hessian || !f->is_final)
-        return CO_END_NONE;
-    return f->is_on_normals || f->is_third_order ? CO_END_NEWTON : CO_END_FINER_RULES;
-}
-
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     double tolerance = f->decrement_tolerance;
     int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
@@ -25,7 +19,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .max_step = f->max_step,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
-        .end = end_of(f),
+        .ends = f->has_hessian && f->is_final,
         .stationary = t->stationary * tolerance};
 }
 
@@ -54,18 +48,6 @@ static int32_t run_stage(runner *r, co_method method) {
     r->outcome->rejected += before.rejected;
     return status;
 }
-
-/* The figures at the end are wanted as accurate as the tolerance says, not only within the multiple that rules are left
- * alone for: where that takes finer ones, the stage goes on by these. */
-static int32_t go_on_by_finer_rules(runner *r) {
-    co_step_verdict verdict;
-    int32_t status = r->on->review_for_figures(r->on->context, &verdict, r->error);
-    if (status == CURVOPT_OK && verdict == CO_STEP_CHANGED)
-        status = run_stage(r, CO_METHOD_LBFGS);
-    return status;
-}
-
-/* ----- NEWTON ----- */
 
 /* A level that has settled on a plateau is not at its end: while the certificate is not met, both methods go on.
  * Where figures need other rules than the optimizer has, Newton's method goes on by these. */
@@ -98,14 +80,5 @@ int32_t co_level_schedule_run(const co_level_schedule *schedule, const co_schedu
     *outcome = (co_outcome){0};
     outcome->stop = CURVOPT_STOP_CONVERGED;
     int32_t status = schedule->starts ? run_stage(&r, CO_METHOD_LBFGS) : CURVOPT_OK;
-    if (status != CURVOPT_OK || !ended_well(&r))
-        return status;
-    switch (schedule->end) {
-    case CO_END_FINER_RULES:
-        return go_on_by_finer_rules(&r);
-    case CO_END_NEWTON:
-        return end_by_newton(&r);
-    default:
-        return CURVOPT_OK;
-    }
+    return status == CURVOPT_OK && ended_well(&r) && schedule->ends ? end_by_newton(&r) : status;
 }

@@ -5,10 +5,7 @@
  *
  *   first       L-BFGS, preconditioned by the Gauss-Newton matrix, leads to the shape in a few steps; not on normals,
  *               where the shape nearly stands
- *   then:
- *   NONE        nothing: what follows does better at once
- *   FINER_RULES the first stage goes on by quadrature rules as fine as the figures at the end need
- *   NEWTON      damped Newton, in rounds, until the decrement is met
+ *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the
  * level.
@@ -20,10 +17,8 @@
 #include "base/status.h"
 #include "optimize/step_control.h"
 
-/* Most rounds of NEWTON after the first. */
+/* Most rounds of the end after the first. */
 enum { CO_LEVEL_SCHEDULE_ROUNDS = 5 };
-
-typedef enum co_end_game { CO_END_NONE, CO_END_FINER_RULES, CO_END_NEWTON } co_end_game;
 
 /* What a schedule depends on. */
 typedef struct co_level_facts {
@@ -31,7 +26,6 @@ typedef struct co_level_facts {
     int is_final;        /* what is found is the run's result */
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
-    int is_third_order;  /* the energy */
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
     int max_iterations;  /* the user's, of the level */
     double gradient_tolerance;
@@ -42,7 +36,7 @@ typedef struct co_level_facts {
 typedef struct co_level_schedule {
     int starts;                /* whether there is a first stage */
     co_method_options options; /* of all stages; its iterations are those of all together */
-    co_end_game end;           /* what follows once the first stage has settled */
+    int ends;                  /* whether the end follows once the first stage has settled */
     double stationary;         /* relative decrement that meets the certificate */
 } co_level_schedule;
 

@@ -197,7 +197,7 @@ static void fill_rows(const co_stam_disc *d, const int32_t *refined) {
 int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) {
     curvopt_mesh *mesh = NULL, *fine = NULL;
     size_t n = (size_t)co_fan_n_points(fan);
-    int32_t refined[CO_STAM_MOST_ROWS];
+    int32_t refined[CO_STAM_MOST_ROWS] = {0};
     *d = (co_stam_disc){.fan = fan, .valence = co_fan_sectors(fan), .n_points = (int32_t)n, .ring = 1};
     int32_t status = disc_mesh(fan, &mesh, error);
     if (status == CURVOPT_OK)
