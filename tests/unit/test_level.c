@@ -120,7 +120,7 @@ static void test_even_level_spaces_its_cage(void **state) {
     for (int even = 0; even < 2; even++) {
         curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
         w.spacing = even ? CURVOPT_SPACING_EVEN : CURVOPT_SPACING_FREE;
-        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(10, 6, 1, 0.6), 0.1), &w);
+        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(10, 6, 1, 0.6), 0.25), &w);
         reports r = {0};
         co_outcome outcome;
         before = spread_of(s->mesh, s->c.xyz);
