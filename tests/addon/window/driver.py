@@ -90,9 +90,10 @@ def subpanels(shown):
 
 
 def click_up_the_panel(until):
-    """Click in the middle of the sidebar, from below upwards, until something has happened."""
+    """Click in the middle of the sidebar, from below upwards, until something has happened; between these places, too, if
+    nothing has: a panel that is drawn late may have put its button there."""
     region = next(region for region in viewport()[0].regions if region.type == "UI")
-    for y in range(10, region.height, 20):
+    for y in (*range(10, region.height, 20), *range(20, region.height, 20)):
         yield from click(region.x + region.width // 4, region.y + y)
         yield from turns(4)  # on a busy machine a click may need them; a second one would hit another button
         if until():
