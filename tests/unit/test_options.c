@@ -136,6 +136,24 @@ static void test_planes_go_with_their_symmetry(void **state) {
         }
 }
 
+static void test_an_even_spacing_is_refused_without_second_derivatives(void **state) {
+    (void)state;
+    for (int32_t method = CURVOPT_METHOD_AUTO; method <= CURVOPT_METHOD_GAUSS_NEWTON; method++)
+        for (int32_t classic = 0; classic < 2; classic++) {
+            curvopt_options o = usual();
+            curvopt_error error;
+            o.method = method;
+            o.joshi_sequin = classic;
+            CHECK_OK(curvopt_options_validate(&o, &error), &error);
+            o.spacing = CURVOPT_SPACING_EVEN;
+            if (method == CURVOPT_METHOD_LMVM || (method == CURVOPT_METHOD_AUTO && classic))
+                CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "an even spacing needs second derivatives");
+            else
+                CHECK_OK(curvopt_options_validate(&o, &error), &error);
+        }
+}
+
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY};
@@ -368,6 +386,7 @@ int main(void) {
         cmocka_unit_test(test_integers_out_of_range_are_refused_by_name),
         cmocka_unit_test(test_reals_out_of_range_are_refused_by_name),
         cmocka_unit_test(test_planes_go_with_their_symmetry),
+        cmocka_unit_test(test_an_even_spacing_is_refused_without_second_derivatives),
         cmocka_unit_test(test_weights_are_refused_by_index),
         cmocka_unit_test(test_weights_of_no_term_must_be_zero),
         cmocka_unit_test(test_weights_must_not_vanish_or_overflow_together),

@@ -1,9 +1,8 @@
 /* Springs against their definition, summed vertex by vertex. SPDX-License-Identifier: GPL-3.0-or-later */
-#include "cages.h"
 #include "check.h"
+#include "variables_setting.h"
 
 #include "hessian/penalty.h"
-#include "mesh/similarity.h"
 #include "mesh/subdivide.h"
 
 enum { N_PINS = 6 };
@@ -16,53 +15,28 @@ static const double pin_weight[N_PINS] = {0.2, 0.5, 0.9, 1, 0.25, 0.75};
 static const double pin_stiffness[N_PINS] = {0.25 / 2.6, 1 / 2.6, 9 / 2.6, 0, 1.0 / 3, 3};
 
 typedef struct setting {
-    cage c;
-    curvopt_mesh *mesh;
-    co_constraints hold;
-    co_symmetry symmetry;
-    co_dof_map reduction;
+    variables_setting v;
     co_penalty pull;
-    double centroid[3], radius, *x, *z;
 } setting;
 
 static const double SCALE = 7;
 
-static setting setting_of(cage c, const curvopt_constraints *pins, int symmetric) {
-    setting s = {.c = c, .mesh = cage_mesh(&c)};
-    size_t n = 3 * (size_t)c.n_vertices;
+static void setting_of(setting *s, cage c, const curvopt_constraints *pins, int symmetric) {
     curvopt_error error;
-    s.radius = co_similarity_frame((size_t)c.n_vertices, c.xyz, s.centroid);
-    s.x = calloc(n, sizeof *s.x);
-    s.z = calloc(n, sizeof *s.z);
-    CHECK_TRUE(s.x && s.z);
-    for (size_t i = 0; i < n; i++)
-        s.x[i] = (c.xyz[i] - s.centroid[i % 3]) / s.radius;
-    CHECK_OK(co_constraints_create(s.mesh, c.xyz, pins, &s.hold, &error), &error);
-    if (symmetric)
-        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.hold, 1, &s.symmetry, &error), &error);
-    else
-        CHECK_OK(co_symmetry_none(s.mesh, &s.symmetry, &error), &error);
-    CHECK_OK(co_dof_map_create(s.mesh, &s.symmetry, &s.hold, s.x, &s.reduction, &error), &error);
-    CHECK_OK(co_penalty_create(&s.hold.springs, &s.reduction, s.centroid, s.radius, SCALE, &s.pull, &error), &error);
-    co_dof_map_variables(&s.reduction, s.x, s.z);
-    return s;
+    s->v = variables_setting_of(c, pins, symmetric);
+    CHECK_OK(co_penalty_create(&s->v.held.springs, &s->v.dofs, s->v.centroid, s->v.radius, SCALE, &s->pull, &error),
+             &error);
 }
 
 static void setting_free(setting *s) {
     co_penalty_free(&s->pull);
-    co_dof_map_free(&s->reduction);
-    co_symmetry_free(&s->symmetry);
-    co_constraints_free(&s->hold);
-    curvopt_mesh_destroy(s->mesh);
-    cage_free(&s->c);
-    free(s->x);
-    free(s->z);
+    variables_setting_free(&s->v);
 }
 
 static void move(setting *s, uint64_t seed, double amount) {
-    for (int32_t i = 0; i < s->reduction.n_variables; i++)
-        s->z[i] += amount * check_random(&seed);
-    co_dof_map_expand(&s->reduction, s->z, s->x);
+    for (int32_t i = 0; i < s->v.dofs.n_variables; i++)
+        s->v.z[i] += amount * check_random(&seed);
+    co_dof_map_expand(&s->v.dofs, s->v.z, s->v.x);
 }
 
 /* K / (2 R^2) sum k |Q (x - a)|^2 of pins, in the user's units. */
@@ -73,7 +47,7 @@ static double definition(const setting *s, const curvopt_constraints *pins, cons
         double off[3], square = 0, along = 0, norm = 0;
         for (int c = 0; c < 3; c++) {
             int32_t at = 3 * pins->vertices[i] + c;
-            off[c] = s->radius * s->x[at] + s->centroid[c] - s->c.xyz[at];
+            off[c] = s->v.radius * s->v.x[at] + s->v.centroid[c] - s->v.c.xyz[at];
             square += off[c] * off[c];
             along += off[c] * d[c];
             norm += d[c] * d[c];
@@ -82,7 +56,7 @@ static double definition(const setting *s, const curvopt_constraints *pins, cons
             square -= along * along / norm;
         if (pins->freedom[i] == 2)
             square = along * along / norm;
-        sum += SCALE / 2 * stiffness[i] * square / (s->radius * s->radius);
+        sum += SCALE / 2 * stiffness[i] * square / (s->v.radius * s->v.radius);
     }
     return sum;
 }
@@ -100,13 +74,14 @@ static cage crooked_torus(void) {
 
 static void test_value_is_its_definition(void **state) {
     (void)state;
-    setting s = setting_of(crooked_torus(), &all_pins, 0);
-    CHECK_INT(s.hold.freedom[4], CO_FREEDOM_NONE);
-    CHECK_INT(s.hold.freedom[5], CO_FREEDOM_ALL);
-    CHECK_NEAR(co_penalty_value(&s.pull, s.z, NULL), 0, 1e-15);
+    setting s;
+    setting_of(&s, crooked_torus(), &all_pins, 0);
+    CHECK_INT(s.v.held.freedom[4], CO_FREEDOM_NONE);
+    CHECK_INT(s.v.held.freedom[5], CO_FREEDOM_ALL);
+    CHECK_NEAR(co_penalty_value(&s.pull, s.v.z, NULL), 0, 1e-15);
     for (uint64_t k = 1; k < 5; k++) {
         move(&s, k, 0.3);
-        CHECK_NEAR(co_penalty_value(&s.pull, s.z, NULL), definition(&s, &all_pins, pin_stiffness), 1e-12);
+        CHECK_NEAR(co_penalty_value(&s.pull, s.v.z, NULL), definition(&s, &all_pins, pin_stiffness), 1e-12);
     }
     setting_free(&s);
 }
@@ -119,11 +94,12 @@ static void test_value_with_symmetries_is_its_definition(void **state) {
                  stiffness[4] = {1, 1, 9, 9};
     const curvopt_constraints pins = {
         .vertices = vertices, .freedom = freedom, .directions = directions, .n = 4, .weights = weights};
-    setting s = setting_of(cage_torus(8, 4, 3, 1.2), &pins, 1);
-    CHECK_BETWEEN(s.symmetry.order, 2, 31);
+    setting s;
+    setting_of(&s, cage_torus(8, 4, 3, 1.2), &pins, 1);
+    CHECK_BETWEEN(s.v.symmetry.order, 2, 31);
     move(&s, 3, 0.3);
     CHECK_BETWEEN(definition(&s, &pins, stiffness), 1e-3, 1e3);
-    CHECK_NEAR(co_penalty_value(&s.pull, s.z, NULL), definition(&s, &pins, stiffness), 1e-12);
+    CHECK_NEAR(co_penalty_value(&s.pull, s.v.z, NULL), definition(&s, &pins, stiffness), 1e-12);
     setting_free(&s);
 }
 
@@ -132,12 +108,13 @@ static void test_symmetries_are_those_of_the_weights(void **state) {
     const int32_t vertices[2] = {0, 16};
     double weights[2] = {0.5, 0.5};
     const curvopt_constraints pins = {.vertices = vertices, .n = 2, .weights = weights};
-    setting s = setting_of(cage_torus(8, 4, 3, 1.2), &pins, 1);
-    int32_t alike = s.symmetry.order;
+    setting s;
+    setting_of(&s, cage_torus(8, 4, 3, 1.2), &pins, 1);
+    int32_t alike = s.v.symmetry.order;
     setting_free(&s);
     weights[1] = 0.25;
-    s = setting_of(cage_torus(8, 4, 3, 1.2), &pins, 1);
-    CHECK_INT(2 * s.symmetry.order, alike);
+    setting_of(&s, cage_torus(8, 4, 3, 1.2), &pins, 1);
+    CHECK_INT(2 * s.v.symmetry.order, alike);
     setting_free(&s);
 }
 
@@ -146,43 +123,30 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
     (void)state;
     for (int symmetric = 0; symmetric < 2; symmetric++) {
         const curvopt_constraints pins = {.vertices = pin_vertex, .n = 4, .weights = pin_weight};
-        setting s = setting_of(symmetric ? cage_torus(8, 4, 3, 1.2) : crooked_torus(), symmetric ? &pins : &all_pins,
-                               symmetric);
-        int n = s.reduction.n_variables;
+        setting s;
+        setting_of(&s, symmetric ? cage_torus(8, 4, 3, 1.2) : crooked_torus(), symmetric ? &pins : &all_pins,
+                   symmetric);
+        int n = s.v.dofs.n_variables;
         double *g = calloc(4 * (size_t)n, sizeof *g), *up = g + n, *down = g + 2 * n, *column = g + 3 * n;
-        curvopt_options o;
-        curvopt_error error;
-        co_basis_table_cache tables;
-        co_assembly assembly;
-        co_sparse_hessian hessian;
+        co_sparse_hessian hessian = variables_hessian(&s.v);
         CHECK_TRUE(g);
-        curvopt_options_init(&o, sizeof o);
-        o.surface = CURVOPT_SURFACE_LIMIT;
-        co_basis_table_cache_create(o.surface, &tables);
-        CHECK_OK(co_assembly_create(s.mesh, &o, &tables, NULL, &assembly, &error), &error);
-        CHECK_OK(co_sparse_hessian_create(&assembly, &s.reduction, &hessian, &error), &error);
         co_penalty_add_hessian(&s.pull, &hessian);
         move(&s, 9, 0.2);
-        co_penalty_value(&s.pull, s.z, g);
+        co_penalty_value(&s.pull, s.v.z, g);
         for (int i = 0; i < n; i++) {
-            double at = s.z[i], value[2];
+            double at = s.v.z[i], value[2];
             memset(up, 0, 3 * (size_t)n * sizeof *up);
-            s.z[i] = at + 0.5;
-            value[0] = co_penalty_value(&s.pull, s.z, up);
-            s.z[i] = at - 0.5;
-            value[1] = co_penalty_value(&s.pull, s.z, down);
-            s.z[i] = at;
+            s.v.z[i] = at + 0.5;
+            value[0] = co_penalty_value(&s.pull, s.v.z, up);
+            s.v.z[i] = at - 0.5;
+            value[1] = co_penalty_value(&s.pull, s.v.z, down);
+            s.v.z[i] = at;
             CHECK_NEAR(g[i], value[0] - value[1], 1e-11);
-            for (int j = 0; j < n; j++) /* its lower triangle has the column from i on, and rows before */
-                for (int32_t e = hessian.pattern.column_start[j]; e < hessian.pattern.column_start[j + 1]; e++)
-                    if (j == i || hessian.pattern.row[e] == i)
-                        column[j == i ? hessian.pattern.row[e] : j] = hessian.value[e];
+            variables_hessian_column(&hessian, i, column);
             for (int j = 0; j < n; j++)
                 CHECK_NEAR(column[j], up[j] - down[j], 1e-11);
         }
         co_sparse_hessian_free(&hessian);
-        co_assembly_free(&assembly);
-        co_basis_table_cache_free(&tables);
         free(g);
         setting_free(&s);
     }
@@ -194,8 +158,9 @@ static void test_subdivision_keeps_what_a_patch_resists(void **state) {
     const int32_t vertices[7] = {0, 1, 4, 5, 8, 9, 22};
     const double weights[7] = {0.5, 0.5, 0.5, 0.5, 0.2, 0.2, 0.75};
     const curvopt_constraints pins = {.vertices = vertices, .n = 7, .weights = weights};
-    setting s = setting_of(crooked_torus(), &pins, 0);
-    const co_soft_constraints *k = &s.hold.springs;
+    setting s;
+    setting_of(&s, crooked_torus(), &pins, 0);
+    const co_soft_constraints *k = &s.v.held.springs;
     curvopt_mesh *fine;
     curvopt_error error;
     co_sparse_rows rows;
@@ -205,17 +170,17 @@ static void test_subdivision_keeps_what_a_patch_resists(void **state) {
         before += k->stiffness[vertices[i]];
     CHECK_NEAR(before, 0.5 / 2.4 * (4 + 2 * 0.25), 1e-14);
     CHECK_NEAR(k->stiffness[22], 3, 1e-14);
-    CHECK_OK(co_subdivide(s.mesh, &fine, &rows, &error), &error);
+    CHECK_OK(co_subdivide(s.v.mesh, &fine, &rows, &error), &error);
     CHECK_INT(fine->info.n_vertices, 128);
-    co_sparse_rows_apply(&rows, s.c.xyz, subdivided);
+    co_sparse_rows_apply(&rows, s.v.c.xyz, subdivided);
     memcpy(xyz, subdivided, 3 * 128 * sizeof *xyz);
-    CHECK_OK(co_constraints_subdivide(s.mesh, fine, &rows, xyz, &s.hold, &error), &error);
+    CHECK_OK(co_constraints_subdivide(s.v.mesh, fine, &rows, xyz, &s.v.held, &error), &error);
     int n_held = 0;
     for (int32_t v = 0; v < 128; v++) {
         n_held += k->stiffness[v] > 0;
         patch += v == 22 ? 0 : k->stiffness[v];
         for (int c = 0; c < 3 && k->stiffness[v] > 0; c++)
-            CHECK_NEAR(k->anchor[3 * v + c], v == 22 ? s.c.xyz[3 * v + c] : subdivided[3 * v + c], 1e-14);
+            CHECK_NEAR(k->anchor[3 * v + c], v == 22 ? s.v.c.xyz[3 * v + c] : subdivided[3 * v + c], 1e-14);
     }
     CHECK_INT(n_held, 15 + 1); /* two faces in a row are 3 x 5 vertices */
     CHECK_NEAR(patch, before, 1e-14);
@@ -232,8 +197,9 @@ static void test_weights_of_0_hold_nothing(void **state) {
     const double none[N_PINS] = {0};
     curvopt_constraints pins = all_pins;
     pins.weights = none;
-    setting s = setting_of(crooked_torus(), &pins, 0);
-    CHECK_TRUE(!s.hold.freedom && !s.hold.springs.stiffness);
+    setting s;
+    setting_of(&s, crooked_torus(), &pins, 0);
+    CHECK_TRUE(!s.v.held.freedom && !s.v.held.springs.stiffness);
     setting_free(&s);
 }
 

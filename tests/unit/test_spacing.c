@@ -1,62 +1,23 @@
 /* What an even spacing is worth, against its definition and its differences. SPDX-License-Identifier: GPL-3.0-or-later
  */
-#include "cages.h"
 #include "check.h"
+#include "variables_setting.h"
 
 #include "hessian/spacing.h"
-#include "mesh/similarity.h"
 
 static const double WEIGHT = 3;
 
-typedef struct setting {
-    cage c;
-    curvopt_mesh *mesh;
-    co_constraints held;
-    co_symmetry symmetry;
-    co_dof_map dofs;
-    co_spacing spacing;
-    double *x, *z, *gradient; /* [3 n_vertices] each */
-} setting;
-
-static setting setting_of(cage c, const curvopt_constraints *pins, int symmetric) {
-    setting s = {.c = c, .mesh = cage_mesh(&c)};
-    size_t n = 3 * (size_t)c.n_vertices;
-    curvopt_error error;
-    double centroid[3], radius = co_similarity_frame((size_t)c.n_vertices, c.xyz, centroid);
-    s.x = calloc(n, sizeof *s.x);
-    s.z = calloc(n, sizeof *s.z);
-    s.gradient = calloc(n, sizeof *s.gradient);
-    CHECK_TRUE(s.x && s.z && s.gradient);
-    for (size_t i = 0; i < n; i++)
-        s.x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
-    CHECK_OK(co_constraints_create(s.mesh, c.xyz, pins, &s.held, &error), &error);
-    if (symmetric)
-        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.held, 1, &s.symmetry, &error), &error);
-    else
-        CHECK_OK(co_symmetry_none(s.mesh, &s.symmetry, &error), &error);
-    CHECK_OK(co_dof_map_create(s.mesh, &s.symmetry, &s.held, s.x, &s.dofs, &error), &error);
-    co_dof_map_variables(&s.dofs, s.x, s.z);
-    return s;
-}
-
-static void setting_free(setting *s) {
-    co_dof_map_free(&s->dofs);
-    co_symmetry_free(&s->symmetry);
-    co_constraints_free(&s->held);
-    curvopt_mesh_destroy(s->mesh);
-    cage_free(&s->c);
-    free(s->x);
-    free(s->z);
-    free(s->gradient);
-}
-
 /* The spacing of the variables s->z, and with g [n_variables] its gradient with respect to them. */
-static double value(setting *s, double *g) {
+static double value(variables_setting *s, double *g) {
     const co_spacing spacing = {.mesh = s->mesh, .dofs = &s->dofs, .weight = WEIGHT};
     co_dof_map_expand(&s->dofs, s->z, s->x);
-    double v = co_spacing_value(&spacing, s->x, g ? s->gradient : NULL);
-    if (g)
-        co_dof_map_gradient(&s->dofs, s->gradient, g);
+    if (!g)
+        return co_spacing_value(&spacing, s->x, NULL);
+    double *gradient = calloc(3 * (size_t)s->c.n_vertices, sizeof *gradient);
+    CHECK_TRUE(gradient);
+    double v = co_spacing_value(&spacing, s->x, gradient);
+    co_dof_map_gradient(&s->dofs, gradient, g);
+    free(gradient);
     return v;
 }
 
@@ -66,7 +27,7 @@ static void test_value_is_the_sum_over_edges_that_move(void **state) {
     static const int32_t face[4] = {0, 1, 5, 4}; /* its four edges do not move */
     const curvopt_constraints pins = {.vertices = face, .n = 4};
     for (int held = 0; held < 2; held++) {
-        setting s = setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), held ? &pins : NULL, 0);
+        variables_setting s = variables_setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), held ? &pins : NULL, 0);
         double twice = 0;
         for (int32_t f = 0, h = 0; f < s.c.n_faces; h += s.c.sizes[f++])
             for (int32_t k = 0; k < s.c.sizes[f]; k++) {
@@ -77,25 +38,16 @@ static void test_value_is_the_sum_over_edges_that_move(void **state) {
                 twice += held && v_held && w_held ? 0 : square * square;
             }
         CHECK_NEAR(value(&s, NULL), WEIGHT * twice / 2, 1e-12 * twice);
-        setting_free(&s);
+        variables_setting_free(&s);
     }
 }
 
-static void check_differences(setting *s) {
+static void check_differences(variables_setting *s) {
     int n = s->dofs.n_variables;
     const double step = 1e-3;
     double *g = calloc(4 * (size_t)n, sizeof *g), *up = g + n, *down = g + 2 * n, *column = g + 3 * n;
-    curvopt_options o;
-    curvopt_error error;
-    co_basis_table_cache tables;
-    co_assembly assembly;
-    co_sparse_hessian hessian;
+    co_sparse_hessian hessian = variables_hessian(s);
     CHECK_TRUE(g);
-    curvopt_options_init(&o, sizeof o);
-    o.surface = CURVOPT_SURFACE_LIMIT;
-    co_basis_table_cache_create(o.surface, &tables);
-    CHECK_OK(co_assembly_create(s->mesh, &o, &tables, NULL, &assembly, &error), &error);
-    CHECK_OK(co_sparse_hessian_create(&assembly, &s->dofs, &hessian, &error), &error);
     double whole = value(s, g);
     const co_spacing spacing = {.mesh = s->mesh, .dofs = &s->dofs, .weight = WEIGHT};
     co_spacing_add_hessian(&spacing, s->x, &hessian);
@@ -107,17 +59,11 @@ static void check_differences(setting *s) {
         double below = value(s, down);
         s->z[i] = at;
         CHECK_NEAR(g[i], (above - below) / (2 * step), 1e-4 * whole);
-        memset(column, 0, (size_t)n * sizeof *column);
-        for (int j = 0; j < n; j++) /* its lower triangle has the column from i on, and rows before */
-            for (int32_t e = hessian.pattern.column_start[j]; e < hessian.pattern.column_start[j + 1]; e++)
-                if (j == i || hessian.pattern.row[e] == i)
-                    column[j == i ? hessian.pattern.row[e] : j] = hessian.value[e];
+        variables_hessian_column(&hessian, i, column);
         for (int j = 0; j < n; j++)
             CHECK_NEAR(column[j], (up[j] - down[j]) / (2 * step), 1e-4 * whole);
     }
     co_sparse_hessian_free(&hessian);
-    co_assembly_free(&assembly);
-    co_basis_table_cache_free(&tables);
     free(g);
 }
 
@@ -126,16 +72,16 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
     static const int32_t some[3] = {0, 9, 14}, freedom[3] = {0, 1, 2};
     static const double direction[9] = {0, 0, 0, 1, 2, 3, 0, 1, -1};
     const curvopt_constraints pins = {.vertices = some, .n = 3, .freedom = freedom, .directions = direction};
-    setting s = setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), NULL, 0);
+    variables_setting s = variables_setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), NULL, 0);
     check_differences(&s);
-    setting_free(&s);
-    s = setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), &pins, 0);
+    variables_setting_free(&s);
+    s = variables_setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), &pins, 0);
     check_differences(&s);
-    setting_free(&s);
-    s = setting_of(cage_torus(8, 4, 3, 1.2), NULL, 1); /* edges within one orbit, too */
+    variables_setting_free(&s);
+    s = variables_setting_of(cage_torus(8, 4, 3, 1.2), NULL, 1); /* edges within one orbit, too */
     CHECK_TRUE(s.symmetry.order > 8);
     check_differences(&s);
-    setting_free(&s);
+    variables_setting_free(&s);
 }
 
 int main(void) {

@@ -1,5 +1,6 @@
 /* Options: defaults, ranges, and structs of other versions. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
+
 #include "mesh/similarity.h"
 
 #include <math.h>
@@ -98,12 +99,18 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
         status = check_integer("blend_width", o->blend_width, 1, CURVOPT_MAX_BLEND_WIDTH, error);
     if (status == CURVOPT_OK)
         status = check_integer("spacing", o->spacing, CURVOPT_SPACING_AUTO, CURVOPT_SPACING_FREE, error);
-    if (status == CURVOPT_OK && o->spacing == CURVOPT_SPACING_EVEN && o->method == CURVOPT_METHOD_LMVM)
-        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
-                                "an even spacing needs second derivatives, and the method LMVM has none");
     if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
+}
+
+/* Of options that nothing is left to choose in. */
+static int32_t check_resolved(const curvopt_options *o, curvopt_error *error) {
+    if (o->spacing != CURVOPT_SPACING_EVEN || o->method != CURVOPT_METHOD_LMVM)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                          "an even spacing needs second derivatives, and the method LMVM%s has none",
+                          o->joshi_sequin ? ", which joshi_sequin chooses," : "");
 }
 
 /* Sizes of structs with doubles in them are multiples of 8, so no member is cut in two. A larger one than the limit is
@@ -142,9 +149,10 @@ int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own,
     memcpy(own, theirs, (size_t)size < sizeof *own ? (size_t)size : sizeof *own);
     own->struct_size = (int32_t)sizeof *own;
     int32_t status = check_options(own, error);
-    if (status == CURVOPT_OK)
-        resolve_auto(own);
-    return status;
+    if (status != CURVOPT_OK)
+        return status;
+    resolve_auto(own);
+    return check_resolved(own, error);
 }
 
 int32_t co_api_take_cage(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *theirs,

@@ -162,14 +162,10 @@ void co_assembly_free(co_assembly *a) {
     *a = (co_assembly){0};
 }
 
-int32_t co_assembly_take_rules(co_assembly *a, const uint8_t *rules, curvopt_error *error) {
-    memcpy(a->rule, rules, (size_t)a->patches.n_patches);
-    return co_assembly_update_batches(a, error);
-}
-
 int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_error *error) {
     a->met = from->met;
-    return co_assembly_take_rules(a, from->rule, error);
+    memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
+    return co_assembly_update_batches(a, error);
 }
 
 double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {

@@ -80,8 +80,6 @@ void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
-/* Takes back rules [n_patches] that this assembly had before. ERROR_MEMORY. */
-int32_t co_assembly_take_rules(co_assembly *assembly, const uint8_t *rules, curvopt_error *error);
 
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
  * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite,

@@ -220,7 +220,7 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
 
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
-    return co_newton_decrement(&l->hessian, &l->now, left, NULL, error);
+    return co_newton_decrement(&l->hessian, &l->now, left, error);
 }
 
 static double value(void *context) {

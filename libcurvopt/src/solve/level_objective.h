@@ -40,7 +40,7 @@ typedef struct co_level_objective {
     double edge;              /* mean edge length of the cage that was normalized last */
     double *positions;        /* [3 n_vertices] of the point that was expanded last */
     double *point_gradient;   /* [3 n_vertices] work */
-    double *spacing_gradient; /* [3 n_vertices] work, then its part of the variables' */
+    double *spacing_gradient; /* [3 n_vertices] work */
     double *normalized;       /* [n_variables] work */
     double *step;             /* [n_variables] work */
     int32_t worst_face;       /* the face with the least Jacobian, at the point that was evaluated last */

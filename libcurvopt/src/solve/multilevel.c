@@ -72,7 +72,7 @@ static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
         return status;
     summary->newton_decrement = shape.decrement;
     if (l->motion != CO_MOTION_NORMALS || isnan(shape.decrement))
-        status = co_newton_decrement(&l->hessian, &l->now, &summary->newton_decrement, NULL, error);
+        status = co_newton_decrement(&l->hessian, &l->now, &summary->newton_decrement, error);
     if (status != CURVOPT_OK)
         return status;
     summary->shape_decrement = shape.decrement;

@@ -31,18 +31,12 @@ int32_t co_newton_decrement_by_factor(co_level_hessian *h, const co_iterate *now
     return status;
 }
 
-int32_t co_newton_decrement(co_level_hessian *h, const co_iterate *now, double *decrement, int *by_hessian,
-                            curvopt_error *error) {
-    int positive = 1;
+int32_t co_newton_decrement(co_level_hessian *h, const co_iterate *now, double *decrement, curvopt_error *error) {
+    int positive;
     *decrement = 0;
-    int32_t status = CURVOPT_OK;
-    int is_empty = co_level_objective_n(h->objective) == 0;
-    if (!is_empty)
-        status = co_newton_decrement_factorize(h, now, 1, &positive, error);
-    if (by_hessian)
-        *by_hessian = positive;
-    if (is_empty)
+    if (co_level_objective_n(h->objective) == 0)
         return CURVOPT_OK;
+    int32_t status = co_newton_decrement_factorize(h, now, 1, &positive, error);
     if (status == CURVOPT_OK && !positive)
         status = co_newton_decrement_factorize(h, now, 0, &positive, error);
     h->has_factor = 0;

@@ -112,29 +112,41 @@ enum { MOST_TURNS = 8 };
 /* In mean edges: normals of cages that are closer than this are the same. */
 static const double SAME_NORMALS = 1e-2;
 
+/* A level of the mesh of the run, along the normals of `start`, which it borrows; begun by the rules of `before`. */
+static int32_t begin_turn(co_run *r, const co_level *before, const double *start, co_level **out,
+                          curvopt_error *error) {
+    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_NORMALS,
+                                     start, before->number, out, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = co_level_begin_by_rules_of(*out, before, error);
+    if (status != CURVOPT_OK) {
+        co_level_destroy(*out);
+        return status;
+    }
+    (*out)->objective.likeness = r->at.start;
+    (*out)->report = report;
+    (*out)->user = r;
+    (*out)->spent = r->at.report.iterations;
+    return CURVOPT_OK;
+}
+
 /* From a level's result along normals, until these stay what they are. *level is exchanged. */
 static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt_error *error) {
     size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
     double moved = INFINITY;
+    int32_t status = CURVOPT_OK;
     for (int turn = 0; turn < MOST_TURNS && moved > SAME_NORMALS && !co_run_stopped_early(r); turn++) {
-        co_level *next = NULL;
+        co_level *next;
         double *start = CO_NEW(double, n);
         if (!start)
             return co_status_no_memory(error);
         memcpy(start, r->at.xyz, n * sizeof *start);
-        int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints,
-                                         CO_MOTION_NORMALS, start, (*level)->number, &next, error);
-        if (status == CURVOPT_OK)
-            status = co_level_begin_by_rules_of(next, *level, error);
+        status = begin_turn(r, *level, start, &next, error);
         if (status != CURVOPT_OK) {
-            co_level_destroy(next);
             free(start);
             return status;
         }
-        next->objective.likeness = r->at.start;
-        next->report = report;
-        next->user = r;
-        next->spent = r->at.report.iterations;
         co_level_destroy(*level);
         *level = next;
         free(r->at.turn);
@@ -144,7 +156,7 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
             return status;
         moved = co_level_moved(next);
     }
-    return CURVOPT_OK;
+    return status;
 }
 
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {

@@ -37,10 +37,6 @@ void co_step_review_begin(co_step_review *r, const double *x, double defect) {
     r->defect = defect;
 }
 
-void co_step_review_accept(co_step_review *r, const co_iterate *now) {
-    remember(r, r->safe, now->x);
-}
-
 int co_step_review_is_due(const co_step_review *r, const co_step_facts *facts) {
     const co_tuning *t = r->tuning;
     int is_suspicious = !(facts->defect <= t->defect_growth * r->defect + DEFECT_FLOOR);
@@ -77,7 +73,7 @@ int32_t co_step_review_check(co_step_review *r, co_iterate *now, co_step_verdict
         *verdict = CO_STEP_REJECT;
         return CURVOPT_OK;
     }
-    co_step_review_accept(r, now);
+    remember(r, r->safe, now->x);
     *verdict = changed ? CO_STEP_CHANGED : CO_STEP_KEEP;
     if (changed)
         return CURVOPT_OK;

@@ -57,7 +57,5 @@ int co_step_review_is_due(const co_step_review *review, const co_step_facts *fac
 int32_t co_step_review_check(co_step_review *review, co_iterate *now, co_step_verdict *verdict, curvopt_error *error);
 /* `now` becomes the safe iterate: those in between were not reviewed. */
 void co_step_review_take_back(co_step_review *review, co_iterate *now);
-/* Goes on from `now`, which was evaluated elsewhere, as the safe iterate. */
-void co_step_review_accept(co_step_review *review, const co_iterate *now);
 
 #endif
