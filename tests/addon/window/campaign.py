@@ -57,8 +57,7 @@ def change_mode(chance):
 
 
 def load(_chance):
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.wm.read_homefile(use_factory_startup=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
 
 
 def save(_chance):
@@ -158,8 +157,7 @@ def everything():
             invoke(energy="MVS", levels=6)
             yield from turns(random.Random(number).randrange(1, 12))
             log(f"QUITTING {number}")
-            with bpy.context.temp_override(window=window()):
-                bpy.ops.wm.quit_blender()
+            bpy.ops.wm.quit_blender()
             yield lambda: False  # it quits when the event loop turns
 
 

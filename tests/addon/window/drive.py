@@ -397,8 +397,7 @@ def loading_a_file_during_a_run_ends_it():
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     yield lambda: "iteration" in state().message
     job = part("ui.operators")._run.job
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.wm.read_homefile(use_factory_startup=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield lambda: not state().running
     assert not job.running and part("ui.operators")._run is None
     assert "Torus MVS" not in bpy.data.objects
@@ -424,8 +423,7 @@ def everything():
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     yield lambda: "iteration" in state().message
     log("QUITTING")
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.wm.quit_blender()
+    bpy.ops.wm.quit_blender()
 
 
 start(everything())

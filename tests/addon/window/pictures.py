@@ -174,8 +174,7 @@ def everything():
     except Exception as error:
         traceback.print_exc()
         log(f"FAIL {error!r}")
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.wm.quit_blender()
+    bpy.ops.wm.quit_blender()
 
 
 driver.PATIENCE = 300.0  # the run of four levels takes a minute or more on a busy machine
