@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from driver import RESULTS, invoke, log, part, press, setup, start, state, turns, window  # noqa: E402
+from driver import RESULTS, invoke, log, part, press, setup, start, state, turns  # noqa: E402
 
 FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split())
 SPARED = {"start", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
