@@ -190,6 +190,17 @@ static PetscErrorCode undo_regularize(differences *d) {
     PetscFunctionReturn(0);
 }
 
+/* Nothing of the gradient is along similarities; along normals what they keep there slides only. */
+static PetscErrorCode leave_out_similarities(const differences *d, Vec gradient) {
+    PetscScalar along;
+    PetscFunctionBeginUser;
+    for (int k = 0; k < d->n_motions; k++) {
+        PetscCall(VecDot(gradient, d->motion[k], &along));
+        PetscCall(VecAXPY(gradient, -along, d->motion[k]));
+    }
+    PetscFunctionReturn(0);
+}
+
 /* Of a matrix, what acts on allowed motion; the identity, as stiff as the matrix, on the rest. */
 static PetscErrorCode restrict_to_allowed(const differences *d, Mat *matrix) {
     const objective *o = d->objective;
@@ -259,6 +270,7 @@ static PetscErrorCode find_decrement(differences *d, const char *prefix, certifi
     PetscCall(allow(d->objective, anything));
     PetscCall(objective_evaluate(d->objective, d->base, &value, gradient));
     PetscCall(regularize(d, value));
+    PetscCall(leave_out_similarities(d, gradient));
     PetscCall(objective_sparse(d->full, d->shift, &like));
     PetscCall(restrict_to_allowed(d, &like));
     PetscCall(solve(d, prefix, like, anything, solution, &out->positive));

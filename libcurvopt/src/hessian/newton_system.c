@@ -1,7 +1,6 @@
 /* The linear system of Newton's method. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/newton_system.h"
 
-#include "base/constants.h"
 #include "base/memory.h"
 #include "linalg/small_dense.h"
 #include "linalg/vector.h"
@@ -10,21 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N_MOTIONS = 10, N_SIMILARITIES = 7 };
-
 typedef double small_matrix[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE];
 
 static size_t n_variables(const co_newton_system *m) {
     return (size_t)m->hessian.dofs->n_variables;
-}
-
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints) {
-    if (constraints->freedom)
-        return CO_GAUGE_NONE;
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)
-            return CO_GAUGE_SIMILARITY;
-    return CO_GAUGE_MOEBIUS;
 }
 
 int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *m,
@@ -58,58 +46,6 @@ void co_newton_system_free(co_newton_system *m) {
     *m = (co_newton_system){0};
 }
 
-/* --------------------------------------------------------------------------------------------- dense columns -- */
-
-/* Motion k at x: scaling, translations, rotations, then 2 (b.x) x - |x|^2 b for the axes b. */
-static void motion(int k, const double *x, double out[3]) {
-    int axis = (k + 2) % 3;
-    double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-    for (int c = 0; c < 3; c++)
-        out[c] = k == 0 ? x[c] : k >= N_SIMILARITIES ? 2 * x[axis] * x[c] : 0;
-    if (k == 0)
-        return;
-    if (k <= 3)
-        out[axis] = 1;
-    else if (k < N_SIMILARITIES) {
-        out[(axis + 1) % 3] = -x[(axis + 2) % 3];
-        out[(axis + 2) % 3] = x[(axis + 1) % 3];
-    } else {
-        out[axis] -= square;
-    }
-}
-
-/* Appends a column, made orthogonal to those from `first` on, unless it depends on them. */
-static void append_orthogonal(co_newton_system *m, int first) {
-    size_t n = n_variables(m);
-    double *column = m->dense + (size_t)m->n_dense * n, whole = co_vector_norm(n, column);
-    for (int pass = 0; pass < 2; pass++)
-        for (int k = first; k < m->n_dense; k++)
-            co_vector_add(n, -co_vector_dot(n, m->dense + (size_t)k * n, column), m->dense + (size_t)k * n, column);
-    double norm = co_vector_norm(n, column);
-    if (!(norm > CO_INDEPENDENT_MOTION * whole) || whole == 0)
-        return;
-    for (size_t i = 0; i < n; i++)
-        column[i] /= norm;
-    m->n_dense++;
-}
-
-/* A motion counts as an invariance if CO_ALLOWED_MOTION of it is within the variables. With every vertex on its normal
- * a rotation of a torus about its axis keeps next to nothing, and that only because the torus is discrete: to make that
- * stiff would decide the decrement (libcurvopt/notes/72-invariances.md). */
-static void append_motions(co_newton_system *m, const double *x, int n_motions) {
-    const co_dof_map *r = m->hessian.dofs;
-    double least = CO_ALLOWED_MOTION;
-    for (int k = 0; k < n_motions; k++) {
-        double *column = m->dense + (size_t)m->n_dense * n_variables(m), whole;
-        for (size_t v = 0; v < (size_t)r->n_vertices; v++)
-            motion(k, x + 3 * v, m->full + 3 * v);
-        whole = co_vector_norm(3 * (size_t)r->n_vertices, m->full);
-        co_dof_map_gradient(r, m->full, column);
-        if (co_vector_norm(n_variables(m), column) > least * whole) /* else it breaks the symmetry, or slides */
-            append_orthogonal(m, m->n_pair);
-    }
-}
-
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error) {
     const co_dof_map *r = m->hessian.dofs;
@@ -123,7 +59,7 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
         co_dof_map_gradient_of(r, a->active, a->n_active_cage, area, m->dense);
         co_dof_map_gradient_of(r, a->active, a->n_active_cage, third, m->dense + n_variables(m));
     }
-    append_motions(m, x, gauge == CO_GAUGE_NONE ? 0 : gauge == CO_GAUGE_MOEBIUS ? N_MOTIONS : N_SIMILARITIES);
+    m->n_dense += co_gauge_columns(r, x, gauge, m->full, m->dense + (size_t)m->n_pair * n_variables(m));
     int32_t status = co_sparse_hessian_assemble(m->assembly, x, kind, &m->hessian, error);
     m->stiffness = co_newton_system_mean_diagonal(m);
     return status;

@@ -10,10 +10,11 @@
 #ifndef CO_HESSIAN_NEWTON_SYSTEM_H
 #define CO_HESSIAN_NEWTON_SYSTEM_H
 
+#include "hessian/gauge.h"
 #include "hessian/sparse_hessian.h"
 #include "linalg/sparse_cholesky.h"
 
-enum { CO_NEWTON_SYSTEM_DENSE = 12 };
+enum { CO_NEWTON_SYSTEM_DENSE = CO_GAUGE_MOTIONS + 2 };
 
 typedef struct co_newton_system {
     co_assembly *assembly; /* the caller's */
@@ -30,20 +31,6 @@ typedef struct co_newton_system {
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
     double mix;           /* part of the Gauss-Newton matrix in the mixture */
 } co_newton_system;
-
-/* Motions that leave the objective as it is. */
-typedef enum co_gauge {
-    CO_GAUGE_NONE,       /* none: vertices are constrained */
-    CO_GAUGE_SIMILARITY, /* translations, rotations, scaling */
-    CO_GAUGE_MOEBIUS     /* also infinitesimal inversions: of Willmore's energy, up to discretization */
-} co_gauge;
-
-/* The motions of an objective with these weights (curvopt_term) and these constraints. */
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints);
-/* The motions among `gauge` along which the discrete gradient vanishes, too. */
-static inline co_gauge co_gauge_exact(co_gauge gauge) {
-    return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;
-}
 
 /* Assembly and dofs must outlive the system; dofs has variables. ERROR_SIZE, ERROR_MEMORY. */
 int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *out,

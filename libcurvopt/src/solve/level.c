@@ -106,6 +106,7 @@ static int precondition(void *context, const double *in, double *out) {
     if (!l->hessian.has_factor)
         return 1;
     int32_t status = co_level_hessian_solve(&l->hessian, in, out, l->error);
+    co_level_objective_restrict(&l->objective, out);
     if (status != CURVOPT_OK)
         l->failed = status;
     return status != CURVOPT_OK;

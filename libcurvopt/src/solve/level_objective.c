@@ -25,6 +25,14 @@ static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) 
     co_vector_add(n, 1, o->step, at->gradient);
 }
 
+void co_level_objective_restrict(const co_level_objective *o, double *d) {
+    size_t n = co_level_objective_n(o);
+    for (int k = 0; k < o->n_sliding; k++) {
+        const double *q = o->sliding + (size_t)k * n;
+        co_vector_add(n, -co_vector_dot(n, q, d), q, d);
+    }
+}
+
 void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     const co_assembly *a = &o->assembly;
     const double *z = is_fixed(o) ? at->x : o->normalized;
@@ -45,7 +53,10 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     if (at->gradient && !is_fixed(o))
         co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
     at->value = values.objective + at->found[CO_FOUND_SPACING] + co_penalty_value(&o->penalty, at->x, at->gradient);
+    if (at->gradient)
+        co_level_objective_restrict(o, at->gradient);
 }
+
 void co_level_objective_weigh_spacing(co_level_objective *o, double part, co_iterate *now) {
     const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
     double energy = co_level_objective_energy(o, now);
@@ -155,6 +166,16 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     return status;
 }
 
+/* What is left of similarities on normals. */
+static int32_t span_sliding(co_level_objective *o, curvopt_error *error) {
+    o->sliding = CO_NEW(double, (CO_GAUGE_MOTIONS + 1) * co_level_objective_n(o));
+    if (!o->sliding)
+        return co_status_no_memory(error);
+    o->n_sliding =
+        co_gauge_columns(&o->reduction, o->positions, co_gauge_exact(o->gauge), o->point_gradient, o->sliding);
+    return CURVOPT_OK;
+}
+
 int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                                   const co_constraints *constraints, co_motion motion, const double *start,
                                   co_level_objective *o, double *z, curvopt_error *error) {
@@ -175,6 +196,8 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
         status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)
         status = create_parts(o, symmetry, z, error);
+    if (status == CURVOPT_OK && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
+        status = span_sliding(o, error);
     if (status != CURVOPT_OK)
         co_level_objective_free(o);
     return status;
@@ -185,6 +208,7 @@ void co_level_objective_free(co_level_objective *o) {
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);
     co_constraints_free(&o->held);
+    free(o->sliding);
     free(o->positions);
     free(o->point_gradient);
     free(o->spacing_gradient);

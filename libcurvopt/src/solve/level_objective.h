@@ -27,16 +27,18 @@ enum {
 typedef struct co_level_objective {
     const co_run_context *run;
     const curvopt_mesh *mesh;
-    const double *start;      /* [3 n_vertices] the level's first cage, in the user's units */
-    const double *likeness;   /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
-    co_constraints held;      /* pins and boundary; on normals, lines */
-    int is_framed;            /* the user holds something: the result lies in the input's frame */
-    co_dof_map reduction;     /* variables -> positions */
-    co_assembly assembly;     /* the energy */
-    co_penalty penalty;       /* what springs add */
-    co_spacing spacing;       /* what an even cage is worth; nothing on normals */
-    double spaced_energy;     /* by which that was weighed */
-    co_gauge gauge;           /* motions that the function does not see */
+    const double *start;    /* [3 n_vertices] the level's first cage, in the user's units */
+    const double *likeness; /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
+    co_constraints held;    /* pins and boundary; on normals, lines */
+    int is_framed;          /* the user holds something: the result lies in the input's frame */
+    co_dof_map reduction;   /* variables -> positions */
+    co_assembly assembly;   /* the energy */
+    co_penalty penalty;     /* what springs add */
+    co_spacing spacing;     /* what an even cage is worth; nothing on normals */
+    double spaced_energy;   /* by which that was weighed */
+    co_gauge gauge;         /* motions that the function does not see */
+    double *sliding;        /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
+    int n_sliding;
     double edge;              /* mean edge length of the cage that was normalized last */
     double *positions;        /* [3 n_vertices] of the point that was expanded last */
     double *point_gradient;   /* [3 n_vertices] work */
@@ -64,12 +66,18 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
     return (size_t)o->reduction.n_variables;
 }
 
-/* Value and findings at at->x, and the gradient unless at->gradient is NULL. */
+/* Value and findings at at->x, and the gradient unless at->gradient is NULL.
+ *
+ * On normals a similarity of the cage keeps its normal part only. That is the similarity, which changes nothing, less a
+ * motion along the surface: to first order it slides, and the shape stays. So what is left of similarities there is
+ * no variable: the gradient has no component along it, and no direction may have one. */
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* An even spacing is to be worth so much of the energy that `now` has; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double part, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);
+/* Takes from a direction d [n_variables] what the gradient has no component along. */
+void co_level_objective_restrict(const co_level_objective *objective, double *d);
 /* The longest displacement of a vertex by d [n_variables], in mean edges. */
 double co_level_objective_length(const co_level_objective *objective, const double *d);
 /* The same from one point to another. */
