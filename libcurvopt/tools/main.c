@@ -165,11 +165,31 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
 }
 
+/* A verdict looks at shapes that keep the symmetries; --verify at all shapes. */
+static void print_verdict(const curvopt_summary *s) {
+    int leads_down = s->free_negative_directions;
+    printf("by its Hessian: %s", curvopt_verdict_text(s->verdict));
+    if (s->symmetry_order == 1 || s->verdict != CURVOPT_VERDICT_MINIMUM)
+        return;
+    if (leads_down == 0) {
+        printf(", also without its %d symmetries", s->symmetry_order);
+        return;
+    }
+    printf(" among shapes with its %d symmetries", s->symmetry_order);
+    if (leads_down > 0)
+        printf("; %d direction%s without them lead%s down", leads_down, leads_down == 1 ? "" : "s",
+               leads_down == 1 ? "s" : "");
+    else
+        printf("; --verify looks at all");
+}
+
 /* Says to people, not to programs, what the run did. */
 static void print_run(const json_report *r) {
     const curvopt_summary *s = r->summary;
-    printf("%s: %.10g -> %.10g in %.2f s, %s (by its Hessian: %s)\n", r->energy, r->start->objective,
-           r->energies->objective, s->seconds, curvopt_stop_text(s->stop), curvopt_verdict_text(s->verdict));
+    printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
+           curvopt_stop_text(s->stop));
+    print_verdict(s);
+    printf(")\n");
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */

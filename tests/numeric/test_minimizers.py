@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from functools import lru_cache
 from itertools import permutations
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -188,6 +190,28 @@ def test_stopped_runs_are_not_called_minima():
     result = lib.minimize(cage("lawson_g2"), "mvs", levels=2, max_iterations=6)
     assert result.stop == "limit" and result.verdict == "not stationary"
     assert result.summary.newton_decrement > 1e-6 * result.summary.end.objective
+
+
+def spoken_verdict(name: str, *arguments: str) -> str:
+    """What the command line prints of one level at MVS after the energies."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = lib.write_obj(Path(folder) / "cage.obj", cage(name))
+        run = lib.run_cli("minimize", str(path), "--energy", "mvs", "--levels", "1", "-o", f"{folder}/out.obj", *arguments)
+    assert run.returncode == 0, run.stderr
+    return run.stdout.strip().partition(", ")[2]
+
+
+def test_the_command_line_says_which_shapes_a_minimum_is_among():
+    kept = "--symmetry", "keep"
+    minimum = "converged (by its Hessian: minimum"
+    assert spoken_verdict("sphere_cube", *kept) == f"{minimum} among shapes with its 48 symmetries; --verify looks at all)"
+    assert spoken_verdict("cubical_g5", *kept, "--verify") == f"{minimum}, also without its 48 symmetries)"
+    assert spoken_verdict("branch_open", "--symmetry", "none") == f"{minimum})"
+    result = lib.minimize(cage("sphere_cube"), "mvs", levels=1, symmetry=KEEP, verify=1)
+    directions = result.summary.free_negative_directions
+    assert directions > 1
+    assert spoken_verdict("sphere_cube", *kept, "--verify") == (
+        f"{minimum} among shapes with its 48 symmetries; {directions} directions without them lead down)")
 
 
 # ------------------------------------------------------------------------------------------------- symmetry --

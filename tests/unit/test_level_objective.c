@@ -15,7 +15,7 @@ typedef struct function {
     size_t n;
 } function;
 
-static void function_of(cage c, const curvopt_options *options, function *f) {
+static void function_along(cage c, const curvopt_options *options, co_motion motion, function *f) {
     curvopt_error error;
     size_t n = 3 * (size_t)c.n_vertices;
     f->s = solve_setting_of(c, options);
@@ -24,10 +24,14 @@ static void function_of(cage c, const curvopt_options *options, function *f) {
     f->g = f->z + n;
     f->other = f->z + 2 * n;
     f->work = f->z + 3 * n;
-    CHECK_OK(co_level_objective_create(&f->s->run, f->s->mesh, &f->s->symmetry, &f->s->constraints, CO_MOTION_ALL,
-                                       f->s->c.xyz, &f->o, f->z, &error),
+    CHECK_OK(co_level_objective_create(&f->s->run, f->s->mesh, &f->s->symmetry, &f->s->constraints, motion, f->s->c.xyz,
+                                       &f->o, f->z, &error),
              &error);
     f->n = co_level_objective_n(&f->o);
+}
+
+static void function_of(cage c, const curvopt_options *options, function *f) {
+    function_along(c, options, CO_MOTION_ALL, f);
 }
 
 static void function_free(function *f) {
@@ -45,6 +49,19 @@ static co_iterate evaluated(function *f, double *z, double *g) {
     co_iterate at = {.x = z, .gradient = g};
     co_level_objective_evaluate(&f->o, &at);
     return at;
+}
+
+/* Slope of the function along d [n]. */
+static double slope_along(function *f, const double *d) {
+    static const double at[4] = {-2, -1, 1, 2}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+    const double h = 1e-4;
+    double slope = 0;
+    for (int k = 0; k < 4; k++) {
+        memcpy(f->work, f->z, f->n * sizeof *f->work);
+        co_vector_add(f->n, at[k] * h, d, f->work);
+        slope += weight[k] / h * co_level_objective_value(&f->o, f->work);
+    }
+    return slope;
 }
 
 /* What tests hold: a vertex firmly, one on a line, one in a plane, one by a spring. */
@@ -322,8 +339,36 @@ static void test_free_cages_get_the_area_and_the_place_of_the_input(void **state
     function_free(&f);
 }
 
+/* On normals what is left of similarities slides: the function has a slope there, the gradient nothing; along what is
+ * restricted the gradient is the slope. */
+static void test_normals_leave_out_what_slides(void **state) {
+    (void)state;
+    curvopt_options o = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    o.symmetry = CURVOPT_SYMMETRY_NONE;
+    function f;
+    function_along(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), &o, CO_MOTION_NORMALS, &f);
+    CHECK_BETWEEN(f.o.n_sliding, 6, 7);
+    co_iterate at = evaluated(&f, f.z, f.g);
+    double steepest = 0;
+    for (int k = 0; k < f.o.n_sliding; k++) {
+        const double *q = f.o.sliding + (size_t)k * f.n;
+        CHECK_NEAR(co_vector_dot(f.n, q, f.g), 0, 1e-12 * co_vector_norm(f.n, f.g));
+        steepest = fmax(steepest, fabs(slope_along(&f, q)));
+    }
+    CHECK_BETWEEN(steepest / at.value, 1e-3, 10);
+    uint64_t seed = 3;
+    for (size_t i = 0; i < f.n; i++)
+        f.other[i] = check_random(&seed);
+    co_level_objective_restrict(&f.o, f.other);
+    double along = co_vector_dot(f.n, f.other, f.g);
+    CHECK_BETWEEN(fabs(along) / at.value, 1e-2, 1e3);
+    CHECK_NEAR(slope_along(&f, f.other), along, 1e-6 * fabs(along));
+    function_free(&f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_normals_leave_out_what_slides),
         cmocka_unit_test(test_gradient_where_nothing_is_held),
         cmocka_unit_test(test_gradient_with_symmetry),
         cmocka_unit_test(test_gradient_where_vertices_are_held),

@@ -414,32 +414,12 @@ static void test_solutions_and_inertia(void **state) {
     free(e);
 }
 
-static void test_invariances_are_those_of_weights_and_constraints(void **state) {
-    (void)state;
-    uint8_t freedom[1] = {0};
-    const co_constraints none = {0}, some = {.freedom = freedom};
-    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
-        double weights[CURVOPT_N_TERMS] = {0};
-        weights[t] = 1;
-        int is_willmore = t == CURVOPT_TERM_WILLMORE || t == CURVOPT_TERM_MEAN;
-        CHECK_INT(co_gauge_of(weights, &none), is_willmore ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY);
-        CHECK_INT(co_gauge_of(weights, &some), CO_GAUGE_NONE);
-        CHECK_INT(co_gauge_exact(co_gauge_of(weights, &none)), CO_GAUGE_SIMILARITY);
-    }
-    CHECK_INT(co_gauge_exact(CO_GAUGE_NONE), CO_GAUGE_NONE);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_regular_cages),
-        cmocka_unit_test(test_irregular_cages),
-        cmocka_unit_test(test_wide_blends),
-        cmocka_unit_test(test_reduced_cages),
-        cmocka_unit_test(test_digits),
-        cmocka_unit_test(test_lifted_matrix),
-        cmocka_unit_test(test_mixture),
-        cmocka_unit_test(test_solutions_and_inertia),
-        cmocka_unit_test(test_invariances_are_those_of_weights_and_constraints),
+        cmocka_unit_test(test_regular_cages), cmocka_unit_test(test_irregular_cages),
+        cmocka_unit_test(test_wide_blends),   cmocka_unit_test(test_reduced_cages),
+        cmocka_unit_test(test_digits),        cmocka_unit_test(test_lifted_matrix),
+        cmocka_unit_test(test_mixture),       cmocka_unit_test(test_solutions_and_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
