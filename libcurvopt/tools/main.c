@@ -165,8 +165,8 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
 }
 
-/* A verdict looks at shapes that keep the symmetries; --verify at all shapes. */
-static void print_verdict(const curvopt_summary *s) {
+/* A verdict looks at shapes that keep the symmetries; --verify at all shapes, if they are few enough to count. */
+static void print_verdict(const curvopt_summary *s, int was_verified) {
     int leads_down = s->free_negative_directions;
     printf("by its Hessian: %s", curvopt_verdict_text(s->verdict));
     if (s->symmetry_order == 1 || s->verdict != CURVOPT_VERDICT_MINIMUM)
@@ -180,15 +180,15 @@ static void print_verdict(const curvopt_summary *s) {
         printf("; %d direction%s without them lead%s down", leads_down, leads_down == 1 ? "" : "s",
                leads_down == 1 ? "s" : "");
     else
-        printf("; --verify looks at all");
+        printf(was_verified ? "; others are not known" : "; --verify looks at all");
 }
 
 /* Says to people, not to programs, what the run did. */
-static void print_run(const json_report *r) {
+static void print_run(const json_report *r, int was_verified) {
     const curvopt_summary *s = r->summary;
     printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
            curvopt_stop_text(s->stop));
-    print_verdict(s);
+    print_verdict(s, was_verified);
     printf(")\n");
 }
 
@@ -329,7 +329,7 @@ static int deliver(const watch *w, const curvopt_result *result) {
     obj_free(&cage);
     if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
         !is_standard_output(a->trace))
-        print_run(&report);
+        print_run(&report, a->options.verify);
     return status;
 }
 

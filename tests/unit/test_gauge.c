@@ -48,8 +48,7 @@ static double left_of(columns *a, const double *full) {
     CHECK_TRUE(rest);
     co_dof_map_gradient(&a->v.dofs, full, rest);
     double whole = co_vector_norm(a->n, rest);
-    for (int k = 0; k < a->count; k++)
-        co_vector_add(a->n, -co_vector_dot(a->n, a->q + (size_t)k * a->n, rest), a->q + (size_t)k * a->n, rest);
+    co_vector_remove(a->n, (size_t)a->count, a->q, rest);
     double left = co_vector_norm(a->n, rest) / whole;
     free(rest);
     return left;

@@ -148,8 +148,7 @@ static int32_t find_translations(co_dof_map *r, curvopt_error *error) {
         double *t = r->translation + axis * n, unit[3] = {axis == 0, axis == 1, axis == 2}, whole = sqrt(r->n_vertices);
         for (int32_t v = 0; v < r->n_vertices; v++)
             project_vertex(r, v, unit, t);
-        for (size_t other = 0; other < axis; other++) /* a symmetry's axis may be askew */
-            co_vector_add(n, -co_vector_dot(n, t, r->translation + other * n), r->translation + other * n, t);
+        co_vector_remove(n, axis, r->translation, t); /* a symmetry's axis may be askew */
         double norm = co_vector_norm(n, t);
         for (size_t k = 0; k < n; k++)
             t[k] = norm > TRANSLATES * whole ? t[k] / norm : 0;
@@ -250,9 +249,7 @@ void co_dof_map_gradient(const co_dof_map *r, const double *gx, double *gz) {
 
 /* v -= its part along translations. */
 static void remove_translations(const co_dof_map *r, double *v) {
-    size_t n = (size_t)r->n_variables;
-    for (size_t axis = 0; axis < 3; axis++)
-        co_vector_add(n, -co_vector_dot(n, v, r->translation + axis * n), r->translation + axis * n, v);
+    co_vector_remove((size_t)r->n_variables, 3, r->translation, v);
 }
 
 double co_dof_map_normalize(const co_dof_map *r, const double *z, double *normalized) {

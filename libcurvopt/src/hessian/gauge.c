@@ -34,11 +34,10 @@ static void motion(int k, const double *x, double out[3]) {
 }
 
 /* Makes a column orthogonal to the n_before ones in front of it, and of length 1; 0 if it depends on them. */
-static int make_orthonormal(size_t n, int n_before, const double *before, double *column) {
+static int make_orthonormal(size_t n, size_t n_before, const double *before, double *column) {
     double whole = co_vector_norm(n, column);
-    for (int pass = 0; pass < 2; pass++)
-        for (int k = 0; k < n_before; k++)
-            co_vector_add(n, -co_vector_dot(n, before + (size_t)k * n, column), before + (size_t)k * n, column);
+    for (int pass = 0; pass < 2; pass++) /* twice, against rounding */
+        co_vector_remove(n, n_before, before, column);
     double norm = co_vector_norm(n, column);
     if (!(norm > CO_INDEPENDENT_MOTION * whole) || whole == 0)
         return 0;
@@ -59,7 +58,7 @@ int co_gauge_columns(const co_dof_map *dofs, const double *x, co_gauge gauge, do
         double whole = co_vector_norm(3 * n_vertices, full);
         co_dof_map_gradient(dofs, full, column);
         if (co_vector_norm(n, column) > least * whole) /* else it breaks the symmetry, or slides */
-            count += make_orthonormal(n, count, out, column);
+            count += make_orthonormal(n, (size_t)count, out, column);
     }
     return count;
 }

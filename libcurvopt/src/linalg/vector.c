@@ -22,3 +22,8 @@ void co_vector_add(size_t n, double s, const double *x, double *y) {
     for (size_t i = 0; i < n; i++)
         y[i] += s * x[i];
 }
+
+void co_vector_remove(size_t n, size_t count, const double *q, double *x) {
+    for (size_t k = 0; k < count; k++)
+        co_vector_add(n, -co_vector_dot(n, q + k * n, x), q + k * n, x);
+}

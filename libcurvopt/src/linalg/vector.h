@@ -10,5 +10,7 @@ double co_vector_dot(size_t n, const double *a, const double *b);
 double co_vector_norm(size_t n, const double *a);
 /* y += s x */
 void co_vector_add(size_t n, double s, const double *x, double *y);
+/* x -= its components along `count` orthonormal columns q [count][n], one after the other. */
+void co_vector_remove(size_t n, size_t count, const double *q, double *x);
 
 #endif

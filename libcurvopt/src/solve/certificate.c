@@ -19,9 +19,13 @@ typedef struct differences {
     double *gradient; /* [n] */
 } differences;
 
-static void gradient_at(co_level *l, double *z, double *gradient) {
+/* With what slides on normals: that is stiff in the Newton system, not left out of its matrix. */
+static void whole_gradient_at(co_level *l, double *z, double *gradient) {
     co_iterate at = {.x = z, .gradient = gradient};
+    const int n_sliding = l->objective.n_sliding;
+    l->objective.n_sliding = 0;
     co_level_objective_evaluate(&l->objective, &at);
+    l->objective.n_sliding = n_sliding;
 }
 
 /* out = Hessian v, by a central difference; shifted, and rigid motions and scaling made stiff, as the Newton system is
@@ -34,9 +38,9 @@ static void multiply(void *context, const double *v, double *out) {
     double step = CO_DIFFERENCE_STEP * o->edge / co_dof_map_longest(&o->reduction, v);
     memcpy(d->trial, l->now.x, n * sizeof *d->trial);
     co_vector_add(n, step, v, d->trial);
-    gradient_at(l, d->trial, out);
+    whole_gradient_at(l, d->trial, out);
     co_vector_add(n, -2 * step, v, d->trial);
-    gradient_at(l, d->trial, d->gradient);
+    whole_gradient_at(l, d->trial, d->gradient);
     for (size_t i = 0; i < n; i++)
         out[i] = (out[i] - d->gradient[i]) / (2 * step);
     co_newton_system_add_stiffness(&l->hessian.system, v, out);

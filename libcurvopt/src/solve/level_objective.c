@@ -26,11 +26,7 @@ static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) 
 }
 
 void co_level_objective_restrict(const co_level_objective *o, double *d) {
-    size_t n = co_level_objective_n(o);
-    for (int k = 0; k < o->n_sliding; k++) {
-        const double *q = o->sliding + (size_t)k * n;
-        co_vector_add(n, -co_vector_dot(n, q, d), q, d);
-    }
+    co_vector_remove(co_level_objective_n(o), (size_t)o->n_sliding, o->sliding, d);
 }
 
 void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {

@@ -27,18 +27,18 @@ enum {
 typedef struct co_level_objective {
     const co_run_context *run;
     const curvopt_mesh *mesh;
-    const double *start;    /* [3 n_vertices] the level's first cage, in the user's units */
-    const double *likeness; /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
-    co_constraints held;    /* pins and boundary; on normals, lines */
-    int is_framed;          /* the user holds something: the result lies in the input's frame */
-    co_dof_map reduction;   /* variables -> positions */
-    co_assembly assembly;   /* the energy */
-    co_penalty penalty;     /* what springs add */
-    co_spacing spacing;     /* what an even cage is worth; nothing on normals */
-    double spaced_energy;   /* by which that was weighed */
-    co_gauge gauge;         /* motions that the function does not see */
-    double *sliding;        /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
-    int n_sliding;
+    const double *start;      /* [3 n_vertices] the level's first cage, in the user's units */
+    const double *likeness;   /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
+    co_constraints held;      /* pins and boundary; on normals, lines */
+    int is_framed;            /* the user holds something: the result lies in the input's frame */
+    co_dof_map reduction;     /* variables -> positions */
+    co_assembly assembly;     /* the energy */
+    co_penalty penalty;       /* what springs add */
+    co_spacing spacing;       /* what an even cage is worth; nothing on normals */
+    double spaced_energy;     /* by which that was weighed */
+    co_gauge gauge;           /* motions that the function does not see */
+    double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
+    int n_sliding;            /* 0 but on normals */
     double edge;              /* mean edge length of the cage that was normalized last */
     double *positions;        /* [3 n_vertices] of the point that was expanded last */
     double *point_gradient;   /* [3 n_vertices] work */

@@ -3,7 +3,7 @@
 and never for fixed times. For drive.py, campaign.py and pictures.py.
 
 While a run is on, no operator is called under `temp_override`: Blender reads the override's dictionary without Python's
-lock whenever any thread holds it, and crashes (3.4, one call in fifty that loads a file)."""
+lock whenever any thread holds it, and crashes at times (3.4; a file that is loaded)."""
 
 import os
 import subprocess
