@@ -111,6 +111,7 @@ class COptions(C.Structure):
         ("symmetry_planes", C.c_int32),
         ("blend_width", C.c_int32),
         ("spacing", C.c_int32),
+        ("strength", C.c_double),
     ]
 
 

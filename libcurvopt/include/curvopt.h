@@ -296,7 +296,7 @@ CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
 CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
 
 /* How the vertices of the cage lie in its surface.
- *   AUTO  EVEN; FREE with LMVM
+ *   AUTO  EVEN; FREE with LMVM, and where strength is below 1
  *   EVEN  evenly spaced: until the shape stands that is worth a part of the objective (a hundredth, a thousandth
  *         for third-order terms, and less from level to level). Then only the shape changes, by the objective
  *         alone: vertices move along normals, on free boundaries and creases across these. The verdict is on that
@@ -430,6 +430,12 @@ typedef struct curvopt_options {
     int32_t blend_width;
     /* curvopt_spacing; default AUTO. */
     int32_t spacing;
+    /* How much of the cage's shape may go. Below 1 the surface stays near the input: a spring pulls each vertex back,
+     * in proportion to the area round it, so firmly that of a wave of length strength / (1 - strength), times the input
+     * cage's root mean square radius, half the height stays. Shorter waves go, longer ones stay. Then AUTO is the
+     * spacing FREE, for the springs hold the spacing, and the symmetry KEEP. Springs are not in the energies that are
+     * reported, but in decrements and verdicts. 1: the objective's minimum. 0.001..1, default 1. */
+    double strength;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */

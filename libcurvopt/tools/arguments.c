@@ -54,16 +54,26 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     } else if (!strcmp(name, "--spacing")) {
         o->spacing = curvopt_spacing_from_name(value);
         return o->spacing < 0;
-    }
+    } else if (!strcmp(name, "--strength"))
+        return parse_real(value, &o->strength);
     return 0;
 }
 
 static int is_valued(const char *name, int minimize) {
     static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
                                        "--threads", "--boundary-rule", "--blend-width"};
-    static const char *const only_minimize[] = {
-        "-o",         "--output", "--levels", "--max-iterations", "--decrement-tolerance", "--method", "--boundary",
-        "--symmetry", "--pin",    "--trace",  "--spacing"};
+    static const char *const only_minimize[] = {"-o",
+                                                "--output",
+                                                "--levels",
+                                                "--max-iterations",
+                                                "--decrement-tolerance",
+                                                "--method",
+                                                "--boundary",
+                                                "--symmetry",
+                                                "--pin",
+                                                "--trace",
+                                                "--spacing",
+                                                "--strength"};
     size_t length = strlen(name);
     return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);

@@ -64,6 +64,10 @@ static const char help_of_minimize[] =
     "  --spacing S          even: the cage's vertices are evenly spaced, and at the end only the shape changes; free:\n"
     "                       they lie where the discrete energy is least, as in the report; auto: even, and free with\n"
     "                       lmvm (default %s)\n"
+    "  --strength S         how much of the shape may go, above 0 to 1: waves shorter than S / (1 - S) times the "
+    "cage's\n"
+    "                       radius (root mean square) lose more than half of their height, longer ones less; 1: the\n"
+    "                       minimum of the energy (default %g). Below 1 spacing is free, and symmetries are kept\n"
     "  --symmetry S         symmetries to keep. keep: the cage's; rotations: those of them that are rotations; none;\n"
     "                       x, y, z or several with commas: these mirror planes and no others, refused if the cage\n"
     "                       does not have them; auto: keep, but third-order energies give some up where that lowers\n"
@@ -89,10 +93,10 @@ static int print_help(void) {
                          curvopt_boundary_rule_name(CURVOPT_BOUNDARY_RULE_SMOOTH), CURVOPT_MAX_BLEND_WIDTH,
                          o.blend_width, o.threads);
     if (written >= 0)
-        written =
-            printf(help_of_minimize, curvopt_boundary_name(o.boundary), CURVOPT_MAX_LEVELS, o.levels,
-                   curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
-                   curvopt_spacing_name(o.spacing), curvopt_symmetry_name(o.symmetry), CURVOPT_MAX_ESCAPE_VERTICES);
+        written = printf(help_of_minimize, curvopt_boundary_name(o.boundary), CURVOPT_MAX_LEVELS, o.levels,
+                         curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
+                         curvopt_spacing_name(o.spacing), o.strength, curvopt_symmetry_name(o.symmetry),
+                         CURVOPT_MAX_ESCAPE_VERTICES);
     return written < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
 }
 

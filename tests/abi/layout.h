@@ -39,7 +39,7 @@ AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
 
-SIZE(curvopt_options, 160);
+SIZE(curvopt_options, 168);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -60,6 +60,7 @@ AT(curvopt_options, escape, 144);
 AT(curvopt_options, symmetry_planes, 148);
 AT(curvopt_options, blend_width, 152);
 AT(curvopt_options, spacing, 156);
+AT(curvopt_options, strength, 160);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);

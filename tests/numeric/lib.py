@@ -75,7 +75,7 @@ class Options(C.Structure):
         ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
-        ("spacing", I32)]
+        ("spacing", I32), ("strength", F64)]
 
 
 class Energies(C.Structure):

@@ -33,6 +33,28 @@ static void integrals_of(const double C[4], double *integral) {
     integral[CO_INT_X] = A1 * A3 - B1 * B3; /* Re(F1 F3), q real */
 }
 
+/* h cos(k s) on a plane, one wave: what a term's definition gives, with u'' and u''' alone. */
+static void test_a_wave_on_a_plane(void **state) {
+    (void)state;
+    static const double density[CURVOPT_N_TERMS][3] = {/* of k^2, k^4 and area k^6 */
+                                                       [CURVOPT_TERM_WILLMORE] = {0, 1, 0},
+                                                       [CURVOPT_TERM_MVS] = {0, 0, 1},
+                                                       [CURVOPT_TERM_MVS_CROSS] = {0, 0, 1},
+                                                       [CURVOPT_TERM_VARIATION] = {0, 0, 1},
+                                                       [CURVOPT_TERM_MEHLUM_TARROU] = {0, 0, 0.625},
+                                                       [CURVOPT_TERM_AREA] = {0.5, 0, 0},
+                                                       [CURVOPT_TERM_MEAN] = {0, 0.25, 0}};
+    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+        double weights[CURVOPT_MAX_TERMS] = {[CURVOPT_TERM_WILLMORE] = 0};
+        weights[t] = 3;
+        const co_functional f = co_functional_of_weights(weights);
+        for (double k = 0.5; k < 3; k++) {
+            double wanted = density[t][0] * k * k + density[t][1] * pow(k, 4) + 7 * density[t][2] * pow(k, 6);
+            CHECK_NEAR(co_functional_of_wave(&f, k, 7), 3 * wanted, 1e-12 * (1 + wanted));
+        }
+    }
+}
+
 /* In the principal frame dk1/de1 = C111, grad k1 = (C111, C112), dk2/de2 = C222, grad k2 = (C122, C222). */
 static void test_terms_are_their_definitions_in_the_principal_frame(void **state) {
     (void)state;
@@ -128,6 +150,7 @@ static void test_unwanted_integrals_do_not_matter(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_wave_on_a_plane),
         cmocka_unit_test(test_cross_is_a_combination_of_variation_and_mvs),
         cmocka_unit_test(test_terms_are_their_definitions_in_the_principal_frame),
         cmocka_unit_test(test_third_order_terms_carry_the_area_and_willmore_does_not),

@@ -154,6 +154,19 @@ static void test_an_even_spacing_is_refused_without_second_derivatives(void **st
         }
 }
 
+static void test_strength_is_above_0_and_up_to_1(void **state) {
+    (void)state;
+    static const double refused[] = {0, -0.5, 1.001, (double)NAN, INFINITY};
+    curvopt_error error;
+    curvopt_options o = usual();
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        o.strength = refused[i];
+        CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "strength is");
+    }
+    for (o.strength = 1e-3; o.strength < 1; o.strength += 0.1)
+        CHECK_OK(curvopt_options_validate(&o, &error), &error);
+}
+
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY};
@@ -381,6 +394,7 @@ static void test_version_is_the_headers(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_strength_is_above_0_and_up_to_1),
         cmocka_unit_test(test_init_writes_every_byte),
         cmocka_unit_test(test_defaults_are_those_of_the_header_and_valid),
         cmocka_unit_test(test_integers_out_of_range_are_refused_by_name),

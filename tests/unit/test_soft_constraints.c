@@ -37,6 +37,30 @@ static int32_t vertex(int u, int v) {
     return N_V * u + v;
 }
 
+/* In proportion to the areas round vertices, of which a torus' outer ones have more; besides those that are there. */
+static void test_all_vertices_are_pulled_back(void **state) {
+    (void)state;
+    setting s;
+    curvopt_error error;
+    double area[N], sum = 0;
+    set_up(&s);
+    s.weight[vertex(0, 0)] = s.weight[vertex(4, 4)] = 0.5;
+    s.freedom[vertex(4, 4)] = 2;
+    s.direction[3 * vertex(4, 4)] = 1;
+    create(&s);
+    CHECK_OK(co_soft_constraints_add_all(s.mesh, s.c.xyz, 10, &s.springs, &error), &error);
+    double whole = co_mesh_vertex_areas(s.mesh, s.c.xyz, area);
+    for (int v = 0; v < N; v++) {
+        int slides = v == vertex(4, 4), had = v == vertex(0, 0);
+        sum += area[v];
+        CHECK_NEAR(s.springs.stiffness[v], slides ? 1 : 10 * area[v] / whole + had, 1e-14);
+        CHECK_INT(s.springs.freedom[v], slides ? 2 : 0);
+    }
+    CHECK_NEAR(sum, whole, 1e-12 * whole);
+    assert_true(area[vertex(0, 0)] > 1.5 * area[vertex(0, N_V / 2)]);
+    tear_down(&s);
+}
+
 /* Two patches, of vertices (0..2, 0..1) and (5, 5), (5, 6), the second one with an exact constraint in it. */
 static void test_a_patch_is_one_handle(void **state) {
     (void)state;
@@ -176,6 +200,7 @@ static void test_copies_are_apart(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_all_vertices_are_pulled_back),
         cmocka_unit_test(test_a_patch_is_one_handle),
         cmocka_unit_test(test_alike),
         cmocka_unit_test(test_subdivision_distributes_the_stiffness),

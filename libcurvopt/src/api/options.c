@@ -25,6 +25,7 @@ void curvopt_options_init(curvopt_options *options, size_t size) {
                                 .gradient_tolerance = 1e-6,
                                 .decrement_tolerance = 2e-7,
                                 .max_step = 0.5,
+                                .strength = 1,
                                 .blend_width = CURVOPT_MAX_BLEND_WIDTH};
     co_api_copy_out(options, size, &defaults, sizeof defaults);
 }
@@ -63,6 +64,9 @@ static int32_t check_planes(const curvopt_options *o, curvopt_error *error) {
     return status;
 }
 
+/* Below it springs are so stiff that rounding hides the energy. */
+static const double LEAST_STRENGTH = 1e-3;
+
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (status == CURVOPT_OK)
@@ -100,6 +104,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_integer("spacing", o->spacing, CURVOPT_SPACING_AUTO, CURVOPT_SPACING_FREE, error);
     if (status == CURVOPT_OK)
+        status = check_real("strength", o->strength, LEAST_STRENGTH, 1, error);
+    if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
 }
@@ -126,9 +132,12 @@ static void resolve_auto(curvopt_options *o) {
     if (o->method == CURVOPT_METHOD_AUTO)
         o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
     if (o->spacing == CURVOPT_SPACING_AUTO)
-        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin ? CURVOPT_SPACING_FREE : CURVOPT_SPACING_EVEN;
+        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin || o->strength < 1 ? CURVOPT_SPACING_FREE
+                                                                                            : CURVOPT_SPACING_EVEN;
     if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
         o->symmetry = CURVOPT_SYMMETRY_NONE;
+    if (o->strength < 1 && o->symmetry == CURVOPT_SYMMETRY_AUTO)
+        o->symmetry = CURVOPT_SYMMETRY_KEEP;
 }
 
 int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own, curvopt_error *error) {

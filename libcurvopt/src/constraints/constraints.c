@@ -140,6 +140,21 @@ int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const cu
     return status;
 }
 
+int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, double stiffness,
+                                 co_constraints *constraints, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    if (!constraints->freedom) {
+        status = allocate(m->info.n_vertices, constraints, error);
+        if (status == CURVOPT_OK)
+            memcpy(constraints->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+    }
+    if (status == CURVOPT_OK)
+        status = co_soft_constraints_add_all(m, xyz, stiffness, &constraints->springs, error);
+    if (status != CURVOPT_OK)
+        co_constraints_free(constraints);
+    return status;
+}
+
 /* Vertex `to` of the finer cage, at xyz, inherits the constraint of vertex `from` of the coarser one. */
 static void inherit(const co_constraints *coarse, int32_t from, const double *xyz, co_constraints *fine, int32_t to) {
     fine->freedom[to] = coarse->freedom[from];

@@ -16,6 +16,9 @@ typedef struct co_constraints {
  */
 int32_t co_constraints_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *constraints,
                               co_constraints *out, curvopt_error *error);
+/* Adds springs as co_soft_constraints_add_all. On failure there are no constraints any more. */
+int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, double stiffness,
+                                 co_constraints *constraints, curvopt_error *error);
 /* ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);

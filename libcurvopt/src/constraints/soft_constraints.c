@@ -105,6 +105,29 @@ int32_t co_soft_constraints_create(const curvopt_mesh *m, const double *xyz, con
     return CURVOPT_OK;
 }
 
+int32_t co_soft_constraints_add_all(const curvopt_mesh *m, const double *xyz, double stiffness, co_soft_constraints *s,
+                                    curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    double *area = CO_NEW(double, n), whole = 0;
+    int32_t status = !area          ? co_status_no_memory(error)
+                     : s->stiffness ? CURVOPT_OK
+                                    : allocate(m->info.n_vertices, s, error);
+    if (status == CURVOPT_OK) {
+        whole = co_mesh_vertex_areas(m, xyz, area);
+        memcpy(s->anchor, xyz, 3 * n * sizeof(double));
+        memcpy(s->original, xyz, 3 * n * sizeof(double));
+    }
+    for (size_t v = 0; status == CURVOPT_OK && v < n; v++)
+        if (s->stiffness[v] == 0 || s->freedom[v] == CO_FREEDOM_NONE) {
+            s->stiffness[v] += stiffness * area[v] / whole;
+            s->freedom[v] = CO_FREEDOM_NONE;
+        }
+    if (status != CURVOPT_OK)
+        co_soft_constraints_free(s);
+    free(area);
+    return status;
+}
+
 int co_soft_constraints_alike(const co_soft_constraints *s, int32_t v, int32_t w) {
     if (!s->stiffness)
         return 1;

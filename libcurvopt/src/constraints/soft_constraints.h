@@ -30,6 +30,11 @@ typedef struct co_soft_constraints {
 int32_t co_soft_constraints_create(const curvopt_mesh *mesh, const double *xyz, const double *weight,
                                    const uint8_t *freedom, const double *direction, co_soft_constraints *out,
                                    curvopt_error *error);
+/* Adds springs that pull every vertex back to xyz [3 n_vertices] from anywhere, of stiffnesses k_v that are as the
+ * areas round the vertices and sum up to `stiffness`. Springs that leave a vertex directions to move freely in stay
+ * what they are. ERROR_MEMORY. */
+int32_t co_soft_constraints_add_all(const curvopt_mesh *mesh, const double *xyz, double stiffness,
+                                    co_soft_constraints *springs, curvopt_error *error);
 /* ERROR_MEMORY. */
 int32_t co_soft_constraints_copy(const curvopt_mesh *mesh, const co_soft_constraints *from, co_soft_constraints *to,
                                  curvopt_error *error);

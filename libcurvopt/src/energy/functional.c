@@ -53,6 +53,13 @@ void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, 
     }
 }
 
+/* With u the height, h11 = u'' and C111 = u''' are all there is: F1 = 3/4 u''', F3 = 1/4 u''', X = F1 F3. */
+double co_functional_of_wave(const co_functional *f, double k, double area) {
+    double second = f->second.area / 2 + f->second.h2 * k * k;
+    double third = 9.0 / 16 * f->third.f1 + 1.0 / 16 * f->third.f3 + 3.0 / 16 * f->third.x;
+    return k * k * (second + area * third * k * k * k * k);
+}
+
 double co_functional_value(const co_functional *f, const double integral[CO_N_INTEGRALS]) {
     double value = 0;
     if (f->has_second)

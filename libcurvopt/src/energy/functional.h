@@ -59,6 +59,9 @@ co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[CURVOPT_MAX_TERMS]);
 /* The integral of one integrand. */
 double co_functional_integrate(const co_integrand *integrand, const double integral[CO_N_INTEGRALS]);
+/* Density of the objective of a wave h cos(wavenumber s) on a surface of this area that is plane but for it, over the
+ * mean of the square of its height. */
+double co_functional_of_wave(const co_functional *functional, double wavenumber, double area);
 /* The value of the objective. */
 double co_functional_value(const co_functional *functional, const double integral[CO_N_INTEGRALS]);
 

@@ -276,6 +276,36 @@ void co_mesh_destroy(curvopt_mesh *m) {
     free(m);
 }
 
+/* Of the triangle a, b, c. */
+static double triangle_area(const double *a, const double *b, const double *c) {
+    double normal[3];
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
+    }
+    return sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]) / 2;
+}
+
+double co_mesh_vertex_areas(const curvopt_mesh *m, const double *x, double *area) {
+    double whole = 0;
+    memset(area, 0, sizeof *area * (size_t)m->info.n_vertices);
+    for (int32_t f = 0; f < m->info.n_faces; f++) {
+        int32_t first = m->face_start[f], end = m->face_start[f + 1];
+        double middle[3] = {0, 0, 0};
+        for (int32_t h = first; h < end; h++)
+            for (size_t c = 0; c < 3; c++)
+                middle[c] += x[3 * (size_t)m->corner_vertex[h] + c] / (end - first);
+        for (int32_t h = first; h < end; h++) {
+            int32_t v = m->corner_vertex[h], w = co_mesh_destination(m, h);
+            double half = triangle_area(x + 3 * (size_t)v, x + 3 * (size_t)w, middle) / 2;
+            area[v] += half;
+            area[w] += half;
+            whole += 2 * half;
+        }
+    }
+    return whole;
+}
+
 double co_mesh_mean_edge(const curvopt_mesh *m, const double *x) {
     double sum = 0;
     for (int32_t e = 0; e < m->info.n_edges; e++) {

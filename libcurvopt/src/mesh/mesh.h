@@ -60,6 +60,9 @@ int32_t co_mesh_create_loose(int32_t n_vertices, int32_t n_faces, const int32_t 
                              const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
 void co_mesh_destroy(curvopt_mesh *mesh);
 
+/* Areas round the vertices at x [3 n_vertices], and their sum: half of each triangle's, where faces are cut into
+ * triangles from their middles, goes to either of its vertices. area [n_vertices] */
+double co_mesh_vertex_areas(const curvopt_mesh *mesh, const double *x, double *area);
 /* Mean length of the edges at x [3 n_vertices]. */
 double co_mesh_mean_edge(const curvopt_mesh *mesh, const double *x);
 

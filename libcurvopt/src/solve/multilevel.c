@@ -11,6 +11,7 @@
 #include "mesh/submesh.h"
 #include "solve/certificate.h"
 #include "solve/newton_decrement.h"
+#include "solve/strength.h"
 #include "solve/symmetry_reduction.h"
 
 #include <math.h>
@@ -198,7 +199,7 @@ static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xy
     return status;
 }
 
-/* Constraints and symmetries of the input cage. */
+/* Constraints of the user and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
     int32_t status = co_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
@@ -243,6 +244,8 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
     int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
     if (status == CURVOPT_OK)
         status = find_structure(r, mesh, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_strength_hold(&r->context, mesh, xyz, &r->constraints, error);
     return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
 }
 

@@ -1,0 +1,38 @@
+/* Nearness to the input cage.
+ *
+ * Of a wave on a plane, of height h and wave number k, the objective weighs f(k) h^2 by area and springs c (h - h_0)^2,
+ * so that c / (c + f(k)) of its height stays: half of it where f(k) = c. This is Tikhonov's regularization; of bending
+ * energy, for which f(k) = k^4, it is the smoothing spline (Reinsch, "Smoothing by spline functions", 1967).
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/strength.h"
+
+#include "base/constants.h"
+#include "base/memory.h"
+#include "energy/functional.h"
+#include "hessian/penalty.h"
+
+#include <stdlib.h>
+
+/* Wave number of the wave of which half the height stays, at radius 1. */
+static double wave_number(double strength) {
+    return 2 * CO_PI * (1 - strength) / strength;
+}
+
+int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, const double *xyz,
+                         co_constraints *constraints, curvopt_error *error) {
+    const curvopt_options *o = run->options;
+    if (o->strength == 1)
+        return CURVOPT_OK;
+    double *area = CO_NEW(double, mesh->info.n_vertices);
+    if (!area) {
+        co_constraints_free(constraints);
+        return co_status_no_memory(error);
+    }
+    const co_functional f = co_functional_of_weights(o->weights);
+    double whole = co_mesh_vertex_areas(mesh, xyz, area) / (run->radius * run->radius);
+    free(area);
+    double density = co_functional_of_wave(&f, wave_number(o->strength), whole);
+    return co_constraints_pull_back(mesh, xyz, 2 * whole * density / co_penalty_stiffness(o->weights), constraints,
+                                    error);
+}

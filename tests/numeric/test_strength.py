@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A surface that stays near the input cage: which waves go, and what holds the others."""
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import lib
+from ccref import Mesh, mesh_from_faces
+from nets import perturbed, read_obj, torus_cage
+
+NONE = 1
+STIFFNESS = {"willmore": 24 * pi, "mvs": 2979.1973808604575}  # penalty.h
+DENSITY = {"willmore": lambda k, area: k ** 4, "mvs": lambda k, area: area * k ** 6}
+
+
+def spread(xyz: np.ndarray) -> float:
+    """Root mean square distance of points from their mean; of a cage's vertices its radius."""
+    return float(np.sqrt(((xyz - xyz.mean(0)) ** 2).sum() / len(xyz)))
+
+
+def vertex_areas(mesh: Mesh) -> np.ndarray:
+    """Of faces cut into triangles from their middles, half of each to the two vertices."""
+    area = np.zeros(mesh.n_vertices)
+    for face in mesh.face_list():
+        p = mesh.xyz[face]
+        for i, v in enumerate(face):
+            w = (i + 1) % len(face)
+            triangle = np.linalg.norm(np.cross(p[w] - p[i], p.mean(0) - p[i])) / 2
+            area[[v, face[w]]] += triangle / 2
+    return area
+
+
+def strip(n: int, rows: int, height: float, waves: float) -> Mesh:
+    """A plane of n x rows unit squares with a wave along it; its corners are corners."""
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(rows + 1.0), indexing="ij")
+    z = height * np.cos(2 * pi * waves * x / n)
+    at = lambda i, j: i * (rows + 1) + j
+    faces = [[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)] for i in range(n) for j in range(rows)]
+    corners = np.zeros(x.size)
+    corners[[at(i, j) for i in (0, n) for j in (0, rows)]] = 10
+    return replace(mesh_from_faces(np.stack([x, y, z], -1).reshape(-1, 3), faces), vertex_sharpness=corners)
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou"])
+def test_energy_of_a_wave(energy):
+    """What functional.h says of a wave on a plane, against the energy of one: the strip between two others of its
+    width, of whole waves in the middle and plane nowhere."""
+    n, height = 96, 0.15
+    long, short = (strip(m, 2, height, m / 16) for m in (2 * n, n))
+    values = [lib.evaluate(mesh, energy, tolerance=1e-6) for mesh in (long, short)]
+    k, part = 2 * pi / 16, {"mehlum_tarrou": 0.625}.get(energy, 1)
+    limit = height * (2 + np.cos(k)) / 3  # of cubic splines at their vertices
+    if energy == "willmore":
+        found = values[0].objective - values[1].objective  # the ends cancel
+        wanted = k ** 4 * 2 * n * limit ** 2 / 2
+    else:
+        found = values[0].objective / values[0].area - values[1].objective / values[1].area
+        wanted = part * k ** 6 * 2 * n * limit ** 2 / 2
+    assert found == pytest.approx(wanted, rel=0.06)
+
+
+def test_half_of_the_wave_of_the_stated_length_stays():
+    """And of one half or twice as long what Tikhonov's formula says, in the middle of a strip whose ends are far."""
+    n = 96
+    for factor in (0.5, 1, 2):
+        wave = 12.0
+        mesh = strip(n, 3, 0.05, n / (wave * factor))
+        s = (wave / spread(mesh.xyz)) / (1 + wave / spread(mesh.xyz))
+        result = lib.minimize(mesh, "willmore", levels=1, symmetry=NONE, strength=s, boundary=3)
+        middle = slice(4 * (n // 4), 4 * (3 * n // 4))
+        before, after = (np.ptp(m.xyz[middle, 2]) for m in (mesh, result.mesh))
+        assert after / before == pytest.approx(1 / (1 + factor ** -4), abs=0.04), factor
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+@pytest.mark.parametrize("strength", [0.5, 0.8])
+def test_forces_balance(energy, strength):
+    """At the end the surface's gradient is what the springs pull with: their formula, written again here."""
+    mesh = perturbed(torus_cage(9, 6, 0.5), 0.1, 3)
+    result = lib.minimize(mesh, energy, levels=1, symmetry=NONE, strength=strength, decrement_tolerance=1e-12,
+                          gradient_tolerance=1e-15, tolerance=1e-7)
+    problem = lib.Problem(result.mesh, lib.options(energy, tolerance=1e-7))
+    _, gradient = problem.evaluate(result.mesh.xyz, True)
+    area, size = vertex_areas(mesh), spread(mesh.xyz)
+    whole = area.sum() / size ** 2
+    density = DENSITY[energy](2 * pi * (1 - strength) / strength, whole)
+    pull = 2 * density / size ** 4 * area[:, None] * (result.mesh.xyz - mesh.xyz)
+    assert np.abs(gradient + pull).max() < 1e-3 * np.abs(pull).max()
+    assert np.linalg.norm(result.mesh.xyz - mesh.xyz, axis=1).max() > 1e-2 * size
+    assert result.verdict == "minimum"
+
+
+def test_from_the_input_to_the_minimum():
+    """The stronger, the further from the input, and the less energy; 1 is the run without the option."""
+    mesh = read_obj(lib.ROOT / "blend_files" / "obj" / "mug_g1.obj")
+    distance, energy = [], []
+    for strength in (0.01, 0.2, 0.4, 0.6):
+        result = lib.minimize(mesh, levels=1, strength=strength)
+        distance.append(spread(result.mesh.xyz - mesh.xyz))
+        energy.append(result.summary.end.objective)
+    assert distance[0] < 1e-4 * spread(mesh.xyz) and (np.diff(distance) > 0).all() and (np.diff(energy) < 0).all()
+    assert energy[0] == pytest.approx(result.summary.start.objective, rel=1e-3)
+    plain, one = (lib.minimize(torus_cage(6, 4, 0.4), levels=1, **fields) for fields in ({}, {"strength": 1.0}))
+    assert np.array_equal(plain.mesh.xyz, one.mesh.xyz)
+
+
+def test_levels_change_the_net_and_not_the_nearness():
+    """On a net that has room for the waves that go (with one level here it has not: two thirds of the distance)."""
+    mesh = perturbed(torus_cage(10, 8, 0.5), 0.1, 5)
+    distance = []
+    for levels in (2, 3):
+        result = lib.minimize(mesh, levels=levels, symmetry=NONE, strength=0.4)
+        was = mesh
+        for _ in range(levels - 1):
+            was = lib.refine(was)
+        distance.append(spread(result.mesh.xyz - was.xyz))
+        assert result.verdict == "minimum"
+    assert max(distance) < 1.1 * min(distance), distance
+
+
+def test_the_command_line_takes_it(tmp_path):
+    mesh = perturbed(torus_cage(8, 5, 0.5), 0.1, 3)
+    _, by_command = lib.cli_minimize(mesh, "--strength", "0.3", "--levels", "1")
+    result = lib.minimize(mesh, levels=1, strength=0.3)
+    assert np.abs(by_command.xyz - result.mesh.xyz).max() < 1e-6
