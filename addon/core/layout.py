@@ -83,6 +83,18 @@ class Layout:
         """The first face that lies in a mirror plane, or -1."""
         return self.halves.in_plane(mesh.face_sizes, self._numbers()[mesh.face_vertices])
 
+    def edge_across(self, mesh: MeshArrays) -> int:
+        """The first edge of the mesh that lies in a mirror plane and has faces on both sides, or -1: its images are
+        faces of the same edge, which then has four."""
+        merged = np.zeros((len(mesh.positions), 3), bool)
+        merged[self.kept] = self.halves.on_plane
+        flat = merged[mesh.edges].all(axis=1).any(axis=1)
+        n = len(mesh.positions)
+        sides, counts = np.unique(_keys(_sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
+        several = np.isin(_keys(mesh.edges, n), sides[counts > 1])
+        found = np.flatnonzero(flat & several)
+        return int(found[0]) if len(found) else -1
+
     # ------------------------------------------------------------------------------------------------- way in --
 
     def cage(self, mesh: MeshArrays, positions: np.ndarray, face_vertices: np.ndarray, rule: str, creased: bool) -> Cage:

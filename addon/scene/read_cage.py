@@ -76,7 +76,7 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_k
 
 
 def _layout(obj: bpy.types.Object, mesh: MeshArrays, space: Space, mirror: Mirror | None) -> Layout:
-    """CageError for a face in a mirror plane."""
+    """CageError for a mesh that a mirror plane runs through, or that has a face in it."""
     if mirror is None:
         return Layout.of_mesh(mesh)
     gaps = space.gaps(space.to_frame(mesh.positions)).astype(np.float32)
@@ -87,6 +87,12 @@ def _layout(obj: bpy.types.Object, mesh: MeshArrays, space: Space, mirror: Mirro
         raise CageError(
             f"Face {flat} of object '{obj.name}' lies in the plane of modifier '{mirror.name}' and is a wall inside the "
             "surface: delete the face first."
+        )
+    across = layout.edge_across(mesh)
+    if across >= 0:
+        raise CageError(
+            f"Edge {across} of object '{obj.name}' lies in the plane of modifier '{mirror.name}' and has faces on both "
+            "sides of it: delete the half that the modifier makes, or remove the modifier."
         )
     return layout
 
