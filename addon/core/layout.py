@@ -21,20 +21,16 @@ from .mirror import Half, Halves
 
 @dataclass(frozen=True)
 class MeshArrays:
-    """A mesh of Blender's: positions (n, 3) in the object's coordinates, edges (e, 2), creases of edges (e,) and of
-    vertices (n,), face_sizes (m,), face_vertices (sum of sizes,)."""
+    """A mesh of Blender's: positions (n, 3) in the object's coordinates; edges (e, 2), whether each is `loose` (e,):
+    belongs to no face; creases of edges (e,) and of vertices (n,); face_sizes (m,), face_vertices (sum of sizes,)."""
 
     positions: np.ndarray
     edges: np.ndarray
+    loose: np.ndarray
     edge_crease: np.ndarray
     vertex_crease: np.ndarray
     face_sizes: np.ndarray
     face_vertices: np.ndarray
-
-    def loose_edges(self) -> np.ndarray:
-        """Which edges (e,) belong to no face."""
-        n = len(self.positions)
-        return ~np.isin(_keys(self.edges, n), _keys(_sides(self.face_sizes, self.face_vertices), n))
 
     def with_faces(self) -> np.ndarray:
         """Which vertices (n,) belong to a face."""
@@ -72,12 +68,12 @@ class Layout:
         kept = np.flatnonzero(has_faces)
         merged = np.zeros((len(kept), 3), bool) if on_plane is None else on_plane[kept]
         halves = Halves.of_planes(axes, merged)
-        return cls(kept, np.flatnonzero(~has_faces), mesh.edges[mesh.loose_edges()], halves, mesh.face_sizes)
+        return cls(kept, np.flatnonzero(~has_faces), mesh.edges[mesh.loose], halves, mesh.face_sizes)
 
     @property
     def is_plain(self) -> bool:
         """Whether the cage is the mesh."""
-        return not (len(self.loose) or self.halves.axes)
+        return not (len(self.loose) or len(self.loose_edges) or self.halves.axes)
 
     def face_in_plane(self, mesh: MeshArrays) -> int:
         """The first face that lies in a mirror plane, or -1."""
@@ -115,7 +111,7 @@ class Layout:
         with and without creases (`initialize_manifold_indices`, blenkernel/intern/subdiv_converter_mesh.cc)."""
         creases = Creases(rule=rule)
         if creased:
-            tight = ~mesh.loose_edges()
+            tight = ~mesh.loose
             edges, values = self.halves.edges(self._numbers()[mesh.edges[tight]], mesh.edge_crease[tight])
             creases = from_blender(edges, values, mesh.vertex_crease[self.kept][self.halves.origin], rule)
         ends = np.isin(self.kept[self.halves.origin], self.loose_edges)
@@ -136,6 +132,11 @@ class Layout:
         """The library's sentence with vertices and faces numbered as the mesh numbers them."""
         vertex = self.kept[self.halves.origin]
         return _renumbered(_renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
+
+    def ends_loose_edge(self, vertex: int) -> bool:
+        """Whether a vertex of the cage is where a loose edge ends."""
+        known = 0 <= vertex < len(self.halves.origin)
+        return known and bool(np.isin(self.kept[self.halves.origin[vertex]], self.loose_edges))
 
     def _faces(self) -> np.ndarray:
         return np.tile(np.arange(len(self.face_sizes)), len(self.halves.copies))

@@ -68,8 +68,10 @@ class Halves:
 
     def edges(self, edges: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Edges of the whole, each once, with their values, from those of the half (e, 2), (e,)."""
+        if len(self.copies) == 1:
+            return edges.astype(np.int32), values
         images = np.concatenate([index[edges] for index in self.index])
-        _, first = np.unique(np.sort(images, axis=1), axis=0, return_index=True)
+        _, first = np.unique(np.sort(images.astype(np.int64), axis=1) @ (len(self.origin), 1), return_index=True)
         return images[first].astype(np.int32), np.tile(values, len(self.copies))[first]
 
     def held(self, held: Held) -> Held:

@@ -56,7 +56,10 @@ class Source:
         """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
         if not isinstance(error, CurvoptError) or self.layout.is_plain:
             return error
-        return CurvoptError(error.code, error.element, self.layout.in_mesh_numbers(error.message))
+        text = self.layout.in_mesh_numbers(error.message)
+        if self.layout.ends_loose_edge(error.element):
+            text = text.replace("is infinitely sharp:", "ends a loose edge, which makes it infinitely sharp:")
+        return CurvoptError(error.code, error.element, text)
 
 
 def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:
@@ -99,8 +102,11 @@ def _layout(obj: bpy.types.Object, mesh: MeshArrays, space: Space, mirror: Mirro
 
 def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:
     """The mesh, positions of its first shape key if there are any. CageError for creases that cannot be read."""
+    used = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", used)
+    loose = np.bincount(used, minlength=len(mesh.edges)) == 0
     return MeshArrays(
-        read_positions(mesh), read_edges(mesh), _edge_creases(mesh), _vertex_creases(mesh), *read_faces(mesh)
+        read_positions(mesh), read_edges(mesh), loose, _edge_creases(mesh), _vertex_creases(mesh), *read_faces(mesh)
     )
 
 

@@ -219,7 +219,7 @@ def test_result_is_half_of_what_the_command_line_finds_of_the_whole(half, part, 
     size = np.ptp(points, axis=0).max()
     flat = np.abs(positions(result)[:, axis])
     assert len(faces) == 2 * len(result.data.polygons)
-    assert (flat < SEAM * size).sum() == (flat == 0).sum() == 2 * len(points) // 2 * 0 + 2 * len(flat) - len(points)
+    assert (flat < SEAM * size).sum() == (flat == 0).sum() == 2 * len(flat) - len(points)
     assert [modifier.type for modifier in result.modifiers] == ["MIRROR", "SUBSURF"]
     assert list(result.modifiers[0].use_axis) == [i == axis for i in range(3)]
 
@@ -307,15 +307,15 @@ def test_threshold_shrinks_where_it_would_merge_more(half):
     assert obj.modifiers[0].merge_threshold < 0.3 and len(shown(obj)[0]) == points
 
 
-def test_undo_takes_it_back_in_one_step(half):
-    obj = half("half_face")
-    name = obj.name
-    bpy.ops.ed.undo_push(message="before")
-    before = positions(obj)
-    minimize(obj, outcome="REPLACE")
-    assert np.abs(positions(obj) - before).max() > 1e-2
+def test_undo_takes_it_back_in_one_step(half, contents):
+    half("half_face")
+    bpy.ops.ed.undo_push(message="Half added")
+    before = contents()
+    run = {"energy": "WILLMORE", "resolution": "SAME", "outcome": "REPLACE"}
+    assert bpy.ops.curvopt.minimize("EXEC_DEFAULT", True, **run) == {"FINISHED"}
+    assert contents() != before
     bpy.ops.ed.undo()
-    assert np.array_equal(positions(bpy.data.objects[name]), before)
+    assert contents() == before
 
 
 def test_amount_goes_back_to_the_half(half):
@@ -475,8 +475,8 @@ def test_array_before_subdivision(half):
 
 def test_vertices_have_the_numbers_of_the_mesh(half):
     obj = half("half_mug")
-    obj.data.vertices[20].co.z = float("nan")
-    with pytest.raises(RuntimeError, match="^Error: Vertex 20 has coordinate z = nan"):
+    obj.data.vertices[20].co.x = float("nan")
+    with pytest.raises(RuntimeError, match="^Error: Vertex 20 has coordinate x = nan"):
         minimize(obj)
 
 
