@@ -304,13 +304,13 @@ def only_one_run_at_a_time():
 @check
 def refusal_is_reported_and_nothing_changes():
     setup()
-    bpy.context.object.modifiers.new("Mirror", "MIRROR")
+    bpy.context.object.modifiers.new("Row", "ARRAY")
     before = contents()
     try:
         invoke(energy="MVS", levels=1)
         raise AssertionError("the modifier was accepted")
     except RuntimeError as error:
-        assert "Modifier 'Mirror' of object 'Torus'" in str(error), error
+        assert "Modifier 'Row' of object 'Torus'" in str(error), error
     assert contents() == before and state().failed
     yield lambda: True
     screenshot("refused")
