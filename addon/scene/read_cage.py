@@ -52,6 +52,10 @@ class Source:
         symmetry = planes_text(request.symmetry, self.layout.halves.axes)
         return replace(request, symmetry=symmetry, held=self.layout.held(request.held))
 
+    def loose_lines(self) -> np.ndarray:
+        """The ends (2 k, 3) of loose edges in the frame."""
+        return self.space.to_frame(self.mesh.positions[self.layout.loose_edges.reshape(-1)])
+
     def named(self, error: BaseException) -> BaseException:
         """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
         if not isinstance(error, CurvoptError) or self.layout.is_plain:
