@@ -2,7 +2,8 @@
 """The modifiers of an object: which of them the cage goes through, and every reason to refuse one.
 
 Before the first Subdivision Surface modifier there may be one Mirror: then the mesh is half of the cage. What comes
-after it changes what is shown, not the cage, and is left alone.
+after it changes what is shown, not the cage, and is left alone. Multiresolution is a Subdivision Surface as long as
+nothing was sculpted.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import bpy
 import numpy as np
 
 from ..core.messages import UserError
+from .multires import has_detail
 
 
 class CageError(UserError):
@@ -40,8 +42,18 @@ def check_modifiers(obj: bpy.types.Object) -> None:
                 "first."
             )
     _mirror(obj, before)
-    if subdivision_modifier is not None and subdivision_modifier.subdivision_type != "CATMULL_CLARK":
+    if getattr(subdivision_modifier, "subdivision_type", "CATMULL_CLARK") != "CATMULL_CLARK":
         raise CageError(f"{_where(obj, subdivision_modifier)} is set to Simple: set it to Catmull-Clark first.")
+
+
+def check_detail(obj: bpy.types.Object) -> None:
+    """CageError for sculpted detail, which would be spread over another shape. Takes as long as showing it."""
+    modifier = subdivision(obj)
+    if modifier is not None and modifier.type == "MULTIRES" and has_detail(obj, modifier):
+        raise CageError(
+            f"{_where(obj, modifier)} has sculpted detail: remove the modifier, or apply it, which makes the detail a "
+            "cage of its own."
+        )
 
 
 def is_idle(modifier: bpy.types.Modifier) -> bool:
@@ -49,8 +61,8 @@ def is_idle(modifier: bpy.types.Modifier) -> bool:
     return modifier.type == "MULTIRES" and modifier.total_levels == 0
 
 
-def subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier | None:
-    """The first Subdivision Surface modifier that is switched on."""
+def subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier | bpy.types.MultiresModifier | None:
+    """The first Subdivision Surface modifier that is switched on, or Multiresolution in its place."""
     return _parts(obj)[1]
 
 
@@ -64,9 +76,11 @@ def read_mirror(obj: bpy.types.Object) -> Mirror | None:
     return _mirror(obj, _parts(obj)[0])
 
 
-def _parts(obj: bpy.types.Object) -> tuple[list[bpy.types.Modifier], bpy.types.SubsurfModifier | None]:
+def _parts(obj: bpy.types.Object) -> tuple[list[bpy.types.Modifier], bpy.types.Modifier | None]:
     """The modifiers that are on and stand before the first Subdivision Surface, and that one."""
     shown = [m for m in obj.modifiers if m.show_viewport or m.show_render]
+    if shown and shown[0].type == "MULTIRES" and not is_idle(shown[0]):
+        return [], shown[0]
     at = next((i for i, m in enumerate(shown) if m.type == "SUBSURF"), len(shown))
     return shown[:at], shown[at] if at < len(shown) else None
 

@@ -33,10 +33,15 @@ KEY_PREFIX = "Curvopt "
 _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 
-def check_outcome(outcome: str, levels: int) -> None:
-    """CageError, before a run, for an outcome that is not possible."""
+def check_outcome(outcome: str, levels: int, obj: bpy.types.Object | None = None) -> None:
+    """CageError, before a run, for an outcome that is not possible for `obj`."""
     if not is_possible(outcome, levels):
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Same Vertices, or Levels to 1.")
+    if outcome == "REPLACE" and levels > 1 and obj is not None and any(m.type == "MULTIRES" for m in obj.modifiers):
+        raise CageError(
+            f"Object '{obj.name}' has a Multires modifier, which belongs to the vertices of its mesh: set Resolution to "
+            "Same Vertices, or Result to New Object."
+        )
 
 
 def is_possible(outcome: str, levels: int) -> bool:
@@ -65,6 +70,7 @@ def write(
     why = _changed(obj, source)
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
+    check_outcome(outcome, request.levels, obj)
     if outcome == "REPLACE" and obj.data.shape_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
     if outcome == "SHAPE_KEY":

@@ -19,7 +19,7 @@ from ..core.job import Request
 from ..core.layout import Layout, MeshArrays
 from ..core.mirror import planes_text
 from .frame import Space, space_of
-from .modifiers import CageError, Mirror, check_modifiers, read_mirror, subdivision
+from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,7 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_k
     cannot be used."""
     check_object(obj, with_keys)
     check_mesh(obj.name, obj.data)
+    check_detail(obj)
     context.view_layer.update()  # matrix_world lags behind what scripts set
     mirror, mesh = read_mirror(obj), read_mesh(obj.data)
     space = space_of(obj, mirror)

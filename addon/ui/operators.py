@@ -134,7 +134,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
         self._request = self._source.fitted(properties.request_of(values, held))
-        placement.check_outcome(self._outcome, self._request.levels)
+        placement.check_outcome(self._outcome, self._request.levels, obj)
 
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
         remark = adjust.apply(self._source, self._request, solution, self._outcome)
