@@ -173,6 +173,25 @@ def test_merge_threshold_is_blenders(half, part, threshold):
     assert len(points) == 2 * 88 - 30 + (2 if threshold < 0.04 else 0)
 
 
+@pytest.mark.parametrize("carrier", [False, True])
+def test_merge_distance_is_in_the_units_of_the_object(half, part, carrier):
+    """Scaled unevenly and turned; with and without another object's plane."""
+    obj = half("half_mug")
+    obj.rotation_euler, obj.scale, obj.location = (0.5, 0.1, -0.4), (1, 3, 0.5), (1, 2, 3)
+    if carrier:
+        obj.modifiers[0].mirror_object = mirror_object((0.2, 0.6, -0.3), (2, 0.5, 3), (1, 2, 3))
+    read = part("scene.modifiers").read_mirror
+    merged = []
+    for threshold in np.linspace(0.05, 2.5, 12):
+        obj.modifiers[0].merge_threshold = threshold
+        shown_vertices = len(shown(obj)[0])
+        space = part("scene.frame").space_of(obj, read(obj))
+        gaps = space.gaps(space.to_frame(positions(obj)))[:, 1]
+        merged.append((gaps < threshold).sum())
+        assert shown_vertices == 2 * 88 - merged[-1]
+    assert len(set(merged)) > 4
+
+
 def mirror_object(rotation, scale, location=(0.2, 0.1, -0.3)):
     empty = bpy.data.objects.new("Plane", None)
     bpy.context.scene.collection.objects.link(empty)
