@@ -18,6 +18,8 @@ from ..binding.values import Cage, Creases, Held
 from .crease import from_blender, to_blender
 from .mirror import Half, Halves
 
+_COINCIDENT = 1e-5  # of the size: vertices so near are in one place
+
 
 @dataclass(frozen=True)
 class MeshArrays:
@@ -90,6 +92,17 @@ class Layout:
         several = np.isin(_keys(mesh.edges, n), sides[counts > 1])
         found = np.flatnonzero(flat & several)
         return int(found[0]) if len(found) else -1
+
+    def is_its_own_image(self, points: np.ndarray) -> int:
+        """The first axis across which the mesh, at `points` (n, 3) in the frame, is symmetric already without a vertex
+        in the plane, or -1: its image would lie on itself."""
+        places = np.round(points[self.kept] / (_COINCIDENT * np.ptp(points, axis=0).max())).astype(np.int64)
+        there = set(map(tuple, places.tolist()))
+        for axis in self.halves.axes:
+            image = places * np.where(np.arange(3) == axis, -1, 1)
+            if not self.halves.on_plane[:, axis].any() and all(tuple(place) in there for place in image.tolist()):
+                return axis
+        return -1
 
     # ------------------------------------------------------------------------------------------------- way in --
 

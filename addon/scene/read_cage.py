@@ -84,25 +84,34 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_k
 
 
 def _layout(obj: bpy.types.Object, mesh: MeshArrays, space: Space, mirror: Mirror | None) -> Layout:
-    """CageError for a mesh that a mirror plane runs through, or that has a face in it."""
+    """CageError for a mesh that is no half."""
     if mirror is None:
         return Layout.of_mesh(mesh)
-    gaps = space.gaps(space.to_frame(mesh.positions)).astype(np.float32)
-    on_plane = (gaps < np.float32(mirror.threshold)) & np.isin(np.arange(3), mirror.axes)
-    layout = Layout.of_mesh(mesh, mirror.axes, on_plane)
-    flat = layout.face_in_plane(mesh)
+    points = space.to_frame(mesh.positions)
+    near = space.gaps(points).astype(np.float32) < np.float32(mirror.threshold)
+    layout = Layout.of_mesh(mesh, mirror.axes, near & np.isin(np.arange(3), mirror.axes))
+    _check_half(obj, mesh, layout, points, mirror.name)
+    return layout
+
+
+def _check_half(obj: bpy.types.Object, mesh: MeshArrays, layout: Layout, points: np.ndarray, modifier: str) -> None:
+    """CageError for a mesh, at points (n, 3) in the frame, that is on both sides of a mirror plane, or in it."""
+    flat, across = layout.face_in_plane(mesh), layout.edge_across(mesh)
     if flat >= 0:
         raise CageError(
-            f"Face {flat} of object '{obj.name}' lies in the plane of modifier '{mirror.name}' and is a wall inside the "
+            f"Face {flat} of object '{obj.name}' lies in the plane of modifier '{modifier}' and is a wall inside the "
             "surface: delete the face first."
         )
-    across = layout.edge_across(mesh)
     if across >= 0:
         raise CageError(
-            f"Edge {across} of object '{obj.name}' lies in the plane of modifier '{mirror.name}' and has faces on both "
+            f"Edge {across} of object '{obj.name}' lies in the plane of modifier '{modifier}' and has faces on both "
             "sides of it: delete the half that the modifier makes, or remove the modifier."
         )
-    return layout
+    if np.isfinite(points).all() and layout.is_its_own_image(points) >= 0:
+        raise CageError(
+            f"Object '{obj.name}' is symmetric without modifier '{modifier}', which puts its image on top of it: "
+            "remove the modifier, or delete half of the mesh."
+        )
 
 
 def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:

@@ -462,6 +462,11 @@ def test_whole_object_under_a_mirror(torus):
     refused(torus, "^Error: Edge [0-9]+ of object 'Torus' lies in the plane of modifier 'Mirror' and has faces on both")
 
 
+def test_whole_object_without_a_vertex_in_the_plane(add):
+    obj = with_modifiers(add(*shapes.cube()), (1,))
+    refused(obj, "^Error: Object 'Cage' is symmetric without modifier 'Mirror', which puts its image on top of it")
+
+
 def test_wall_in_the_plane(add):
     points, faces = shapes.cube()
     obj = with_modifiers(add(points + (1, 0, 0), faces), (0,))
