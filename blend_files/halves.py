@@ -37,21 +37,24 @@ def half_mug() -> Cage:
 
 
 def half_face() -> Cage:
-    """A head with a nose, holes for the eyes and an open neck, cut along x = 0; it looks along -y."""
-    vertices, faces = polycube({(i, j, k) for i in range(4) for j in range(3) for k in range(5)})
-    centre = vertices - [2, 1.5, 2.5]
-    middles = [centre[list(face)].mean(axis=0) for face in faces]
-    eyes = [bool(m[1] == -1.5 and abs(m[0]) == 1.5 and m[2] == 1) for m in middles]
-    neck = [bool(m[2] == -2.5 and abs(m[0]) < 1 and abs(m[1]) < 1) for m in middles]
-    faces = [face for face, eye, open_below in zip(faces, eyes, neck) if not (eye or open_below)]
-    x, y, z = centre.T
-    ball = centre / [2, 1.5, 2.5]
-    ball = ball * (np.abs(ball).max(axis=1) / np.linalg.norm(ball, axis=1))[:, None]
-    x, y, z = (ball * [0.85, 1.0, 1.25]).T + 0.12 * (centre / [2, 1.5, 2.5] * [0.85, 1.0, 1.25]).T
-    nose = (centre[:, 1] == -1.5) & (centre[:, 0] == 0) & (centre[:, 2] == -0.5)
-    lips = (centre[:, 1] == -1.5) & (np.abs(centre[:, 0]) <= 1) & (centre[:, 2] == -1.5)
-    y = y - 0.35 * nose - 0.06 * lips
-    return kept((np.stack([x, y, z], axis=1), faces), 0)
+    """A head with a nose, lips, holes for the eyes and an open neck, cut along x = 0; it looks along -y."""
+    cells = {(i, j, k) for i in range(6) for j in range(4) for k in range(7)}
+    vertices, faces = polycube(cells)
+    centre = vertices - [3, 2, 3.5]
+    middles = np.array([centre[list(face)].mean(axis=0) for face in faces])
+    eye = (middles[:, 1] == -2) & (np.abs(middles[:, 0]) == 1.5) & (middles[:, 2] == 1)
+    neck = (middles[:, 2] == -3.5) & (np.abs(middles[:, 0]) < 2) & (middles[:, 1] > -1)
+    faces = [face for face, hole in zip(faces, eye | neck) if not hole]
+    unit = centre / [3, 2, 3.5]
+    ball = unit * (np.abs(unit).max(axis=1) / np.linalg.norm(unit, axis=1))[:, None]
+    x, y, z = ((0.75 * ball + 0.25 * unit) * [0.8, 0.95, 1.2]).T
+    front, aside, height = centre[:, 1] == -2, np.abs(centre[:, 0]), centre[:, 2]
+    nose = front * (aside == 0) * np.select([height == 0.5, height == -0.5], [0.22, 0.42], 0.0)
+    wing = front * (aside == 1) * (height == -0.5) * 0.1
+    lips = front * (aside <= 1) * np.select([height == -1.5, height == -2.5], [0.1, 0.06], 0.0)
+    brow = front * (aside >= 1) * (aside <= 2) * (height == 1.5) * 0.08
+    socket = front * (aside >= 1) * (aside <= 2) * (height == 0.5) * -0.04
+    return kept((np.stack([x, y - nose - wing - lips - brow - socket, z], axis=1), faces), 0)
 
 
 def kept(cage: Cage, axis: int) -> Cage:
