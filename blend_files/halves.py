@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Halves of cages, each with the axis across which a Mirror modifier completes it; without Blender.
 
-A half is (vertices (n, 3) float64, faces as tuples of indices), counter-clockwise seen from outside; its seam lies on the
-plane through the origin exactly. HALVES names them; make_blends.py turns them into .blend files. They have no OBJ twins:
-the Add menu offers whole cages.
+A half is (vertices (n, 3) float64, faces as tuples of indices), counter-clockwise seen from outside; its seam lies on
+the plane through the origin exactly. HALVES names them; make_blends.py turns them into .blend files. They have no OBJ
+twins: the Add menu offers whole cages.
 """
 
 from __future__ import annotations

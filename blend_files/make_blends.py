@@ -4,9 +4,9 @@
     blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- [--only NAME ...] [--output DIR]
     blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- --check
 
-Each file holds one mesh object, the cage, with a Subdivision Surface modifier that shows the limit surface, a
-camera and a light. A half has a Mirror modifier before that one, and no twin. Blender writes addresses into its files, so two runs differ in bytes, never in content;
---check compares the files that are there with the cages.
+Each file holds one mesh object, the cage, with a Subdivision Surface modifier that shows the limit surface, a camera
+and a light. A half has a Mirror modifier before that one, and no twin. Blender writes addresses into its files, so two
+runs differ in bytes, never in content; --check compares the files that are there with the cages.
 """
 
 from __future__ import annotations

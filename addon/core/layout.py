@@ -106,7 +106,9 @@ class Layout:
 
     # ------------------------------------------------------------------------------------------------- way in --
 
-    def cage(self, mesh: MeshArrays, positions: np.ndarray, face_vertices: np.ndarray, rule: str, creased: bool) -> Cage:
+    def cage(
+        self, mesh: MeshArrays, positions: np.ndarray, face_vertices: np.ndarray, rule: str, creased: bool
+    ) -> Cage:
         """The cage that is optimized. positions (n, 3) are the mesh's in the frame, whose planes through 0 mirror it;
         face_vertices run as they are to run; `creased`: creases count."""
         half_vertices = self._numbers()[face_vertices]
@@ -181,7 +183,9 @@ def _renumbered(text: str, nouns: str, numbers: np.ndarray) -> str:
     return wanted.sub(lambda found: re.sub(r"\d+", number, found[0]), text)
 
 
-def _creases_of(cage: Cage, half: Half, place: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _creases_of(
+    cage: Cage, half: Half, place: np.ndarray, n_vertices: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges (c, 2) of the half that have creases, numbered by `place`; their creases (c,); those of its n_vertices."""
     of_vertices = np.zeros(n_vertices, np.float32)
     if not (len(cage.creases.edges) or len(cage.creases.vertices)):

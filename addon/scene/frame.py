@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .modifiers import CageError, Mirror
+from .modifiers import CageError, Mirror, mirror_modifier
 
 _SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
 _SQUARE = 2e-6  # cosine of the angle between axes at a right angle, as float32 matrices have it
@@ -81,7 +81,7 @@ def _frame_of_object(obj: bpy.types.Object) -> Matrix:
 
 def _frame_of_mirror(obj: bpy.types.Object, mirror: Mirror) -> Matrix:
     """Axes are the carrier's; the origin is the point of all planes that is nearest to the object's."""
-    carrier = np.array(bpy.data.objects[mirror.carrier].matrix_world, np.float64)
+    carrier = np.array((mirror_modifier(obj).mirror_object or obj).matrix_world, np.float64)
     if _is_flat(carrier):
         raise CageError(f"Object '{mirror.carrier}' is scaled to zero: give it a scale other than 0 on every axis.")
     axes = _right_angled(carrier[:3, :3], obj.name, mirror)
@@ -103,8 +103,8 @@ def _right_angled(linear: np.ndarray, name: str, mirror: Mirror) -> np.ndarray:
         if np.delete(cosines[axis], axis).max() > _SQUARE:
             raise CageError(
                 f"Modifier '{mirror.name}' of object '{name}' reflects along the {'XYZ'[axis]} axis of object "
-                f"'{mirror.carrier}', which is sheared: its image has another shape. Clear the scale of its parents, or "
-                "apply the modifier first."
+                f"'{mirror.carrier}', which is sheared: its image has another shape. Clear the scale of its parents, "
+                "or apply the modifier first."
             )
     rotation = np.zeros((3, 3))
     for axis in [*mirror.axes, *rest]:

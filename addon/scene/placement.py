@@ -159,7 +159,8 @@ def _kept_apart(obj: bpy.types.Object, source: Source, written: Written, local: 
     gaps = source.space.gaps(source.space.to_frame(local))
     if not keep_apart(modifier, written, gaps):
         return ""
-    return f"The merge distance of modifier '{modifier.name}' is {modifier.merge_threshold:.2g} now, for vertices near it"
+    distance = f"{modifier.merge_threshold:.2g}"
+    return f"Modifier '{modifier.name}' now merges within {distance}, so that no more vertices are merged than before"
 
 
 def _show_limit(obj: bpy.types.Object, cage: Cage) -> None:

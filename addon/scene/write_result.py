@@ -4,11 +4,11 @@
 The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
 the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
-shows the limit surface; if the original is half of a cage, so is the result, and it has the original's Mirror modifier.
-Loose vertices and edges are carried along. Materials are those of the original; energies are custom properties `curvopt_before_<name>` and
-`curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and `curvopt_symmetry_order` how many
-symmetries were kept (1: none). Selected and active, as new objects are. UV maps, vertex groups and the like belong to
-the old cage and are not carried over.
+shows the limit surface; if the original is half of a cage, so is the result, and it has the original's Mirror
+modifier. Loose vertices and edges are carried along. Materials are those of the original; energies are custom
+properties `curvopt_before_<name>` and `curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and
+`curvopt_symmetry_order` how many symmetries were kept (1: none). Selected and active, as new objects are. UV maps,
+vertex groups and the like belong to the old cage and are not carried over.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             for index, axis in enumerate("XYZ"):
                 planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
         if mirrored:
-            column.label(text="The Mirror modifier's planes are kept", icon="MOD_MIRROR")
+            column.label(text="Kept: Mirror modifier", icon="MOD_MIRROR")
 
     def _draw_buttons(self) -> None:
         row = self.layout.row(align=True)

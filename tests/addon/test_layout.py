@@ -26,11 +26,12 @@ def mesh_of(points, faces, loose_edges=(), creases=None, vertex_crease=None):
         vertex[index] = value
     loose = np.arange(len(edges)) >= len(sides)
     sizes, vertices = (np.array(part, np.int32) for part in shapes.packed(faces))
-    return layout.MeshArrays(np.array(points, float), np.array(edges, np.int32), loose, edge_crease, vertex, sizes, vertices)
+    arrays = np.array(points, float), np.array(edges, np.int32), loose, edge_crease, vertex
+    return layout.MeshArrays(*arrays, sizes, vertices)
 
 
 def patch(seed=0):
-    """A 3 x 3 x 3 block's surface in x, y, z >= 0, without the faces in the planes; some of its vertices are in them."""
+    """The sides x = 2, y = 2, z = 2 of a block, of four faces each, waved; some of their vertices are near planes."""
     points = np.array([(x, y, z) for x in range(3) for y in range(3) for z in range(3)], float)
     number = {tuple(point): i for i, point in enumerate(points)}
     faces = []
@@ -38,7 +39,8 @@ def patch(seed=0):
         for a in range(2):
             for b in range(2):
                 corners = [(a, b), (a + 1, b), (a + 1, b + 1), (a, b + 1)]
-                faces.append([number[tuple(np.insert(np.array(c, float), axis, 2.0))] for c in corners[:: -1 if axis == 1 else 1]])
+                places = [tuple(np.insert(np.array(corner, float), axis, 2.0)) for corner in corners]
+                faces.append([number[place] for place in places[:: -1 if axis == 1 else 1]])
     used = sorted({vertex for face in faces for vertex in face})
     renamed = {vertex: i for i, vertex in enumerate(used)}
     wave = 1 + 0.1 * np.random.default_rng(seed).uniform(size=(len(used), 3))
