@@ -517,3 +517,7 @@ def test_mirror_that_was_changed_during_the_run_gives_a_new_object(half, part):
     obj.modifiers[0].merge_threshold = 0.01
     new, remark = part("scene.placement").write(bpy.context, source, request, solution, "REPLACE")
     assert new is not obj and "Mirror modifier" in remark
+    bpy.data.objects.remove(obj)
+    last, remark = part("scene.placement").write(bpy.context, source, request, solution, "REPLACE")
+    assert "was deleted" in remark and list(last.modifiers[0].use_axis) == [True, False, False]
+    assert len(shown(last)[0]) == len(shown(new)[0]) == len(solution.cage.positions)
