@@ -198,7 +198,7 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) 
 
 
 def read_held(obj: bpy.types.Object, pin: str, group: str = "") -> Held:
-    """Vertices of the cage of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
+    """Vertices of the mesh of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
     the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if
     these are none where some were asked for; there is no harm in all being selected."""
     if pin == "NOTHING":

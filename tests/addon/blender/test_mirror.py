@@ -248,6 +248,19 @@ def test_result_is_half_of_what_the_command_line_finds_of_the_whole(half, part, 
     assert list(result.modifiers[0].use_axis) == [i == axis for i in range(3)]
 
 
+@pytest.mark.parametrize("name", list(HALVES))
+def test_committed_halves(name):
+    """As the manual says: open the file, press the button."""
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "blend_files" / f"{name}.blend"), load_ui=False)
+    obj = bpy.data.objects[name]
+    kept = [(modifier.name, modifier.type) for modifier in obj.modifiers]
+    before = seam(obj, HALVES[name].axis)
+    minimize(obj, outcome="REPLACE")
+    assert [(modifier.name, modifier.type) for modifier in obj.modifiers] == kept
+    assert [kind for _, kind in kept] == ["MIRROR", "SUBSURF"] and obj["curvopt_verdict"].startswith("Checked: a true")
+    assert np.array_equal(seam(obj, HALVES[name].axis), before)
+
+
 @pytest.mark.parametrize("levels", [1, 2])
 @pytest.mark.parametrize("how", list(SCALES))
 def test_in_place_shows_what_a_new_object_shows(half, how, levels):
