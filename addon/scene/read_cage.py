@@ -154,9 +154,9 @@ def _crease_rule(obj: bpy.types.Object) -> tuple[str, bool]:
     """The boundary rule, of abi.BOUNDARY_RULES, and whether creases count: as the object's Subdivision Surface modifier
     has it, or as a new one would."""
     modifier = subdivision(obj)
-    return ("smooth", True) if modifier is None else (
-        RULE_OF_BOUNDARY_SMOOTH[modifier.boundary_smooth], modifier.use_creases
-    )
+    if modifier is None:
+        return "smooth", True
+    return RULE_OF_BOUNDARY_SMOOTH[modifier.boundary_smooth], modifier.use_creases
 
 
 def read_edges(mesh: bpy.types.Mesh) -> np.ndarray:
