@@ -11,6 +11,8 @@ binding/            libcurvopt through ctypes                             (no bp
 core/               everything that works on arrays                       (no bpy)
     energy          names of energies, mixes, numbers for people
     crease          Blender's creases <-> sharpness
+    mirror          half a cage <-> the whole of a Mirror modifier
+    layout          a mesh <-> the cage that is optimized
     surface_points  points of a surface and the quads between
     curvature       jets -> principal, mean, Gauss curvature, variation
     colours         curvature -> colour
@@ -20,6 +22,9 @@ core/               everything that works on arrays                       (no bp
     messages        progress, outcome, verdict, failure as sentences
     catalogue       cages to start from
 scene/              between Blender's data and arrays
+    multires        whether Multiresolution holds sculpted detail
+    modifiers       which modifiers the cage goes through
+    frame           where a cage is in the world
     read_cage       mesh object -> arrays, and every reason to refuse one
     amount          the slider from original to optimum
     write_result    arrays -> the new object beside the original

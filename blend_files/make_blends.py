@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the gallery's .blend files from the cages in cages.py, and their OBJ twins.
+"""Writes the gallery's .blend files from the cages in cages.py, and their OBJ twins; and those of halves.py.
 
     blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- [--only NAME ...] [--output DIR]
     blender -b --factory-startup --python-exit-code 1 -P blend_files/make_blends.py -- --check
 
-Each file holds one mesh object, the cage, with a Subdivision Surface modifier that shows the limit surface, a
-camera and a light. Blender writes addresses into its files, so two runs differ in bytes, never in content;
---check compares the files that are there with the cages.
+Each file holds one mesh object, the cage, with a Subdivision Surface modifier that shows the limit surface, a camera
+and a light. A half has a Mirror modifier before that one, and no twin. Blender writes addresses into its files, so two
+runs differ in bytes, never in content; --check compares the files that are there with the cages.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from cages import CATALOGUE, Cage, read_obj, write_obj
+from halves import HALVES
 
-COMMITTED = tuple(name for name in CATALOGUE if name != "lawson_g1")  # that one is a torus again
+ENTRIES = {**CATALOGUE, **HALVES}
+COMMITTED = tuple(name for name in ENTRIES if name != "lawson_g1")  # that one is a torus again
 MAX_BYTES = 300_000
 ROUNDING = 1e-14  # sines differ in their last digit from machine to machine
 SINGLE_ROUNDING = 1e-7  # a mesh in Blender keeps single precision
@@ -38,7 +40,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     """The options after Blender's own `--`."""
     own = arguments[arguments.index("--") + 1 :] if "--" in arguments else []
     parser = argparse.ArgumentParser(prog="make_blends.py", description="Writes the gallery's .blend files.")
-    parser.add_argument("--only", nargs="+", metavar="NAME", choices=list(CATALOGUE), default=list(COMMITTED))
+    parser.add_argument("--only", nargs="+", metavar="NAME", choices=list(ENTRIES), default=list(COMMITTED))
     parser.add_argument("--output", type=Path, default=HERE, metavar="DIR", help="default: beside this script")
     parser.add_argument("--check", action="store_true", help="write nothing, compare with the files in DIR")
     return parser.parse_args(own)
@@ -56,6 +58,10 @@ def add_cage(name: str, cage: Cage) -> bpy.types.Object:
     mesh.materials.append(make_material())
     cage_object = bpy.data.objects.new(name, mesh)
     bpy.context.scene.collection.objects.link(cage_object)
+    if name in HALVES:
+        mirror = cage_object.modifiers.new("Mirror", "MIRROR")
+        mirror.use_axis = [axis == HALVES[name].axis for axis in range(3)]
+        mirror.use_clip = True
     subdivision = cage_object.modifiers.new("Subdivision", "SUBSURF")
     subdivision.levels = 3
     subdivision.render_levels = 4
@@ -127,15 +133,18 @@ def set_scene(title: str) -> None:
 
 def make_blend(name: str, output: Path) -> Path:
     """Writes one cage's .blend file and returns its path."""
-    entry = CATALOGUE[name]
+    entry = ENTRIES[name]
     cage = entry.make()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     for collection in list(bpy.data.collections):
         bpy.data.collections.remove(collection)
     cage_object = add_cage(name, cage)
-    low, high = cage[0].min(axis=0), cage[0].max(axis=0)
+    seen = cage[0]
+    if name in HALVES:
+        seen = np.concatenate([seen, seen * [-1 if axis == HALVES[name].axis else 1 for axis in range(3)]])
+    low, high = seen.min(axis=0), seen.max(axis=0)
     centre = Vector(((low + high) / 2).tolist())
-    radius = float(np.linalg.norm(cage[0] - np.array(centre), axis=1).max())
+    radius = float(np.linalg.norm(seen - np.array(centre), axis=1).max())
     add_camera(centre, radius)
     add_light(centre, radius)
     set_scene(entry.title)
@@ -154,16 +163,21 @@ def make_blend(name: str, output: Path) -> Path:
     return path
 
 
-def check_blend(name: str, output: Path) -> list[str]:
-    """What is wrong with a .blend file and its OBJ twin, one sentence per fault."""
-    vertices, faces = CATALOGUE[name].make()
-    path, twin = output / f"{name}.blend", output / "obj" / f"{name}.obj"
-    missing = [f"{file} is missing" for file in (path, twin) if not file.is_file()]
-    if missing:
-        return missing
+def check_twin(twin: Path, vertices: np.ndarray, faces: list[tuple[int, ...]]) -> list[str]:
+    """What is wrong with the OBJ twin of a cage."""
     written, polygons = read_obj(twin)
     same = polygons == faces and written.shape == vertices.shape and np.abs(written - vertices).max() < ROUNDING
-    faults = [] if same else [f"{twin} has another cage"]
+    return [] if same else [f"{twin} has another cage"]
+
+
+def check_blend(name: str, output: Path) -> list[str]:
+    """What is wrong with a .blend file and its OBJ twin, one sentence per fault."""
+    vertices, faces = ENTRIES[name].make()
+    path, twin = output / f"{name}.blend", output / "obj" / f"{name}.obj"
+    missing = [f"{file} is missing" for file in (path, *([] if name in HALVES else [twin])) if not file.is_file()]
+    if missing:
+        return missing
+    faults = [] if name in HALVES else check_twin(twin, vertices, faces)
     bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     cages = [thing for thing in bpy.data.objects if thing.type == "MESH"]
     if [cage.name for cage in cages] != [name]:
@@ -175,8 +189,9 @@ def check_blend(name: str, output: Path) -> list[str]:
         faults.append(f"{path} has other faces than its cage")
     elif np.abs(points.reshape(-1, 3) - vertices).max() > SINGLE_ROUNDING * np.abs(vertices).max():
         faults.append(f"{path} has other vertices than its cage")
-    modifiers = [(modifier.type, modifier.use_limit_surface) for modifier in cages[0].modifiers]
-    if modifiers != [("SUBSURF", True)]:
+    modifiers = [modifier.type for modifier in cages[0].modifiers]
+    wanted = ["MIRROR", "SUBSURF"] if name in HALVES else ["SUBSURF"]
+    if modifiers != wanted or not cages[0].modifiers[-1].use_limit_surface:
         faults.append(f"{path} has the modifiers {modifiers}")
     return faults
 
@@ -203,7 +218,8 @@ def main() -> None:
     twins.mkdir(parents=True, exist_ok=True)
     for name in options.only:
         path = make_blend(name, options.output)
-        write_obj(twins / f"{name}.obj", name, CATALOGUE[name].make())
+        if name in CATALOGUE:
+            write_obj(twins / f"{name}.obj", name, CATALOGUE[name].make())
         print(f"make_blends: {path} ({path.stat().st_size} bytes)")
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..binding.library import CurvoptError
 from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
 from ..core import job, messages
 from ..core.energy import number_text
@@ -43,8 +44,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         pin = "NOTHING" if options.pin_group is None else "GROUP"
         held = read_cage.read_held(obj, pin, options.pin_group)
         request = job.Request(options.energy, options.levels, fields, options.boundary, options.symmetry, held)
+        request = source.fitted(request)
         with _progress_on_terminal() as show:
-            solution = job.solve(source.cage, request, show)
+            solution = _solve(source, request, show)
         new = write_result.add_result(bpy.context, source, request, solution)
         if "render" in place:
             _render(source, request, solution, options, place["render"])
@@ -55,6 +57,16 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
     return f"{messages.solution_text(request, solution)}\n{verdict}"
+
+
+def _solve(
+    source: read_cage.Source, request: job.Request, show: Callable[[Progress], None] | None
+) -> job.Solution:
+    """Run; a refusal of the library's names vertices as the mesh does."""
+    try:
+        return job.solve(source.cage, request, show)
+    except CurvoptError as error:
+        raise source.named(error) from error
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:

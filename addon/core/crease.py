@@ -47,7 +47,7 @@ def to_blender(cage: Cage, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     the rule of the cage's creases: what that rule keeps has none for it."""
     n, creases = len(cage.positions), cage.creases
     sharp, vertex = np.zeros(len(edges)), np.zeros(n)
-    sharp[_edge_indices(edges, creases.edges, n)] = creases.edge_sharpness
+    sharp[edge_indices(edges, creases.edges, n)] = creases.edge_sharpness
     vertex[creases.vertices] = creases.vertex_sharpness
     if creases.rule == "corners":
         vertex[np.bincount(cage.face_vertices, minlength=n) == 1] = 0
@@ -64,7 +64,7 @@ def _less_sharp_of_two(edges: np.ndarray, sharpness: np.ndarray, n_vertices: int
     return np.where(np.bincount(edges.reshape(-1), minlength=n_vertices) == 2, least, 0.0)
 
 
-def _edge_indices(edges: np.ndarray, wanted: np.ndarray, n_vertices: int) -> np.ndarray:
+def edge_indices(edges: np.ndarray, wanted: np.ndarray, n_vertices: int) -> np.ndarray:
     """Where in edges (e, 2) each of wanted (k, 2) is; all are there, in one direction or the other."""
     keys, wanted_keys = (np.sort(pairs.astype(np.int64), 1) @ (n_vertices, 1) for pairs in (edges, wanted))
     order = np.argsort(keys)

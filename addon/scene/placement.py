@@ -13,15 +13,18 @@ import numpy as np
 from ..binding.values import Cage
 from ..core.crease import BOUNDARY_SMOOTH
 from ..core.job import Request, Solution
+from ..core.layout import Written
 from .amount import has_blend, store_blend
-from .read_cage import CageError, Source, read_faces, read_positions, subdivision, turned_over
+from .frame import space_of
+from .modifiers import CageError, mirror_modifier, read_mirror, subdivision
+from .read_cage import Source, read_faces, read_positions
 from .write_result import (
     add_result,
     add_subdivision,
     carry_materials,
-    face_parents,
+    keep_apart,
     local_object,
-    make_mesh,
+    make_result_mesh,
     shown_levels,
     store,
 )
@@ -30,10 +33,15 @@ KEY_PREFIX = "Curvopt "
 _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 
-def check_outcome(outcome: str, levels: int) -> None:
-    """CageError, before a run, for an outcome that is not possible."""
+def check_outcome(outcome: str, levels: int, obj: bpy.types.Object | None = None) -> None:
+    """CageError, before a run, for an outcome that is not possible for `obj`."""
     if not is_possible(outcome, levels):
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Same Vertices, or Levels to 1.")
+    if outcome == "REPLACE" and levels > 1 and obj is not None and any(m.type == "MULTIRES" for m in obj.modifiers):
+        raise CageError(
+            f"Object '{obj.name}' has a Multires modifier, which belongs to the vertices of its mesh: set Resolution to "
+            "Same Vertices, or Result to New Object."
+        )
 
 
 def is_possible(outcome: str, levels: int) -> bool:
@@ -62,14 +70,15 @@ def write(
     why = _changed(obj, source)
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
+    check_outcome(outcome, request.levels, obj)
     if outcome == "REPLACE" and obj.data.shape_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
     if outcome == "SHAPE_KEY":
-        _add_key(obj, source, request, solution)
+        remark = _add_key(obj, source, request, solution)
     else:
-        _replace(obj, source, solution)
+        remark = _replace(obj, source, solution)
     store(obj, source.name, request, solution)
-    return obj, ""
+    return obj, remark
 
 
 def _changed(obj: bpy.types.Object | None, source: Source) -> str:
@@ -79,21 +88,33 @@ def _changed(obj: bpy.types.Object | None, source: Source) -> str:
     if obj.mode != "OBJECT":
         return f"'{source.name}' went into another mode"
     sizes, vertices = read_faces(obj.data)
-    if source.mirrored:
-        vertices = turned_over(sizes, vertices)
-    same = np.array_equal(sizes, source.cage.face_sizes) and np.array_equal(vertices, source.cage.face_vertices)
-    if not same or len(obj.data.vertices) != len(source.cage.positions):
+    was = source.mesh
+    same = np.array_equal(sizes, was.face_sizes) and np.array_equal(vertices, was.face_vertices)
+    if not same or len(obj.data.vertices) != len(was.positions) or len(obj.data.edges) != len(was.edges):
         return f"The mesh of '{source.name}' was changed"
-    moved = np.abs(read_positions(obj.data) @ source.shape.T - source.cage.positions).max()
-    return f"The mesh of '{source.name}' was changed" if moved > _SAME * np.ptp(source.cage.positions) else ""
+    if np.abs(read_positions(obj.data) - was.positions).max() > _SAME * np.ptp(was.positions):
+        return f"The mesh of '{source.name}' was changed"
+    return "" if _is_mirrored_alike(obj, source) else f"The Mirror modifier of '{source.name}' was changed"
 
 
-def _local(source: Source, positions: np.ndarray) -> np.ndarray:
-    """Positions (n, 3) of the frame in the object's own coordinates."""
-    return positions @ np.linalg.inv(source.shape).T
+def _is_mirrored_alike(obj: bpy.types.Object, source: Source) -> bool:
+    try:
+        mirror = read_mirror(obj)
+        return mirror == source.mirror and (mirror is None or space_of(obj, mirror).is_like(source.space))
+    except CageError:
+        return False
 
 
-def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: Solution) -> None:
+def _local(source: Source, written: Written, positions: np.ndarray) -> np.ndarray:
+    """Vertices (n, 3) of a result in the object's own coordinates, from those of its cage (N, 3) in the frame."""
+    loose = source.mesh.positions[source.layout.loose]
+    framed = written.positions(positions, source.space.to_frame(loose))
+    local = source.space.to_mesh(framed)
+    local[written.loose_place] = loose
+    return local
+
+
+def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: Solution) -> str:
     """A shape key at 1; those of earlier runs go to 0, so that there is one result at a time."""
     if obj.data.users > 1:
         obj.data = obj.data.copy()
@@ -103,29 +124,43 @@ def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: 
         if key.name.startswith(KEY_PREFIX):
             key.value = 0.0
     key = obj.shape_key_add(name=KEY_PREFIX + request.label, from_mix=False)
-    key.data.foreach_set("co", _local(source, solution.cage.positions).astype(np.float32).reshape(-1))
+    written = source.layout.written(solution.cage)
+    end = _local(source, written, solution.cage.positions)
+    key.data.foreach_set("co", end.astype(np.float32).reshape(-1))
     key.value = 1.0
     obj.active_shape_key_index = len(obj.data.shape_keys.key_blocks) - 1
     _show_limit(obj, solution.cage)
+    return _kept_apart(obj, source, written, end)
 
 
-def _replace(obj: bpy.types.Object, source: Source, solution: Solution) -> None:
+def _replace(obj: bpy.types.Object, source: Source, solution: Solution) -> str:
     """The object's mesh becomes the result; with the same vertices, everything else about it is kept."""
-    start, end = (_local(source, xyz) for xyz in (solution.start_positions, solution.cage.positions))
+    written = source.layout.written(solution.cage)
+    start, end = (_local(source, written, xyz) for xyz in (solution.start_positions, solution.cage.positions))
     if len(end) == len(obj.data.vertices):
         if obj.data.users > 1:
             obj.data = obj.data.copy()
         obj.data.vertices.foreach_set("co", end.astype(np.float32).reshape(-1))
         obj.data.update()
     else:
-        cage = solution.cage
-        vertices = turned_over(cage.face_sizes, cage.face_vertices) if source.mirrored else cage.face_vertices
-        mesh = make_mesh(obj.data.name, Cage(end, cage.face_sizes, vertices, cage.creases))
-        parents = face_parents(source.cage, solution.cage)
-        carry_materials(obj, mesh, parents, source.face_material)
+        mesh = make_result_mesh(obj.data.name, written, end, source.mirrored)
+        carry_materials(obj, mesh, source, written)
         obj.data = mesh
     _show_limit(obj, solution.cage)
     store_blend(obj, start, end)
+    return _kept_apart(obj, source, written, end)
+
+
+def _kept_apart(obj: bpy.types.Object, source: Source, written: Written, local: np.ndarray) -> str:
+    """Have the Mirror modifier merge what is on its planes and nothing else; what the user should know of it, or ""."""
+    modifier = mirror_modifier(obj)
+    if modifier is None:
+        return ""
+    gaps = source.space.gaps(source.space.to_frame(local))
+    if not keep_apart(modifier, written, gaps):
+        return ""
+    distance = f"{modifier.merge_threshold:.2g}"
+    return f"Modifier '{modifier.name}' now merges within {distance}, so that no more vertices are merged than before"
 
 
 def _show_limit(obj: bpy.types.Object, cage: Cage) -> None:

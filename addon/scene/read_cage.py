@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a mesh object to arrays, and every reason to refuse one.
+"""From a mesh object to arrays, and every reason to refuse one; modifiers.py and frame.py have more of these.
 
-Energies are those of the shape in the world. A cage is read in a rigid *frame*, the object's location and rotation; its
-scale (uniform or not, mirrored or not) is worked into the positions. So lengths are the world's and numbers stay small.
+Loose vertices and edges are no part of the cage, and under a Mirror modifier the cage is the whole: layout.py.
 """
 
 from __future__ import annotations
@@ -13,34 +12,58 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..binding.values import Cage, Creases, Held
-from ..core.crease import RULE_OF_BOUNDARY_SMOOTH, from_blender
-from ..core.messages import UserError
-
-_SAME_SCALE = 1e-6  # float32 matrices: a scale this close to uniform is uniform
-
-
-class CageError(UserError):
-    """The object cannot be used; the message is a sentence that says what is wrong, where, and what to do."""
+from ..binding.library import CurvoptError
+from ..binding.values import Cage, Held
+from ..core.crease import RULE_OF_BOUNDARY_SMOOTH
+from ..core.job import Request
+from ..core.layout import Layout, MeshArrays
+from ..core.mirror import planes_text
+from .frame import Space, space_of
+from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
 
 
 @dataclass(frozen=True)
 class Source:
-    """An object's cage, holding no reference to Blender's data.
+    """An object's mesh and the cage that it stands for, holding no reference to Blender's data.
 
-    `cage` is in `frame` (rigid, 4 x 4), turned so that its faces are counter-clockwise seen from outside in the world:
-    its positions are those of the mesh times `shape` (3, 3); face_material (m,) is the material slot of each face."""
+    `cage` is in `space.frame`, turned so that its faces are counter-clockwise seen from outside in the world, and
+    `layout` says what of it the mesh is; face_material (m,) is the material slot of each face of the mesh."""
 
     name: str
-    frame: Matrix
+    mesh: MeshArrays
+    space: Space
+    layout: Layout
     cage: Cage
     face_material: np.ndarray
-    shape: np.ndarray
+    mirror: Mirror | None = None
+
+    @property
+    def frame(self) -> Matrix:
+        """Rigid, 4 x 4."""
+        return self.space.frame
 
     @property
     def mirrored(self) -> bool:
         """Whether the faces of `cage` run the other way round than the mesh's."""
-        return bool(np.linalg.det(self.shape) < 0)
+        return self.space.mirrored
+
+    def fitted(self, request: Request) -> Request:
+        """A request whose pins are vertices of the mesh, for the cage; with a Mirror modifier, for its symmetry."""
+        symmetry = planes_text(request.symmetry, self.layout.halves.axes)
+        return replace(request, symmetry=symmetry, held=self.layout.held(request.held))
+
+    def loose_lines(self) -> np.ndarray:
+        """The ends (2 k, 3) of loose edges in the frame."""
+        return self.space.to_frame(self.mesh.positions[self.layout.loose_edges.reshape(-1)])
+
+    def named(self, error: BaseException) -> BaseException:
+        """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
+        if not isinstance(error, CurvoptError) or self.layout.is_plain:
+            return error
+        text = self.layout.in_mesh_numbers(error.message)
+        if self.layout.ends_loose_edge(error.element):
+            text = text.replace("is infinitely sharp:", "ends a loose edge, which makes it infinitely sharp:")
+        return CurvoptError(error.code, error.element, text)
 
 
 def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:
@@ -48,16 +71,57 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_k
     cannot be used."""
     check_object(obj, with_keys)
     check_mesh(obj.name, obj.data)
+    check_detail(obj)
     context.view_layer.update()  # matrix_world lags behind what scripts set
-    frame, shape = split_matrix(obj)
-    sizes, vertices = read_faces(obj.data)
-    material = np.empty(len(sizes), np.int32)
+    mirror, mesh = read_mirror(obj), read_mesh(obj.data)
+    space = space_of(obj, mirror)
+    layout = _layout(obj, mesh, space, mirror)
+    vertices = turned_over(mesh.face_sizes, mesh.face_vertices) if space.mirrored else mesh.face_vertices
+    material = np.empty(len(mesh.face_sizes), np.int32)
     obj.data.polygons.foreach_get("material_index", material)
-    positions = read_positions(obj.data) @ shape.T
-    source = Source(obj.name, frame, Cage(positions, sizes, vertices, read_creases(obj)), material, shape)
-    if source.mirrored:
-        return replace(source, cage=replace(source.cage, face_vertices=turned_over(sizes, vertices)))
-    return source
+    cage = layout.cage(mesh, space.to_frame(mesh.positions), vertices, *_crease_rule(obj))
+    return Source(obj.name, mesh, space, layout, cage, material, mirror)
+
+
+def _layout(obj: bpy.types.Object, mesh: MeshArrays, space: Space, mirror: Mirror | None) -> Layout:
+    """CageError for a mesh that is no half."""
+    if mirror is None:
+        return Layout.of_mesh(mesh)
+    points = space.to_frame(mesh.positions)
+    near = space.gaps(points).astype(np.float32) < np.float32(mirror.threshold)
+    layout = Layout.of_mesh(mesh, mirror.axes, near & np.isin(np.arange(3), mirror.axes))
+    _check_half(obj, mesh, layout, points, mirror.name)
+    return layout
+
+
+def _check_half(obj: bpy.types.Object, mesh: MeshArrays, layout: Layout, points: np.ndarray, modifier: str) -> None:
+    """CageError for a mesh, at points (n, 3) in the frame, that is on both sides of a mirror plane, or in it."""
+    flat, across = layout.face_in_plane(mesh), layout.edge_across(mesh)
+    if flat >= 0:
+        raise CageError(
+            f"Face {flat} of object '{obj.name}' lies in the plane of modifier '{modifier}' and is a wall inside the "
+            "surface: delete the face first."
+        )
+    if across >= 0:
+        raise CageError(
+            f"Edge {across} of object '{obj.name}' lies in the plane of modifier '{modifier}' and has faces on both "
+            "sides of it: delete the half that the modifier makes, or remove the modifier."
+        )
+    if np.isfinite(points).all() and layout.is_its_own_image(points) >= 0:
+        raise CageError(
+            f"Object '{obj.name}' is symmetric without modifier '{modifier}', which puts its image on top of it: "
+            "remove the modifier, or delete half of the mesh."
+        )
+
+
+def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:
+    """The mesh, positions of its first shape key if there are any. CageError for creases that cannot be read."""
+    used = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", used)
+    loose = np.bincount(used, minlength=len(mesh.edges)) == 0
+    return MeshArrays(
+        read_positions(mesh), read_edges(mesh), loose, _edge_creases(mesh), _vertex_creases(mesh), *read_faces(mesh)
+    )
 
 
 def check_object(obj: bpy.types.Object | None, with_keys: bool = False) -> None:
@@ -71,49 +135,28 @@ def check_object(obj: bpy.types.Object | None, with_keys: bool = False) -> None:
     if obj.mode != "OBJECT":
         mode = obj.mode.replace("_", " ").title()
         raise CageError(f"Object '{obj.name}' is in {mode} Mode: switch to Object Mode first.")
-    for modifier in obj.modifiers:
-        if modifier.show_viewport or modifier.show_render:
-            _check_modifier(obj, modifier)
+    check_modifiers(obj)
     if obj.data.shape_keys and not with_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: remove them, or choose Shape Key as the result.")
 
 
-def _check_modifier(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
-    where = f"Modifier '{modifier.name}' of object '{obj.name}'"
-    if modifier.type != "SUBSURF":
-        raise CageError(f"{where} changes the cage or its surface: apply or remove it first.")
-    if modifier.subdivision_type != "CATMULL_CLARK":
-        raise CageError(f"{where} is set to Simple: set it to Catmull-Clark first.")
-
-
 def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
-    """CageError for what the arrays could not carry: creases that are no numbers, loose edges, no faces."""
+    """CageError for what the arrays could not carry: creases that are no numbers, no faces."""
     if not mesh.polygons:
         raise CageError(f"Object '{name}' has no faces.")
     for kind, crease in (("Edge", _edge_creases(mesh)), ("Vertex", _vertex_creases(mesh))):
         if not np.isfinite(crease).all():
             index = int(np.flatnonzero(~np.isfinite(crease))[0])
             raise CageError(f"{kind} {index} of object '{name}' has a crease of {crease[index]}: set it to 0 .. 1.")
-    used = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("edge_index", used)
-    loose = np.flatnonzero(np.bincount(used, minlength=len(mesh.edges)) == 0)
-    if loose.size:
-        raise CageError(f"Edge {loose[0]} of object '{name}' belongs to no face: delete loose edges first.")
 
 
-def read_creases(obj: bpy.types.Object) -> Creases:
-    """Creases and boundary rule as the object's Subdivision Surface modifier uses them, or as a new one would."""
+def _crease_rule(obj: bpy.types.Object) -> tuple[str, bool]:
+    """The boundary rule, of abi.BOUNDARY_RULES, and whether creases count: as the object's Subdivision Surface modifier
+    has it, or as a new one would."""
     modifier = subdivision(obj)
-    mesh, rule = obj.data, "smooth" if modifier is None else RULE_OF_BOUNDARY_SMOOTH[modifier.boundary_smooth]
-    if modifier is not None and not modifier.use_creases:
-        return Creases(rule=rule)
-    return from_blender(read_edges(mesh), _edge_creases(mesh), _vertex_creases(mesh), rule)
-
-
-def subdivision(obj: bpy.types.Object) -> bpy.types.SubsurfModifier | None:
-    """The first Subdivision Surface modifier that is switched on."""
-    shown = (m for m in obj.modifiers if m.type == "SUBSURF" and (m.show_viewport or m.show_render))
-    return next(shown, None)
+    if modifier is None:
+        return "smooth", True
+    return RULE_OF_BOUNDARY_SMOOTH[modifier.boundary_smooth], modifier.use_creases
 
 
 def read_edges(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -155,7 +198,7 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) 
 
 
 def read_held(obj: bpy.types.Object, pin: str, group: str = "") -> Held:
-    """Vertices of the cage of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
+    """Vertices of the mesh of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
     the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if
     these are none where some were asked for; there is no harm in all being selected."""
     if pin == "NOTHING":
@@ -207,19 +250,3 @@ def turned_over(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """face_vertices with every face's corners in reverse order."""
     start = np.cumsum(sizes) - sizes
     return vertices[np.repeat(2 * start + sizes - 1, sizes) - np.arange(len(vertices))]
-
-
-def split_matrix(obj: bpy.types.Object) -> tuple[Matrix, np.ndarray]:
-    """matrix_world as frame @ shape: a rigid 4 x 4 Matrix and what is left, (3, 3) float64. CageError if flat."""
-    world = obj.matrix_world
-    frame = Matrix.Translation(world.to_translation()) @ world.to_quaternion().to_matrix().to_4x4()
-    linear = np.array(world.to_3x3(), np.float64)
-    shape = np.array(frame.to_3x3(), np.float64).T @ linear
-    scale = np.linalg.norm(linear, 2)
-    if not np.isfinite(scale) or abs(np.linalg.det(linear)) <= 1e-9 * scale**3:
-        raise CageError(f"Object '{obj.name}' is scaled to zero: give it a scale other than 0 on every axis.")
-    uniform = np.trace(shape) / 3
-    if np.abs(shape - uniform * np.eye(3)).max() <= _SAME_SCALE * abs(uniform):
-        uniform = 1.0 if abs(uniform - 1.0) <= _SAME_SCALE else uniform
-        shape = uniform * np.eye(3)
-    return frame, shape

@@ -4,10 +4,11 @@
 The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
 the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
-shows the limit surface; materials are those of the original; energies are custom properties `curvopt_before_<name>` and
-`curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and `curvopt_symmetry_order` how many
-symmetries were kept (1: none). Selected and active, as new objects are. UV maps, vertex groups and the like belong to
-the old cage and are not carried over.
+shows the limit surface; if the original is half of a cage, so is the result, and it has the original's Mirror
+modifier. Loose vertices and edges are carried along. Materials are those of the original; energies are custom
+properties `curvopt_before_<name>` and `curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and
+`curvopt_symmetry_order` how many symmetries were kept (1: none). Selected and active, as new objects are. UV maps,
+vertex groups and the like belong to the old cage and are not carried over.
 """
 
 from __future__ import annotations
@@ -19,12 +20,14 @@ from mathutils import Matrix
 
 from ..binding.abi import SHARPNESS_INFINITE
 from ..binding.values import Cage, Creases, Energies
-from ..core.crease import BOUNDARY_SMOOTH, to_blender
+from ..core.crease import BOUNDARY_SMOOTH, edge_indices, to_blender
 from ..core.energy import ENERGY_LABELS
 from ..core.job import Request, Solution
+from ..core.layout import Written
 from ..core.messages import verdict_text
 from .amount import store_blend
-from .read_cage import Source, read_edges, read_positions
+from .modifiers import with_images
+from .read_cage import Source, read_edges, read_positions, turned_over
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
@@ -32,6 +35,10 @@ _BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area"}  # numbers of a rep
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels
+_OF_MIRROR = (  # settings that a result's Mirror modifier has from the original's
+    "use_clip", "use_mirror_vertex_groups", "use_mirror_u", "use_mirror_v", "use_mirror_udim", "mirror_offset_u",
+    "mirror_offset_v", "offset_u", "offset_v",
+)  # fmt: skip
 _MAX_CREASE_PARTS = 20_000  # each takes 13 kB of Blender's memory
 
 
@@ -39,14 +46,19 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     """Create the object, link it where the original is, place, select and activate it."""
     name = f"{source.name} {request.label}"
     original = local_object(source.name)
-    mesh = make_mesh(name, solution.cage)
+    written = source.layout.written(solution.cage)
+    loose = source.space.to_frame(source.mesh.positions[source.layout.loose])
+    start, end = (written.positions(xyz, loose) for xyz in (solution.start_positions, solution.cage.positions))
+    mesh = make_result_mesh(name, written, end)
     result = bpy.data.objects.new(name, mesh)
     result.matrix_world = beside(context.scene, source, solution.cage.positions) @ source.frame
     if original is not None and original.type == "MESH":
-        carry_materials(original, mesh, face_parents(source.cage, solution.cage), source.face_material)
+        carry_materials(original, mesh, source, written)
+    if source.mirror is not None:
+        add_mirror(result, source, written, end)
     add_subdivision(result, solution.cage.creases)
     store(result, source.name, request, solution)
-    store_blend(result, solution.start_positions, solution.cage.positions)
+    store_blend(result, start, end)
     link_beside(context, original, result)
     select_alone(context, result)
     return result
@@ -68,24 +80,47 @@ def local_object(name: str) -> bpy.types.Object | None:
 
 def make_mesh(name: str, cage: Cage) -> bpy.types.Mesh:
     """A smooth-shaded mesh of the cage, with its creases."""
+    mesh = _polygons(name, cage.positions, cage.face_sizes, cage.face_vertices)
+    _set_creases(mesh, *to_blender(cage, read_edges(mesh)))
+    return mesh
+
+
+def make_result_mesh(name: str, written: Written, positions: np.ndarray, turned: bool = False) -> bpy.types.Mesh:
+    """The same of a result, whose vertices are at `positions` (n, 3); its faces are `turned` over."""
+    vertices = turned_over(written.face_sizes, written.face_vertices) if turned else written.face_vertices
+    mesh = _polygons(name, positions, written.face_sizes, vertices, written.loose_edges)
+    edges = read_edges(mesh)
+    creases = np.zeros(len(edges), np.float32)
+    creases[edge_indices(edges, written.crease_edges, len(positions))] = written.edge_crease
+    _set_creases(mesh, creases, written.vertex_crease)
+    return mesh
+
+
+def _polygons(
+    name: str, positions: np.ndarray, sizes: np.ndarray, vertices: np.ndarray, loose_edges: np.ndarray | tuple = ()
+) -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new(name)
-    sizes = cage.face_sizes
-    mesh.vertices.add(len(cage.positions))
-    mesh.vertices.foreach_set("co", np.ascontiguousarray(cage.positions, np.float32).reshape(-1))
-    mesh.loops.add(len(cage.face_vertices))
-    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(cage.face_vertices, np.int32))
+    mesh.vertices.add(len(positions))
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(positions, np.float32).reshape(-1))
+    mesh.loops.add(len(vertices))
+    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(vertices, np.int32))
     mesh.polygons.add(len(sizes))
     mesh.polygons.foreach_set("loop_start", (np.cumsum(sizes) - sizes).astype(np.int32))
     if bpy.app.version < (3, 6, 0):  # later it follows from loop_start
         mesh.polygons.foreach_set("loop_total", np.ascontiguousarray(sizes, np.int32))
     mesh.polygons.foreach_set("use_smooth", np.ones(len(sizes), bool))
-    mesh.update(calc_edges=True)
-    edge, vertex = to_blender(cage, read_edges(mesh))
+    if len(loose_edges):
+        mesh.edges.add(len(loose_edges))
+        mesh.edges.foreach_set("vertices", np.ascontiguousarray(loose_edges, np.int32).reshape(-1))
+    mesh.update(calc_edges=True, calc_edges_loose=True)
+    return mesh
+
+
+def _set_creases(mesh: bpy.types.Mesh, edge: np.ndarray, vertex: np.ndarray) -> None:
     if edge.any():
         _set_edge_creases(mesh, edge)
     if vertex.any():
         _set_vertex_creases(mesh, vertex)
-    return mesh
 
 
 def _set_edge_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
@@ -105,6 +140,32 @@ def _set_vertex_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
     edit.to_mesh(mesh)
     edit.free()
     mesh.vertex_creases[0].data.foreach_set("value", values)
+
+
+def add_mirror(obj: bpy.types.Object, source: Source, written: Written, positions: np.ndarray) -> None:
+    """The source's Mirror modifier on an object whose coordinates are those of the frame: its own axes reflect."""
+    modifier = obj.modifiers.new(source.mirror.name, "MIRROR")
+    modifier.use_axis = [axis in source.mirror.axes for axis in range(3)]
+    original = local_object(source.name)
+    theirs = None if original is None else original.modifiers.get(source.mirror.name)
+    if theirs is not None and theirs.type == "MIRROR":
+        for name in _OF_MIRROR:
+            setattr(modifier, name, getattr(theirs, name))
+    modifier.use_mirror_merge = source.mirror.threshold > 0
+    if source.mirror.threshold > 0:
+        scale = np.linalg.norm(source.space.shape, axis=1)[list(source.mirror.axes)].min()
+        modifier.merge_threshold = source.mirror.threshold * scale
+        keep_apart(modifier, written, 2 * np.abs(positions))
+
+
+def keep_apart(modifier: bpy.types.MirrorModifier, written: Written, gaps: np.ndarray) -> bool:
+    """Have the modifier merge the vertices on its planes and no others; gaps (n, 3) are the distances of the object's
+    vertices from their images. Whether that takes a smaller threshold than it had."""
+    apart = gaps[written.place][~written.half.on_plane & np.array(modifier.use_axis)]
+    if not modifier.use_mirror_merge or not (apart <= modifier.merge_threshold).any():
+        return False
+    modifier.merge_threshold = 0.5 * apart.min()
+    return True
 
 
 def add_subdivision(obj: bpy.types.Object, creases: Creases) -> bpy.types.SubsurfModifier:
@@ -138,23 +199,22 @@ def shown_levels(n_faces: int) -> int:
     return levels
 
 
-def face_parents(coarse: Cage, fine: Cage) -> np.ndarray:
-    """For each face of `fine`, the face of `coarse` that it came from (Catmull-Clark, any number of times)."""
-    parents, sizes = np.arange(len(coarse.face_sizes)), coarse.face_sizes
-    while len(parents) < len(fine.face_sizes):
+def face_parents(sizes: np.ndarray, n_faces: int) -> np.ndarray:
+    """For each of n_faces, the one that it came from (Catmull-Clark, any number of times), of `sizes` (m,)."""
+    parents = np.arange(len(sizes))
+    while len(parents) < n_faces:
         parents = np.repeat(parents, sizes)
         sizes = np.full(len(parents), 4)
     return parents
 
 
-def carry_materials(
-    original: bpy.types.Object, mesh: bpy.types.Mesh, parents: np.ndarray, face_material: np.ndarray
-) -> None:
+def carry_materials(original: bpy.types.Object, mesh: bpy.types.Mesh, source: Source, written: Written) -> None:
     """Give `mesh` the materials of `original`, each face that of its parent."""
     for slot in original.material_slots:
         mesh.materials.append(slot.material)
     if original.material_slots:
-        mesh.polygons.foreach_set("material_index", face_material[parents].astype(np.int32))
+        parents = face_parents(source.mesh.face_sizes, len(written.face_sizes))
+        mesh.polygons.foreach_set("material_index", source.face_material[parents].astype(np.int32))
 
 
 def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Matrix:
@@ -165,8 +225,9 @@ def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Mat
     edge = before.max()
     for other in scene.objects:
         if other.type == "MESH" and other.data.vertices and other.get("curvopt_source") == source.name:
-            row = np.array(other.matrix_world)[0]
-            edge = max(edge, (read_positions(other.data) @ row[:3] + row[3]).max())
+            matrix = np.array(other.matrix_world, np.float64)
+            points = read_positions(other.data) @ matrix[:3, :3].T + matrix[:3, 3]
+            edge = max(edge, with_images(other, points)[:, 0].max())
     gap = _GAP * max(np.ptp(before), np.ptp(after))
     return Matrix.Translation((edge + gap - after.min(), 0.0, 0.0))
 

@@ -42,7 +42,7 @@ def start_preview(context: bpy.types.Context, source: Source, run: ModalRun) -> 
     from .preview import Preview  # needs a GPU
 
     placement = beside(context.scene, source, source.cage.positions) @ source.frame
-    at_end(Preview(context.scene.name, placement, run.job, run.label).end)
+    at_end(Preview(context.scene.name, placement, run.job, run.label, source.loose_lines()).end)
 
 
 def refresh(context: bpy.types.Context, run: ModalRun) -> None:

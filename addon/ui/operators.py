@@ -39,6 +39,8 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
     bl_label = "Minimize Curvature"
     bl_options = set()
 
+    _source: read_cage.Source | None = None  # what is optimized, once it was read
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if _run is not None:
@@ -130,8 +132,9 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         obj = context.view_layer.objects.active
         self._outcome = values["outcome"]
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
-        self._request = properties.request_of(values, read_cage.read_held(obj, values["pin"], values["vertex_group"]))
-        placement.check_outcome(self._outcome, self._request.levels)
+        held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
+        self._request = self._source.fitted(properties.request_of(values, held))
+        placement.check_outcome(self._outcome, self._request.levels, obj)
 
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
         remark = adjust.apply(self._source, self._request, solution, self._outcome)
@@ -143,6 +146,8 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
+        if self._source is not None:
+            error = self._source.named(error)
         display.show(context, messages.failure_text(error), failed=True)
         return report_failure(self, error)
 

@@ -9,8 +9,9 @@ import bpy
 
 from ..core.energy import number_text
 from ..scene.amount import has_blend
+from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
-from ..scene.read_cage import CageError, check_object
+from ..scene.read_cage import check_object
 from ..scene.write_result import stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
 
@@ -49,11 +50,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         if settings.resolution == "REFINE":
             column.prop(settings, "levels")
         column.prop(settings, "boundary")
-        column.prop(settings, "symmetry")
-        if settings.symmetry == "PLANES":
-            planes = column.row(heading="Mirror", align=True)
-            for index, axis in enumerate("XYZ"):
-                planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
+        self._draw_symmetry(context, column)
         column.prop(settings, "pin")
         active = context.view_layer.objects.active
         if settings.pin == "GROUP" and active is not None and active.type == "MESH":
@@ -61,6 +58,18 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop(settings, "outcome")
         self._draw_buttons()
         self._draw_message(context)
+
+    def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
+        """With a Mirror modifier there is nothing to choose but further planes."""
+        settings, active = context.scene.curvopt, context.view_layer.objects.active
+        mirrored = active is not None and active.type == "MESH" and mirror_modifier(active) is not None
+        column.prop(settings, "symmetry")
+        if settings.symmetry == "PLANES":
+            planes = column.row(heading="Mirror", align=True)
+            for index, axis in enumerate("XYZ"):
+                planes.prop(settings, "symmetry_planes", index=index, text=axis, toggle=True)
+        if mirrored:
+            column.label(text="Kept: Mirror modifier", icon="MOD_MIRROR")
 
     def _draw_buttons(self) -> None:
         row = self.layout.row(align=True)

@@ -28,10 +28,12 @@ _shader: gpu.types.GPUShader | None = None  # made when first drawn with
 
 
 class Preview:
-    """From its creation to `end`, both on the main thread; it only reads the job."""
+    """From its creation to `end`, both on the main thread; it only reads the job. `loose` (2 k, 3) are the ends of
+    loose edges in the source's frame: they stay where they are."""
 
-    def __init__(self, scene_name: str, placement: Matrix, job: Job, label: str) -> None:
+    def __init__(self, scene_name: str, placement: Matrix, job: Job, label: str, loose: np.ndarray) -> None:
         self._scene_name, self._placement, self._job, self._label = scene_name, placement, job, label
+        self._loose = loose.astype(np.float32)
         self._drawn: Snapshot | None = None
         self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch] | None = None
         self._handlers = [
@@ -52,7 +54,7 @@ class Preview:
         if snapshot is None or not self._shown_here():
             return
         if snapshot is not self._drawn:
-            self._batches, self._drawn = _batches(snapshot), snapshot
+            self._batches, self._drawn = _batches(snapshot, self._loose), snapshot
         view = bpy.context.region_data
         camera = view.view_matrix.inverted().to_3x3()
         to_local = self._placement.to_3x3().transposed()
@@ -106,13 +108,15 @@ def curve_points(history: list[tuple[float, int, float]], start: float, box: np.
     return box[0] + unit * (box[1] - box[0])
 
 
-def _batches(snapshot: Snapshot) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch]:
+def _batches(snapshot: Snapshot, loose: np.ndarray) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch]:
     shader = _surface_shader()
     surface = {"pos": snapshot.points, "nor": snapshot.normals}
-    wire = {"pos": snapshot.cage, "nor": np.zeros_like(snapshot.cage)}
+    points = np.concatenate([snapshot.cage, loose])
+    ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
+    wire = {"pos": points, "nor": np.zeros_like(points)}
     return (
         batch_for_shader(shader, "TRIS", surface, indices=snapshot.triangles),
-        batch_for_shader(shader, "LINES", wire, indices=snapshot.edges),
+        batch_for_shader(shader, "LINES", wire, indices=np.concatenate([snapshot.edges, ends])),
     )
 
 

@@ -185,18 +185,18 @@ def test_refused_corner_is_named_in_blenders_words(batch, cage_file, add):
 
 
 def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
-    torus.modifiers.new("Mirror", "MIRROR")
+    torus.modifiers.new("Row", "ARRAY")
     save_again(cage_file)
     (cage_file.parent / "out.json").write_text("older")
     code, errors, new = batch("--json", "out.json", "--output", "out.blend")
-    assert (code, new) == (1, ["out.json"]) and "Modifier 'Mirror' of object 'Torus'" in errors[0]
+    assert (code, new) == (1, ["out.json"]) and "Modifier 'Row' of object 'Torus'" in errors[0]
     assert (cage_file.parent / "out.json").read_text() == "older"
 
 
 def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage_file, torus):
     """Two objects, two energies: one object is refused. A second call does only that again; a third one, all once more
     after the settings changed."""
-    bpy.data.objects["Spare"].modifiers.new("Mirror", "MIRROR")
+    bpy.data.objects["Spare"].modifiers.new("Row", "ARRAY")
     save_again(cage_file)
     (cage_file.parent / "broken.blend").write_text("no blend")
     files = [cage_file.name, "broken.blend", "missing.blend"]
@@ -205,13 +205,13 @@ def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage
     out = cage_file.parent / "out"
     good = ["cage-Torus-mvs_1_willmore_0.1-1", "cage-Torus-willmore-1"]
     bad = ["cage-Spare-mvs_1_willmore_0.1-1", "cage-Spare-willmore-1"]
-    assert code == 1 and len(errors) == 4 and sum("Modifier 'Mirror' of object 'Spare'" in line for line in errors) == 2
+    assert code == 1 and len(errors) == 4 and sum("Modifier 'Row' of object 'Spare'" in line for line in errors) == 2
     assert all(any(line.startswith(f"{name}.blend: ") for line in errors) for name in ("broken", "missing"))
     assert sorted(path.stem for path in out.glob("*.blend")) == good
     assert sorted(path.stem for path in out.glob("*.json")) == sorted(good + bad)
     report = json.loads((out / f"{good[1]}.json").read_text())
     assert report["willmore"] < report["before"]["willmore"] and report["input"]["energy"] == "willmore"
-    assert "Modifier 'Mirror'" in json.loads((out / f"{bad[0]}.json").read_text())["error"]
+    assert "Modifier 'Row'" in json.loads((out / f"{bad[0]}.json").read_text())["error"]
     times = {path: path.stat().st_mtime_ns for path in out.glob("cage-Torus*")}
     assert batch(*work, "--levels", "1")[0] == 1
     assert {path: path.stat().st_mtime_ns for path in times} == times

@@ -46,21 +46,16 @@ def test_sculpt_mode(torus, refused):
     refused("'Torus' is in Sculpt Mode")
 
 
-def test_modifier_below_the_subdivision(torus, refused):
-    torus.modifiers.new("My mirror", "MIRROR")
+@pytest.mark.parametrize("kind", ["ARRAY", "SOLIDIFY", "ARMATURE", "BEVEL", "NODES"])
+def test_modifier_before_the_subdivision(torus, refused, kind):
+    torus.modifiers.new("Mine", kind)
     torus.modifiers.new("Subdivision", "SUBSURF")
-    refused("Modifier 'My mirror' of object 'Torus'")
+    refused("Modifier 'Mine' of object 'Torus' changes the cage: move it below Subdivision Surface, or apply or remove it")
 
 
-def test_modifier_above_the_subdivision(torus, refused):
-    torus.modifiers.new("Subdivision", "SUBSURF")
+def test_modifier_without_a_subdivision(torus, refused):
     torus.modifiers.new("Bend", "SIMPLE_DEFORM")
-    refused("Modifier 'Bend' of object 'Torus'")
-
-
-def test_multiresolution(torus, refused):
-    torus.modifiers.new("Multires", "MULTIRES")
-    refused("Modifier 'Multires' of object 'Torus'")
+    refused("Modifier 'Bend' of object 'Torus' changes the cage")
 
 
 def test_simple_subdivision(torus, refused):
@@ -194,12 +189,13 @@ def test_no_faces(add, refused):
     refused("'Empty' has no faces")
 
 
-def test_loose_edge(add, refused):
+def test_loose_edge_at_the_surface(add, refused):
+    """Blender makes a spike there: the vertex is infinitely sharp."""
     points, faces = shapes.torus()
-    obj = add(points, faces)
+    obj = add([(9, 9, 9), *points], [[vertex + 1 for vertex in face] for face in faces])
     obj.data.edges.add(1)
     obj.data.edges[64].vertices = (0, 9)
-    refused("Edge 64 of object 'Cage' belongs to no face")
+    refused("^Error: Vertex 9 ends a loose edge, which makes it infinitely sharp: the surface has a cone there")
 
 
 def test_zero_scale(torus, refused):
@@ -211,12 +207,6 @@ def test_vertex_on_two_boundary_loops(add, refused):
     points, faces = shapes.torus()
     add(points, [face for i, face in enumerate(faces) if i not in (0, 5)])  # they meet in vertex 5 only
     refused("Vertex 5")
-
-
-def test_isolated_vertex(add, refused):
-    points, faces = shapes.torus()
-    add([*points, (9, 9, 9)], faces)
-    refused("Vertex 32")
 
 
 def test_flipped_face(add, refused):

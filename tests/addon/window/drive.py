@@ -302,15 +302,54 @@ def only_one_run_at_a_time():
 
 
 @check
+def half_a_cage_under_a_mirror_and_a_loose_edge():
+    """Preview, result, adjusting, one step of undo; Mirror across x, its half of the torus with an edge beside it."""
+    setup()
+    torus = bpy.data.objects["Torus"]
+    points = np.array([vertex.co for vertex in torus.data.vertices])
+    points[np.abs(points) < 1e-6] = 0
+    faces = [list(face.vertices) for face in torus.data.polygons if (points[list(face.vertices)][:, 0] >= 0).all()]
+    used = sorted({vertex for face in faces for vertex in face})
+    faces = [[used.index(vertex) for vertex in face] for face in faces]
+    mesh = bpy.data.meshes.new("Half")
+    mesh.from_pydata([*points[used].tolist(), (1, 0, 1.5), (2, 0, 1.5)], [(20, 21)], faces)
+    torus.data = mesh
+    torus.modifiers.new("Mirror", "MIRROR")
+    torus.modifiers.new("Subdivision", "SUBSURF").levels = 2
+    bpy.ops.ed.undo_push(message="Half")
+    before = coordinates("Torus")
+    assert len(before) == 22
+    assert invoke(energy="MVS", levels=3) == {"RUNNING_MODAL"}
+    job = part("ui.operators")._run.job
+    yield lambda: job.watcher.latest is not None and len(job.watcher.latest.cage) >= 32
+    yield from turns(6)
+    screenshot("mirror")
+    press("ESC")
+    yield lambda: not state().running
+    assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    end = coordinates("Torus Willmore")
+    assert len(end) == 22 and np.array_equal(end[:, 0] == 0, before[:, 0] == 0) and (end[:, 0] == 0).sum() == 8
+    assert [modifier.type for modifier in bpy.data.objects["Torus Willmore"].modifiers] == ["MIRROR", "SUBSURF"]
+    assert adjust(outcome="REPLACE", amount=1.0) == {"FINISHED"}
+    yield lambda: set(contents()) == {"Torus"} and np.abs(coordinates("Torus") - end).max() < 1e-6
+    assert np.array_equal(coordinates("Torus")[20:], before[20:])
+    screenshot("mirror_in_place")
+    press("Z", ctrl=True)
+    yield lambda: np.array_equal(coordinates("Torus"), before)
+    assert [modifier.type for modifier in bpy.data.objects["Torus"].modifiers] == ["MIRROR", "SUBSURF"]
+
+
+@check
 def refusal_is_reported_and_nothing_changes():
     setup()
-    bpy.context.object.modifiers.new("Mirror", "MIRROR")
+    bpy.context.object.modifiers.new("Row", "ARRAY")
     before = contents()
     try:
         invoke(energy="MVS", levels=1)
         raise AssertionError("the modifier was accepted")
     except RuntimeError as error:
-        assert "Modifier 'Mirror' of object 'Torus'" in str(error), error
+        assert "Modifier 'Row' of object 'Torus'" in str(error), error
     assert contents() == before and state().failed
     yield lambda: True
     screenshot("refused")

@@ -120,7 +120,7 @@ def adjust_panel():
 def pins_and_planes():
     """A cage that is symmetric about two planes, part of it painted, and what the panel says to that."""
     settings, cage = bpy.context.scene.curvopt, bpy.data.objects["Lawson genus 2"]
-    cage.modifiers.remove(cage.modifiers["Mirror"])
+    cage.modifiers.remove(cage.modifiers["Array"])
     group = cage.vertex_groups.new(name="Pins")
     for vertex in cage.data.vertices:
         group.add([vertex.index], min(1.0, abs(vertex.co.x)), "REPLACE")
@@ -161,7 +161,8 @@ def cancel_and_refusal():
     yield from frame()
     screenshot("8_cancelled")
     state().message = ""
-    cage.modifiers.new("Mirror", "MIRROR")
+    cage.modifiers.new("Array", "ARRAY")
+    in_viewport(bpy.ops.object.modifier_move_to_index, modifier="Array", index=0)
     yield from settled()
     screenshot("9_refused")
 
