@@ -55,7 +55,8 @@ class MeshInfo(C.Structure):
     """curvopt_mesh_info"""
 
     _fields_ = [(name, I32) for name in ("n_vertices", "n_edges", "n_faces", "n_corners", "n_components",
-                                         "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads")]
+                                         "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads",
+                                         "n_isolated", "n_flawed_edges")]
 
 
 class Creases(C.Structure):
@@ -75,7 +76,7 @@ class Options(C.Structure):
         ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
-        ("spacing", I32)]
+        ("spacing", I32), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32)]
 
 
 class Energies(C.Structure):
@@ -119,7 +120,8 @@ class Summary(C.Structure):
     _fields_ = [("seconds", F64), ("newton_decrement", F64), ("shape_decrement", F64)] + [
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
-        ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32)]
+        ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
+        ("n_held", I32), ("n_left_out", I32)]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)

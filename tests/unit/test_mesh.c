@@ -271,11 +271,11 @@ static void test_mean_edge(void **state) {
         c.xyz[3 * v + 1] *= 3;
     }
     mesh = cage_mesh(&c);
-    CHECK_NEAR(co_mesh_mean_edge(mesh, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, NULL, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
     co_mesh_destroy(mesh);
     cage_free(&c);
     CHECK_OK(curvopt_mesh_create(4, 1, &size, square, &mesh, &error), &error);
-    CHECK_NEAR(co_mesh_mean_edge(mesh, flat), 4, 1e-15);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, NULL, flat), 4, 1e-15);
     co_mesh_destroy(mesh);
 }
 

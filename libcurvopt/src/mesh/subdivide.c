@@ -2,7 +2,8 @@
  *
  * Follows: Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10(6), 1978;
  * boundaries and creases as uniform cubic B-spline curves, corners kept; while a sharpness fades below 1, the rules
- * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex.
+ * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex. Where
+ * a cage is no manifold, vertices stay and edges are infinitely sharp, as OpenSubdiv has it.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh/subdivide.h"
@@ -131,6 +132,10 @@ static void add_rule(row_builder *b, const curvopt_mesh *m, int32_t v, const sha
 static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
     sharp_edges state[2];
     fading f;
+    if (co_mesh_flaw_of(m, v) != CO_MESH_SOUND) {
+        row_add(b, v, 1);
+        return;
+    }
     if (!m->edge_sharpness && !m->vertex_sharpness && !co_mesh_is_boundary_vertex(m, v)) {
         add_smooth_rule(b, m, v, 1);
         return;
@@ -205,7 +210,7 @@ static int32_t build_faces(const curvopt_mesh *m, curvopt_mesh **fine, curvopt_e
         vertices[4 * h + 2] = n->n_vertices + n->n_edges + m->corner_face[h];
         vertices[4 * h + 3] = n->n_vertices + m->edge[co_mesh_prev(m, h)];
     }
-    status = co_mesh_create_loose(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
+    status = co_mesh_create(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
 done:
     free(sizes);
     free(vertices);
