@@ -135,6 +135,8 @@ SIGNATURES = {
     "curvopt_mesh_get_info": (None, [PTR, PTR, SIZE]),
     "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_mesh_find_exceptions": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_exception_name": (C.c_char_p, [I32]),
     "curvopt_options_init": (None, [PTR, SIZE]),
     "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR]),
     "curvopt_problem_destroy": (None, [PTR]),
@@ -238,6 +240,22 @@ def refine(mesh: Mesh) -> Mesh:
     xyz = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
     call("curvopt_mesh_refine", handle.pointer, _pointer(positions(mesh)), C.byref(fine.pointer), _pointer(xyz))
     return read_mesh(fine.pointer, xyz)
+
+
+def exceptions(mesh: Mesh, weights="willmore", boundary_rule: int = 0, **fields) -> tuple[list[str], list[str]]:
+    """curvopt_mesh_find_exceptions: the reason of every vertex and of every face by name, "" where there is none."""
+    handle, opts = make_mesh(mesh, boundary_rule), options(weights, **fields)
+    vertex, face = np.empty(mesh.n_vertices, np.int32), np.empty(mesh.n_faces, np.int32)
+    call("curvopt_mesh_find_exceptions", handle.pointer, C.byref(opts), _pointer(vertex), _pointer(face))
+    names = [library().curvopt_exception_name(i) for i in range(12)]
+    return tuple([names[i].decode() if i >= 0 else "" for i in found] for found in (vertex, face))
+
+
+def holes(faces) -> dict[str, object]:
+    """Fields of the options that name these faces as holes; keeps the array alive for as long as it is referred to."""
+    array = np.ascontiguousarray(list(faces), np.int32)
+    holes.kept = getattr(holes, "kept", []) + [array]
+    return {"holes": array.ctypes.data, "n_holes": len(array)}
 
 
 def constraints(vertices, freedom=None, directions=None, weights=None) -> Constraints:

@@ -11,10 +11,10 @@
 enum { FINE = -1 };
 
 static int reason_of_flaw(co_mesh_flaw flaw) {
-    return flaw == CO_MESH_CROWDED   ? CURVOPT_EXCEPTION_CROWDED_EDGE
-           : flaw == CO_MESH_FLIPPED ? CURVOPT_EXCEPTION_FLIPPED
-           : flaw == CO_MESH_PINCHED ? CURVOPT_EXCEPTION_PINCHED
-                                     : CURVOPT_EXCEPTION_ISOLATED;
+    return flaw == CO_MESH_CURVE || flaw == CO_MESH_CROWDED ? CURVOPT_EXCEPTION_CROWDED_EDGE
+           : flaw == CO_MESH_FLIPPED                        ? CURVOPT_EXCEPTION_FLIPPED
+           : flaw == CO_MESH_PINCHED                        ? CURVOPT_EXCEPTION_PINCHED
+                                                            : CURVOPT_EXCEPTION_ISOLATED;
 }
 
 /* Why the faces of a fan (ring.h) are left out; FINE: they are not. */

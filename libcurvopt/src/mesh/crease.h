@@ -29,11 +29,9 @@ static inline double co_crease_softened(double sharpness) {
 static inline double co_crease_edge(const curvopt_mesh *m, int32_t h) {
     return m->twin[h] < 0 ? CURVOPT_SHARPNESS_INFINITE : m->edge_sharpness ? m->edge_sharpness[m->edge[h]] : 0;
 }
-/* Sharpness of a vertex; a flawed one (mesh.h) keeps its place. */
+/* Sharpness of a vertex. */
 static inline double co_crease_vertex(const curvopt_mesh *m, int32_t v) {
-    return co_mesh_flaw_of(m, v) != CO_MESH_SOUND ? CURVOPT_SHARPNESS_INFINITE
-           : m->vertex_sharpness                  ? m->vertex_sharpness[v]
-                                                  : 0;
+    return co_mesh_is_fixed(m, v) ? CURVOPT_SHARPNESS_INFINITE : m->vertex_sharpness ? m->vertex_sharpness[v] : 0;
 }
 
 /* Checks creases and puts them into a mesh that has none yet. ERROR_ARGUMENT, ERROR_MEMORY. */

@@ -163,6 +163,34 @@ static int32_t build_edges(curvopt_mesh *m, int32_t *work, curvopt_error *error)
     return CURVOPT_OK;
 }
 
+enum { NO_CURVE = 1000 }; /* a boundary edge counts for so many flawed ones, and is thus never one of two */
+
+/* Where two flawed edges, of three faces or more at least one, and no boundary meet, OpenSubdiv has a crease
+ * (Vtr::Level): a closed fan has as many edges as faces, and each edge of k faces takes off k / 2 - 1 of that. */
+static int32_t mark_curves(curvopt_mesh *m, const int32_t *corners_at, curvopt_error *error) {
+    size_t n = (size_t)m->info.n_vertices;
+    int32_t status = CURVOPT_OK;
+    if (!m->info.n_flawed_edges)
+        return CURVOPT_OK;
+    int32_t *n_edges = CO_NEW(int32_t, 2 * n + (size_t)m->info.n_edges), *n_flawed = n_edges + n;
+    if (!n_edges)
+        return co_status_no_memory(error);
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        n_flawed[n + (size_t)m->edge[h]]++; /* faces of each edge, behind */
+    for (int32_t e = 0; e < m->info.n_edges; e++) {
+        int32_t h = m->edge_corner[e], ends[2] = {m->corner_vertex[h], co_mesh_destination(m, h)};
+        for (int k = 0; k < 2; k++) {
+            n_edges[ends[k]]++;
+            n_flawed[ends[k]] += m->twin[h] >= 0 ? 0 : n_flawed[n + (size_t)e] > 1 ? 1 : NO_CURVE;
+        }
+    }
+    for (size_t v = 0; status == CURVOPT_OK && v < n; v++)
+        if (n_flawed[v] == 2 && corners_at[v] > n_edges[v])
+            status = mark(m, (int32_t)v, CO_MESH_CURVE, error);
+    free(n_edges);
+    return status;
+}
+
 /* One walk round a vertex: a sound one's meets all of its corners. */
 static int32_t walk_round(curvopt_mesh *m, int32_t v, int32_t n_corners, curvopt_error *error) {
     int32_t first = m->vertex_corner[v], h = first, met = 0, status = CURVOPT_OK;
@@ -194,6 +222,8 @@ static int32_t build_fans(curvopt_mesh *m, int32_t *corners_at, curvopt_error *e
         if (m->twin[h] < 0)
             m->vertex_corner[m->corner_vertex[h]] = h;
     int32_t status = list_isolated(m, corners_at, error);
+    if (status == CURVOPT_OK)
+        status = mark_curves(m, corners_at, error);
     for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
         status = walk_round(m, v, corners_at[v], error);
     return status;

@@ -7,8 +7,9 @@
  *     0-----1-----4      twin[1] = 7, twin[7] = 1, all others -1; vertex_corner[1] = 4, the clockwise-most one
  *
  * A cage need not be a manifold (co_mesh_flaw). The half-edges of an edge that three or more faces share, or two that
- * run the same way, have no twins, but are one edge, which is infinitely sharp. Vertices on such edges, and those that
- * join several fans of faces, keep their place: subdivision is OpenSubdiv's (libcurvopt/notes/83-held-and-left-out.md).
+ * run the same way, have no twins, but are one edge, which is infinitely sharp. Vertices on such edges, but for those
+ * of CO_MESH_CURVE, and those that join several fans of faces keep their place: subdivision is OpenSubdiv's
+ * (libcurvopt/notes/83-held-and-left-out.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MESH_MESH_H
@@ -20,7 +21,8 @@
 typedef enum co_mesh_flaw {
     CO_MESH_SOUND,    /* it has one */
     CO_MESH_ISOLATED, /* no face uses the vertex */
-    CO_MESH_CROWDED,  /* it ends an edge of three or more faces */
+    CO_MESH_CURVE,    /* two edges of three or more faces run through it, as where sheets meet in a curve */
+    CO_MESH_CROWDED,  /* it ends edges of three or more faces in another way */
     CO_MESH_FLIPPED,  /* it ends an edge of two faces that run the same way over it */
     CO_MESH_PINCHED   /* its faces are several fans */
 } co_mesh_flaw;
@@ -64,6 +66,10 @@ static inline int32_t co_mesh_face_size(const curvopt_mesh *m, int32_t f) {
 }
 static inline int co_mesh_is_boundary_vertex(const curvopt_mesh *m, int32_t v) {
     return m->vertex_corner[v] >= 0 && m->twin[m->vertex_corner[v]] < 0;
+}
+/* Whether the vertex keeps its place because the cage is no manifold there. */
+static inline int co_mesh_is_fixed(const curvopt_mesh *m, int32_t v) {
+    return m->flaw && m->flaw[v] != CO_MESH_SOUND && m->flaw[v] != CO_MESH_CURVE;
 }
 static inline co_mesh_flaw co_mesh_flaw_of(const curvopt_mesh *m, int32_t v) {
     return m->flaw ? (co_mesh_flaw)m->flaw[v] : CO_MESH_SOUND;
