@@ -228,7 +228,7 @@ def test_bad_creases_are_refused():
     used = sorted({v for f in two_loops.face_list() for v in f})
     two_loops = mesh_from_faces(two_loops.xyz[used], [[used.index(v) for v in f] for f in two_loops.face_list()])
     with pytest.raises(lib.CurvoptError, match="joins separate fans"):
-        lib.make_mesh(two_loops)
+        lib.evaluate(two_loops, strict=1)
 
 
 # ----------------------------------------------------------------------------------------------- minimizing --

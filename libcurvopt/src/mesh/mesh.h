@@ -21,7 +21,7 @@
 typedef enum co_mesh_flaw {
     CO_MESH_SOUND,    /* it has one */
     CO_MESH_ISOLATED, /* no face uses the vertex */
-    CO_MESH_CURVE,    /* two edges of three or more faces run through it, as where sheets meet in a curve */
+    CO_MESH_CURVE,    /* two edges of three or more faces run through it, or it halves a flawed edge */
     CO_MESH_CROWDED,  /* it ends edges of three or more faces in another way */
     CO_MESH_FLIPPED,  /* it ends an edge of two faces that run the same way over it */
     CO_MESH_PINCHED   /* its faces are several fans */

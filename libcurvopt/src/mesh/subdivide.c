@@ -279,12 +279,24 @@ done:
     return status;
 }
 
+/* A curve runs smoothly through the middle of every flawed edge, also of flipped faces: as the two halves are in line,
+ * it stays where it is whatever the rule, but the patches beside it are regular. */
+static void mark_middles(const curvopt_mesh *m, curvopt_mesh *fine) {
+    for (int32_t e = 0; fine->flaw && e < m->info.n_edges; e++) {
+        uint8_t *flaw = &fine->flaw[m->info.n_vertices + e];
+        if (m->twin[m->edge_corner[e]] < 0 && *flaw != CO_MESH_SOUND)
+            *flaw = CO_MESH_CURVE;
+    }
+}
+
 int32_t co_subdivide(const curvopt_mesh *mesh, curvopt_mesh **fine, co_sparse_rows *rows, curvopt_error *error) {
     *fine = NULL;
     if (mesh->info.n_corners > INT32_MAX / 32)
         return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d face corners is too large to subdivide",
                               mesh->info.n_corners);
     int32_t status = build_faces(mesh, fine, error);
+    if (status == CURVOPT_OK)
+        mark_middles(mesh, *fine);
     if (status == CURVOPT_OK)
         status = co_crease_soften(mesh, fine, error);
     if (status == CURVOPT_OK && rows) {
