@@ -22,7 +22,7 @@ SHARPNESS_INFINITE = 10.0
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
-ENUMS = "status exception boundary_rule surface term method boundary spacing symmetry plane stop step verdict".split()
+ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane exception stop step verdict".split()
 NAMES = {
     "curvopt_term_name": TERMS,
     "curvopt_surface_name": SURFACES,
