@@ -146,7 +146,8 @@ static void test_edge_of_three_faces_is_one_edge(void **state) {
     curvopt_mesh_destroy(m);
 }
 
-/* Round a face that is there three times two edges of three faces meet at each vertex: a curve, as OpenSubdiv has it. */
+/* Round a face that is there three times two edges of three faces meet at each vertex: a curve, as OpenSubdiv has it.
+ */
 static void test_flaws_of_repeated_and_flipped_faces(void **state) {
     (void)state;
     static const int32_t sizes[] = {3, 3, 3}, twice[] = {0, 1, 2, 0, 1, 2, 3, 4, 5},

@@ -34,7 +34,7 @@ void co_constraints_free(co_constraints *constraints) {
     *constraints = (co_constraints){0};
 }
 
-int32_t co_constraints_leave_out(const curvopt_mesh *m, const int8_t *face, co_constraints *constraints,
+int32_t co_constraints_leave_out(const curvopt_mesh *m, const int32_t *face, co_constraints *constraints,
                                  curvopt_error *error) {
     constraints->left_out = CO_NEW(uint8_t, m->info.n_faces);
     if (!constraints->left_out)

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ------------------------------------------------------------------------------------------- exceptions -- */
 
@@ -33,9 +32,9 @@ static int reason_of_fan(int32_t fan, int has_third) {
     return FINE;
 }
 
-static void add_reason(int8_t *at, int reason) {
+static void add_reason(int32_t *at, int32_t reason) {
     if (*at == FINE || reason < *at)
-        *at = (int8_t)reason;
+        *at = reason;
 }
 
 /* Only the fan that has no finite energy is left out, not what lies across a crease. Holes count for nothing. */
@@ -86,12 +85,14 @@ static int32_t find(const curvopt_mesh *m, const curvopt_options *o, int has_lim
                     curvopt_error *error) {
     int32_t *fan = CO_NEW(int32_t, m->info.n_corners);
     int has_third = co_functional_of_weights(o->weights).has_third, status = CURVOPT_OK;
-    *e = (co_exceptions){.vertex = CO_NEW(int8_t, m->info.n_vertices), .face = CO_NEW(int8_t, m->info.n_faces)};
+    *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
     if (!fan || !e->vertex || !e->face) {
         status = co_status_no_memory(error);
     } else {
-        memset(e->vertex, FINE, (size_t)m->info.n_vertices);
-        memset(e->face, FINE, (size_t)m->info.n_faces);
+        for (int32_t v = 0; v < m->info.n_vertices; v++)
+            e->vertex[v] = FINE;
+        for (int32_t f = 0; f < m->info.n_faces; f++)
+            e->face[f] = FINE;
         status = add_holes(m, o, e, error);
         co_ring_fans(m, fan);
         if (has_limits)

@@ -7,8 +7,8 @@
 
 /* What is held and left out of the energy (curvopt_exception). */
 typedef struct co_exceptions {
-    int8_t *vertex;     /* [n_vertices] curvopt_exception, -1: not held */
-    int8_t *face;       /* [n_faces] curvopt_exception, -1: counts */
+    int32_t *vertex;    /* [n_vertices] curvopt_exception, -1: not held */
+    int32_t *face;      /* [n_faces] curvopt_exception, -1: counts */
     int32_t n_held;     /* vertices that are held */
     int32_t n_left_out; /* faces that are left out */
 } co_exceptions;

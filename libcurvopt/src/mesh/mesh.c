@@ -172,9 +172,10 @@ static int32_t mark_curves(curvopt_mesh *m, const int32_t *corners_at, curvopt_e
     int32_t status = CURVOPT_OK;
     if (!m->info.n_flawed_edges)
         return CURVOPT_OK;
-    int32_t *n_edges = CO_NEW(int32_t, 2 * n + (size_t)m->info.n_edges), *n_flawed = n_edges + n;
+    int32_t *n_edges = CO_NEW(int32_t, 2 * n + (size_t)m->info.n_edges), *n_flawed;
     if (!n_edges)
         return co_status_no_memory(error);
+    n_flawed = n_edges + n;
     for (int32_t h = 0; h < m->info.n_corners; h++)
         n_flawed[n + (size_t)m->edge[h]]++; /* faces of each edge, behind */
     for (int32_t e = 0; e < m->info.n_edges; e++) {

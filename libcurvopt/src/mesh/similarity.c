@@ -13,7 +13,7 @@ double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped
     double squares[3] = {0, 0, 0}, part = 1 / (double)(n - n_skipped); /* times that: sums might be too large */
     centroid[0] = centroid[1] = centroid[2] = 0;
     for (size_t v = 0, k = 0; v < n; v++) {
-        if (k < n_skipped && (size_t)skipped[k] == v) {
+        if (skipped && k < n_skipped && (size_t)skipped[k] == v) {
             k++;
             continue;
         }
@@ -21,7 +21,7 @@ double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped
             centroid[c] += part * xyz[3 * v + (size_t)c];
     }
     for (size_t v = 0, k = 0; v < n; v++) {
-        if (k < n_skipped && (size_t)skipped[k] == v) {
+        if (skipped && k < n_skipped && (size_t)skipped[k] == v) {
             k++;
             continue;
         }
