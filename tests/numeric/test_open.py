@@ -32,7 +32,7 @@ def accepted() -> dict[str, Case]:
     out = {}
     for name, case in CASES.items():
         try:
-            lib.Problem(case.reference(), lib.options())
+            lib.Problem(case.reference(), lib.options(strict=1))
             out[name] = case
         except lib.CurvoptError as refusal:
             assert NO_TANGENT_PLANE in str(refusal)
@@ -196,7 +196,7 @@ def test_energies_of_a_cage_and_its_subdivision_are_the_same():
 
 def refusal(mesh: Mesh, weights="willmore", **fields) -> str:
     with pytest.raises(lib.CurvoptError) as error:
-        lib.Problem(mesh, lib.options(weights, **fields))
+        lib.Problem(mesh, lib.options(weights, strict=1, **fields))
     return str(error.value)
 
 
