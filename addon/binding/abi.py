@@ -13,12 +13,16 @@ VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verd
 BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
+EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out of the energy
+    "isolated", "crowded_edge", "flipped", "pinched", "valence_2", "cone", "corner", "one_face", "no_tangent_plane",
+    "pole_on_curve", "beside", "hole",
+)  # fmt: skip
 SHARPNESS_INFINITE = 10.0
 
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
-ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane stop step verdict".split()
+ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane exception stop step verdict".split()
 NAMES = {
     "curvopt_term_name": TERMS,
     "curvopt_surface_name": SURFACES,
@@ -27,6 +31,7 @@ NAMES = {
     "curvopt_boundary_name": BOUNDARIES,
     "curvopt_symmetry_name": SYMMETRIES,
     "curvopt_boundary_rule_name": BOUNDARY_RULES,
+    "curvopt_exception_name": EXCEPTIONS,
 }
 
 
@@ -61,7 +66,7 @@ class CMeshInfo(C.Structure):
         (name, C.c_int32)
         for name in (
             "n_vertices n_edges n_faces n_corners n_components n_boundary_edges n_extraordinary max_valence"
-            " euler all_quads"
+            " euler all_quads n_isolated n_flawed_edges"
         ).split()
     ]
 
@@ -112,6 +117,9 @@ class COptions(C.Structure):
         ("blend_width", C.c_int32),
         ("spacing", C.c_int32),
         ("strength", C.c_double),
+        ("holes", C.POINTER(C.c_int32)),
+        ("n_holes", C.c_int32),
+        ("strict", C.c_int32),
     ]
 
 
@@ -164,21 +172,21 @@ class CSummary(C.Structure):
         *((name, C.c_int32) for name in "n_levels stop n_vertices n_faces method verdict".split()),
         *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
         ("difference_decrement", C.c_double),
-        *((name, C.c_int32) for name in "all_negative_directions free_negative_directions".split()),
+        *((name, C.c_int32) for name in "all_negative_directions free_negative_directions n_held n_left_out".split()),
     ]
 
 
 # Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
 STRUCT_SIZES = {
     CError: 256,
-    CMeshInfo: 40,
+    CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 160,
+    COptions: 176,
     CEnergies: 200,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 72,
+    CSummary: 80,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -196,6 +204,7 @@ _SIZE = C.c_size_t
 # name: (result, arguments). Functions whose last argument is an error are called through Library.call().
 SIGNATURES = {
     "curvopt_status_text": (C.c_char_p, (_I,)),
+    "curvopt_exception_text": (C.c_char_p, (_I,)),
     "curvopt_version": (C.c_char_p, ()),
     **{f"curvopt_{enum}_name": (C.c_char_p, (_I,)) for enum in ENUMS},
     **{f"curvopt_{enum}_from_name": (_I, (C.c_char_p,)) for enum in ENUMS},
@@ -207,6 +216,7 @@ SIGNATURES = {
     "curvopt_mesh_count_creases": (None, (_HANDLE, INTS, INTS)),
     "curvopt_mesh_get_creases": (None, (_HANDLE, INTS, REALS, INTS, REALS)),
     "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
+    "curvopt_mesh_find_exceptions": (_I, (_HANDLE, C.POINTER(COptions), INTS, INTS, _ERROR)),
     "curvopt_options_init": (None, (C.POINTER(COptions), _SIZE)),
     "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
     "curvopt_problem_create": (_I, (_HANDLE, C.POINTER(COptions), _OUT, _ERROR)),

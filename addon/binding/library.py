@@ -180,12 +180,13 @@ class Library:
 
     def options(self, weights: Mapping[str, float], held: Held | None = None, **fields: float) -> COptions:
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
-        vertices held.
+        vertices held. Cages with exceptions are refused unless `strict` is 0.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
         refuses."""
         options = COptions()
         self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
+        options.strict = 1  # what is held and left out is not shown yet
         options.weights = (C.c_double * MAX_TERMS)()
         for term, weight in weights.items():
             if term not in TERMS:
@@ -193,7 +194,7 @@ class Library:
             options.weights[TERMS.index(term)] = weight
         kinds = dict(COptions._fields_)
         for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "weights", "constraints"):
+            if name not in kinds or name in ("struct_size", "weights", "constraints", "holes", "n_holes"):
                 raise ValueError(f"There is no option '{name}'.")
             if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
@@ -326,6 +327,15 @@ class Mesh(_Handle):
             _real_pointer(vertex_sharpness),
         )  # fmt: skip
         return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
+
+    def exceptions(self, options: COptions) -> tuple[np.ndarray, np.ndarray]:
+        """Why vertices (n,) are held and faces (m,) left out of the energy, int32: indices into abi.EXCEPTIONS, or -1."""
+        info = self.info()
+        vertices, faces = np.empty(info.n_vertices, np.int32), np.empty(info.n_faces, np.int32)
+        self.lib.call(
+            "curvopt_mesh_find_exceptions", self.pointer, C.byref(options), _int_pointer(vertices), _int_pointer(faces)
+        )
+        return vertices, faces
 
     def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
         """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""

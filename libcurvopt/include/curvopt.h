@@ -132,15 +132,19 @@ typedef struct curvopt_mesh_info {
     int32_t n_boundary_edges;
     int32_t n_extraordinary; /* interior vertices of valence other than 4 */
     int32_t max_valence;
-    int32_t euler; /* V - E + F */
+    int32_t euler; /* V - E + F, isolated vertices not counted */
     int32_t all_quads;
+    int32_t n_isolated;     /* vertices that no face uses */
+    int32_t n_flawed_edges; /* edges of three or more faces, and of two that run the same way over it */
 } curvopt_mesh_info;
 
 /* Checks polygons and builds their half-edges.
  *   face_sizes [n_faces]         corners of each face, >= 3
  *   face_vertices [sum of sizes] vertex indices, face after face, counter-clockwise seen from outside
- * ERROR_ARGUMENT (NULL, counts < 1), ERROR_SIZE, ERROR_TOPOLOGY (a face too small, an index out of range, a repeated
- * vertex, a non-manifold edge, flipped faces, an isolated vertex, a vertex joining two fans), ERROR_MEMORY. */
+ * The cage need not be a manifold: where it is none, its surface is OpenSubdiv's, with infinitely sharp edges and
+ * vertices that stay, and it is held as it is (curvopt_exception).
+ * ERROR_ARGUMENT (NULL, counts < 1), ERROR_SIZE, ERROR_TOPOLOGY (a face of fewer than three corners, an index out of
+ * range, a vertex twice in a face; `element` is the face), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                                         const int32_t *face_vertices, curvopt_mesh **out, curvopt_error *error);
 
@@ -436,12 +440,66 @@ typedef struct curvopt_options {
      * spacing FREE, for the springs hold the spacing, and the symmetry KEEP. Springs are not in the energies that are
      * reported, but in decrements and verdicts. 1: the objective's minimum. 0.001..1, default 1. */
     double strength;
+    /* Faces that are not there for whoever looks: they are left out of the energy, and their vertices are held
+     * (curvopt_exception). [n_holes] indices of faces, or NULL; default NULL. */
+    const int32_t *holes;
+    /* Number of them. 0 or more, default 0. */
+    int32_t n_holes;
+    /* 1: refuse cages that have exceptions other than holes, with the sentence of the first. 0 or 1, default 0. */
+    int32_t strict;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
 CURVOPT_API void curvopt_options_init(curvopt_options *options, size_t size);
 /* OK, or ERROR_ARGUMENT with a message that names the field and its value. */
 CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, curvopt_error *error);
+
+/* --------------------------------------------------------------------------------------------- exceptions -- */
+
+/* Why vertices are held and faces left out of the energy. A face is left out if the surface has no finite energy at one
+ * of its corners, or no neighbourhood like a disc's or a half disc's; it stays out on finer levels. The vertices of
+ * such faces are held: they stay exactly where they are, and on finer levels where subdivision puts them. All the rest
+ * is optimized. X(NAME, value, "name", text) ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED  the cage is no manifold there,
+ * or not consistently oriented VALENCE_2, CONE, CORNER, ONE_FACE, NO_TANGENT_PLANE the Catmull-Clark rules leave no
+ * tangent plane, or one with infinite int k^2 dA; a corner of one face is fine, and so are smooth boundary and crease
+ * vertices with two or three faces on a side POLE_ON_CURVE  third-order terms only: no surface of this build has finite
+ * ones at such a vertex BESIDE       a vertex of a face that is left out for another of its vertices HOLE         a
+ * face of options.holes */
+#define CURVOPT_EXCEPTION_LIST(X)                                                                                      \
+    X(ISOLATED, 0, "isolated", "no face uses the vertex")                                                              \
+    X(CROWDED_EDGE, 1, "crowded_edge", "three or more faces share an edge")                                            \
+    X(FLIPPED, 2, "flipped", "two faces run the same way over an edge: one of them is flipped")                        \
+    X(PINCHED, 3, "pinched", "separate fans of faces meet in the vertex")                                              \
+    X(VALENCE_2, 4, "valence_2", "an inner vertex has two edges")                                                      \
+    X(CONE, 5, "cone", "an infinitely sharp vertex makes a cone")                                                      \
+    X(CORNER, 6, "corner", "a corner has several faces and makes a cone")                                              \
+    X(ONE_FACE, 7, "one_face", "boundary or crease run smoothly through a vertex of one face")                         \
+    X(NO_TANGENT_PLANE, 8, "no_tangent_plane", "four or more faces lie on one side of a boundary or crease")           \
+    X(POLE_ON_CURVE, 9, "pole_on_curve", "a pole on a boundary or crease has no third-order energy")                   \
+    X(BESIDE, 10, "beside", "a face beside the vertex is left out")                                                    \
+    X(HOLE, 11, "hole", "the face is a hole")
+
+typedef enum curvopt_exception {
+#define CURVOPT_EXCEPTION_ENUM(name, value, short_name, text) CURVOPT_ENUMERATOR(EXCEPTION, name, value)
+    CURVOPT_EXCEPTION_LIST(CURVOPT_EXCEPTION_ENUM)
+#undef CURVOPT_EXCEPTION_ENUM
+        CURVOPT_EXCEPTION_FORCE_INT = 0x7fffffff
+} curvopt_exception;
+/* Exceptions that exist. */
+#define CURVOPT_N_EXCEPTIONS 12
+CURVOPT_API const char *curvopt_exception_name(int32_t exception);
+CURVOPT_API int32_t curvopt_exception_from_name(const char *name);
+/* The text of an exception; never NULL, also for an unknown one. */
+CURVOPT_API const char *curvopt_exception_text(int32_t exception);
+
+/* The exceptions of a cage, by its connectivity and creases and these members of the options: weights, surface (AUTO is
+ * resolved as for a run), holes. `strict` is disregarded.
+ *   vertex_reason [n_vertices]  curvopt_exception of each vertex, of several the least; -1: it is not held
+ *   face_reason [n_faces]       curvopt_exception of each face; -1: it counts
+ * Both arrays are the caller's; either may be NULL. ERROR_ARGUMENT (also a hole that is no face: `element` is its
+ * index), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const curvopt_options *options,
+                                                 int32_t *vertex_reason, int32_t *face_reason, curvopt_error *error);
 
 /* ----------------------------------------------------------------------------------------------- energies -- */
 
@@ -454,7 +512,8 @@ typedef struct curvopt_energies {
     double h2;                            /* int H^2 dA, H = (k1 + k2) / 2 */
     double gauss;                         /* int K dA, K = k1 k2 */
     double gauss_bonnet_defect;           /* |int K dA + int kappa_g ds + corner angles - 2 pi chi| with the curves at
-                                             boundaries and infinitely sharp creases; 0 for a resolved surface */
+                                             boundaries and infinitely sharp creases; 0 for a resolved surface; NAN
+                                             where faces are left out */
     double objective_error;               /* estimate of |objective - exact integral| from finer rules */
     double area_error;                    /* the same of the area, in squared units of the cage */
     double term_error[CURVOPT_MAX_TERMS]; /* the same of each term, by curvopt_term */
@@ -466,11 +525,10 @@ typedef struct curvopt_energies {
 /* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */
 typedef struct curvopt_problem curvopt_problem;
 
-/* ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_UNSUPPORTED, ERROR_MEMORY, and ERROR_SURFACE where
- * the surface has no finite energy: third order on `limit` at extraordinary vertices, and on every surface at those on
- * boundaries and infinitely sharp creases; any curvature where the Catmull-Clark rules leave no tangent plane: a vertex
- * of one face that boundary or crease run smoothly through, one of more than three faces on a side of them, a corner of
- * more than one face, an infinitely sharp vertex inside a smooth surface (`element` is the vertex).
+/* The energy of all faces but those that are left out (curvopt_exception).
+ * ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_UNSUPPORTED, ERROR_MEMORY, and ERROR_SURFACE: no face
+ * is left, or third-order terms on `limit`, which has no finite ones at extraordinary vertices. With options.strict
+ * also ERROR_TOPOLOGY and ERROR_SURFACE for each other exception (`element` is the vertex, of edges the face).
  * Keeps its own copy of the connectivity. */
 CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options,
                                            curvopt_problem **out, curvopt_error *error);
@@ -651,13 +709,17 @@ typedef struct curvopt_summary {
     int32_t all_negative_directions;  /* with options.verify: over everything that may move, tangential motion included,
                                          no symmetry kept; else -1 */
     int32_t free_negative_directions; /* with options.verify: for motion along normals, no symmetry kept; else -1 */
+    int32_t n_held;                   /* vertices of the input cage that were held as exceptions (curvopt_exception) */
+    int32_t n_left_out;               /* faces of the input cage that were left out of the energy */
 } curvopt_summary;
 
 /* Minimizes the objective over all vertices of the cage, subdivides, repeats. It holds centroid, orientation and size,
- * unless options.boundary or options.constraints hold vertices: then these stay exactly where they are.
+ * unless options.boundary, options.constraints or exceptions (curvopt_exception) hold vertices: then these stay exactly
+ * where they are. Isolated vertices are carried through, with their numbers, to every level.
  *   progress, user, cancel may be NULL.
  * Errors as curvopt_problem_create and curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about
- * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner). A cancelled or stalled
+ * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where
+ * nothing may move. A cancelled or stalled
  * run is OK and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,

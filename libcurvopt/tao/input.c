@@ -9,14 +9,39 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Cages that are no manifold, or have holes, are not for this program; the library says it in its words. */
+static int32_t check_manifold(const program *p, const obj_cage *cage, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_problem *problem = NULL;
+    int is_manifold = 1;
+    int32_t *reason = malloc(sizeof *reason * (size_t)cage->n_vertices);
+    if (!reason)
+        return CURVOPT_ERROR_MEMORY;
+    int32_t status = curvopt_mesh_find_exceptions(mesh, &p->args.options, reason, NULL, error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < cage->n_vertices; v++)
+        is_manifold &= reason[v] < 0 || reason[v] > CURVOPT_EXCEPTION_VALENCE_2;
+    free(reason);
+    if (status == CURVOPT_OK && !is_manifold)
+        status = curvopt_problem_create(mesh, &p->args.options, &problem, error);
+    curvopt_problem_destroy(problem);
+    if (status == CURVOPT_OK && cage->n_holes) {
+        status = CURVOPT_ERROR_UNSUPPORTED;
+        snprintf(error->message, sizeof error->message, "the cage has holes, which curvopt-tao does not know");
+    }
+    return status;
+}
+
 static int read_cage(const program *p, obj_cage *cage, curvopt_mesh **mesh, char *message) {
-    curvopt_error error;
+    curvopt_error error = {.message = "out of memory"};
     *mesh = NULL;
     if (obj_read(p->args.input, cage, message, COLLECTIVE_MESSAGE))
         return ARGUMENTS_COULD_NOT;
     curvopt_creases creases = obj_creases(cage, p->args.boundary_rule);
     int32_t status = curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices,
                                                  &creases, mesh, &error);
+    if (status == CURVOPT_OK)
+        status = check_manifold(p, cage, *mesh, &error);
+    if (status != CURVOPT_OK)
+        curvopt_mesh_destroy(*mesh);
     if (status == CURVOPT_OK && cage->n_faces < p->n_ranks) {
         snprintf(message, COLLECTIVE_MESSAGE, "the cage has %d faces, fewer than there are ranks (%d)", cage->n_faces,
                  p->n_ranks);

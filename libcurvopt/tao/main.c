@@ -27,6 +27,7 @@ static const char help_text[] =
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
     "  --symmetry           none, which is the default here; --escape, --trace: not for this program\n"
+    "  --strict             always on: nothing is held as an exception here\n"
     "  --blend-width        1, which is the default here\n"
     "  --pin FILE           with --levels 1, no weights\n"
     "  --threads N          for each rank, default 1\n"
@@ -123,6 +124,7 @@ static void resolve_options(curvopt_options *o) {
                                        : CURVOPT_SURFACE_POLYNOMIAL;
     o->threads = o->threads ? o->threads : 1;
     o->symmetry = CURVOPT_SYMMETRY_NONE;
+    o->strict = 1;
     o->blend_width = 1;
 }
 

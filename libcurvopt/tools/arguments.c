@@ -80,7 +80,7 @@ static int is_valued(const char *name, int minimize) {
 }
 
 int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t size) {
-    *a = (arguments){.command = argv[1], .energy = "willmore"};
+    *a = (arguments){.command = argv[1], .energy = "willmore", .boundary_rule = -1};
     int minimize = !strcmp(a->command, "minimize");
     if (!minimize && strcmp(a->command, "evaluate") != 0)
         return complain(message, size, "unknown command", a->command);
@@ -96,6 +96,8 @@ int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t s
             }
         } else if (!strcmp(arg, "--quiet")) {
             a->quiet = 1;
+        } else if (!strcmp(arg, "--strict")) {
+            a->options.strict = 1;
         } else if (minimize && !strcmp(arg, "--joshi-sequin")) {
             a->options.joshi_sequin = 1;
         } else if (minimize && !strcmp(arg, "--verify")) {

@@ -13,7 +13,7 @@ typedef struct arguments {
     const char *command, *input, *output, *json, *energy, *pins, *trace;
     curvopt_options options;
     curvopt_constraints constraints;
-    int boundary_rule;
+    int boundary_rule; /* -1: not named, the cage's */
     int quiet;
     int has_blend_width; /* it was named */
 } arguments;

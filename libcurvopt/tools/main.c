@@ -4,6 +4,7 @@
 
 #include "arguments.h"
 #include "atomic_file.h"
+#include "held.h"
 #include "obj_cage.h"
 #include "pins.h"
 #include "report_json.h"
@@ -28,7 +29,9 @@ static const char help_text[] =
     "as\n"
     "in OpenSubdiv's shapes, vertices counted from 0: t crease 2/1/0 A B SHARPNESS, t corner 1/1/0 V SHARPNESS. From "
     "a\n"
-    "sharpness of 10 on they are infinitely sharp.\n"
+    "sharpness of 10 on they are infinitely sharp. t hole N/0/0 F.. names faces that are not drawn,\n"
+    "t interpolateboundary 1/0/0 R the boundary rule. Where the cage is no manifold, or the surface has no finite\n"
+    "energy, it is held as it is, and the report says where and why.\n"
     "\n"
     "options\n"
     "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, or a mix by\n"
@@ -37,7 +40,9 @@ static const char help_text[] =
     "                       plane: flattened there, as in the report; auto: limit, but polynomial with third-order\n"
     "                       energies (default %s)\n"
     "  --tolerance T        relative quadrature error wanted (default %g)\n"
-    "  --boundary-rule R    boundary vertices of one face: smooth, or corners as in Blender's modifier (default %s)\n"
+    "  --boundary-rule R    boundary vertices of one face: smooth, or corners as in Blender's modifier (default: the\n"
+    "                       file's tag, else %s)\n"
+    "  --strict             refuse cages that are no manifold, or have no finite energy everywhere\n"
     "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to %d (default %d). Blends "
     "take\n"
     "                       a quarter of the way to the next vertex that is not regular\n"
@@ -198,46 +203,65 @@ static void print_run(const json_report *r, int was_verified) {
 
 /* ------------------------------------------------------------------------------------------------ commands -- */
 
-static int load(const arguments *a, obj_cage *cage, curvopt_mesh **mesh) {
+/* The cage, and what of it will be held; its holes become an option. */
+typedef struct input {
+    obj_cage cage;
+    curvopt_mesh *mesh;
+    held_list held;
+} input;
+
+static void unload(input *in) {
+    held_free(&in->held);
+    curvopt_mesh_destroy(in->mesh);
+    obj_free(&in->cage);
+}
+
+static int load(arguments *a, input *in) {
     char message[256];
     curvopt_error error;
-    *mesh = NULL;
-    if (obj_read(a->input, cage, message, sizeof message))
+    *in = (input){.mesh = NULL};
+    if (obj_read(a->input, &in->cage, message, sizeof message))
         return could_not(a->input, message);
-    curvopt_creases creases = obj_creases(cage, a->boundary_rule);
-    if (curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices, &creases,
-                                    mesh, &error) == CURVOPT_OK)
+    curvopt_creases creases = obj_creases(&in->cage, a->boundary_rule);
+    int32_t status = curvopt_mesh_create_creased(in->cage.n_vertices, in->cage.n_faces, in->cage.face_sizes,
+                                                 in->cage.face_vertices, &creases, &in->mesh, &error);
+    a->options.holes = in->cage.holes;
+    a->options.n_holes = in->cage.n_holes;
+    if (status == CURVOPT_OK)
+        status = held_find(in->mesh, &a->options, &in->held, &error);
+    in->held.passed_over = in->cage.passed_over;
+    if (status == CURVOPT_OK)
         return ARGUMENTS_DONE;
-    obj_free(cage);
+    unload(in);
     return could_not(a->input, error.message);
 }
 
-static int run_evaluate(const arguments *a) {
-    obj_cage cage;
-    curvopt_mesh *mesh;
+static int run_evaluate(arguments *a) {
+    input in;
     curvopt_problem *problem = NULL;
     curvopt_energies energies;
     curvopt_error error;
-    int result = load(a, &cage, &mesh);
+    int result = load(a, &in);
     if (result != ARGUMENTS_DONE)
         return result;
-    if (curvopt_problem_create(mesh, &a->options, &problem, &error) != CURVOPT_OK ||
-        curvopt_problem_evaluate(problem, cage.xyz, &energies, sizeof energies, NULL, &error) != CURVOPT_OK) {
+    if (curvopt_problem_create(in.mesh, &a->options, &problem, &error) != CURVOPT_OK ||
+        curvopt_problem_evaluate(problem, in.cage.xyz, &energies, sizeof energies, NULL, &error) != CURVOPT_OK) {
         result = could_not(a->input, error.message);
     } else {
         staged json;
         curvopt_mesh_info info;
-        curvopt_mesh_get_info(mesh, &info, sizeof info);
-        if (!a->quiet && !is_standard_output(a->json))
+        curvopt_mesh_get_info(in.mesh, &info, sizeof info);
+        if (!a->quiet && !is_standard_output(a->json)) {
             print_energies(&info, &energies);
-        json_report report = {.info = &info, .energies = &energies, .energy = a->energy};
+            held_print(stdout, &in.held);
+        }
+        json_report report = {.info = &info, .energies = &energies, .energy = a->energy, .held = &in.held};
         result = stage(a->json, write_json, &report, &json);
         if (result == ARGUMENTS_DONE)
             result = commit(&json);
     }
     curvopt_problem_destroy(problem);
-    curvopt_mesh_destroy(mesh);
-    obj_free(&cage);
+    unload(&in);
     return result;
 }
 
@@ -267,10 +291,35 @@ static int32_t on_progress(const curvopt_progress *p, void *user) {
     return 0;
 }
 
-/* The result as a cage; 0 if memory is out. */
-static int take_result(const curvopt_result *result, const curvopt_mesh_info *info, obj_cage *cage) {
+/* The faces of the result that come from the input's holes: face h of a subdivided cage is the child at corner h.
+ * levels: number of subdivisions. Memory is out where there are holes and *holes is NULL. */
+static int32_t subdivide_holes(const obj_cage *from, int levels, int32_t **holes) {
+    int32_t n_children = 1, n = 0;
+    for (int level = 1; level < levels; level++)
+        n_children *= 4;
+    int32_t *start = calloc((size_t)from->n_faces + 1, sizeof *start);
+    size_t room = 0;
+    for (int32_t f = 0; start && f < from->n_faces; f++)
+        start[f + 1] = start[f] + from->face_sizes[f];
+    for (int32_t i = 0; start && i < from->n_holes; i++)
+        room += (size_t)from->face_sizes[from->holes[i]] * (size_t)n_children;
+    *holes = start ? malloc(sizeof **holes * (room + 1)) : NULL;
+    for (int32_t i = 0; *holes && i < from->n_holes; i++) {
+        int32_t f = from->holes[i], first = levels ? start[f] * n_children : f;
+        int32_t end = levels ? start[f + 1] * n_children : f + 1;
+        for (int32_t child = first; child < end; child++)
+            (*holes)[n++] = child;
+    }
+    free(start);
+    return n;
+}
+
+/* The result as a cage; 0 if memory is out. Lines are the input's: its vertices keep their numbers. */
+static int take_result(const curvopt_result *result, const curvopt_mesh_info *info, const obj_cage *from, int levels,
+                       obj_cage *cage) {
     const curvopt_mesh *mesh = curvopt_result_mesh(result);
     *cage = (obj_cage){.n_vertices = info->n_vertices, .n_faces = info->n_faces};
+    cage->n_holes = subdivide_holes(from, levels, &cage->holes);
     curvopt_mesh_count_creases(mesh, &cage->n_creases, &cage->n_corners);
     cage->xyz = malloc(sizeof(double) * 3 * (size_t)info->n_vertices);
     cage->face_sizes = malloc(sizeof(int32_t) * (size_t)info->n_faces);
@@ -279,8 +328,8 @@ static int take_result(const curvopt_result *result, const curvopt_mesh_info *in
     cage->crease_sharpness = malloc(sizeof(double) * ((size_t)cage->n_creases + 1));
     cage->corner_vertices = malloc(sizeof(int32_t) * ((size_t)cage->n_corners + 1));
     cage->corner_sharpness = malloc(sizeof(double) * ((size_t)cage->n_corners + 1));
-    if (!cage->xyz || !cage->face_sizes || !cage->face_vertices || !cage->crease_vertices || !cage->crease_sharpness ||
-        !cage->corner_vertices || !cage->corner_sharpness) {
+    if (!cage->xyz || !cage->holes || !cage->face_sizes || !cage->face_vertices || !cage->crease_vertices ||
+        !cage->crease_sharpness || !cage->corner_vertices || !cage->corner_sharpness) {
         obj_free(cage);
         return 0;
     }
@@ -288,7 +337,15 @@ static int take_result(const curvopt_result *result, const curvopt_mesh_info *in
     curvopt_mesh_get_faces(mesh, cage->face_sizes, cage->face_vertices);
     curvopt_mesh_get_creases(mesh, cage->crease_vertices, cage->crease_sharpness, cage->corner_vertices,
                              cage->corner_sharpness);
+    cage->n_lines = from->n_lines;
+    cage->line_sizes = from->line_sizes;
+    cage->line_ends = from->line_ends;
     return 1;
+}
+
+static void free_result(obj_cage *cage) {
+    cage->line_sizes = cage->line_ends = NULL; /* the input's */
+    obj_free(cage);
 }
 
 /* Cage, report and trace: all are complete before any is put in its place. */
@@ -308,7 +365,7 @@ static int deliver_files(const arguments *a, const obj_cage *cage, const json_re
     return status;
 }
 
-static int deliver(const watch *w, const curvopt_result *result) {
+static int deliver(const watch *w, const input *in, const curvopt_result *result) {
     const arguments *a = w->args;
     obj_cage cage;
     curvopt_mesh_info info;
@@ -326,14 +383,17 @@ static int deliver(const watch *w, const curvopt_result *result) {
                           .summary = &summary,
                           .levels = levels,
                           .energy = a->energy,
+                          .held = &in->held,
                           .method = curvopt_method_name(summary.method)};
-    if (!take_result(result, &info, &cage))
+    if (!take_result(result, &info, &in->cage, summary.n_levels - 1, &cage))
         return could_not(a->output, strerror(ENOMEM));
     int status = deliver_files(a, &cage, &report, &w->trace);
-    obj_free(&cage);
+    free_result(&cage);
     if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
-        !is_standard_output(a->trace))
+        !is_standard_output(a->trace)) {
         print_run(&report, a->options.verify);
+        held_print(stdout, &in->held);
+    }
     return status;
 }
 
@@ -355,8 +415,7 @@ static int load_pins(arguments *a, pin_list *pins) {
 }
 
 static int run_minimize(arguments *a) {
-    obj_cage cage;
-    curvopt_mesh *mesh;
+    input in;
     curvopt_result *result = NULL;
     curvopt_error error;
     pin_list pins;
@@ -364,7 +423,7 @@ static int run_minimize(arguments *a) {
     int status = load_pins(a, &pins);
     if (status != ARGUMENTS_DONE)
         return status;
-    status = load(a, &cage, &mesh);
+    status = load(a, &in);
     if (status != ARGUMENTS_DONE) {
         pins_free(&pins);
         return status;
@@ -375,18 +434,17 @@ static int run_minimize(arguments *a) {
         signal(SIGINT, on_interrupt);
     }
     if (!cancel ||
-        curvopt_minimize(mesh, cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
+        curvopt_minimize(in.mesh, in.cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
         status = could_not(a->input, error.message);
     running = NULL;
     curvopt_cancel_destroy(cancel);
     if (!a->quiet && isatty(STDERR_FILENO))
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)
-        status = deliver(&w, result);
+        status = deliver(&w, &in, result);
     trace_free(&w.trace);
     curvopt_result_destroy(result);
-    curvopt_mesh_destroy(mesh);
-    obj_free(&cage);
+    unload(&in);
     pins_free(&pins);
     return status;
 }

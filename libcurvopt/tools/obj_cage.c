@@ -18,7 +18,8 @@ typedef struct cursor {
 typedef struct builder {
     obj_cage *cage;
     size_t vertex_room, face_room, corner_room, n_corners;
-    size_t crease_room, crease_pair_room, sharp_room, sharp_vertex_room;
+    size_t crease_room, crease_pair_room, sharp_room, sharp_vertex_room, hole_room, line_room, end_room, n_ends;
+    int hides_boundary; /* faces with a vertex on a boundary are holes */
     char *message;
     size_t message_size;
     int line;
@@ -87,8 +88,8 @@ static int add_vertex(builder *b, cursor *c) {
     return 0;
 }
 
-/* A face corner "v", "v/vt", "v//vn" or "v/vt/vn"; negative counts from the last vertex. */
-static int add_corner(builder *b, const char *word) {
+/* A vertex "v", "v/vt", "v//vn" or "v/vt/vn"; negative counts from the last vertex. */
+static int add_index(builder *b, const char *word, int32_t **array, size_t *room, size_t *n) {
     char *end;
     errno = 0;
     long v = strtol(word, &end, 10);
@@ -98,9 +99,9 @@ static int add_corner(builder *b, const char *word) {
         v += (long)b->cage->n_vertices + 1;
     if (v < 1 || v > INT32_MAX)
         return complain(b, "there is no vertex ", word);
-    if (make_room(b, (void **)&b->cage->face_vertices, &b->corner_room, b->n_corners, sizeof(int32_t)))
+    if (make_room(b, (void **)array, room, *n, sizeof(int32_t)))
         return 1;
-    b->cage->face_vertices[b->n_corners++] = (int32_t)(v - 1);
+    (*array)[(*n)++] = (int32_t)(v - 1);
     return 0;
 }
 
@@ -110,9 +111,22 @@ static int add_face(builder *b, cursor *c) {
     if (make_room(b, (void **)&b->cage->face_sizes, &b->face_room, (size_t)b->cage->n_faces, sizeof(int32_t)))
         return 1;
     while (next_word(c, word))
-        if (add_corner(b, word))
+        if (add_index(b, word, &b->cage->face_vertices, &b->corner_room, &b->n_corners))
             return 1;
     b->cage->face_sizes[b->cage->n_faces++] = (int32_t)(b->n_corners - first);
+    return 0;
+}
+
+/* A line element, which is carried through; it makes no surface. */
+static int add_line(builder *b, cursor *c) {
+    char word[MAX_NUMBER];
+    size_t first = b->n_ends;
+    if (make_room(b, (void **)&b->cage->line_sizes, &b->line_room, (size_t)b->cage->n_lines, sizeof(int32_t)))
+        return 1;
+    while (next_word(c, word))
+        if (add_index(b, word, &b->cage->line_ends, &b->end_room, &b->n_ends))
+            return 1;
+    b->cage->line_sizes[b->cage->n_lines++] = (int32_t)(b->n_ends - first);
     return 0;
 }
 
@@ -189,14 +203,54 @@ static int parse_counts(const char *word, int count[3]) {
     return 0;
 }
 
+static int add_holes(builder *b, cursor *c, int n) {
+    obj_cage *g = b->cage;
+    for (int i = 0; i < n; i++) {
+        if (make_room(b, (void **)&g->holes, &b->hole_room, (size_t)g->n_holes, sizeof(int32_t)) ||
+            next_integer(b, c, &g->holes[g->n_holes]))
+            return 1;
+        g->n_holes++;
+    }
+    return 0;
+}
+
+static int set_boundary_rule(builder *b, cursor *c) {
+    int32_t rule;
+    if (next_integer(b, c, &rule))
+        return 1;
+    if (rule > 2)
+        return complain(b, "interpolateboundary is neither 0, 1 nor 2", "");
+    b->hides_boundary = rule == 0;
+    b->cage->boundary_rule = rule == 1 ? CURVOPT_BOUNDARY_RULE_CORNERS : CURVOPT_BOUNDARY_RULE_SMOOTH;
+    return 0;
+}
+
+/* As many names as there is room for. */
+static void pass_over(obj_cage *cage, const char *name) {
+    size_t used = strlen(cage->passed_over), length = strlen(name);
+    for (const char *p = name; *p; p++)
+        if (*p < 'a' || *p > 'z')
+            return;
+    if (!strstr(cage->passed_over, name) && used + length + 3 < sizeof cage->passed_over)
+        snprintf(cage->passed_over + used, sizeof cage->passed_over - used, "%s%s", used ? ", " : "", name);
+}
+
 static int add_tag(builder *b, cursor *c) {
     char word[MAX_NUMBER];
     int count[3];
     next_word(c, word);
-    int is_crease = strcmp(word, "crease") == 0;
-    if (!is_crease && strcmp(word, "corner") != 0)
+    int is_crease = strcmp(word, "crease") == 0, is_hole = strcmp(word, "hole") == 0;
+    int is_rule = strcmp(word, "interpolateboundary") == 0;
+    if (!is_crease && !is_hole && !is_rule && strcmp(word, "corner") != 0) {
+        pass_over(b->cage, word);
         return 0;
+    }
     next_word(c, word);
+    if (is_hole || is_rule) {
+        if (parse_counts(word, count) || (is_rule && count[0] != 1))
+            return complain(b, "not the counts of a tag: ", word);
+        return is_rule ? set_boundary_rule(b, c) : add_holes(b, c, count[0]);
+    }
     if (parse_counts(word, count) || count[0] < 1 + is_crease || (count[1] != 1 && count[1] != count[0] - is_crease))
         return complain(b, "not the counts of a crease or corner: ", word);
     return add_creases(b, c, is_crease, count[0], count[1]);
@@ -204,7 +258,7 @@ static int add_tag(builder *b, cursor *c) {
 
 /* One line. Words that OBJ knows and a cage does not need are passed over; others mean that this is no OBJ. */
 static int parse_line(builder *b, cursor *c) {
-    static const char *const passed_over[] = {"vt", "vn", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "lod"};
+    static const char *const passed_over[] = {"vt", "vn", "vp", "g", "o", "s", "usemtl", "mtllib", "p", "lod"};
     char word[MAX_NUMBER];
     if (!next_word(c, word))
         return 0;
@@ -212,6 +266,8 @@ static int parse_line(builder *b, cursor *c) {
         return add_vertex(b, c);
     if (strcmp(word, "f") == 0)
         return add_face(b, c);
+    if (strcmp(word, "l") == 0)
+        return add_line(b, c);
     if (strcmp(word, "t") == 0)
         return add_tag(b, c);
     for (size_t i = 0; i < sizeof passed_over / sizeof *passed_over; i++)
@@ -223,10 +279,66 @@ static int parse_line(builder *b, cursor *c) {
     return complain(b, "this is no OBJ file: unknown statement ", word);
 }
 
+/* ----------------------------------------------------------------------------------------- hidden boundary -- */
+
+typedef struct edge_ends {
+    int32_t low, high;
+} edge_ends;
+
+static int by_ends(const void *a, const void *b) {
+    const edge_ends *x = a, *y = b;
+    if (x->low != y->low)
+        return (x->low > y->low) - (x->low < y->low);
+    return (x->high > y->high) - (x->high < y->high);
+}
+
+/* Marks the ends of edges of one face; edges [n] is sorted. */
+static void mark_boundary(const obj_cage *cage, const edge_ends *edges, size_t n, unsigned char *on_boundary) {
+    for (size_t i = 0, count; i < n; i += count) {
+        for (count = 1; i + count < n && !by_ends(&edges[i], &edges[i + count]);)
+            count++;
+        if (count == 1 && edges[i].high < cage->n_vertices)
+            on_boundary[edges[i].low] = on_boundary[edges[i].high] = 1;
+    }
+}
+
+/* Faces with a vertex on a boundary become holes. */
+static int hide_boundary(builder *b) {
+    obj_cage *g = b->cage;
+    const int32_t *corner = g->face_vertices;
+    size_t at = 0;
+    edge_ends *edges = malloc(sizeof *edges * (b->n_corners + 1));
+    unsigned char *on_boundary = calloc((size_t)g->n_vertices, 1);
+    int failed = !edges || !on_boundary;
+    for (int32_t f = 0; !failed && f < g->n_faces; corner += g->face_sizes[f++])
+        for (int32_t k = 0; k < g->face_sizes[f]; k++) {
+            int32_t v = corner[k], w = corner[(k + 1) % g->face_sizes[f]];
+            edges[at++] = (edge_ends){v < w ? v : w, v < w ? w : v};
+        }
+    if (!failed) {
+        qsort(edges, at, sizeof *edges, by_ends);
+        mark_boundary(g, edges, at, on_boundary);
+    }
+    corner = g->face_vertices;
+    for (int32_t f = 0; !failed && f < g->n_faces; corner += g->face_sizes[f++]) {
+        int is_hidden = 0;
+        for (int32_t k = 0; k < g->face_sizes[f]; k++)
+            is_hidden |= corner[k] < g->n_vertices && on_boundary[corner[k]];
+        failed = is_hidden && make_room(b, (void **)&g->holes, &b->hole_room, (size_t)g->n_holes, sizeof(int32_t));
+        if (is_hidden && !failed)
+            g->holes[g->n_holes++] = f;
+    }
+    free(edges);
+    free(on_boundary);
+    return failed ? complain(b, "out of memory", "") : 0;
+}
+
+/* -------------------------------------------------------------------------------------------------- files -- */
+
 int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size) {
     cursor c = {.at = text, .end = text + length, .line = 1};
     builder b = {.cage = cage, .message = message, .message_size = size};
-    *cage = (obj_cage){0};
+    *cage = (obj_cage){.boundary_rule = -1};
     while (c.at < c.end) {
         b.line = c.line;
         if (parse_line(&b, &c)) {
@@ -243,6 +355,10 @@ int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, si
     if (cage->n_vertices == 0 || cage->n_faces == 0) {
         snprintf(message, size, length == 0 ? "the file is empty" : "the file has %d vertices and %d faces",
                  cage->n_vertices, cage->n_faces);
+        obj_free(cage);
+        return 1;
+    }
+    if (b.hides_boundary && hide_boundary(&b)) {
         obj_free(cage);
         return 1;
     }
@@ -288,7 +404,7 @@ int obj_read(const char *path, obj_cage *cage, char *message, size_t size) {
 }
 
 int obj_write(FILE *file, const obj_cage *cage) {
-    const int32_t *corner = cage->face_vertices;
+    const int32_t *corner = cage->face_vertices, *end = cage->line_ends;
     for (int32_t v = 0; v < cage->n_vertices; v++)
         fprintf(file, "v %.17g %.17g %.17g\n", cage->xyz[3 * (size_t)v], cage->xyz[3 * (size_t)v + 1],
                 cage->xyz[3 * (size_t)v + 2]);
@@ -303,10 +419,23 @@ int obj_write(FILE *file, const obj_cage *cage) {
                 cage->crease_sharpness[i]);
     for (int32_t i = 0; i < cage->n_corners; i++)
         fprintf(file, "t corner 1/1/0 %d %.17g\n", cage->corner_vertices[i], cage->corner_sharpness[i]);
+    if (cage->n_holes)
+        fprintf(file, "t hole %d/0/0", cage->n_holes);
+    for (int32_t i = 0; i < cage->n_holes; i++)
+        fprintf(file, i + 1 < cage->n_holes ? " %d" : " %d\n", cage->holes[i]);
+    for (int32_t i = 0; i < cage->n_lines; i++) {
+        fputc('l', file);
+        for (int32_t k = 0; k < cage->line_sizes[i]; k++)
+            fprintf(file, " %d", *end++ + 1);
+        fputc('\n', file);
+    }
     return ferror(file);
 }
 
 void obj_free(obj_cage *cage) {
+    free(cage->holes);
+    free(cage->line_sizes);
+    free(cage->line_ends);
     free(cage->xyz);
     free(cage->face_sizes);
     free(cage->face_vertices);
@@ -324,5 +453,7 @@ curvopt_creases obj_creases(const obj_cage *cage, int32_t boundary_rule) {
                              .corner_sharpness = cage->corner_sharpness,
                              .n_creases = cage->n_creases,
                              .n_corners = cage->n_corners,
-                             .boundary_rule = boundary_rule};
+                             .boundary_rule = boundary_rule >= 0         ? boundary_rule
+                                              : cage->boundary_rule >= 0 ? cage->boundary_rule
+                                                                         : CURVOPT_BOUNDARY_RULE_SMOOTH};
 }

@@ -79,6 +79,8 @@ int json_write(FILE *f, const json_report *r) {
         fprintf(f, "  \"method\": \"%s\", \"symmetry_order\": %d,\n", r->method, r->summary->symmetry_order);
         put_levels(f, r);
     }
+    if (r->held)
+        held_write_json(f, r->held);
     if (r->more)
         fputs(r->more, f);
     put_energies(f, r->energies, "  ");

@@ -4,6 +4,8 @@
 
 #include "curvopt.h"
 
+#include "held.h"
+
 #include <stdio.h>
 
 /* What a report is made of; `summary` is NULL for an evaluation. */
@@ -15,7 +17,8 @@ typedef struct json_report {
     const curvopt_level_report *levels; /* [summary->n_levels] */
     const char *energy;                 /* as asked for */
     const char *method;
-    const char *more; /* further members, each ending in a comma and a line's end; or NULL */
+    const held_list *held; /* or NULL */
+    const char *more;      /* further members, each ending in a comma and a line's end; or NULL */
 } json_report;
 
 /* One object, keys as the README lists them; numbers that do not exist are null. Nonzero if writing failed. */

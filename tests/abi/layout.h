@@ -20,6 +20,7 @@ SIZE(curvopt_status, 4);
 SIZE(curvopt_surface, 4);
 SIZE(curvopt_term, 4);
 SIZE(curvopt_stop, 4);
+SIZE(curvopt_exception, 4);
 SIZE(curvopt_step, 4);
 
 SIZE(curvopt_error, 256);
@@ -27,7 +28,7 @@ AT(curvopt_error, code, 0);
 AT(curvopt_error, element, 4);
 AT(curvopt_error, message, 8);
 
-SIZE(curvopt_mesh_info, 40);
+SIZE(curvopt_mesh_info, 48);
 AT(curvopt_mesh_info, n_vertices, 0);
 AT(curvopt_mesh_info, n_edges, 4);
 AT(curvopt_mesh_info, n_faces, 8);
@@ -38,8 +39,10 @@ AT(curvopt_mesh_info, n_extraordinary, 24);
 AT(curvopt_mesh_info, max_valence, 28);
 AT(curvopt_mesh_info, euler, 32);
 AT(curvopt_mesh_info, all_quads, 36);
+AT(curvopt_mesh_info, n_isolated, 40);
+AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 168);
+SIZE(curvopt_options, 184);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -61,6 +64,9 @@ AT(curvopt_options, symmetry_planes, 148);
 AT(curvopt_options, blend_width, 152);
 AT(curvopt_options, spacing, 156);
 AT(curvopt_options, strength, 160);
+AT(curvopt_options, holes, 168);
+AT(curvopt_options, n_holes, 176);
+AT(curvopt_options, strict, 180);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);
@@ -117,7 +123,7 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
-SIZE(curvopt_summary, 72);
+SIZE(curvopt_summary, 80);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -132,6 +138,8 @@ AT(curvopt_summary, symmetry_order, 52);
 AT(curvopt_summary, difference_decrement, 56);
 AT(curvopt_summary, all_negative_directions, 64);
 AT(curvopt_summary, free_negative_directions, 68);
+AT(curvopt_summary, n_held, 72);
+AT(curvopt_summary, n_left_out, 76);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

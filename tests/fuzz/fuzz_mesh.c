@@ -1,8 +1,9 @@
 /* Any bytes as a small cage: it is refused with a message, or evaluated to finite figures.
  * SPDX-License-Identifier: GPL-3.0-or-later
  *
- * Byte 0: number of vertices; 1: of faces; 2: surface; 3: term; then a byte for each face's size and for each corner's
- * vertex, as long as there are bytes; what is left moves the vertices, which otherwise lie on a sphere. */
+ * Byte 0: number of vertices; 1: of faces; 2: surface, and whether to be strict; 3: term; then a byte for each face's
+ * size and for each corner's vertex, as long as there are bytes; what is left moves the vertices, which otherwise lie
+ * on a sphere. */
 #include "fuzz.h"
 
 #include "curvopt.h"
@@ -40,7 +41,9 @@ static void decode(const uint8_t *data, size_t size, input *in) {
     in->n_vertices = next(&r) % (MOST_VERTICES + 1);
     in->n_faces = next(&r) % (MOST_FACES + 1);
     curvopt_options_init(&in->options, sizeof in->options);
-    in->options.surface = next(&r) % 4;
+    int surface = next(&r);
+    in->options.surface = surface % 4;
+    in->options.strict = surface / 4 % 8 == 1;
     in->options.weights[CURVOPT_TERM_WILLMORE] = 0;
     in->options.weights[next(&r) % CURVOPT_N_TERMS] = 1;
     in->options.tolerance = 0.5;
@@ -102,10 +105,27 @@ static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
         for (int32_t i = 0; i < 3 * in->n_vertices; i++)
             FUZZ_CHECK(isfinite(xyz[i]));
         FUZZ_CHECK(!pinned || memcmp(xyz, in->xyz, 3 * sizeof *xyz) == 0);
+        int32_t vertex[MOST_VERTICES];
+        FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, &in->options, vertex, NULL, &error) == CURVOPT_OK);
+        for (int32_t v = 0; v < in->n_vertices; v++)
+            FUZZ_CHECK(in->options.strict || vertex[v] < 0 ||
+                       memcmp(xyz + 3 * v, in->xyz + 3 * v, 3 * sizeof *xyz) == 0);
     } else {
         FUZZ_CHECK(error.code == status && error.message[0] && status != CURVOPT_ERROR_MEMORY);
     }
     curvopt_result_destroy(result);
+}
+
+/* Vertices of faces that are left out are held, and those alone, besides isolated ones. */
+static void check_exceptions(const curvopt_mesh *mesh, const input *in) {
+    int32_t vertex[MOST_VERTICES], face[MOST_FACES], beside[MOST_VERTICES] = {0};
+    curvopt_error error = {0};
+    FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, &in->options, vertex, face, &error) == CURVOPT_OK);
+    for (int32_t f = 0, at = 0; f < in->n_faces; at += in->sizes[f++])
+        for (int32_t k = 0; k < in->sizes[f]; k++)
+            beside[in->vertices[at + k]] |= face[f] >= 0;
+    for (int32_t v = 0; v < in->n_vertices; v++)
+        FUZZ_CHECK((vertex[v] >= 0) == (beside[v] || vertex[v] == CURVOPT_EXCEPTION_ISOLATED));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
@@ -121,8 +141,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         return 0;
     }
     curvopt_mesh_get_info(mesh, &info, sizeof info);
-    FUZZ_CHECK(info.euler == info.n_vertices - info.n_edges + info.n_faces);
-    FUZZ_CHECK(2 * info.n_edges == info.n_corners + info.n_boundary_edges);
+    FUZZ_CHECK(info.euler == info.n_vertices - info.n_isolated - info.n_edges + info.n_faces);
+    if (info.n_flawed_edges == 0)
+        FUZZ_CHECK(2 * info.n_edges == info.n_corners + info.n_boundary_edges);
+    check_exceptions(mesh, &in);
     FUZZ_CHECK(curvopt_mesh_refine(mesh, NULL, &fine, NULL, &error) == CURVOPT_OK);
     curvopt_mesh_destroy(fine);
     evaluate(mesh, &in);

@@ -55,7 +55,8 @@ class MeshInfo(C.Structure):
     """curvopt_mesh_info"""
 
     _fields_ = [(name, I32) for name in ("n_vertices", "n_edges", "n_faces", "n_corners", "n_components",
-                                         "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads")]
+                                         "n_boundary_edges", "n_extraordinary", "max_valence", "euler", "all_quads",
+                                         "n_isolated", "n_flawed_edges")]
 
 
 class Creases(C.Structure):
@@ -75,7 +76,7 @@ class Options(C.Structure):
         ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
-        ("spacing", I32), ("strength", F64)]
+        ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32)]
 
 
 class Energies(C.Structure):
@@ -119,7 +120,8 @@ class Summary(C.Structure):
     _fields_ = [("seconds", F64), ("newton_decrement", F64), ("shape_decrement", F64)] + [
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
-        ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32)]
+        ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
+        ("n_held", I32), ("n_left_out", I32)]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
@@ -133,6 +135,8 @@ SIGNATURES = {
     "curvopt_mesh_get_info": (None, [PTR, PTR, SIZE]),
     "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_mesh_find_exceptions": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_exception_name": (C.c_char_p, [I32]),
     "curvopt_options_init": (None, [PTR, SIZE]),
     "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR]),
     "curvopt_problem_destroy": (None, [PTR]),
@@ -236,6 +240,22 @@ def refine(mesh: Mesh) -> Mesh:
     xyz = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
     call("curvopt_mesh_refine", handle.pointer, _pointer(positions(mesh)), C.byref(fine.pointer), _pointer(xyz))
     return read_mesh(fine.pointer, xyz)
+
+
+def exceptions(mesh: Mesh, weights="willmore", boundary_rule: int = 0, **fields) -> tuple[list[str], list[str]]:
+    """curvopt_mesh_find_exceptions: the reason of every vertex and of every face by name, "" where there is none."""
+    handle, opts = make_mesh(mesh, boundary_rule), options(weights, **fields)
+    vertex, face = np.empty(mesh.n_vertices, np.int32), np.empty(mesh.n_faces, np.int32)
+    call("curvopt_mesh_find_exceptions", handle.pointer, C.byref(opts), _pointer(vertex), _pointer(face))
+    names = [library().curvopt_exception_name(i) for i in range(12)]
+    return tuple([names[i].decode() if i >= 0 else "" for i in found] for found in (vertex, face))
+
+
+def holes(faces) -> dict[str, object]:
+    """Fields of the options that name these faces as holes; keeps the array alive for as long as it is referred to."""
+    array = np.ascontiguousarray(list(faces), np.int32)
+    holes.kept = getattr(holes, "kept", []) + [array]
+    return {"holes": array.ctypes.data, "n_holes": len(array)}
 
 
 def constraints(vertices, freedom=None, directions=None, weights=None) -> Constraints:

@@ -32,7 +32,7 @@ def accepted() -> dict[str, Case]:
     out = {}
     for name, case in CASES.items():
         try:
-            lib.Problem(case.reference(), lib.options())
+            lib.Problem(case.reference(), lib.options(strict=1))
             out[name] = case
         except lib.CurvoptError as refusal:
             assert NO_TANGENT_PLANE in str(refusal)
@@ -196,7 +196,7 @@ def test_energies_of_a_cage_and_its_subdivision_are_the_same():
 
 def refusal(mesh: Mesh, weights="willmore", **fields) -> str:
     with pytest.raises(lib.CurvoptError) as error:
-        lib.Problem(mesh, lib.options(weights, **fields))
+        lib.Problem(mesh, lib.options(weights, strict=1, **fields))
     return str(error.value)
 
 
@@ -228,7 +228,7 @@ def test_bad_creases_are_refused():
     used = sorted({v for f in two_loops.face_list() for v in f})
     two_loops = mesh_from_faces(two_loops.xyz[used], [[used.index(v) for v in f] for f in two_loops.face_list()])
     with pytest.raises(lib.CurvoptError, match="joins separate fans"):
-        lib.make_mesh(two_loops)
+        lib.evaluate(two_loops, strict=1)
 
 
 # ----------------------------------------------------------------------------------------------- minimizing --

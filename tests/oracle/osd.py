@@ -39,6 +39,15 @@ def program() -> Path:
     return target
 
 
+def osd_refined(mesh: Mesh, levels: int, boundary: str = "all") -> np.ndarray:
+    """Vertices [n, 3] after so many subdivisions by OpenSubdiv, in its order; the cage need not be a manifold."""
+    with tempfile.TemporaryDirectory() as folder:
+        cage = write_obj(Path(folder) / "cage.obj", mesh)
+        run = subprocess.run([str(program()), str(cage), "-", "--boundary", boundary, "--refine", str(levels)], input="",
+                             capture_output=True, text=True, check=True)
+    return np.array([[float(x) for x in line.split()[1:]] for line in run.stdout.splitlines()])
+
+
 def osd_jets(mesh: Mesh, face, corner, uv, boundary: str = "all", level: int = 10) -> OsdResult:
     """OpenSubdiv's positions and derivatives at (face, corner, u, v) and its limit at the cage's vertices."""
     uv = np.asarray(uv, float).reshape(-1, 2)

@@ -3,6 +3,7 @@
 //
 //   g++ -O2 -std=c++14 osd_eval.cpp -o osd_eval -losdCPU
 //   osd_eval CAGE.obj POINTS|- [--creases FILE] [--boundary all|corners] [--level N]
+//   osd_eval CAGE.obj POINTS|- --refine N [the same]    N uniform subdivisions instead: "R x y z" for every vertex
 //
 // POINTS: one "face corner u v" a line, conventions of curvopt_sampler_jets. Each gives one output line
 //   P x y z  u: x y z  v: x y z  uu: ...  uv: ...  vv: ...     (18 numbers after the letter P)
@@ -185,12 +186,28 @@ static void print_vertices(Cage const &cage, bool corners) {
     }
 }
 
+// Every vertex after so many subdivisions, whatever the cage's topology.
+static void print_refined(Cage const &cage, bool corners, int levels) {
+    Refiner refiner = make_refiner(cage, corners);
+    Far::TopologyRefiner::UniformOptions options(levels);
+    options.fullTopologyInLastLevel = true;
+    refiner->RefineUniform(options);
+    Far::PrimvarRefinerReal<double> primvar(*refiner);
+    std::vector<Point> points = cage.points;
+    for (int level = 1; level <= levels; ++level) {
+        std::vector<Point> fine(refiner->GetLevel(level).GetNumVertices());
+        primvar.Interpolate(level, points, fine);
+        points.swap(fine);
+    }
+    for (Point const &p : points) std::printf("R %.17g %.17g %.17g\n", p.x[0], p.x[1], p.x[2]);
+}
+
 int main(int argc, char **argv) {
     if (argc < 3) fail("usage: osd_eval CAGE.obj POINTS|- [--creases FILE] [--boundary all|corners] [--level N]");
     Cage cage;
     read_obj(argv[1], cage);
     bool corners = false;
-    int level = 10;
+    int level = 10, refine = 0;
     for (int i = 3; i < argc; i += 2) {
         std::string option = argv[i];
         if (i + 1 == argc) fail("option without value");
@@ -198,10 +215,16 @@ int main(int argc, char **argv) {
             read_creases(argv[i + 1], cage);
         else if (option == "--boundary")
             corners = std::string(argv[i + 1]) == "corners";
+        else if (option == "--refine")
+            refine = std::atoi(argv[i + 1]);
         else if (option == "--level")
             level = std::atoi(argv[i + 1]);
         else
             fail("unknown option " + option);
+    }
+    if (refine > 0) {
+        print_refined(cage, corners, refine);
+        return 0;
     }
     Refiner refiner = make_refiner(cage, corners);
     refiner->RefineAdaptive(Far::TopologyRefiner::AdaptiveOptions(level));

@@ -4,18 +4,18 @@
 # shellcheck source=tests/robust/cli.sh
 source "$(dirname "$0")/cli.sh"
 
-# Both commands refuse a file alike and write nothing.
+# refuse_file FILE PART [OPTION]: both commands refuse a file alike and write nothing.
 refuse_file() {
-    refused 1 "$2" evaluate "$1" --json result.json
+    refused 1 "$2" evaluate "$1" --json result.json "${@:3}"
     [[ $ERR == *"$1"* ]] || fail "the message does not name $1: $ERR"
-    refused 1 "$2" minimize "$1" -o result.obj --levels 1 --max-iterations 2 --json result.json
+    refused 1 "$2" minimize "$1" -o result.obj --levels 1 --max-iterations 2 --json result.json "${@:3}"
     [[ $ERR == *"$1"* ]] || fail "the message does not name $1: $ERR"
 }
 
-# refuse_cube SED PART: the cube, edited.
+# refuse_cube SED PART [OPTION]: the cube, edited.
 refuse_cube() {
     cube_obj | sed "$1" >cage.obj
-    refuse_file cage.obj "$2"
+    refuse_file cage.obj "${@:2}"
 }
 
 test_empty_file_is_refused() {
@@ -88,24 +88,34 @@ test_faces_too_small_or_repeating_are_refused() {
     refuse_cube '12s/.*/f 3 4 8 4/' "vertex 3"
 }
 
-test_edges_that_are_not_manifold_are_refused() {
-    refuse_cube "\$a f 1 2 5" "is not manifold: 3 faces meet there"
+test_edges_that_are_not_manifold_are_refused_with_strict() {
+    refuse_cube "\$a f 1 2 5" "is not manifold: 3 faces meet there" --strict
 }
 
-test_flipped_face_is_refused() {
-    refuse_cube '9s/.*/f 3 4 2 1/' "one of them is flipped"
+test_flipped_face_is_refused_with_strict() {
+    refuse_cube '9s/.*/f 3 4 2 1/' "one of them is flipped" --strict
 }
 
-test_isolated_vertex_is_refused() {
-    refuse_cube '1i v 5 5 5' "vertex 8 is isolated: no face uses it"
+test_isolated_vertex_is_refused_with_strict() {
+    refuse_cube '1i v 5 5 5' "vertex 8 is isolated: no face uses it" --strict
 }
 
-test_vertex_joining_two_fans_is_refused() {
+test_vertex_joining_two_fans_is_refused_with_strict() {
     {
         printf 'v %s\n' '0 0 0' '1 0 0' '0 1 0' '0 0 1' '-1 0 0' '0 -1 0' '0 0 -1'
         printf 'f %s\n' '1 3 2' '1 2 4' '2 3 4' '3 1 4' '1 6 5' '1 5 7' '5 6 7' '6 1 7'
     } >cage.obj
-    refuse_file cage.obj "vertex 0 joins separate fans of faces"
+    refuse_file cage.obj "vertex 0 joins separate fans of faces" --strict
+}
+
+test_cages_of_which_nothing_is_left_are_refused() {
+    printf 'v %s\n' '0 0 0' '1 0 0' '1 1 0' '0 1 0' >cage.obj
+    echo 'f 1 2 3 4' >>cage.obj
+    refuse_file cage.obj "no face is left in the energy: all 1 are held as they are, the first at vertex 0, where"
+    refuse_cube '$a t hole 1/0/0 6' "hole 0 is face 6; the cage has faces 0 to 5"
+    refuse_cube '$a t hole 6/0/0 0 1 2 3 4 5' "no face is left in the energy: all 6 are holes"
+    refuse_cube '$a t interpolateboundary 1/0/0 3' "interpolateboundary is neither 0, 1 nor 2"
+    refuse_cube '$a t hole 2/0/0 1' "not a vertex of a tag"
 }
 
 test_zero_area_cages_are_refused() {

@@ -83,6 +83,44 @@ static int32_t run_asymmetric(void *context, curvopt_error *error) {
     return run_softly(context, 0.25, error);
 }
 
+/* A cube with one face three times, and a loose vertex: mesh, its subdivision, its exceptions; then a cube with a hole
+ * and a loose vertex, evaluated. */
+static int32_t run_flawed(void *context, curvopt_error *error) {
+    const cage *c = context;
+    const int32_t hole = 0;
+    int32_t sizes[8], vertices[32], vertex[9], face[8];
+    double xyz[27] = {0}, fine_xyz[3 * 64];
+    curvopt_options o;
+    curvopt_mesh *mesh, *fine = NULL;
+    curvopt_problem *problem = NULL;
+    curvopt_energies e;
+    memcpy(xyz, c->xyz, 24 * sizeof *xyz);
+    memcpy(vertices, c->vertices, 24 * sizeof *vertices);
+    for (int f = 0; f < 8; f++)
+        sizes[f] = 4;
+    for (int k = 0; k < 4; k++)
+        vertices[24 + k] = vertices[31 - k] = c->vertices[k];
+    curvopt_options_init(&o, sizeof o);
+    o.threads = o.joshi_sequin = 1;
+    o.holes = &hole;
+    o.n_holes = 1;
+    int32_t status = curvopt_mesh_create(9, 8, sizes, vertices, &mesh, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_mesh_refine(mesh, xyz, &fine, fine_xyz, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_mesh_find_exceptions(mesh, &o, vertex, face, error);
+    curvopt_mesh_destroy(fine);
+    curvopt_mesh_destroy(mesh);
+    if (status != CURVOPT_OK || (status = curvopt_mesh_create(9, 6, sizes, vertices, &mesh, error)) != CURVOPT_OK)
+        return status;
+    status = curvopt_problem_create(mesh, &o, &problem, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_problem_evaluate(problem, xyz, &e, sizeof e, NULL, error);
+    curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    return status;
+}
+
 static void fail_in_turn(failing_run *run_it) {
     cage c = cage_cube();
     fail_every_allocation(run_it, &c, 50);
@@ -107,11 +145,17 @@ static void test_soft_pins_and_planes_survive_every_failure(void **state) {
     cage_free(&c);
 }
 
+static void test_flawed_cages_survive_every_failure(void **state) {
+    (void)state;
+    fail_in_turn(run_flawed);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_soft_pins_and_planes_survive_every_failure),
+        cmocka_unit_test(test_flawed_cages_survive_every_failure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -107,12 +107,139 @@ static void test_too_many_faces_at_a_boundary_are_refused(void **state) {
     cage_free(&c);
 }
 
+/* ------------------------------------------------------------------------------------------------ exceptions -- */
+
+/* vertex and face: for each the initial of its reason's name, or "." */
+static void check_exceptions(const cage *c, const curvopt_creases *creases, int term, const int32_t *holes,
+                             int32_t n_holes, const char *vertex, const char *face) {
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    curvopt_options options;
+    int32_t of_vertex[64], of_face[64];
+    curvopt_options_init(&options, sizeof options);
+    options.weights[CURVOPT_TERM_WILLMORE] = 0;
+    options.weights[term] = 1;
+    options.holes = holes;
+    options.n_holes = n_holes;
+    options.strict = 1; /* is disregarded */
+    CHECK_OK(curvopt_mesh_create_creased(c->n_vertices, c->n_faces, c->sizes, c->vertices, creases, &mesh, &error),
+             &error);
+    CHECK_OK(curvopt_mesh_find_exceptions(mesh, &options, of_vertex, of_face, &error), &error);
+    for (int32_t v = 0; v < c->n_vertices; v++)
+        CHECK_INT(of_vertex[v] < 0 ? '.' : curvopt_exception_name(of_vertex[v])[0], vertex[v]);
+    for (int32_t f = 0; f < c->n_faces; f++)
+        CHECK_INT(of_face[f] < 0 ? '.' : curvopt_exception_name(of_face[f])[0], face[f]);
+    curvopt_mesh_destroy(mesh);
+}
+
+/* A cube whose top is bounded by a crease: the top has one face at each corner, the sides have two and are fine. */
+static void test_only_the_side_without_energy_is_left_out(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    int32_t ends[8];
+    const double sharpness[4] = {10, 10, 10, 10};
+    for (int k = 0; k < 4; k++) {
+        ends[2 * k] = c.vertices[k];
+        ends[2 * k + 1] = c.vertices[(k + 1) % 4];
+    }
+    const curvopt_creases round_face_0 = {ends, sharpness, NULL, NULL, 4, 0, 0, 0};
+    char vertex[9] = "........";
+    for (int k = 0; k < 4; k++)
+        vertex[c.vertices[k]] = 'o';
+    check_exceptions(&c, &round_face_0, CURVOPT_TERM_WILLMORE, NULL, 0, vertex, "o.....");
+    cage_free(&c);
+}
+
+/* A dart and a pole on a boundary have no third-order energy; Willmore's they have. */
+static void test_poles_on_curves_count_for_third_order_only(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    const int32_t one[2] = {3, 1}, hole[1] = {2};
+    const double sharpness[1] = {10};
+    const curvopt_creases dart = {one, sharpness, NULL, NULL, 1, 0, 0, 0};
+    check_exceptions(&c, &dart, CURVOPT_TERM_WILLMORE, NULL, 0, "........", "......");
+    check_exceptions(&c, NULL, CURVOPT_TERM_MVS, NULL, 0, "........", "......");
+    char vertex[9] = "........", face[7] = "..h...";
+    for (int k = 0; k < 4; k++)
+        vertex[c.vertices[8 + k]] = 'b';
+    check_exceptions(&c, NULL, CURVOPT_TERM_MVS, hole, 1, vertex, face);
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    curvopt_options options;
+    int32_t of_vertex[8], of_face[6];
+    curvopt_options_init(&options, sizeof options);
+    options.weights[CURVOPT_TERM_MVS] = 1;
+    CHECK_OK(curvopt_mesh_create_creased(8, 6, c.sizes, c.vertices, &dart, &mesh, &error), &error);
+    CHECK_OK(curvopt_mesh_find_exceptions(mesh, &options, of_vertex, of_face, &error), &error);
+    for (int32_t f = 0; f < 6; f++) {
+        int at_end = 0;
+        for (int k = 0; k < 4; k++)
+            at_end |= c.vertices[4 * f + k] == 1 || c.vertices[4 * f + k] == 3;
+        CHECK_INT(of_face[f], at_end ? CURVOPT_EXCEPTION_POLE_ON_CURVE : -1);
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Flaws, and a list that names neither too much nor too little: a fin on an edge of a cube, and a loose vertex. */
+static void test_a_fin_and_a_loose_vertex_are_held(void **state) {
+    (void)state;
+    cage cube = cage_cube();
+    int32_t sizes[7], vertices[28];
+    memcpy(sizes, cube.sizes, 6 * sizeof *sizes);
+    memcpy(vertices, cube.vertices, 24 * sizeof *vertices);
+    sizes[6] = 4;
+    const int32_t fin[4] = {cube.vertices[0], cube.vertices[1], 8, 9};
+    memcpy(vertices + 24, fin, sizeof fin);
+    const double xyz[33] = {0};
+    cage c = cage_of(11, 7, sizes, vertices, xyz);
+    char face[8] = ".......", vertex[12] = "........bbi";
+    for (int32_t f = 0; f < 7; f++)
+        for (int k = 0; k < 4; k++)
+            if (vertices[4 * f + k] == fin[0] || vertices[4 * f + k] == fin[1])
+                face[f] = 'c';
+    for (int32_t f = 0; f < 7; f++)
+        for (int k = 0; k < 4; k++)
+            if (face[f] == 'c' && vertex[vertices[4 * f + k]] == '.')
+                vertex[vertices[4 * f + k]] = 'b';
+    vertex[fin[0]] = vertex[fin[1]] = 'c';
+    vertex[8] = vertex[9] = 'o'; /* one face, and a smooth boundary */
+    check_exceptions(&c, NULL, CURVOPT_TERM_WILLMORE, NULL, 0, vertex, face);
+    cage_free(&c);
+    cage_free(&cube);
+}
+
+static void test_bad_holes_are_refused(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    const int32_t holes[7] = {0, 1, 2, 3, 4, 5, 6};
+    curvopt_mesh *mesh;
+    curvopt_problem *problem;
+    curvopt_error error;
+    curvopt_options options;
+    curvopt_options_init(&options, sizeof options);
+    CHECK_OK(curvopt_mesh_create(8, 6, c.sizes, c.vertices, &mesh, &error), &error);
+    options.holes = holes;
+    options.n_holes = 7;
+    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, CURVOPT_ERROR_ARGUMENT, 6,
+                  "hole 6 is face 6; the cage has faces 0 to 5");
+    options.n_holes = 6;
+    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, CURVOPT_ERROR_SURFACE, -1,
+                  "no face is left in the energy: all 6 are holes");
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_limit_names_the_extraordinary_vertex),
         cmocka_unit_test(test_limit_names_the_face_with_an_extraordinary_centre),
         cmocka_unit_test(test_infinite_energies_name_the_vertex),
         cmocka_unit_test(test_too_many_faces_at_a_boundary_are_refused),
+        cmocka_unit_test(test_only_the_side_without_energy_is_left_out),
+        cmocka_unit_test(test_poles_on_curves_count_for_third_order_only),
+        cmocka_unit_test(test_a_fin_and_a_loose_vertex_are_held),
+        cmocka_unit_test(test_bad_holes_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

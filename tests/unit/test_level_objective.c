@@ -176,7 +176,7 @@ static void test_normalizing_keeps_the_function(void **state) {
     co_level_objective_normalize(&f.o, &at);
     CHECK_NEAR(co_similarity_frame(f.n / 3, f.o.positions, centroid), 1, 1e-14);
     CHECK_NEAR(fabs(centroid[0]) + fabs(centroid[1]) + fabs(centroid[2]), 0, 1e-14);
-    CHECK_NEAR(f.o.edge, co_mesh_mean_edge(f.s->mesh, f.o.positions), 0);
+    CHECK_NEAR(f.o.edge, co_mesh_mean_edge(f.s->mesh, NULL, f.o.positions), 0);
     CHECK_NEAR(co_level_objective_value(&f.o, at.x), at.value, 1e-12 * at.value);
     evaluated(&f, at.x, f.work);
     relative = co_vector_norm(f.n, f.work);
@@ -191,7 +191,7 @@ static void test_lengths_are_in_mean_edges(void **state) {
     curvopt_options options = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     function f;
     function_of(cage_shaken(cage_torus(4, 4, 1, 0.4), 0.05), &options, &f);
-    double edge = co_mesh_mean_edge(f.s->mesh, f.s->c.xyz) / f.s->run.radius;
+    double edge = co_mesh_mean_edge(f.s->mesh, NULL, f.s->c.xyz) / f.s->run.radius;
     CHECK_NEAR(f.o.edge, edge, 1e-14);
     memset(f.work, 0, f.n * sizeof *f.work);
     f.work[9] = 0.03;

@@ -22,6 +22,20 @@ static void check_refusal(const refusal *r) {
     CHECK_INT(curvopt_mesh_create(r->n_vertices, r->n_faces, r->sizes, r->vertices, &mesh, NULL), r->code);
 }
 
+/* The cage is taken, and refused by a run that is strict. */
+static void check_strict_refusal(const refusal *r) {
+    curvopt_error error = {.code = -1, .element = -2};
+    curvopt_mesh *mesh;
+    curvopt_problem *problem;
+    curvopt_options options;
+    curvopt_options_init(&options, sizeof options);
+    options.strict = 1;
+    CHECK_OK(curvopt_mesh_create(r->n_vertices, r->n_faces, r->sizes, r->vertices, &mesh, &error), &error);
+    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, r->code, r->element, r->part);
+    CHECK_TRUE(problem == NULL);
+    curvopt_mesh_destroy(mesh);
+}
+
 /* A tetrahedron with one number changed. */
 static void check_changed_tetrahedron(int corner, int32_t vertex, int32_t element, const char *part) {
     cage c = cage_tetrahedron();
@@ -57,59 +71,110 @@ static void test_repeated_vertex_is_refused(void **state) {
     check_changed_tetrahedron(7, 1, 2, "vertex 1");
 }
 
-static void test_flipped_face_is_refused(void **state) {
+static void test_flipped_face_is_strictly_refused(void **state) {
     (void)state;
     static const int32_t sizes[] = {3, 3, 3, 3}, vertices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 2, 3};
-    curvopt_error error;
-    curvopt_mesh *mesh;
-    int32_t status = curvopt_mesh_create(4, 4, sizes, vertices, &mesh, &error);
-    CHECK_INT(status, CURVOPT_ERROR_TOPOLOGY);
-    CHECK_TEXT(error.message, "one of them is flipped");
-    CHECK_TEXT(error.message, "and 3"); /* the flipped face is one of the two that are named */
-    CHECK_INT(error.element, 3);
+    check_strict_refusal(&(refusal){4, 4, sizes, vertices, CURVOPT_ERROR_TOPOLOGY, 3,
+                                    "faces 0 and 3 both run from vertex 0 to 2: one of them is flipped"});
 }
 
-static void test_edge_of_three_faces_is_refused(void **state) {
+static void test_edge_of_three_faces_is_strictly_refused(void **state) {
     (void)state;
     static const int32_t sizes[] = {3, 3, 3}, vertices[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
-    check_refusal(&(refusal){5, 3, sizes, vertices, CURVOPT_ERROR_TOPOLOGY, 2,
-                             "between vertices 0 and 1 is not manifold: 3 faces"});
+    check_strict_refusal(&(refusal){5, 3, sizes, vertices, CURVOPT_ERROR_TOPOLOGY, 2,
+                                    "between vertices 0 and 1 is not manifold: 3 faces"});
 }
 
-static void test_isolated_vertex_is_refused(void **state) {
+static void test_isolated_vertex_is_strictly_refused(void **state) {
     (void)state;
     cage c = cage_tetrahedron();
-    check_refusal(
+    check_strict_refusal(
         &(refusal){5, 4, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, 4, "vertex 4 is isolated: no face uses it"});
     for (int k = 0; k < 12; k++)
         c.vertices[k] += c.vertices[k] >= 2; /* vertex 2 is the one left out */
-    check_refusal(&(refusal){5, 4, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, 2, "vertex 2 is isolated"});
+    check_strict_refusal(&(refusal){5, 4, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, 2, "vertex 2 is isolated"});
     cage_free(&c);
 }
 
-static void test_more_vertices_than_corners_are_refused_before_allocation(void **state) {
+static void test_absurdly_many_vertices_are_refused_before_allocation(void **state) {
     (void)state;
     cage c = cage_tetrahedron();
-    check_refusal(&(refusal){INT32_MAX, 4, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, -1, "2147483647 vertices"});
+    check_refusal(
+        &(refusal){INT32_MAX, 4, c.sizes, c.vertices, CURVOPT_ERROR_SIZE, -1, "more than 268435455 vertices"});
     cage_free(&c);
 }
 
-static void test_two_fans_at_a_vertex_are_refused(void **state) {
+static void test_two_fans_at_a_vertex_are_strictly_refused(void **state) {
     (void)state;
     cage c = cage_both(cage_tetrahedron(), cage_tetrahedron(), 3);
     for (int k = 12; k < 24; k++)
         c.vertices[k] = c.vertices[k] == 4 ? 0 : c.vertices[k] - 1; /* both share vertex 0 */
-    check_refusal(&(refusal){7, 8, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, 0,
-                             "vertex 0 joins separate fans of faces: 3 of its 6"});
+    check_strict_refusal(&(refusal){7, 8, c.sizes, c.vertices, CURVOPT_ERROR_TOPOLOGY, 0,
+                                    "vertex 0 joins separate fans of faces: 3 of its 6"});
     cage_free(&c);
 }
 
-static void test_vertex_of_valence_two_is_refused(void **state) {
+static void test_vertex_of_valence_two_is_strictly_refused(void **state) {
     (void)state;
     /* two quads back to back: closed, every vertex of valence 2 */
     static const int32_t sizes[] = {4, 4}, vertices[] = {0, 1, 2, 3, 3, 2, 1, 0};
-    check_refusal(
+    check_strict_refusal(
         &(refusal){4, 2, sizes, vertices, CURVOPT_ERROR_TOPOLOGY, 0, "vertex 0 has valence 2; at least 3 is needed"});
+}
+
+static const int32_t triple_sizes[] = {3, 3, 3}, triple_vertices[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+
+/* The three half-edges between vertices 0 and 1 have no twins, but are one edge. */
+static void test_edge_of_three_faces_is_one_edge(void **state) {
+    (void)state;
+    curvopt_error error;
+    curvopt_mesh *m;
+    CHECK_OK(curvopt_mesh_create(6, 3, triple_sizes, triple_vertices, &m, &error), &error);
+    CHECK_INT(m->info.n_edges, 7);
+    CHECK_INT(m->info.n_flawed_edges, 1);
+    CHECK_INT(m->info.n_boundary_edges, 6);
+    CHECK_INT(m->info.n_isolated, 1);
+    CHECK_INT(m->info.euler, 5 - 7 + 3);
+    CHECK_INT(m->edge[0], m->edge[3]);
+    CHECK_INT(m->edge[0], m->edge[6]);
+    CHECK_INT(m->twin[0], -1);
+    CHECK_INT(m->flaw[0], CO_MESH_CROWDED);
+    CHECK_INT(m->flaw[1], CO_MESH_CROWDED);
+    CHECK_INT(m->flaw[2], CO_MESH_SOUND);
+    CHECK_INT(m->flaw[5], CO_MESH_ISOLATED);
+    CHECK_INT(m->vertex_corner[5], -1);
+    curvopt_mesh_destroy(m);
+}
+
+/* Round a face that is there three times two edges of three faces meet at each vertex: a curve, as OpenSubdiv has it.
+ */
+static void test_flaws_of_repeated_and_flipped_faces(void **state) {
+    (void)state;
+    static const int32_t sizes[] = {3, 3, 3}, twice[] = {0, 1, 2, 0, 1, 2, 3, 4, 5},
+                         thrice[] = {0, 1, 2, 2, 1, 0, 1, 2, 0};
+    curvopt_error error;
+    curvopt_mesh *m;
+    CHECK_OK(curvopt_mesh_create(6, 3, sizes, twice, &m, &error), &error);
+    CHECK_INT(m->info.n_flawed_edges, 3);
+    CHECK_INT(m->flaw[0], CO_MESH_FLIPPED);
+    CHECK_INT(m->flaw[3], CO_MESH_SOUND);
+    curvopt_mesh_destroy(m);
+    CHECK_OK(curvopt_mesh_create(3, 3, sizes, thrice, &m, &error), &error);
+    CHECK_INT(m->flaw[0], CO_MESH_CURVE);
+    curvopt_mesh_destroy(m);
+}
+
+/* Without flaws there is no list of them. */
+static void test_a_sound_cage_has_no_flaws(void **state) {
+    (void)state;
+    cage c = cage_tetrahedron();
+    curvopt_error error;
+    curvopt_mesh *m;
+    CHECK_OK(curvopt_mesh_create(4, 4, c.sizes, c.vertices, &m, &error), &error);
+    CHECK_TRUE(m->flaw == NULL && m->isolated == NULL);
+    CHECK_OK(co_mesh_check_manifold(m, &error), &error);
+    curvopt_mesh_destroy(m);
+    cage_free(&c);
 }
 
 static void test_counts_below_one_are_refused(void **state) {
@@ -271,11 +336,11 @@ static void test_mean_edge(void **state) {
         c.xyz[3 * v + 1] *= 3;
     }
     mesh = cage_mesh(&c);
-    CHECK_NEAR(co_mesh_mean_edge(mesh, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, NULL, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
     co_mesh_destroy(mesh);
     cage_free(&c);
     CHECK_OK(curvopt_mesh_create(4, 1, &size, square, &mesh, &error), &error);
-    CHECK_NEAR(co_mesh_mean_edge(mesh, flat), 4, 1e-15);
+    CHECK_NEAR(co_mesh_mean_edge(mesh, NULL, flat), 4, 1e-15);
     co_mesh_destroy(mesh);
 }
 
@@ -285,12 +350,15 @@ int main(void) {
         cmocka_unit_test(test_face_of_no_or_negative_corners_is_refused),
         cmocka_unit_test(test_index_out_of_range_is_refused),
         cmocka_unit_test(test_repeated_vertex_is_refused),
-        cmocka_unit_test(test_flipped_face_is_refused),
-        cmocka_unit_test(test_edge_of_three_faces_is_refused),
-        cmocka_unit_test(test_isolated_vertex_is_refused),
-        cmocka_unit_test(test_more_vertices_than_corners_are_refused_before_allocation),
-        cmocka_unit_test(test_two_fans_at_a_vertex_are_refused),
-        cmocka_unit_test(test_vertex_of_valence_two_is_refused),
+        cmocka_unit_test(test_edge_of_three_faces_is_one_edge),
+        cmocka_unit_test(test_flaws_of_repeated_and_flipped_faces),
+        cmocka_unit_test(test_a_sound_cage_has_no_flaws),
+        cmocka_unit_test(test_flipped_face_is_strictly_refused),
+        cmocka_unit_test(test_edge_of_three_faces_is_strictly_refused),
+        cmocka_unit_test(test_isolated_vertex_is_strictly_refused),
+        cmocka_unit_test(test_absurdly_many_vertices_are_refused_before_allocation),
+        cmocka_unit_test(test_two_fans_at_a_vertex_are_strictly_refused),
+        cmocka_unit_test(test_vertex_of_valence_two_is_strictly_refused),
         cmocka_unit_test(test_counts_below_one_are_refused),
         cmocka_unit_test(test_absurd_face_sizes_are_refused),
         cmocka_unit_test(test_null_arrays_are_refused),

@@ -10,6 +10,7 @@ struct curvopt_problem {
     co_assembly assembly;
     double tolerance;
     int32_t n_faces;
+    int is_part; /* of a surface: the caller's weights */
 };
 
 int32_t co_api_null(curvopt_error *error, const char *name);

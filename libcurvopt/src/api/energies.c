@@ -2,11 +2,29 @@
 #include "api/api.h"
 #include "base/memory.h"
 #include "energy/adaptive_quadrature.h"
+#include "energy/admissibility.h"
 #include "mesh/similarity.h"
 #include "surface/evaluate.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+/* The weights of a whole cage's faces: 0 where they are left out; NULL if none is. */
+static int32_t weigh_faces(const curvopt_mesh *mesh, const curvopt_options *options, double **weight,
+                           curvopt_error *error) {
+    co_exceptions found;
+    *weight = NULL;
+    int32_t status = co_exceptions_of_run(mesh, options, &found, error);
+    if (status == CURVOPT_OK && found.n_left_out) {
+        *weight = CO_NEW(double, mesh->info.n_faces);
+        status = *weight ? CURVOPT_OK : co_status_no_memory(error);
+    }
+    for (int32_t f = 0; *weight && f < mesh->info.n_faces; f++)
+        (*weight)[f] = found.face[f] < 0;
+    co_exceptions_free(&found);
+    return status;
+}
 
 int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
                               curvopt_problem **out, curvopt_error *error) {
@@ -24,12 +42,21 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weigh
                               "blend_width is %d; for a part it must be 1: a part does not show how far it is to the "
                               "next vertex that is not regular",
                               own.blend_width);
+    double *own_weight = NULL;
+    status = face_weight ? CURVOPT_OK : weigh_faces(mesh, &own, &own_weight, error);
+    if (status != CURVOPT_OK)
+        return status;
     curvopt_problem *p = CO_NEW(curvopt_problem, 1);
-    if (!p)
+    if (!p) {
+        free(own_weight);
         return co_status_no_memory(error);
+    }
+    p->is_part = face_weight != NULL;
     p->tolerance = own.joshi_sequin ? (double)INFINITY : own.tolerance;
     p->n_faces = mesh->info.n_faces;
-    status = co_assembly_create(mesh, &own, NULL, face_weight, &p->assembly, error);
+    status = co_assembly_create(mesh, &own, NULL, face_weight ? face_weight : own_weight, &p->assembly, error);
+    p->assembly.leaves_out = own_weight != NULL;
+    free(own_weight);
     if (status != CURVOPT_OK) {
         free(p);
         return status;
@@ -57,7 +84,7 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
     if (!problem || !xyz || !out)
         return co_api_null(error, !problem ? "problem" : !xyz ? "xyz" : "out");
     co_assembly *a = &problem->assembly;
-    if (a->weight)
+    if (problem->is_part)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
                               "curvopt_problem_evaluate takes no part of a surface; use curvopt_problem_sum");
     int32_t status = co_similarity_check(a->patches.n_cage, xyz, error);
@@ -71,6 +98,7 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
         return status;
     if (gradient) {
         co_values values;
+        memset(gradient, 0, 3 * sizeof *gradient * (size_t)a->patches.n_cage);
         co_assembly_evaluate(a, xyz, &(co_request){.gradient = gradient}, &values);
     }
     co_api_copy_out(out, size, &energies, sizeof energies);

@@ -1,5 +1,6 @@
 /* Exported functions on meshes. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
+#include "energy/admissibility.h"
 #include "mesh/subdivide.h"
 
 #include <string.h>
@@ -38,4 +39,23 @@ int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *xyz, curvopt
         co_sparse_rows_apply(&rows, xyz, fine_xyz);
     co_sparse_rows_free(&rows);
     return status;
+}
+
+int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const curvopt_options *options, int32_t *vertex_reason,
+                                     int32_t *face_reason, curvopt_error *error) {
+    curvopt_options own;
+    co_exceptions found;
+    if (!mesh)
+        return co_api_null(error, "mesh");
+    int32_t status = co_api_take_options(options, &own, error);
+    if (status == CURVOPT_OK)
+        status = co_exceptions_find(mesh, &own, &found, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (int32_t v = 0; vertex_reason && v < mesh->info.n_vertices; v++)
+        vertex_reason[v] = found.vertex[v];
+    for (int32_t f = 0; face_reason && f < mesh->info.n_faces; f++)
+        face_reason[f] = found.face[f];
+    co_exceptions_free(&found);
+    return CURVOPT_OK;
 }

@@ -21,6 +21,17 @@ const char *curvopt_status_text(int32_t status) {
     }
 }
 
+const char *curvopt_exception_text(int32_t exception) {
+    switch (exception) {
+#define EXCEPTION_CASE(name, value, short_name, text)                                                                  \
+    case value:                                                                                                        \
+        return text;
+        CURVOPT_EXCEPTION_LIST(EXCEPTION_CASE)
+    default:
+        return "unknown exception";
+    }
+}
+
 #define NAME_CASE(id, value, name)                                                                                     \
     case value:                                                                                                        \
         return name;
@@ -47,6 +58,7 @@ const char *curvopt_status_text(int32_t status) {
     }
 
 DEFINE_NAMES(status, CURVOPT_STATUS_LIST, STATUS_NAME_CASE, STATUS_FIND)
+DEFINE_NAMES(exception, CURVOPT_EXCEPTION_LIST, STATUS_NAME_CASE, STATUS_FIND)
 DEFINE_NAMES(boundary_rule, CURVOPT_BOUNDARY_RULE_LIST, NAME_CASE, FIND_NAME)
 DEFINE_NAMES(surface, CURVOPT_SURFACE_LIST, NAME_CASE, FIND_NAME)
 DEFINE_NAMES(term, CURVOPT_TERM_LIST, NAME_CASE, FIND_NAME)

@@ -106,6 +106,12 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_real("strength", o->strength, LEAST_STRENGTH, 1, error);
     if (status == CURVOPT_OK)
+        status = check_integer("n_holes", o->n_holes, 0, INT32_MAX, error);
+    if (status == CURVOPT_OK && o->n_holes > 0 && !o->holes)
+        status = co_api_null(error, "holes");
+    if (status == CURVOPT_OK)
+        status = check_integer("strict", o->strict, 0, 1, error);
+    if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
 }

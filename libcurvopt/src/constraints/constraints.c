@@ -30,16 +30,39 @@ void co_constraints_free(co_constraints *constraints) {
     free(constraints->direction);
     free(constraints->anchor);
     co_soft_constraints_free(&constraints->springs);
+    free(constraints->left_out);
     *constraints = (co_constraints){0};
+}
+
+int32_t co_constraints_leave_out(const curvopt_mesh *m, const int32_t *face, co_constraints *constraints,
+                                 curvopt_error *error) {
+    constraints->left_out = CO_NEW(uint8_t, m->info.n_faces);
+    if (!constraints->left_out)
+        return co_status_no_memory(error);
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        constraints->left_out[f] = face[f] >= 0;
+    return CURVOPT_OK;
+}
+
+static int32_t copy_left_out(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
+                             curvopt_error *error) {
+    if (!from->left_out)
+        return CURVOPT_OK;
+    to->left_out = CO_NEW(uint8_t, m->info.n_faces);
+    if (!to->left_out)
+        return co_status_no_memory(error);
+    memcpy(to->left_out, from->left_out, (size_t)m->info.n_faces);
+    return CURVOPT_OK;
 }
 
 int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
                             curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     *to = (co_constraints){0};
-    if (!from->freedom)
-        return CURVOPT_OK;
-    int32_t status = allocate(m->info.n_vertices, to, error);
+    int32_t status = copy_left_out(m, from, to, error);
+    if (!from->freedom || status != CURVOPT_OK)
+        return status;
+    status = allocate(m->info.n_vertices, to, error);
     if (status != CURVOPT_OK)
         return status;
     memcpy(to->freedom, from->freedom, n);
@@ -187,13 +210,28 @@ static void put_back(const co_constraints *constraints, int32_t v, double *x) {
     }
 }
 
+/* Child h of the finer cage comes from the face that corner h is in. */
+static int32_t subdivide_left_out(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
+    if (!constraints->left_out)
+        return CURVOPT_OK;
+    uint8_t *fine = CO_NEW(uint8_t, m->info.n_corners);
+    if (!fine)
+        return co_status_no_memory(error);
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        fine[h] = constraints->left_out[m->corner_face[h]];
+    free(constraints->left_out);
+    constraints->left_out = fine;
+    return CURVOPT_OK;
+}
+
 int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                  double *xyz, co_constraints *constraints, curvopt_error *error) {
     co_constraints out = {0};
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
-    if (!constraints->freedom)
-        return CURVOPT_OK;
-    int32_t status = allocate(fine->info.n_vertices, &out, error);
+    int32_t status = subdivide_left_out(m, constraints, error);
+    if (!constraints->freedom || status != CURVOPT_OK)
+        return status;
+    status = allocate(fine->info.n_vertices, &out, error);
     if (status == CURVOPT_OK)
         status = co_soft_constraints_subdivide(m, fine, rows, &constraints->springs, error);
     if (status != CURVOPT_OK) {
@@ -201,7 +239,9 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
         return status;
     }
     out.springs = constraints->springs;
+    out.left_out = constraints->left_out;
     constraints->springs = (co_soft_constraints){0};
+    constraints->left_out = NULL;
     for (int32_t f = 0; f < m->info.n_faces; f++) {
         if (!is_constrained_face(m, constraints, f))
             continue;
@@ -266,10 +306,24 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
     return status;
 }
 
+static int32_t hold_exceptions(const curvopt_mesh *m, co_constraints *all, curvopt_error *error) {
+    if (!all->left_out && !m->info.n_isolated)
+        return CURVOPT_OK;
+    int32_t status = allocate(m->info.n_vertices, all, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < m->info.n_isolated; i++)
+        all->freedom[m->isolated[i]] = CO_FREEDOM_NONE;
+    for (int32_t h = 0; status == CURVOPT_OK && all->left_out && h < m->info.n_corners; h++)
+        if (all->left_out[m->corner_face[h]])
+            all->freedom[m->corner_vertex[h]] = CO_FREEDOM_NONE;
+    return status;
+}
+
 int32_t co_constraints_all(const curvopt_mesh *m, const co_constraints *constraints, int32_t boundary,
                            co_constraints *out, curvopt_error *error) {
     int32_t status = co_constraints_copy(m, constraints, out, error);
-    return status == CURVOPT_OK ? co_constraints_boundary(m, boundary, out, error) : status;
+    if (status == CURVOPT_OK)
+        status = co_constraints_boundary(m, boundary, out, error);
+    return status == CURVOPT_OK ? hold_exceptions(m, out, error) : status;
 }
 
 /* ------------------------------------------------------------------------------------ motion of the shape -- */
@@ -365,10 +419,12 @@ static void restrict_motion(int held, const double along[3], int *freedom, doubl
 int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    double centroid[3], radius = co_similarity_frame(n, xyz, centroid);
+    double centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     vertex_frame *frame = CO_NEW(vertex_frame, n);
     *out = (co_constraints){0};
     int32_t status = frame ? allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = copy_left_out(m, all, out, error);
     if (status == CURVOPT_OK)
         status = co_soft_constraints_copy(m, &all->springs, &out->springs, error);
     for (int32_t h = 0; status == CURVOPT_OK && h < m->info.n_corners; h++)
@@ -392,6 +448,6 @@ int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *constr
     if (!constraints->freedom)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
-                          "nothing may move: all %d vertices are held by pins, boundary or creases",
+                          "nothing may move: all %d vertices are held by pins, boundary, creases or as exceptions",
                           m->info.n_vertices);
 }

@@ -10,6 +10,7 @@ typedef struct co_constraints {
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
     double *anchor;    /* [3 n_vertices] a point of the line or plane, in the user's units */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
+    uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */
 } co_constraints;
 
 /* The user's constraints on a cage at xyz [3 n_vertices], checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY.
@@ -19,6 +20,9 @@ int32_t co_constraints_create(const curvopt_mesh *mesh, const double *xyz, const
 /* Adds springs as co_soft_constraints_add_all. On failure there are no constraints any more. */
 int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, double stiffness,
                                  co_constraints *constraints, curvopt_error *error);
+/* Faces that are left out of the energy, from face [n_faces]: those of 0 and more. ERROR_MEMORY. */
+int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, co_constraints *constraints,
+                                 curvopt_error *error);
 /* ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);
@@ -28,7 +32,8 @@ void co_constraints_free(co_constraints *constraints);
  *
  * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of
  * its children inherit the constraint, at the places where subdivision puts them. Any other constrained vertex keeps
- * its point, line or plane, and is put back there; the surface comes closer to it with every level. ERROR_MEMORY. */
+ * its point, line or plane, and is put back there; the surface comes closer to it with every level. The children of
+ * faces that are left out are left out. ERROR_MEMORY. */
 int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                  double *xyz, co_constraints *constraints, curvopt_error *error);
 
@@ -42,7 +47,8 @@ int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *f
 int32_t co_constraints_boundary(const curvopt_mesh *mesh, int32_t boundary, co_constraints *constraints,
                                 curvopt_error *error);
 
-/* All constraints: a copy of `constraints`, with those of `boundary`. ERROR_MEMORY. */
+/* All constraints: a copy of `constraints`, with those of `boundary`; vertices that no face uses, and those of faces
+ * that are left out, are held. ERROR_MEMORY. */
 int32_t co_constraints_all(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
                            co_constraints *out, curvopt_error *error);
 /* What is left of `all` for motion that changes the shape at xyz [3 n_vertices], and does not slide vertices in it: a

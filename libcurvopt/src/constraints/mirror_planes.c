@@ -160,7 +160,7 @@ static int32_t refuse_connection(const diagnosis *q, curvopt_error *error) {
 
 int32_t co_mirror_planes_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
                                 int32_t planes, co_symmetry *out, curvopt_error *error) {
-    double centroid[3], radius = co_similarity_frame((size_t)m->info.n_vertices, xyz, centroid);
+    double centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     int missing;
     int32_t status = co_symmetry_of_planes(m, xyz, constraints, planes, out, &missing, error);
     if (status != CURVOPT_OK || missing < 0)
@@ -189,7 +189,7 @@ int32_t co_mirror_planes_symmetrize(const curvopt_mesh *m, const co_symmetry *s,
     double centroid[3], *mean = CO_NEW(double, 3 * n);
     if (!mean)
         return co_status_no_memory(error);
-    co_similarity_frame(n, xyz, centroid);
+    co_similarity_mesh_frame(m, xyz, centroid);
     for (int32_t g = 0; g < s->order; g++) /* the matrices are diagonal */
         for (int32_t v = 0; v < m->info.n_vertices; v++)
             for (size_t c = 0; c < 3; c++)

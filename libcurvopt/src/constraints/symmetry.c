@@ -82,6 +82,10 @@ static int32_t image_of_edge(const curvopt_mesh *m, int32_t to, int mirrored) {
     return mirrored ? co_mesh_prev(m, to) : to;
 }
 
+static int leaves_out(const search *s, int32_t h) {
+    return s->constraints->left_out ? s->constraints->left_out[s->mesh->corner_face[h]] : 0;
+}
+
 /* Whether corner h could go to `to`, by valence, lengths, creases and constraints there. */
 static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
     const curvopt_mesh *m = s->mesh;
@@ -89,7 +93,8 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
     int32_t v_next = co_mesh_destination(m, h), w_next = m->corner_vertex[mirrored ? edge : co_mesh_next(m, to)];
     return m->valence[v] == m->valence[w] &&
            co_mesh_face_size(m, m->corner_face[h]) == co_mesh_face_size(m, m->corner_face[to]) &&
-           (m->twin[h] < 0) == (m->twin[edge] < 0) && fabs(s->length[v] - s->length[w]) <= s->tolerance &&
+           (m->twin[h] < 0) == (m->twin[edge] < 0) && leaves_out(s, h) == leaves_out(s, to) &&
+           fabs(s->length[v] - s->length[w]) <= s->tolerance &&
            fabs(distance(s->x + 3 * (size_t)v, s->x + 3 * (size_t)v_next) -
                 distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
            co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
@@ -239,12 +244,13 @@ static int by_length(const void *a, const void *b) {
 }
 
 static int32_t choose_seed(search *s, curvopt_error *error) {
-    int32_t n = s->mesh->info.n_vertices, fewest = n + 1;
+    int32_t n = s->mesh->info.n_vertices - s->mesh->info.n_isolated, fewest = n + 1;
     ranked *order = CO_NEW(ranked, n);
     if (!order)
         return co_status_no_memory(error);
-    for (int32_t v = 0; v < n; v++)
-        order[v] = (ranked){s->length[v], v};
+    for (int32_t v = 0, at = 0; v < s->mesh->info.n_vertices; v++)
+        if (s->mesh->vertex_corner[v] >= 0)
+            order[at++] = (ranked){s->length[v], v};
     qsort(order, (size_t)n, sizeof *order, by_length);
     for (int32_t first = 0, end; first < n; first = end) {
         for (end = first + 1; end < n && order[end].length - order[end - 1].length <= s->tolerance;)
@@ -355,7 +361,7 @@ static void end_search(search *s) {
 static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
                             int with_mirrors, search *s, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    double centroid[3], radius = co_similarity_frame(n, xyz, centroid);
+    double centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     *s = (search){.mesh = m,
                   .constraints = constraints,
                   .with_mirrors = with_mirrors,

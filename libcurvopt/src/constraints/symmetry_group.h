@@ -22,8 +22,10 @@ void co_symmetry_free(co_symmetry *symmetry);
 /* From a cage to its subdivision (subdivide.h). ERROR_MEMORY. */
 int32_t co_symmetry_subdivide(co_symmetry *symmetry, curvopt_error *error);
 
-/* Where element g takes a vertex. */
+/* Where element g takes a vertex; an isolated one stays. */
 static inline int32_t co_symmetry_vertex(const co_symmetry *s, const curvopt_mesh *m, int32_t g, int32_t v) {
+    if (m->vertex_corner[v] < 0)
+        return v;
     return m->corner_vertex[s->corner[(size_t)g * (size_t)s->n_corners + (size_t)m->vertex_corner[v]]];
 }
 

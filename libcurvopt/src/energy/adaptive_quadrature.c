@@ -175,7 +175,7 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
-    out->gauss_bonnet_defect = co_assembly_defect(a, v);
+    out->gauss_bonnet_defect = a->leaves_out ? (double)NAN : co_assembly_defect(a, v);
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->batches.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->batches.n_samples;

@@ -1,6 +1,143 @@
 /* Which energies are finite on which surface of a cage. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/admissibility.h"
 
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+/* ------------------------------------------------------------------------------------------- exceptions -- */
+
+enum { FINE = -1 };
+
+static int reason_of_flaw(co_mesh_flaw flaw) {
+    return flaw == CO_MESH_CURVE || flaw == CO_MESH_CROWDED ? CURVOPT_EXCEPTION_CROWDED_EDGE
+           : flaw == CO_MESH_FLIPPED                        ? CURVOPT_EXCEPTION_FLIPPED
+           : flaw == CO_MESH_PINCHED                        ? CURVOPT_EXCEPTION_PINCHED
+                                                            : CURVOPT_EXCEPTION_ISOLATED;
+}
+
+/* Why the faces of a fan (ring.h) are left out; FINE: they are not. */
+static int reason_of_fan(int32_t fan, int has_third) {
+    co_fan_type type = co_fan_type_of(fan);
+    int32_t n = co_fan_sectors(fan);
+    if (!co_fan_is_open(fan) && n == 2)
+        return CURVOPT_EXCEPTION_VALENCE_2;
+    if (!co_fan_is_integrable(fan))
+        return type == CO_FAN_CONE     ? CURVOPT_EXCEPTION_CONE
+               : type == CO_FAN_CORNER ? CURVOPT_EXCEPTION_CORNER
+               : n == 1                ? CURVOPT_EXCEPTION_ONE_FACE
+                                       : CURVOPT_EXCEPTION_NO_TANGENT_PLANE;
+    if (has_third && (type == CO_FAN_DART || (type == CO_FAN_CREASE && n != 2)))
+        return CURVOPT_EXCEPTION_POLE_ON_CURVE;
+    return FINE;
+}
+
+static void add_reason(int32_t *at, int32_t reason) {
+    if (*at == FINE || reason < *at)
+        *at = reason;
+}
+
+/* Only the fan that has no finite energy is left out, not what lies across a crease. Holes count for nothing. */
+static void find_by_corners(const curvopt_mesh *m, const int32_t *fan, int has_third, co_exceptions *e) {
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        int32_t v = m->corner_vertex[h];
+        co_mesh_flaw flaw = co_mesh_flaw_of(m, v);
+        if (e->face[m->corner_face[h]] == CURVOPT_EXCEPTION_HOLE)
+            continue;
+        int reason = flaw ? reason_of_flaw(flaw) : reason_of_fan(fan[h], has_third);
+        if (reason == FINE)
+            continue;
+        add_reason(&e->vertex[v], reason);
+        add_reason(&e->face[m->corner_face[h]], reason);
+    }
+}
+
+static int32_t add_holes(const curvopt_mesh *m, const curvopt_options *o, co_exceptions *e, curvopt_error *error) {
+    for (int32_t i = 0; i < o->n_holes; i++) {
+        if (o->holes[i] < 0 || o->holes[i] >= m->info.n_faces)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "hole %d is face %d; the cage has faces 0 to %d", i,
+                                  o->holes[i], m->info.n_faces - 1);
+        e->face[o->holes[i]] = CURVOPT_EXCEPTION_HOLE;
+    }
+    return CURVOPT_OK;
+}
+
+static void add_neighbours(const curvopt_mesh *m, co_exceptions *e) {
+    for (int32_t i = 0; i < m->info.n_isolated; i++)
+        e->vertex[m->isolated[i]] = CURVOPT_EXCEPTION_ISOLATED;
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        if (e->face[m->corner_face[h]] != FINE)
+            add_reason(&e->vertex[m->corner_vertex[h]], CURVOPT_EXCEPTION_BESIDE);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        e->n_held += e->vertex[v] != FINE;
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        e->n_left_out += e->face[f] != FINE;
+}
+
+void co_exceptions_free(co_exceptions *e) {
+    free(e->vertex);
+    free(e->face);
+    *e = (co_exceptions){0};
+}
+
+/* has_limits: faces of infinite energy are left out. */
+static int32_t find(const curvopt_mesh *m, const curvopt_options *o, int has_limits, co_exceptions *e,
+                    curvopt_error *error) {
+    int32_t *fan = CO_NEW(int32_t, m->info.n_corners);
+    int has_third = co_functional_of_weights(o->weights).has_third, status = CURVOPT_OK;
+    *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
+    if (!fan || !e->vertex || !e->face) {
+        status = co_status_no_memory(error);
+    } else {
+        for (int32_t v = 0; v < m->info.n_vertices; v++)
+            e->vertex[v] = FINE;
+        for (int32_t f = 0; f < m->info.n_faces; f++)
+            e->face[f] = FINE;
+        status = add_holes(m, o, e, error);
+        co_ring_fans(m, fan);
+        if (has_limits)
+            find_by_corners(m, fan, has_third, e);
+        add_neighbours(m, e);
+    }
+    free(fan);
+    if (status != CURVOPT_OK)
+        co_exceptions_free(e);
+    return status;
+}
+
+int32_t co_exceptions_find(const curvopt_mesh *m, const curvopt_options *o, co_exceptions *e, curvopt_error *error) {
+    return find(m, o, 1, e, error);
+}
+
+/* Names the vertex that most likely is to be looked at: the first with a reason of its own. */
+static int32_t refuse_all(const curvopt_mesh *m, const co_exceptions *e, curvopt_error *error) {
+    int32_t v = 0;
+    while (v + 1 < m->info.n_vertices && (e->vertex[v] == FINE || e->vertex[v] == CURVOPT_EXCEPTION_ISOLATED ||
+                                          e->vertex[v] == CURVOPT_EXCEPTION_BESIDE))
+        v++;
+    if (e->vertex[v] == CURVOPT_EXCEPTION_BESIDE || e->vertex[v] == FINE)
+        return co_status_fail(error, CURVOPT_ERROR_SURFACE, -1, "no face is left in the energy: all %d are holes",
+                              m->info.n_faces);
+    return co_status_fail(
+        error, CURVOPT_ERROR_SURFACE, v,
+        "no face is left in the energy: all %d are held as they are, the first at vertex %d, where %s", m->info.n_faces,
+        v, curvopt_exception_text(e->vertex[v]));
+}
+
+int32_t co_exceptions_of_run(const curvopt_mesh *m, const curvopt_options *o, co_exceptions *e, curvopt_error *error) {
+    *e = (co_exceptions){0};
+    int32_t status = o->strict ? co_mesh_check_manifold(m, error) : CURVOPT_OK;
+    if (status == CURVOPT_OK)
+        status = find(m, o, !o->strict, e, error);
+    if (status == CURVOPT_OK && e->n_left_out == m->info.n_faces) {
+        status = refuse_all(m, e, error);
+        co_exceptions_free(e);
+    }
+    return status;
+}
+
+/* -------------------------------------------------------------------------------------------- refusals -- */
+
 /* The cage's vertex at (0, 0) of a patch with an irregular fan, or -1 where that is the centre of a face that is no
  * quad: subdivision makes no others. */
 static int32_t vertex_of(const curvopt_mesh *m, const co_place *place) {

@@ -103,6 +103,17 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+static int32_t take_isolated(co_assembly *a, const curvopt_mesh *mesh, curvopt_error *error) {
+    size_t n = (size_t)mesh->info.n_isolated;
+    a->isolated = n ? CO_NEW(int32_t, n) : NULL;
+    if (n && !a->isolated)
+        return co_status_no_memory(error);
+    if (n)
+        memcpy(a->isolated, mesh->isolated, n * sizeof *a->isolated);
+    a->n_isolated = mesh->info.n_isolated;
+    return CURVOPT_OK;
+}
+
 /* Only `polynomial` blends over more than the faces at a vertex. */
 static int widest_blend(const curvopt_options *options) {
     return options->surface == CURVOPT_SURFACE_POLYNOMIAL ? options->blend_width : 1;
@@ -121,6 +132,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
         status = co_boundary_turning_create(mesh, &a->patches, &a->turning, error);
+    if (status == CURVOPT_OK)
+        status = take_isolated(a, mesh, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);
     a->own_cache.n_threads = a->n_threads;
     a->cache = tables ? tables : &a->own_cache;
@@ -153,6 +166,7 @@ void co_assembly_free(co_assembly *a) {
     free(a->rule);
     free(a->weight);
     free(a->active);
+    free(a->isolated);
     free(a->points);
     free(a->point_gradient);
     free(a->point_sums);
@@ -178,7 +192,7 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
         memcpy(a->points, xyz, 3 * n * sizeof *xyz);
     } else {
         double centroid[3];
-        radius = co_similarity_frame(n, xyz, centroid);
+        radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, centroid);
         const double unit = 1 / radius;
 #pragma omp parallel for schedule(static) num_threads(a->n_threads)
         for (size_t v = 0; v < n; v++)
@@ -194,7 +208,7 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
  * formula in the variables of a minimization. */
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
-    const double part = 1 / (double)n, unit = 1 / radius;
+    const double part = 1 / (double)(n - (size_t)a->n_isolated), unit = 1 / radius;
     double sum[CO_ORDERED_SUM_CHUNKS][6], mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
 #pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
@@ -215,6 +229,8 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
     for (size_t v = 0; v < n; v++)
         for (size_t c = 0; c < 3; c++)
             gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
+    for (int32_t i = 0; i < a->n_isolated; i++)
+        memset(gradient + 3 * (size_t)a->isolated[i], 0, 3 * sizeof *gradient);
 }
 
 /* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
@@ -419,5 +435,7 @@ double co_assembly_turning(const co_assembly *a) {
 }
 
 double co_assembly_defect(const co_assembly *a, const co_values *values) {
+    if (a->leaves_out)
+        return 0;
     return fabs(values->integral[CO_INT_K] + co_assembly_turning(a) - a->turning.target);
 }

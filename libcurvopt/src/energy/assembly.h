@@ -38,6 +38,9 @@ typedef struct co_assembly {
     int32_t n_active_cage;            /* number of active points that are vertices of the cage; they come first */
     int met;                          /* the tolerance has been met before */
     int third_allowed;                /* the surface can carry third-order energies */
+    int leaves_out;                   /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
+    int32_t *isolated;                /* [n_isolated] vertices that no face uses, ascending; NULL: none */
+    int32_t n_isolated;               /* number of these */
     double *weight;                   /* [n_patches] factor of each patch's contribution; NULL: all are 1 */
     uint8_t *rule;                    /* [n_patches] quadrature rule, 0 .. CO_FINEST_RULE */
     int32_t rules_version;            /* number of times that rules have changed */
@@ -105,7 +108,8 @@ void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, c
 /* Total turning of boundaries and creases (boundary_turning.h) at the positions that were evaluated last. */
 double co_assembly_turning(const co_assembly *assembly);
 
-/* Distance of the total curvature from what Gauss and Bonnet say, at the positions that were evaluated last. */
+/* Distance of the total curvature from what Gauss and Bonnet say, at the positions that were evaluated last; 0 where
+ * faces are left out. */
 double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 
 /* Makes the batches of the present rules; they are empty on failure, and those of before if that is cancelled.

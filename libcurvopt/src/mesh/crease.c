@@ -80,7 +80,7 @@ static int32_t set_vertices(curvopt_mesh *m, const curvopt_creases *c, curvopt_e
         m->vertex_sharpness[c->corner_vertices[i]] = c->corner_sharpness[i];
     }
     for (int32_t v = 0; corners && v < m->info.n_vertices; v++)
-        if (co_mesh_is_boundary_vertex(m, v) && m->valence[v] == 2)
+        if (co_mesh_is_boundary_vertex(m, v) && m->valence[v] == 2 && co_mesh_flaw_of(m, v) == CO_MESH_SOUND)
             m->vertex_sharpness[v] = CURVOPT_SHARPNESS_INFINITE;
     return CURVOPT_OK;
 }
@@ -180,7 +180,7 @@ int32_t curvopt_mesh_create_creased(int32_t n_vertices, int32_t n_faces, const i
 int32_t curvopt_mesh_create_part(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes,
                                  const int32_t *face_vertices, const curvopt_creases *creases, curvopt_mesh **out,
                                  curvopt_error *error) {
-    int32_t status = co_mesh_create_loose(n_vertices, n_faces, face_sizes, face_vertices, out, error);
+    int32_t status = co_mesh_create(n_vertices, n_faces, face_sizes, face_vertices, out, error);
     return status == CURVOPT_OK ? set_or_destroy(out, creases, error) : status;
 }
 

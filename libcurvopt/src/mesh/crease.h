@@ -24,12 +24,14 @@ static inline int co_crease_is_fading(double sharpness) {
 static inline double co_crease_softened(double sharpness) {
     return co_crease_is_infinite(sharpness) ? sharpness : sharpness > 1 ? sharpness - 1 : 0;
 }
-/* Sharpness of the edge that half-edge h belongs to; a boundary is an infinitely sharp edge. */
+/* Sharpness of the edge that half-edge h belongs to; a boundary is an infinitely sharp edge, and so is an edge that is
+ * no manifold's (mesh.h). */
 static inline double co_crease_edge(const curvopt_mesh *m, int32_t h) {
     return m->twin[h] < 0 ? CURVOPT_SHARPNESS_INFINITE : m->edge_sharpness ? m->edge_sharpness[m->edge[h]] : 0;
 }
+/* Sharpness of a vertex. */
 static inline double co_crease_vertex(const curvopt_mesh *m, int32_t v) {
-    return m->vertex_sharpness ? m->vertex_sharpness[v] : 0;
+    return co_mesh_is_fixed(m, v) ? CURVOPT_SHARPNESS_INFINITE : m->vertex_sharpness ? m->vertex_sharpness[v] : 0;
 }
 
 /* Checks creases and puts them into a mesh that has none yet. ERROR_ARGUMENT, ERROR_MEMORY. */

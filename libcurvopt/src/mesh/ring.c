@@ -15,11 +15,26 @@ typedef struct vertex_state {
     int is_corner;  /* whether the corner rule holds: a sharp vertex, or three cuts and more */
 } vertex_state;
 
-static vertex_state look_round(const curvopt_mesh *m, int32_t v) {
-    int32_t first = m->vertex_corner[v], h = first;
-    double sharpness = co_crease_vertex(m, v);
+/* The half-edge that the walk round h's vertex begins at; where several fans meet, round h's. */
+static int32_t beginning(const curvopt_mesh *m, int32_t h) {
+    int32_t v = m->corner_vertex[h], least = h;
+    if (co_mesh_flaw_of(m, v) == CO_MESH_SOUND)
+        return m->vertex_corner[v];
+    for (int32_t g = h; m->twin[g] >= 0;) { /* clockwise */
+        g = co_mesh_next(m, m->twin[g]);
+        if (g == h)
+            return least;
+        least = m->twin[g] < 0 || g < least ? g : least;
+    }
+    return least;
+}
+
+/* first: from beginning(). */
+static vertex_state look_round(const curvopt_mesh *m, int32_t first) {
+    int32_t h = first;
+    double sharpness = co_crease_vertex(m, m->corner_vertex[h]);
     vertex_state s = {.cut = -1, .is_fading = co_crease_is_fading(sharpness)};
-    if (!m->edge_sharpness && !m->vertex_sharpness && m->twin[first] >= 0)
+    if (!m->edge_sharpness && sharpness == 0 && m->twin[first] >= 0)
         return s;
     do {
         double edge = co_crease_edge(m, h);
@@ -65,9 +80,10 @@ static void mark_fan(const curvopt_mesh *m, const vertex_state *s, int32_t h, ui
         kind[g] = mark;
 }
 
-static void mark_vertex(const curvopt_mesh *m, int32_t v, uint8_t *kind) {
-    vertex_state s = look_round(m, v);
-    int32_t first = s.cut < 0 || m->twin[m->vertex_corner[v]] < 0 ? m->vertex_corner[v] : s.cut, h = first;
+/* begin: from beginning(). */
+static void mark_vertex(const curvopt_mesh *m, int32_t begin, uint8_t *kind) {
+    vertex_state s = look_round(m, begin);
+    int32_t first = s.cut < 0 || m->twin[begin] < 0 ? begin : s.cut, h = first;
     do {
         if (h == first || is_cut(m, h))
             mark_fan(m, &s, h, kind);
@@ -89,9 +105,8 @@ static int is_isolated(const curvopt_mesh *m, int32_t h, const uint8_t *kind) {
 
 void co_ring_classify(const curvopt_mesh *m, uint8_t *kind) {
     for (int32_t h = 0; h < m->info.n_corners; h++)
-        kind[h] = CO_CORNER_UNREADY; /* a loose mesh's vertices may have fans that no walk meets */
-    for (int32_t v = 0; v < m->info.n_vertices; v++)
-        mark_vertex(m, v, kind);
+        if (beginning(m, h) == h)
+            mark_vertex(m, h, kind);
     /* Demoting one never makes another more or less isolated: neither kind is regular. */
     for (int32_t h = 0; h < m->info.n_corners; h++)
         if (kind[h] == CO_CORNER_EXTRAORDINARY && !is_isolated(m, h, kind))
@@ -99,7 +114,7 @@ void co_ring_classify(const curvopt_mesh *m, uint8_t *kind) {
 }
 
 int32_t co_ring_fan(const curvopt_mesh *m, int32_t h, int32_t *first) {
-    vertex_state s = look_round(m, m->corner_vertex[h]);
+    vertex_state s = look_round(m, beginning(m, h));
     int32_t sector = 0, g = h;
     while (s.n_cuts > 0 && !is_cut(m, g)) { /* clockwise */
         g = co_mesh_next(m, m->twin[g]);
@@ -109,10 +124,24 @@ int32_t co_ring_fan(const curvopt_mesh *m, int32_t h, int32_t *first) {
     return fan_from(m, &s, g) | co_fan_make(CO_FAN_CLOSED, 0, sector);
 }
 
+void co_ring_fans(const curvopt_mesh *m, int32_t *fan) {
+    for (int32_t begin = 0; begin < m->info.n_corners; begin++) {
+        if (beginning(m, begin) != begin)
+            continue;
+        vertex_state s = look_round(m, begin);
+        int32_t first = s.cut < 0 || m->twin[begin] < 0 ? begin : s.cut, h = first, at = 0;
+        do {
+            at = h == first || is_cut(m, h) ? fan_from(m, &s, h) : at;
+            fan[h] = at;
+            h = co_mesh_rotate(m, h);
+        } while (h >= 0 && h != first);
+    }
+}
+
 /* ----------------------------------------------------------------------------------------------- phantoms -- */
 
 int co_ring_has_phantoms(const curvopt_mesh *m) {
-    return m->info.n_boundary_edges > 0 || m->edge_sharpness || m->vertex_sharpness;
+    return m->info.n_boundary_edges > 0 || m->edge_sharpness || m->vertex_sharpness || m->flaw;
 }
 
 int32_t co_ring_n_numbers(const curvopt_mesh *m) {

@@ -48,7 +48,11 @@ void co_ring_classify(const curvopt_mesh *mesh, uint8_t *kind);
  * *first is the half-edge that begins the fan. */
 int32_t co_ring_fan(const curvopt_mesh *mesh, int32_t h, int32_t *first);
 
-/* Whether the mesh can need phantoms: it has a boundary or sharp edges. */
+/* Fills fan [n_corners] with the kind of the fan that each corner is in, its sector left 0, as it is when all that
+ * fades has faded. Linear time, but for flawed vertices, which take the square of their valence. */
+void co_ring_fans(const curvopt_mesh *mesh, int32_t *fan);
+
+/* Whether the mesh can need phantoms: it has a boundary, sharp edges or flaws. */
 int co_ring_has_phantoms(const curvopt_mesh *mesh);
 /* How many numbers vertices and phantoms have together. */
 int32_t co_ring_n_numbers(const curvopt_mesh *mesh);

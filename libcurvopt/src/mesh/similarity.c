@@ -8,18 +8,38 @@
 
 static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
 
-double co_similarity_frame(size_t n, const double *xyz, double centroid[3]) {
-    double squares[3] = {0, 0, 0}, part = 1 / (double)n; /* times that: sums of squares might be too large */
+double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped, const int32_t *skipped,
+                                   double centroid[3]) {
+    double squares[3] = {0, 0, 0}, part = 1 / (double)(n - n_skipped); /* times that: sums might be too large */
     centroid[0] = centroid[1] = centroid[2] = 0;
-    for (size_t v = 0; v < n; v++)
+    for (size_t v = 0, k = 0; v < n; v++) {
+        if (skipped && k < n_skipped && (size_t)skipped[k] == v) {
+            k++;
+            continue;
+        }
         for (int c = 0; c < 3; c++)
             centroid[c] += part * xyz[3 * v + (size_t)c];
-    for (size_t v = 0; v < n; v++)
+    }
+    for (size_t v = 0, k = 0; v < n; v++) {
+        if (skipped && k < n_skipped && (size_t)skipped[k] == v) {
+            k++;
+            continue;
+        }
         for (int c = 0; c < 3; c++) {
             double x = xyz[3 * v + (size_t)c] - centroid[c];
             squares[c] += part * x * x;
         }
+    }
     return sqrt(squares[0] + squares[1] + squares[2]);
+}
+
+double co_similarity_frame(size_t n, const double *xyz, double centroid[3]) {
+    return co_similarity_frame_without(n, xyz, 0, NULL, centroid);
+}
+
+double co_similarity_mesh_frame(const curvopt_mesh *m, const double *xyz, double centroid[3]) {
+    return co_similarity_frame_without((size_t)m->info.n_vertices, xyz, (size_t)m->info.n_isolated, m->isolated,
+                                       centroid);
 }
 
 /* Newton's iteration for the polar factor, X <- (X + X^-T) / 2 (Higham 1986), without his scaling: what comes in

@@ -4,12 +4,17 @@
 #ifndef CO_MESH_SIMILARITY_H
 #define CO_MESH_SIMILARITY_H
 
-#include "base/status.h"
+#include "mesh/mesh.h"
 
 #include <stddef.h>
 
 /* Fills centroid with the mean of n points xyz [3 n] and returns their root mean square distance from it. */
 double co_similarity_frame(size_t n, const double *xyz, double centroid[3]);
+/* The same without the n_skipped points skipped [n_skipped], ascending. */
+double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped, const int32_t *skipped,
+                                   double centroid[3]);
+/* The same of a mesh's vertices xyz [3 n_vertices], isolated ones not counted: energies do not depend on these. */
+double co_similarity_mesh_frame(const curvopt_mesh *mesh, const double *xyz, double centroid[3]);
 /* Replaces m by the orthogonal matrix nearest to it. Returns 0 if m is singular, and m is undefined then. */
 int co_similarity_orthogonal_factor(double m[3][3]);
 /* Moves xyz [3 n] rigidly to where it lies closest to `reference` [3 n] in the sum of squared distances (Kabsch 1976).

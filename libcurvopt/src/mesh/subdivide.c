@@ -2,7 +2,8 @@
  *
  * Follows: Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10(6), 1978;
  * boundaries and creases as uniform cubic B-spline curves, corners kept; while a sharpness fades below 1, the rules
- * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex.
+ * before and after are mixed as OpenSubdiv's Sdc::Scheme does: by the mean sharpness of what fades at the vertex. Where
+ * a cage is no manifold, vertices stay and edges are infinitely sharp, as OpenSubdiv has it.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh/subdivide.h"
@@ -20,6 +21,9 @@ typedef struct row_builder {
     size_t *slot;      /* [n_vertices] entry that last held each column; of this row if it is from begin to end - 1 */
     int32_t row;       /* number of the row being built */
     size_t begin, end; /* entries of the row so far */
+    int32_t *fan;      /* [n_fans] first half-edges of the open fans at vertices of CO_MESH_CURVE, by vertex */
+    int32_t n_fans;    /* number of these */
+    int32_t next_fan;  /* the first that has not been used */
 } row_builder;
 
 static void row_begin(row_builder *b, int32_t row) {
@@ -128,14 +132,42 @@ static void add_rule(row_builder *b, const curvopt_mesh *m, int32_t v, const sha
     }
 }
 
+/* The same round a vertex of CO_MESH_CURVE: over all of its open fans, each between two flawed edges, which are those
+ * of the first. */
+static void look_round_curve(row_builder *b, const curvopt_mesh *m, int32_t v, sharp_edges state[2], fading *f) {
+    double sharpness = co_crease_vertex(m, v);
+    state[0] = (sharp_edges){.is_corner = sharpness > 0};
+    state[1] = (sharp_edges){.is_corner = co_crease_softened(sharpness) > 0};
+    *f = (fading){0};
+    note_fading(f, sharpness);
+    for (int fan = 0; b->next_fan < b->n_fans && m->corner_vertex[b->fan[b->next_fan]] == v; fan++, b->next_fan++) {
+        int32_t first = b->fan[b->next_fan], last = first;
+        for (int32_t h = first; h >= 0; last = h, h = co_mesh_rotate(m, h))
+            if (h != first || fan == 0)
+                note_edge(co_crease_edge(m, h), co_mesh_destination(m, h), state, f);
+        if (fan == 0)
+            note_edge(CURVOPT_SHARPNESS_INFINITE, m->corner_vertex[co_mesh_prev(m, last)], state, f);
+    }
+    for (int i = 0; i < 2; i++)
+        state[i].is_corner |= state[i].count > 2;
+}
+
 static void vertex_row(row_builder *b, const curvopt_mesh *m, int32_t v) {
     sharp_edges state[2];
     fading f;
-    if (!m->edge_sharpness && !m->vertex_sharpness && !co_mesh_is_boundary_vertex(m, v)) {
+    co_mesh_flaw flaw = co_mesh_flaw_of(m, v);
+    if (flaw != CO_MESH_SOUND && flaw != CO_MESH_CURVE) {
+        row_add(b, v, 1);
+        return;
+    }
+    if (flaw == CO_MESH_SOUND && !m->edge_sharpness && !m->vertex_sharpness && !co_mesh_is_boundary_vertex(m, v)) {
         add_smooth_rule(b, m, v, 1);
         return;
     }
-    look_round(m, v, state, &f);
+    if (flaw == CO_MESH_CURVE)
+        look_round_curve(b, m, v, state, &f);
+    else
+        look_round(m, v, state, &f);
     double weight = f.count ? fmin(f.sum / f.count, 1) : 1;
     add_rule(b, m, v, &state[0], weight);
     if (weight < 1)
@@ -162,15 +194,49 @@ static size_t entries_bound(const curvopt_mesh *m) {
     return n;
 }
 
+typedef struct fan_start {
+    int32_t vertex, h;
+} fan_start;
+
+static int by_vertex(const void *a, const void *b) {
+    const fan_start *x = a, *y = b;
+    return x->vertex != y->vertex ? (x->vertex > y->vertex) - (x->vertex < y->vertex) : (x->h > y->h) - (x->h < y->h);
+}
+
+/* Fills b->fan. */
+static int32_t list_fans(const curvopt_mesh *m, row_builder *b, curvopt_error *error) {
+    int32_t n = 0;
+    for (int32_t h = 0; m->flaw && h < m->info.n_corners; h++)
+        n += m->twin[h] < 0 && co_mesh_flaw_of(m, m->corner_vertex[h]) == CO_MESH_CURVE;
+    if (n == 0)
+        return CURVOPT_OK;
+    fan_start *start = CO_NEW(fan_start, n);
+    b->fan = CO_NEW(int32_t, n);
+    if (!start || !b->fan) {
+        free(start);
+        return co_status_no_memory(error);
+    }
+    for (int32_t h = 0; h < m->info.n_corners; h++)
+        if (m->twin[h] < 0 && co_mesh_flaw_of(m, m->corner_vertex[h]) == CO_MESH_CURVE)
+            start[b->n_fans++] = (fan_start){m->corner_vertex[h], h};
+    qsort(start, (size_t)n, sizeof *start, by_vertex);
+    for (int32_t i = 0; i < n; i++)
+        b->fan[i] = start[i].h;
+    free(start);
+    return CURVOPT_OK;
+}
+
 static int32_t build_rows(const curvopt_mesh *m, co_sparse_rows *rows, curvopt_error *error) {
     const curvopt_mesh_info *n = &m->info;
     size_t *slot = CO_NEW(size_t, n->n_vertices);
     if (!slot)
         return co_status_no_memory(error);
+    row_builder b = {.rows = rows, .slot = slot};
     int32_t status =
         co_sparse_rows_allocate(rows, n->n_vertices + n->n_edges + n->n_faces, n->n_vertices, entries_bound(m), error);
+    if (status == CURVOPT_OK)
+        status = list_fans(m, &b, error);
     if (status == CURVOPT_OK) {
-        row_builder b = {.rows = rows, .slot = slot};
         for (int32_t v = 0; v < n->n_vertices; v++) {
             row_begin(&b, v);
             vertex_row(&b, m, v);
@@ -188,6 +254,7 @@ static int32_t build_rows(const curvopt_mesh *m, co_sparse_rows *rows, curvopt_e
         }
     }
     free(slot);
+    free(b.fan);
     return status;
 }
 
@@ -205,11 +272,21 @@ static int32_t build_faces(const curvopt_mesh *m, curvopt_mesh **fine, curvopt_e
         vertices[4 * h + 2] = n->n_vertices + n->n_edges + m->corner_face[h];
         vertices[4 * h + 3] = n->n_vertices + m->edge[co_mesh_prev(m, h)];
     }
-    status = co_mesh_create_loose(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
+    status = co_mesh_create(n->n_vertices + n->n_edges + n->n_faces, n->n_corners, sizes, vertices, fine, error);
 done:
     free(sizes);
     free(vertices);
     return status;
+}
+
+/* A curve runs smoothly through the middle of every flawed edge, also of flipped faces: as the two halves are in line,
+ * it stays where it is whatever the rule, but the patches beside it are regular. */
+static void mark_middles(const curvopt_mesh *m, curvopt_mesh *fine) {
+    for (int32_t e = 0; fine->flaw && e < m->info.n_edges; e++) {
+        uint8_t *flaw = &fine->flaw[m->info.n_vertices + e];
+        if (m->twin[m->edge_corner[e]] < 0 && *flaw != CO_MESH_SOUND)
+            *flaw = CO_MESH_CURVE;
+    }
 }
 
 int32_t co_subdivide(const curvopt_mesh *mesh, curvopt_mesh **fine, co_sparse_rows *rows, curvopt_error *error) {
@@ -218,6 +295,8 @@ int32_t co_subdivide(const curvopt_mesh *mesh, curvopt_mesh **fine, co_sparse_ro
         return co_status_fail(error, CURVOPT_ERROR_SIZE, -1, "a cage of %d face corners is too large to subdivide",
                               mesh->info.n_corners);
     int32_t status = build_faces(mesh, fine, error);
+    if (status == CURVOPT_OK)
+        mark_middles(mesh, *fine);
     if (status == CURVOPT_OK)
         status = co_crease_soften(mesh, fine, error);
     if (status == CURVOPT_OK && rows) {

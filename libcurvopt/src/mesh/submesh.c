@@ -49,9 +49,12 @@ int32_t co_submesh_extract(const curvopt_mesh *mesh, const uint8_t *keep, curvop
         for (int32_t h = mesh->face_start[f]; h < mesh->face_start[f + 1]; h++)
             vertices[n_corners++] = new_index[mesh->corner_vertex[h]];
     }
-    status = co_mesh_create_loose(n_vertices, n_faces, sizes, vertices, out, error);
+    status = co_mesh_create(n_vertices, n_faces, sizes, vertices, out, error);
     if (status == CURVOPT_OK)
         status = co_crease_inherit(mesh, keep, old_index, out, error);
+    for (int32_t v = 0; status == CURVOPT_OK && (*out)->flaw && v < n_vertices; v++)
+        if (co_mesh_flaw_of(mesh, old_index[v]) == CO_MESH_CURVE && (*out)->flaw[v] != CO_MESH_SOUND)
+            (*out)->flaw[v] = CO_MESH_CURVE;
     if (status == CURVOPT_OK) {
         *vertex_of = old_index;
         old_index = NULL;

@@ -7,7 +7,7 @@
 /* The same mesh, creases included, once more. ERROR_MEMORY. */
 int32_t co_submesh_copy(const curvopt_mesh *mesh, curvopt_mesh **out, curvopt_error *error);
 
-/* The faces with keep[f] != 0 as a mesh of their own, made by co_mesh_create_loose. Faces and vertices keep their
+/* The faces with keep[f] != 0 as a mesh of their own, made by co_mesh_create. Faces and vertices keep their
  * order; vertex_of [vertices kept], which the caller frees, has their old numbers. ERROR_MEMORY. */
 int32_t co_submesh_extract(const curvopt_mesh *mesh, const uint8_t *keep, curvopt_mesh **out, int32_t **vertex_of,
                            curvopt_error *error);

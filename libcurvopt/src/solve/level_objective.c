@@ -93,7 +93,7 @@ void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
             now->gradient[k] *= radius;
     }
     co_level_objective_place(o, now->x);
-    o->edge = co_mesh_mean_edge(o->mesh, o->positions);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
 }
 
 void co_level_objective_to_user(const co_level_objective *o, const double *z, double normalized_area, double *xyz) {
@@ -127,22 +127,25 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     const co_run_context *run = o->run;
     const curvopt_options *options = run->options;
     size_t n = (size_t)o->mesh->info.n_vertices;
-    double centroid[3], radius = co_similarity_frame(n, o->start, centroid), *face_weight = NULL;
+    double centroid[3], radius = co_similarity_mesh_frame(o->mesh, o->start, centroid), *face_weight = NULL;
     const double *origin = o->is_framed ? run->centroid : centroid;
     double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
-    o->edge = co_mesh_mean_edge(o->mesh, o->positions);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
     if (status == CURVOPT_OK)
         co_dof_map_variables(&o->reduction, o->positions, z);
     if (status == CURVOPT_OK)
         status = co_penalty_create(&o->held.springs, &o->reduction, origin, unit,
                                    co_penalty_stiffness(options->weights), &o->penalty, error);
-    if (status == CURVOPT_OK && symmetry->order > 1)
+    if (status == CURVOPT_OK && (symmetry->order > 1 || o->held.left_out))
         status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
+    for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
+        face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
         status = co_assembly_create(o->mesh, options, run->tables, face_weight, &o->assembly, error);
+    o->assembly.leaves_out = o->held.left_out != NULL;
     free(face_weight);
     return status;
 }

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/mirror_planes.h"
+#include "energy/admissibility.h"
 #include "mesh/similarity.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
@@ -27,9 +28,17 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     int resolved, changed;
     curvopt_energies *start = &r->result->start;
     double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
-    int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, NULL, &assembly, error);
+    const uint8_t *left_out = r->constraints.left_out;
+    double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
+    if (left_out && !weight)
+        return co_status_no_memory(error);
+    for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
+        weight[f] = !left_out[f];
+    int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, weight, &assembly, error);
+    free(weight);
     if (status != CURVOPT_OK)
         return status;
+    assembly.leaves_out = left_out != NULL;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
                                             start, &resolved, &changed, error);
     if (status == CURVOPT_OK && !r->context.options->joshi_sequin)
@@ -199,19 +208,39 @@ static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xy
     return status;
 }
 
-/* Constraints of the user and symmetries of the input cage. */
+/* What is held and left out of the energy. */
+static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    co_exceptions found;
+    int32_t status = co_exceptions_of_run(mesh, r->context.options, &found, error);
+    if (status == CURVOPT_OK && found.n_left_out)
+        status = co_constraints_leave_out(mesh, found.face, &r->constraints, error);
+    r->result->summary.n_held = found.n_held;
+    r->result->summary.n_left_out = found.n_left_out;
+    co_exceptions_free(&found);
+    return status;
+}
+
+/* Exceptions alone may hold a whole cage on the first level: inside the faces that are left others can move. */
+static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    co_constraints all = {0};
+    if (!r->constraints.freedom && !(r->result->summary.n_held && o->levels == 1))
+        return CURVOPT_OK;
+    int32_t status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_check(mesh, &all, error);
+    co_constraints_free(&all);
+    return status;
+}
+
+/* Constraints, exceptions and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
     int32_t status = co_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
-    if (status != CURVOPT_OK)
-        return status;
-    if (r->constraints.freedom) {
-        co_constraints all = {0};
-        status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
-        if (status == CURVOPT_OK)
-            status = co_constraints_check(mesh, &all, error);
-        co_constraints_free(&all);
-    }
+    if (status == CURVOPT_OK)
+        status = find_exceptions(r, mesh, error);
+    if (status == CURVOPT_OK)
+        status = check_motion(r, mesh, error);
     if (status != CURVOPT_OK)
         return status;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
@@ -240,7 +269,7 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
         return co_status_no_memory(error);
     memcpy(r->at.xyz, xyz, n * sizeof(double));
     memcpy(r->at.start, xyz, n * sizeof(double));
-    r->context.radius = co_similarity_frame(n / 3, xyz, r->context.centroid);
+    r->context.radius = co_similarity_mesh_frame(mesh, xyz, r->context.centroid);
     int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
     if (status == CURVOPT_OK)
         status = find_structure(r, mesh, xyz, error);

@@ -34,7 +34,7 @@ typedef struct finder {
 /* Whether v is the smooth vertex of a closed fan of quads, but not of four; two have no characteristic map. */
 static int is_extraordinary(const finder *f, int32_t v) {
     int32_t h = f->mesh->vertex_corner[v], first;
-    return f->kind[h] == CO_CORNER_EXTRAORDINARY && f->mesh->valence[v] > 2 &&
+    return h >= 0 && f->kind[h] == CO_CORNER_EXTRAORDINARY && f->mesh->valence[v] > 2 &&
            co_fan_type_of(co_ring_fan(f->mesh, h, &first)) == CO_FAN_CLOSED;
 }
 

@@ -115,6 +115,9 @@ static int32_t add_table(co_boundary_turning *turning, int32_t kind, int side, i
 /* Fans at a vertex once the surface is cut, and whether a cut ends there. */
 static int32_t count_fans(const curvopt_mesh *m, int32_t v, int *is_dart) {
     int32_t first = m->vertex_corner[v], h = first, cuts = 0;
+    *is_dart = 0;
+    if (first < 0) /* isolated */
+        return 0;
     do {
         cuts += co_crease_is_infinite(co_crease_edge(m, h));
         h = co_mesh_rotate(m, h);
