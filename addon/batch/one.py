@@ -56,7 +56,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
-    return f"{messages.solution_text(request, solution)}\n{verdict}"
+    held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+    return "\n".join(part for part in (messages.solution_text(request, solution), held, verdict) if part)
 
 
 def _solve(
@@ -141,6 +142,8 @@ def report(
         "levels": [_level(level) for level in solution.levels],
         "stop": solution.stop,
         "seconds": solution.seconds,
+        "n_held": solution.exceptions.n_held,
+        "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),
     }
 

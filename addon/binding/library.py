@@ -18,6 +18,7 @@ import numpy as np
 
 from .abi import (
     BOUNDARY_RULES,
+    EXCEPTIONS,
     HEADER_VERSION,
     INTS,
     MAX_TERMS,
@@ -40,7 +41,7 @@ from .abi import (
     CProgress,
     CSummary,
 )
-from .values import Cage, Creases, Energies, Held, LevelReport, Progress, Summary, Verification
+from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary, Verification
 
 LIBRARY_NAME = "libcurvopt.so"
 LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
@@ -180,13 +181,12 @@ class Library:
 
     def options(self, weights: Mapping[str, float], held: Held | None = None, **fields: float) -> COptions:
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
-        vertices held. Cages with exceptions are refused unless `strict` is 0.
+        vertices held.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
         refuses."""
         options = COptions()
         self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
-        options.strict = 1  # what is held and left out is not shown yet
         options.weights = (C.c_double * MAX_TERMS)()
         for term, weight in weights.items():
             if term not in TERMS:
@@ -328,14 +328,20 @@ class Mesh(_Handle):
         )  # fmt: skip
         return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
 
-    def exceptions(self, options: COptions) -> tuple[np.ndarray, np.ndarray]:
-        """Why vertices (n,) are held and faces (m,) left out of the energy, int32: indices into abi.EXCEPTIONS, or -1."""
+    def exceptions(self, options: COptions) -> Exceptions:
+        """What a run with these options holds and leaves out of the energy."""
         info = self.info()
         vertices, faces = np.empty(info.n_vertices, np.int32), np.empty(info.n_faces, np.int32)
         self.lib.call(
             "curvopt_mesh_find_exceptions", self.pointer, C.byref(options), _int_pointer(vertices), _int_pointer(faces)
         )
-        return vertices, faces
+        reasons = tuple(
+            (self.lib.c.curvopt_exception_text(int(reason)).decode(), np.flatnonzero(vertices == reason))
+            for reason in np.unique(vertices[vertices >= 0])
+            if EXCEPTIONS[reason] not in ("beside", "hole")
+        )
+        n_named = sum(len(found) for _, found in reasons)
+        return Exceptions(reasons, int((vertices >= 0).sum()) - n_named, int((faces >= 0).sum()))
 
     def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
         """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""

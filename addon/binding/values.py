@@ -118,6 +118,21 @@ class LevelReport:
 
 
 @dataclass(frozen=True)
+class Exceptions:
+    """What a run held and left out of the energy: vertices of the cage (k,) by the reason, the library's text, in
+    the library's order; vertices that only lie beside these; and the number of faces."""
+
+    reasons: tuple[tuple[str, np.ndarray], ...] = ()
+    n_beside: int = 0
+    n_left_out: int = 0
+
+    @property
+    def n_held(self) -> int:
+        """Vertices that were held, the ones beside among them."""
+        return self.n_beside + sum(len(vertices) for _, vertices in self.reasons)
+
+
+@dataclass(frozen=True)
 class Verification:
     """What the Hessian says of a result: the verdict, of abi.VERDICTS; the Newton decrement, NAN if unknown; the
     number of negative directions, -1 if there are some but not counted, or if nothing is known."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..binding import library
 from ..binding.abi import BOUNDARIES, DEFAULTS, SYMMETRIES
-from ..binding.values import Cage, Energies, Held, LevelReport, Progress, Verification
+from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
 from .snapshot import Watcher
@@ -58,6 +58,7 @@ class Solution:
     seconds: float
     levels: tuple[LevelReport, ...]
     symmetry_order: int
+    exceptions: Exceptions = Exceptions()
 
 
 OnProgress = Callable[[Progress], object]
@@ -111,7 +112,7 @@ def solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order,
+                levels, summary.symmetry_order, mesh.exceptions(options),
             )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from ..binding.library import CurvoptError, LibraryError
-from ..binding.values import Progress, Verification
+from ..binding.values import Exceptions, Progress, Verification
 from .energy import number_text
 from .job import ModalRun, Phase, Request, Solution
 
@@ -57,6 +57,28 @@ def solution_text(request: Request, solution: Solution) -> str:
         f"{request.label} {number_text(before)} to {number_text(after)}, {_STOP_WORDS[solution.stop]} "
         f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
     )
+
+
+_MOST_NAMED = 3
+
+
+def exceptions_text(found: Exceptions) -> str:
+    """What was held and left out of the energy, and why, in a sentence; empty for nothing."""
+    if found.n_held == 0:
+        return ""
+    parts = []
+    for reason, vertices in found.reasons:
+        named = ", ".join(f"vertex {vertex}" for vertex in vertices[:_MOST_NAMED])
+        more = f" and {len(vertices) - _MOST_NAMED} more" if len(vertices) > _MOST_NAMED else ""
+        parts.append(f"{reason} ({named}{more})")
+    counts = f"{_counted(found.n_held, 'vertex', 'vertices')} held as they are"
+    if found.n_left_out:
+        counts += f", {_counted(found.n_left_out, 'face', 'faces')} left out of the energy"
+    return in_blender(f"{counts}: {'; '.join(parts)}")
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
 
 
 def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged") -> str:

@@ -139,8 +139,8 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
         remark = adjust.apply(self._source, self._request, solution, self._outcome)
         text = messages.solution_text(self._request, solution)
-        if remark:
-            text = f"{text}. {remark}"
+        held = self._source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+        text = ". ".join(part for part in (text, held, remark) if part)
         self.report({"WARNING" if remark else "INFO"}, text)
         display.show(context, text, about=context.view_layer.objects.active.name)
         return {"FINISHED"}

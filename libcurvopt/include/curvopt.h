@@ -459,12 +459,15 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
 /* Why vertices are held and faces left out of the energy. A face is left out if the surface has no finite energy at one
  * of its corners, or no neighbourhood like a disc's or a half disc's; it stays out on finer levels. The vertices of
  * such faces are held: they stay exactly where they are, and on finer levels where subdivision puts them. All the rest
- * is optimized. X(NAME, value, "name", text) ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED  the cage is no manifold there,
- * or not consistently oriented VALENCE_2, CONE, CORNER, ONE_FACE, NO_TANGENT_PLANE the Catmull-Clark rules leave no
- * tangent plane, or one with infinite int k^2 dA; a corner of one face is fine, and so are smooth boundary and crease
- * vertices with two or three faces on a side POLE_ON_CURVE  third-order terms only: no surface of this build has finite
- * ones at such a vertex BESIDE       a vertex of a face that is left out for another of its vertices HOLE         a
- * face of options.holes */
+ * is optimized. X(NAME, value, "name", text)
+ *   ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED
+ *                     the cage is no manifold there, or not consistently oriented
+ *   VALENCE_2, CONE, CORNER, ONE_FACE, NO_TANGENT_PLANE
+ *                     the Catmull-Clark rules leave no tangent plane, or one with infinite int k^2 dA; a corner of one
+ *                     face is fine, and so are smooth boundary and crease vertices with two or three faces on a side
+ *   POLE_ON_CURVE     third-order terms only: no surface of this build has finite ones at such a vertex
+ *   BESIDE            a vertex of a face that is left out for another of its vertices
+ *   HOLE              a face of options.holes */
 #define CURVOPT_EXCEPTION_LIST(X)                                                                                      \
     X(ISOLATED, 0, "isolated", "no face uses the vertex")                                                              \
     X(CROWDED_EDGE, 1, "crowded_edge", "three or more faces share an edge")                                            \
