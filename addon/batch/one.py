@@ -42,7 +42,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         source = read_cage.read_source(bpy.context, obj)
         pin = "NOTHING" if options.pin_group is None else "GROUP"
         held = read_cage.read_held(obj, pin, options.pin_group)
-        request = job.Request(options.energy, options.levels, fields, options.boundary, options.symmetry, held)
+        request = job.Request(
+            options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength
+        )
         with _progress_on_terminal() as show:
             solution = job.solve(source.cage, request, show)
         new = write_result.add_result(bpy.context, source, request, solution)
@@ -53,8 +55,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             place["json"].write_text(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
-    verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
-    return f"{messages.solution_text(request, solution)}\n{verdict}"
+    return f"{messages.solution_text(request, solution)}\n{messages.verdict_of(request, solution)}"
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:
@@ -122,6 +123,7 @@ def report(
         "object": source.name,
         "result": result_name,
         "energy": request.energy,
+        "strength": request.strength,
         "boundary": request.boundary,
         "symmetry_order": solution.symmetry_order,
         **_energies(solution.end, solution.cage, solution.euler),
@@ -130,6 +132,7 @@ def report(
         "stop": solution.stop,
         "seconds": solution.seconds,
         "verification": _verification(solution.verification),
+        "verdict": messages.verdict_of(request, solution),
     }
 
 

@@ -41,6 +41,7 @@ class Defaults(NamedTuple):
     boundary: str = "position"
     symmetry: str = "auto"
     escape: bool = False
+    strength: float = 1.0
 
 
 DEFAULTS = Defaults()
@@ -174,7 +175,7 @@ STRUCT_SIZES = {
     CMeshInfo: 40,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 160,
+    COptions: 168,
     CEnergies: 200,
     CProgress: 120,
     CLevelReport: 48,
