@@ -79,7 +79,7 @@ def add_lawson():
 
 def minimize():
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.levels = "MVS", 4
+    settings.energy, settings.strength, settings.resolution, settings.levels = "MVS", 1.0, "REFINE", 4
     assert invoke() == {"RUNNING_MODAL"}
     run = part("ui.operators")._run
     yield lambda: run.job.latest is not None and run.job.latest.level >= 2
