@@ -16,7 +16,7 @@ from addon.binding.values import Cage  # noqa: E402
 from addon.core import job  # noqa: E402
 from addon.render.before_after import Picture, render_side_by_side  # noqa: E402
 
-STRENGTHS = 0.3, 1.0  # a newcomer's and the minimum
+STRENGTHS = 0.3, 0.5, 1.0  # a newcomer's, more, and the minimum
 
 
 def main(path):
@@ -28,7 +28,7 @@ def main(path):
         solution = job.solve(cage, job.Request("willmore", 1, strength=strength))
         pictures.append((solution.cage, f"Strength {strength:g}"))
         print(f"strength {strength:g}: Willmore {solution.start.objective:.4g} to {solution.end.objective:.4g}")
-    render_side_by_side(pictures, path, Picture(1000, 560, 128))
+    render_side_by_side(pictures, path, Picture(1200, 520, 96))
 
 
 main(Path(sys.argv[sys.argv.index("--") + 1]).resolve())
