@@ -18,7 +18,8 @@ def wave_text(context: bpy.types.Context, strength: float) -> str:
         return ""
     units = context.scene.unit_settings
     length = wave_length(obj, strength) * units.scale_length
-    return f"Waves below {bpy.utils.units.to_string(units.system, 'LENGTH', length, precision=3)} go, longer ones stay"
+    shown = bpy.utils.units.to_string(units.system, "LENGTH", length, precision=3).strip()
+    return f"Waves below {shown} go, longer ones stay"
 
 
 def wave_length(obj: bpy.types.Object, strength: float) -> float:

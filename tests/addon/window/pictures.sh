@@ -8,7 +8,7 @@ source "$(dirname "$0")/screen.sh"
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
 "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/bottle.py" -- "$work/12_strength.png"
-convert "$work/12_strength.png" -strip +dither -colors 200 -define png:exclude-chunks=all "png8:$out/12_strength.png"
+convert "$work/12_strength.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/12_strength.png"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
