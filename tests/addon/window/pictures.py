@@ -65,6 +65,8 @@ def preferences():
 def add_lawson():
     setup()
     bpy.data.objects.remove(bpy.data.objects["Torus"])
+    for name in ("strength", "resolution"):
+        bpy.context.scene.curvopt.property_unset(name)  # as in a new file
     yield from open_sidebar_tab()
     in_viewport(bpy.ops.wm.call_menu, name="VIEW3D_MT_mesh_add")
     yield from settled()
