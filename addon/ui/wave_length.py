@@ -12,14 +12,19 @@ _MOST_VERTICES = 50_000  # reading them takes 1 ms; the panel is drawn at every 
 
 
 def wave_text(context: bpy.types.Context, strength: float) -> str:
-    """The line for the active object, in the scene's units; "" at strength 1 and without a mesh to measure."""
+    """The line for the active object, in the scene's units; "" at strength 1, in other modes than Object Mode, and
+    without a mesh to measure."""
     obj = context.view_layer.objects.active
-    if strength >= 1 or obj is None or obj.type != "MESH" or not 0 < len(obj.data.vertices) <= _MOST_VERTICES:
+    if strength >= 1 or obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
+        return ""
+    if not 0 < len(obj.data.vertices) <= _MOST_VERTICES:
         return ""
     units = context.scene.unit_settings
     length = wave_length(obj, strength) * units.scale_length
+    if not np.isfinite(length):
+        return ""
     shown = bpy.utils.units.to_string(units.system, "LENGTH", length, precision=3).strip()
-    return f"Waves below {shown} go, longer ones stay"
+    return f"Waves below {shown} go"
 
 
 def wave_length(obj: bpy.types.Object, strength: float) -> float:

@@ -126,10 +126,15 @@ def test_panel_says_what_length_of_waves_goes(newcomer, add, part):
     bpy.context.view_layer.update()
     units = bpy.context.scene.unit_settings
     units.system = "NONE"
-    assert text(bpy.context, 0.5) == "Waves below 3.46 go, longer ones stay"
+    assert text(bpy.context, 0.5) == "Waves below 3.46 go"
     units.system, units.scale_length = "METRIC", 0.01
     assert text(bpy.context, 0.25).startswith("Waves below 1.15")
     assert text(bpy.context, 1.0) == ""
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert text(bpy.context, 0.5) == ""
+    bpy.ops.object.mode_set(mode="OBJECT")
+    obj.data.vertices[0].co.x = float("nan")
+    assert text(bpy.context, 0.5) == ""
     bpy.data.objects.remove(obj)
     assert text(bpy.context, 0.5) == ""
 

@@ -17,5 +17,5 @@ fi
 for picture in "$work"/out/*.png; do
     height=650
     [ "$(basename "$picture")" = 0_install.png ] && height=320 # the rest is empty
-    convert "$picture" -crop "828x$height+0+30" +repage +dither -colors 96 "png8:$out/$(basename "$picture")"
+    convert "$picture" -crop "828x$height+0+30" +repage -strip +dither -colors 96 -define png:exclude-chunks=all "png8:$out/$(basename "$picture")"
 done
