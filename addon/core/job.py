@@ -27,8 +27,8 @@ class Request:
 
     `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
-    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a `strength` of 1 the surface stays near the
-    cage's."""
+    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
+    `strength` of 1 the surface stays near the cage's."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels

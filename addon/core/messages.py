@@ -65,8 +65,8 @@ def verdict_text(
     verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged", strength: float = 1.0
 ) -> str:
     """What the Hessian says of a result of this energy, in a sentence; without a Hessian, why the run stopped. Only
-    directions that keep the symmetries were looked at. Below a strength of 1 the Hessian is that of the energy and of the
-    springs to the original together."""
+    directions that keep the symmetries were looked at. Below a strength of 1 the Hessian is that of the energy and of
+    the springs to the original together."""
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan

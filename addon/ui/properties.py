@@ -38,8 +38,9 @@ BOUNDARIES = (
 )  # fmt: skip
 
 SYMMETRIES = (
-    ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. At strength 1, with third-order energies, it gives "
-     "some up where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 vertices"),
+    ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. At strength 1, with third-order energies, "
+     "it gives some up where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 "
+     "vertices"),
     ("KEEP", "All", "Keeps all reflections and rotations of the cage. With n symmetries a run is almost n times as "
      "fast"),
     ("ROTATIONS", "Rotations", "Keeps the rotations of the cage, but no reflections. For third-order energies on "

@@ -53,7 +53,8 @@ def test_first_press_smooths_bumps_and_keeps_the_bottle(newcomer, bottle, part):
     assert result["curvopt_after_willmore"] < 0.75 * result["curvopt_before_willmore"]
     assert result["curvopt_strength"] == 0.3
     message = part("ui.properties").state.message
-    before, after = (part("core.energy").number_text(result[f"curvopt_{when}_willmore"]) for when in ("before", "after"))
+    shown = part("core.energy").number_text
+    before, after = (shown(result[f"curvopt_{when}_willmore"]) for when in ("before", "after"))
     assert message.startswith(f"Willmore {before} to {after}, stayed near the original (strength 0.3), ")
     verdict = result["curvopt_verdict"]
     assert verdict == "Checked: a local minimum of energy and nearness to the original together."
