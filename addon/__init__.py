@@ -32,10 +32,11 @@ scene/              between Blender's data and arrays
 ui/                 what the user sees and presses
     properties      settings of the sidebar
     reports         failures as reports
-    adjust          the operator that writes a result and can be adjusted
+    wave_length     what length of waves a strength below 1 takes away
     overlay         flat drawing over a viewport                          (needs a GPU)
     preview         a run as the viewports show it                        (needs a GPU)
     display         message, status bar and preview of a run
+    adjust          the operator that writes a result and can be adjusted
     operators       the modal operator, Finish, Cancel
     analysis        colours of curvature, legend, looks
     menus           Object and Add menu, presets

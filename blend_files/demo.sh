@@ -19,7 +19,7 @@ blend=$output/lawson_g2_mvs.blend
 picture=$output/lawson_g2_mvs.png
 say "minimizing MVS on blend_files/lawson_g2.blend; this takes a minute or two"
 run_blender blend_files/lawson_g2.blend -P addon/batch.py -- \
-    --energy mvs --levels 4 --output "$blend" --render "$picture" >"$output/blender.log" ||
+    --energy mvs --levels 4 --strength 1 --output "$blend" --render "$picture" >"$output/blender.log" ||
     die "Blender's batch failed; its output is in $output/blender.log"
 [[ -s $blend && -s $picture ]] || die "Blender's batch ended without writing $blend and $picture"
 

@@ -43,6 +43,12 @@ def _parser() -> argparse.ArgumentParser:
         help=f"optimizations, subdividing between them (default {DEFAULTS.levels}); again for more with --into",
     )  # fmt: skip
     parser.add_argument(
+        "--strength", type=float, default=DEFAULTS.strength, metavar="S",
+        help="how much of the shape may go, 0.001 to 1. Below 1 the surface stays near the original: waves shorter "
+        "than S / (1 - S) times the cage's RMS radius go, longer ones stay; the panel in Blender begins with 0.3. 1 is the "
+        "minimum of the energy (default %(default)g)",
+    )  # fmt: skip
+    parser.add_argument(
         "--boundary", choices=BOUNDARIES, default=DEFAULTS.boundary,
         help="what an open surface keeps (default %(default)s)",
     )  # fmt: skip

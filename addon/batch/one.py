@@ -43,7 +43,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         source = read_cage.read_source(bpy.context, obj)
         pin = "NOTHING" if options.pin_group is None else "GROUP"
         held = read_cage.read_held(obj, pin, options.pin_group)
-        request = job.Request(options.energy, options.levels, fields, options.boundary, options.symmetry, held)
+        request = job.Request(
+            options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength
+        )
         request = source.fitted(request)
         with _progress_on_terminal() as show:
             solution = _solve(source, request, show)
@@ -55,7 +57,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             place["json"].write_text(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
-    verdict = messages.verdict_text(solution.verification, solution.end.objective, solution.symmetry_order)
+    verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
     return "\n".join(part for part in (messages.solution_text(request, solution), held, verdict) if part)
 
@@ -135,6 +137,7 @@ def report(
         "object": source.name,
         "result": result_name,
         "energy": request.energy,
+        "strength": request.strength,
         "boundary": request.boundary,
         "symmetry_order": solution.symmetry_order,
         **_energies(solution.end, solution.cage, solution.euler),
@@ -145,6 +148,7 @@ def report(
         "n_held": solution.exceptions.n_held,
         "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),
+        "verdict": messages.verdict_of(request, solution),
     }
 
 

@@ -46,6 +46,7 @@ class Defaults(NamedTuple):
     boundary: str = "position"
     symmetry: str = "auto"
     escape: bool = False
+    strength: float = 1.0
 
 
 DEFAULTS = Defaults()
@@ -182,7 +183,7 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 176,
+    COptions: 184,
     CEnergies: 200,
     CProgress: 120,
     CLevelReport: 48,

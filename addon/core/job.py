@@ -27,7 +27,8 @@ class Request:
 
     `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
-    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely."""
+    abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
+    `strength` of 1 the surface stays near the cage's."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -35,6 +36,7 @@ class Request:
     boundary: str = DEFAULTS.boundary
     symmetry: str = DEFAULTS.symmetry
     held: Held = field(default_factory=Held)
+    strength: float = DEFAULTS.strength
 
     @property
     def label(self) -> str:
@@ -98,7 +100,7 @@ def solve(
     symmetry, planes = symmetry_of(request.symmetry)
     options = lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        symmetry=symmetry, symmetry_planes=planes, **request.options,
+        symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
     )  # fmt: skip
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:

@@ -48,14 +48,16 @@ _STOP_WORDS = {
 }
 
 
-def solution_text(request: Request, solution: Solution) -> str:
-    """The outcome in one sentence."""
+def solution_text(request: Request, solution: Solution, remark: str = "") -> str:
+    """The outcome in one sentence, and a remark in another."""
     before, after = solution.start.objective, solution.end.objective
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
+    near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     return (
-        f"{request.label} {number_text(before)} to {number_text(after)}, {_STOP_WORDS[solution.stop]} "
+        f"{request.label} {number_text(before)} to {number_text(after)}, {near}{_STOP_WORDS[solution.stop]} "
         f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
+        f"{f'. {remark}' if remark else ''}"
     )
 
 
@@ -81,24 +83,35 @@ def _counted(count: int, one: str, many: str) -> str:
     return f"{count} {one if count == 1 else many}"
 
 
-def verdict_text(verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged") -> str:
+def verdict_text(
+    verification: Verification, energy: float, symmetry_order: int = 1, stop: str = "converged", strength: float = 1.0
+) -> str:
     """What the Hessian says of a result of this energy, in a sentence; without a Hessian, why the run stopped. Only
-    directions that keep the symmetries were looked at."""
+    directions that keep the symmetries were looked at. Below a strength of 1 the Hessian is that of the energy and of
+    the springs to the original together."""
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan
     less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
     among = " among shapes of the same symmetry" if symmetry_order > 1 else ""
+    both = "" if strength == 1 else " of energy and nearness to the original together"
     if verification.verdict == "minimum":
-        return f"Checked: a true local minimum{among}."
+        return f"Checked: a {'' if both else 'true '}local minimum{both}{among}."
     if verification.verdict == "saddle":
-        return f"Checked: a saddle, {more} would still lead down."
+        return f"Checked: a saddle{both}, {more} would still lead down."
     if verification.verdict == "not stationary":
         also = f", more along {more}" if directions else ""
-        return f"Checked: not yet a minimum, {less} seems possible{also}."
+        return f"Checked: not yet a minimum{both}, {less} seems possible{also}."
     if stop in ("cancelled", "limit", "memory"):
         return "Not checked: the run was stopped early, the energy was still falling."
     return "Not checked: whether this is a minimum is not known."
+
+
+def verdict_of(request: Request, solution: Solution) -> str:
+    """The verdict on a run."""
+    return verdict_text(
+        solution.verification, solution.end.objective, solution.symmetry_order, solution.stop, request.strength
+    )
 
 
 # ------------------------------------------------------------------------------------------------------ its failure --

@@ -3,6 +3,7 @@ import bpy
 
 settings = bpy.context.scene.curvopt
 settings.energy = "WILLMORE"
+settings.strength = 1.0
 settings.resolution = "REFINE"
 settings.levels = 4
 settings.symmetry = "AUTO"

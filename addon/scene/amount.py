@@ -63,7 +63,7 @@ def _mixed(start: np.ndarray, end: np.ndarray, amount: float) -> np.ndarray:
 def register() -> None:
     bpy.types.Object.curvopt_amount = bpy.props.FloatProperty(
         name="Amount",
-        description="0 shows the surface of the original, 1 the optimum. Vertices edited by hand keep their edits",
+        description="0 shows the surface of the original, 1 the result. Vertices edited by hand keep their edits",
         min=0.0, max=1.0, default=1.0, subtype="FACTOR", update=_apply,
     )  # fmt: skip
 

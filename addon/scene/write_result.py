@@ -24,7 +24,7 @@ from ..core.crease import BOUNDARY_SMOOTH, edge_indices, to_blender
 from ..core.energy import ENERGY_LABELS
 from ..core.job import Request, Solution
 from ..core.layout import Written
-from ..core.messages import verdict_text
+from ..core.messages import verdict_of
 from .amount import store_blend
 from .modifiers import with_images
 from .read_cage import Source, read_edges, read_positions, turned_over
@@ -245,9 +245,10 @@ def link_beside(context: bpy.types.Context, original: bpy.types.Object | None, r
 
 def store(obj: bpy.types.Object, source_name: str, request: Request, solution: Solution) -> None:
     """Make the object remember what was done and found."""
-    verdict = verdict_text(solution.verification, solution.end.objective, solution.symmetry_order, solution.stop)
+    verdict = verdict_of(request, solution)
     obj["curvopt_source"] = source_name
     obj["curvopt_energy"] = request.energy
+    obj["curvopt_strength"] = request.strength
     obj["curvopt_surface"] = solution.end.surface
     obj["curvopt_stop"] = solution.stop
     obj["curvopt_verdict"] = verdict

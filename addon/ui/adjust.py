@@ -2,21 +2,32 @@
 """The end of a run as an operator of its own, `curvopt.apply_result`, and with it the adjust-last-operation panel (F9).
 
 To adjust an operation, Blender undoes it and runs `execute` again with other properties. A whole optimization would
-freeze Blender for minutes. Hence this operator, which only writes a finished solution, is the one that registers and
+freeze Blender for minutes. Hence this operator, which writes a finished solution, is the one that registers and
 that can be undone. This module holds the latest solution as arrays; Blender remembers its number.
+
+Another strength is another run. It is offered where the first one was quick, and ends without a result where it is not.
 """
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+
 import bpy
 
+from ..core import job, messages
 from ..core.job import Request, Solution
 from ..scene import placement
 from ..scene.read_cage import CageError, Source
-from . import properties
+from . import display, properties
 from .reports import report_failure
 
+_QUICK = 5.0  # seconds that a run may have taken whose strength can be adjusted
+_LONGEST = 10.0  # seconds after which a run with another strength is given up: Blender does nothing else meanwhile
+_MOST_OTHERS = 8  # results of other strengths that are kept
+
 _finished: tuple[int, Source, Request, Solution] | None = None  # with its number
+_others: dict[float, tuple[Request, Solution]] = {}  # the same with other strengths
 _remark = ""  # of the last execution
 
 
@@ -25,15 +36,36 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> s
     user should know, or "". CageError if it cannot be written there."""
     global _finished
     _finished = (1 if _finished is None else _finished[0] + 1, source, request, solution)
+    _others.clear()
+    chosen = {"outcome": where, "strength": request.strength, "amount": 1.0}
     try:
-        bpy.ops.curvopt.apply_result("EXEC_DEFAULT", True, number=_finished[0], outcome=where, amount=1.0)
+        bpy.ops.curvopt.apply_result("EXEC_DEFAULT", True, number=_finished[0], **chosen)
     except RuntimeError as error:  # its report
         raise CageError(str(error).strip().removeprefix("Error: ")) from error
     return _remark
 
 
+def _with_strength(strength: float) -> tuple[Request, Solution]:
+    """The last run, or one like it with another strength. CageError if that takes too long."""
+    _, source, request, solution = _finished
+    if strength == request.strength:
+        return request, solution
+    if strength not in _others:
+        other, deadline = replace(request, strength=strength), time.monotonic() + _LONGEST
+        found = job.solve(source.cage, other, lambda _: time.monotonic() > deadline)
+        if found.stop == "cancelled":
+            raise CageError(
+                f"Strength {strength:.3g} takes over {_LONGEST:.0f} s: set it in the sidebar and press Minimize."
+            )
+        while len(_others) >= _MOST_OTHERS:
+            del _others[next(iter(_others))]
+        _others[strength] = other, found
+    return _others[strength]
+
+
 class CURVOPT_OT_apply_result(bpy.types.Operator):
-    """Put the result of the last run into a new object, in place, or into a shape key, without running again"""
+    """Put the result of the last run into a new object, in place, or into a shape key, or run again with another \
+strength"""
 
     bl_idname = "curvopt.apply_result"
     bl_label = "Minimized"
@@ -44,20 +76,31 @@ class CURVOPT_OT_apply_result(bpy.types.Operator):
         name="Result", description="Where the result goes", items=properties.OUTCOMES, default="NEW",
         options={"SKIP_SAVE"},
     )  # fmt: skip
+    strength: bpy.props.FloatProperty(
+        name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
+        min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
+    )  # fmt: skip
     amount: bpy.props.FloatProperty(
-        name="Amount", description="0 is the surface of the original, 1 the optimum", min=0.0, max=1.0, default=1.0,
+        name="Amount", description="0 is the surface of the original, 1 the result", min=0.0, max=1.0, default=1.0,
         subtype="FACTOR", options={"SKIP_SAVE"},
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Write the last solution. An error is reported, and the result of before stays."""
+        """Write the last solution, or one of another strength. An error is reported, and the result of before stays."""
         global _remark
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, "Only the result of the last run can be applied again: run it again.")
             return {"CANCELLED"}
         try:
-            obj, _remark = placement.write(context, *_finished[1:], self.outcome)
+            given = self.properties.is_property_set("strength")
+            strength = properties.strength_of(self.strength) if given else _finished[2].strength
+            request, solution = _with_strength(strength)
+            source = _finished[1]
+            obj, remark = placement.write(context, source, request, solution, self.outcome)
+            held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+            _remark = ". ".join(part for part in (held, remark) if part)
             placement.set_amount(obj, self.amount)
+            display.show(context, messages.solution_text(request, solution, _remark), about=obj.name)
         except Exception as error:
             return report_failure(self, error)
         return {"FINISHED"}
@@ -69,6 +112,9 @@ class CURVOPT_OT_apply_result(bpy.types.Operator):
             row = column.row(align=True)
             row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].levels)
             row.prop_enum(self, "outcome", identifier)
+        row = layout.row()
+        row.enabled = _finished is not None and _finished[3].seconds <= _QUICK
+        row.prop(self, "strength", slider=True)
         layout.prop(self, "amount", slider=True)
 
 
@@ -79,4 +125,5 @@ def register() -> None:
 def unregister() -> None:
     global _finished
     _finished = None
+    _others.clear()
     bpy.utils.unregister_class(CURVOPT_OT_apply_result)

@@ -33,7 +33,7 @@ _leaving: list[job.Job] = []  # cancelled, and not yet at the end of their last 
 
 
 class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
-    """Find the surface of least energy, starting from the active mesh's cage"""
+    """Make the surface of the active mesh fairer, as far as Strength lets it go; 1 is the surface of least energy"""
 
     bl_idname = "curvopt.minimize"
     bl_label = "Minimize Curvature"
@@ -138,11 +138,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
 
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
         remark = adjust.apply(self._source, self._request, solution, self._outcome)
-        text = messages.solution_text(self._request, solution)
-        held = self._source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-        text = ". ".join(part for part in (text, held, remark) if part)
-        self.report({"WARNING" if remark else "INFO"}, text)
-        display.show(context, text, about=context.view_layer.objects.active.name)
+        self.report({"WARNING" if remark else "INFO"}, messages.solution_text(self._request, solution, remark))
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:

@@ -14,6 +14,7 @@ from ..scene.placement import active_key
 from ..scene.read_cage import check_object
 from ..scene.write_result import stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
+from .wave_length import wave_text
 
 _CHARACTER = 6.5  # pixels, about, at interface scale 1
 
@@ -44,6 +45,10 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             weights = column.box().column(align=True)
             for term in WEIGHT_TERMS:
                 weights.prop(settings, f"weight_{term}", slider=True)
+        column.prop(settings, "strength", slider=True)
+        wave = wave_text(context, settings.strength)
+        if wave:
+            column.label(text=wave)
         choice = column.row()
         choice.use_property_split = False
         choice.prop(settings, "resolution", expand=True)

@@ -38,8 +38,9 @@ BOUNDARIES = (
 )  # fmt: skip
 
 SYMMETRIES = (
-    ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. With third-order energies it gives some up "
-     "where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 vertices"),
+    ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. At strength 1, with third-order energies, "
+     "it gives some up where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 "
+     "vertices"),
     ("KEEP", "All", "Keeps all reflections and rotations of the cage. With n symmetries a run is almost n times as "
      "fast"),
     ("ROTATIONS", "Rotations", "Keeps the rotations of the cage, but no reflections. For third-order energies on "
@@ -92,6 +93,11 @@ def _weight(term: str) -> object:
     )  # fmt: skip
 
 
+# For a newcomer. The library and the batch command begin with the minimum.
+_STRENGTH = 0.3
+_RESOLUTION = "SAME"
+
+
 class RunSettings:
     """The controls of a run, for settings and operator alike."""
 
@@ -106,9 +112,15 @@ class RunSettings:
     weight_mehlum_tarrou: _weight("mehlum_tarrou")
     weight_mean_curvature: _weight("mean_curvature")
     weight_area: _weight("area")
+    strength: bpy.props.FloatProperty(
+        name="Strength", description="How much of the shape may go, from a touch to the global minimum. Small bumps go "
+        "first, then larger features; what is longer than the length below the slider stays. 0.3 takes bumps away and "
+        "keeps features. 1 forgets the original and finds the surface of least energy, a ball for a closed shape "
+        "without holes", default=_STRENGTH, min=0.01, max=1.0, subtype="FACTOR",
+    )
     resolution: bpy.props.EnumProperty(
         name="Resolution", description="Whether the result has more vertices than the cage", items=RESOLUTIONS,
-        default="REFINE",
+        default=_RESOLUTION,
     )
     levels: bpy.props.IntProperty(
         name="Levels", description="Number of optimizations. The cage is subdivided before each but the first, so "
@@ -191,8 +203,13 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
         "escape": int(values["escape"]),
     }
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
-    energy, symmetry = energy_text_of(values), symmetry_text_of(values)
-    return Request(energy, levels, options, values["boundary"].lower(), symmetry, held)
+    energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])
+    return Request(energy, levels, options, values["boundary"].lower(), symmetry, held, strength)
+
+
+def strength_of(value: float) -> float:
+    """A slider's value; Blender stores float32."""
+    return round(value, 6)
 
 
 @dataclass

@@ -53,3 +53,27 @@ def enclosed_volume(points: np.ndarray, faces: list[list[int]]) -> float:
     points = np.asarray(points)
     triangles = [(face[0], face[i], face[i + 1]) for face in faces for i in range(1, len(face) - 1)]
     return float(np.linalg.det(points[triangles]).sum() / 6)
+
+
+# Radius and height of each ring, from the bottom to the edge of the mouth.
+BOTTLE = (
+    (0.55, 0.02), (0.9, 0.05), (1, 0.3), (1, 0.8), (1, 1.3), (1, 1.8), (0.95, 2.2), (0.75, 2.55), (0.45, 2.8),
+    (0.35, 3.1), (0.35, 3.4), (0.35, 3.7), (0.42, 3.8), (0.42, 3.95), (0.3, 4.0),
+)  # fmt: skip
+BOTTLE_LIP = 12, 13  # rings
+
+
+def bottle(noise: float = 0.04, sides: int = 16) -> tuple[np.ndarray, list[list[int]]]:
+    """A bottle with a neck and a lip, bumpy by noise of that standard deviation; rings of vertices from the bottom
+    upwards, and a polygon at either end."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rings = [np.stack([r * np.cos(angle), r * np.sin(angle), np.full(sides, z)], -1) for r, z in BOTTLE]
+    points = np.concatenate(rings)
+    faces = [
+        [sides * k + i, sides * k + (i + 1) % sides, sides * (k + 1) + (i + 1) % sides, sides * (k + 1) + i]
+        for k in range(len(BOTTLE) - 1)
+        for i in range(sides)
+    ]
+    last = len(points) - sides
+    faces += [list(range(sides))[::-1], list(range(last, last + sides))]
+    return points + noise * np.random.default_rng(83).normal(size=points.shape), faces

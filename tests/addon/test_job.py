@@ -147,6 +147,19 @@ def test_solve_carries_everything_that_the_result_object_needs():
     assert text.startswith("Willmore ") and "128 vertices" in text
 
 
+def test_strength_below_1_stays_near_the_cage_and_says_so():
+    points = torus_cage().positions + 0.05 * np.random.default_rng(1).normal(size=(32, 3))
+    cage = dataclasses.replace(torus_cage(), positions=points)
+    near, far = (job.solve(cage, job.Request("willmore", 1, strength=strength)) for strength in (0.3, 1.0))
+    distances = [np.linalg.norm(solution.cage.positions - points, axis=1).max() for solution in (near, far)]
+    assert distances[0] < 0.2 * distances[1]
+    text = messages.solution_text(job.Request("willmore", 1, strength=0.3), near)
+    assert ", stayed near the original (strength 0.3), " in text
+    assert "near" not in messages.solution_text(job.Request(), far)
+    verdict = messages.verdict_of(job.Request("willmore", 1, strength=0.3), near)
+    assert verdict == "Checked: a local minimum of energy and nearness to the original together."
+
+
 def test_job_runs_the_library_beside_this_thread_and_cancels_fast():
     work = job.Job.minimize(torus_cage(), job.Request("mvs", 6))
     work.start()

@@ -18,9 +18,18 @@ NAME = os.environ["CURVOPT_TEST_NAME"]  # of the add-on, which as an extension h
 
 
 @pytest.fixture(autouse=True)
-def empty_file():
+def empty_file(request):
+    """The tests are of minimizers unless they ask for a newcomer's settings."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert hasattr(bpy.types.Scene, "curvopt") and len(bpy.data.objects) == 0
+    if "newcomer" not in request.fixturenames:
+        bpy.context.scene.curvopt.strength, bpy.context.scene.curvopt.resolution = 1.0, "REFINE"
+
+
+@pytest.fixture
+def newcomer():
+    """The settings as a new file has them."""
+    return bpy.context.scene.curvopt
 
 
 @pytest.fixture

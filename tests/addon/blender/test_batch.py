@@ -152,6 +152,19 @@ def test_pins_and_symmetry(batch, cage_file, torus):
         assert np.flatnonzero(moved == 0).tolist() == kept
 
 
+def test_strength_keeps_the_surface_near_and_the_default_is_the_minimum(batch, cage_file):
+    reports = []
+    for arguments in ([], ["--strength", "1"], ["--strength", "0.3"]):
+        assert batch("--energy", "willmore", "--levels", "1", *arguments, "--json", "out.json")[:2] == (0, [])
+        reports.append(json.loads((cage_file.parent / "out.json").read_text()))
+    assert [report["strength"] for report in reports] == [1.0, 1.0, 0.3]
+    assert reports[0]["willmore"] == pytest.approx(reports[1]["willmore"], rel=1e-9)
+    assert reports[1]["willmore"] < reports[2]["willmore"] < reports[2]["before"]["willmore"]
+    assert [" nearness to the original " in report["verdict"] for report in reports] == [False, False, True]
+    code, errors, _ = batch("--strength", "0", "--json", "out.json")
+    assert code == 1 and errors == ["Strength is 0; it must be 0.001 to 1."]
+
+
 def test_object_is_chosen_by_name(batch, cage_file):
     code, _, _ = batch("--energy", "willmore", "--levels", "1", "--object", "Spare", "--json", "out.json")
     assert code == 0

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus, presets, shapes, tooltips; colours of curvature and looks."""
 
+import ast
+import re
 from pathlib import Path
 
 import bpy
@@ -84,11 +86,24 @@ def test_shapes_can_be_minimized_as_they_are():
 def test_shipped_presets_set_the_settings(part):
     settings = bpy.context.scene.curvopt
     presets = sorted((Path(part("ui").__file__).parents[1] / "presets").glob("*.py"))
-    assert len(presets) >= 4
+    assert len(presets) >= 5
     for path in presets:
+        settings.energy = "VARIATION"  # of no preset
         assert bpy.ops.script.execute_preset(filepath=str(path), menu_idname="CURVOPT_MT_presets") == {"FINISHED"}
-        text = path.read_text()
-        assert settings.energy in text and settings.resolution in text, path
+        written = dict(re.findall(r"^settings\.(\w+) = (.+)$", path.read_text(), re.MULTILINE))
+        assert {"strength", "resolution"} <= set(written), path
+        for name, value in written.items():
+            wanted = ast.literal_eval(value)
+            wanted = pytest.approx(wanted) if isinstance(wanted, float) else wanted
+            assert getattr(settings, name) == wanted, (path, name)
+        assert (settings.energy != "VARIATION") == ("energy" in written), path
+
+
+@pytest.mark.parametrize("name", ["Global_Minimum", "Soap_Film", "Round_Arms"])
+def test_presets_of_minimizers_go_all_the_way(newcomer, part, name):
+    path = Path(part("ui").__file__).parents[1] / "presets" / f"{name}.py"
+    bpy.ops.script.execute_preset(filepath=str(path), menu_idname="CURVOPT_MT_presets")
+    assert (newcomer.strength, newcomer.resolution, newcomer.levels) == (1.0, "REFINE", 4)
 
 
 def test_own_presets_are_saved_and_read_back(monkeypatch, tmp_path):

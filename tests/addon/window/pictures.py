@@ -65,6 +65,8 @@ def preferences():
 def add_lawson():
     setup()
     bpy.data.objects.remove(bpy.data.objects["Torus"])
+    for name in ("strength", "resolution"):
+        bpy.context.scene.curvopt.property_unset(name)  # as in a new file
     yield from open_sidebar_tab()
     in_viewport(bpy.ops.wm.call_menu, name="VIEW3D_MT_mesh_add")
     yield from settled()
@@ -79,7 +81,7 @@ def add_lawson():
 
 def minimize():
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.levels = "MVS", 4
+    settings.energy, settings.strength, settings.resolution, settings.levels = "MVS", 1.0, "REFINE", 4
     assert invoke() == {"RUNNING_MODAL"}
     run = part("ui.operators")._run
     yield lambda: run.job.latest is not None and run.job.latest.level >= 2

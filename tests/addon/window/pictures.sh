@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes the manual's pictures, addon/manual/pictures/: see pictures.py. Usage: pictures.sh [FOLDER]
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py and bottle.py. Usage: pictures.sh [FOLDER]
 set -eu
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
 
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
+"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/bottle.py" -- "$work/12_strength.png"
+convert "$work/12_strength.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/12_strength.png"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
@@ -15,5 +17,5 @@ fi
 for picture in "$work"/out/*.png; do
     height=650
     [ "$(basename "$picture")" = 0_install.png ] && height=320 # the rest is empty
-    convert "$picture" -crop "828x$height+0+30" +repage +dither -colors 96 "png8:$out/$(basename "$picture")"
+    convert "$picture" -crop "828x$height+0+30" +repage -strip +dither -colors 96 -define png:exclude-chunks=all "png8:$out/$(basename "$picture")"
 done

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What length of waves a strength below 1 takes away, as a line of the panel."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..scene.read_cage import read_positions
+
+_MOST_VERTICES = 50_000  # reading them takes 1 ms; the panel is drawn at every mouse move over it
+
+
+def wave_text(context: bpy.types.Context, strength: float) -> str:
+    """The line for the active object, in the scene's units; "" at strength 1, in other modes than Object Mode, and
+    without a mesh to measure."""
+    obj = context.view_layer.objects.active
+    if strength >= 1 or obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
+        return ""
+    if not 0 < len(obj.data.vertices) <= _MOST_VERTICES:
+        return ""
+    units = context.scene.unit_settings
+    length = wave_length(obj, strength) * units.scale_length
+    if not np.isfinite(length):
+        return ""
+    shown = bpy.utils.units.to_string(units.system, "LENGTH", length, precision=3).strip()
+    return f"Waves below {shown} go"
+
+
+def wave_length(obj: bpy.types.Object, strength: float) -> float:
+    """The length of the wave of which half the height stays, in the world; see `strength` in curvopt.h."""
+    positions = read_positions(obj.data)
+    world = np.array(obj.matrix_world.to_3x3(), np.float64)
+    radius = np.linalg.norm((positions - positions.mean(axis=0)) @ world.T) / np.sqrt(len(positions))
+    return float(radius * strength / (1 - strength))
