@@ -38,7 +38,7 @@ double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
 static void add_to_energy(co_level_hessian *h) {
     const co_level_objective *o = h->objective;
     co_penalty_add_hessian(&o->penalty, &h->system.hessian);
-    co_spacing_add_hessian(&o->spacing, &h->system.hessian);
+    co_spacing_add_hessian(&o->spacing, o->positions, &h->system.hessian);
 }
 
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */

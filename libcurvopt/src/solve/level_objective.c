@@ -54,9 +54,12 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double part, co_iterate *now) {
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    co_spacing_weigh(&o->spacing, o->positions, part * fabs(energy));
+    double sum = co_spacing_value(&unit, o->positions, NULL);
+    o->spacing = unit;
+    o->spacing.weight = sum > 0 ? part * fabs(energy) / sum : 0;
     o->spaced_energy = energy;
     co_level_objective_evaluate(o, now);
 }
@@ -136,8 +139,6 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     if (status == CURVOPT_OK)
         status = co_penalty_create(&o->held.springs, &o->reduction, origin, unit,
                                    co_penalty_stiffness(options->weights), &o->penalty, error);
-    if (status == CURVOPT_OK)
-        status = co_spacing_create(o->mesh, &o->reduction, &o->spacing, error);
     if (status == CURVOPT_OK && (symmetry->order > 1 || o->held.left_out))
         status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
@@ -205,7 +206,6 @@ void co_level_objective_free(co_level_objective *o) {
     co_assembly_free(&o->assembly);
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);
-    co_spacing_free(&o->spacing);
     co_constraints_free(&o->held);
     free(o->sliding);
     free(o->positions);
