@@ -88,22 +88,6 @@ def test_crease_attribute_of_another_kind(torus, refused):
     refused("Attribute 'crease_edge' of mesh 'Torus' is INT on POINT: delete it, or make it FLOAT on EDGE")
 
 
-def test_vertex_crease_of_1_on_a_smooth_surface(torus, refused, crease):
-    crease(torus, vertices={6: 1.0})
-    refused("^Error: Vertex 6 has a crease of 1: the surface has a cone there")
-
-
-def test_edge_creases_that_end_in_a_corner_of_two_faces(torus, refused, crease):
-    ends = sorted(vertex for edge in torus.data.edges for vertex in edge.vertices if 9 in edge.vertices and vertex != 9)
-    crease(torus, {(9, end): 1.0 for end in ends[:3]})
-    refused("^Error: Vertex 9 is a corner of [23] faces")
-
-
-def test_smooth_boundary_through_a_vertex_of_one_face(add, refused):
-    add(*shapes.grid())
-    refused("^Error: Vertex 0 has one face.*give it a vertex crease of 1 .on boundaries Keep Corners in the Subd")
-
-
 def test_vertex_group_that_is_not_chosen_or_not_there(torus, refused):
     refused("^Error: No vertex group of object 'Torus' is chosen", pin="GROUP")
     refused("^Error: Object 'Torus' has no vertex group 'Pins'", pin="GROUP", vertex_group="Pins")
@@ -189,44 +173,9 @@ def test_no_faces(add, refused):
     refused("'Empty' has no faces")
 
 
-def test_loose_edge_at_the_surface(add, refused):
-    """Blender makes a spike there: the vertex is infinitely sharp."""
-    points, faces = shapes.torus()
-    obj = add([(9, 9, 9), *points], [[vertex + 1 for vertex in face] for face in faces])
-    obj.data.edges.add(1)
-    obj.data.edges[64].vertices = (0, 9)
-    refused("^Error: Vertex 9 ends a loose edge, which makes it infinitely sharp: the surface has a cone there")
-
-
 def test_zero_scale(torus, refused):
     torus.scale.z = 0
     refused("'Torus' is scaled to zero")
-
-
-def test_vertex_on_two_boundary_loops(add, refused):
-    points, faces = shapes.torus()
-    add(points, [face for i, face in enumerate(faces) if i not in (0, 5)])  # they meet in vertex 5 only
-    refused("Vertex 5")
-
-
-def test_flipped_face(add, refused):
-    points, faces = shapes.torus()
-    faces[6] = faces[6][::-1]
-    add(points, faces)
-    refused("(?i)flip|orient|same direction")
-
-
-def test_edge_of_three_faces(add, refused):
-    points, faces = shapes.cube()
-    add([*points, (0, 0, 5)], [*faces, [0, 1, 8]])
-    refused("(?i)edge")
-
-
-def test_vertex_that_joins_two_fans(add, refused):
-    points, faces = shapes.cube()
-    touching = [[v + 7 if v else 7 for v in face] for face in faces]  # the second cube's vertex 0 is the first one's 7
-    add([*points, *(points[1:] + 2)], touching + faces)
-    refused("Vertex 7 ")
 
 
 def test_position_that_is_no_number(torus, refused, contents):

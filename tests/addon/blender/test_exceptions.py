@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cages that have no finite energy everywhere, or are no manifold: there they stay as they are, and the panel says so."""
+import bpy
+import numpy as np
+import pytest
+
+import shapes
+
+
+@pytest.fixture
+def held(part):
+    """Runs the operator in place and returns what the panel says; exactly the vertices `stay` must be where they were,
+    and all `others` must not."""
+
+    def run(obj, stay, others=(), **arguments):
+        before = positions(obj)
+        settings = {"energy": "WILLMORE", "resolution": "SAME", "outcome": "REPLACE", "boundary": "FREE", **arguments}
+        assert bpy.ops.curvopt.minimize(**settings) == {"FINISHED"}
+        moved = np.abs(positions(obj) - before).max(1)
+        assert (moved[list(stay)] == 0).all() and (moved[list(others)] > 0).all()
+        return part("ui.properties").state.message
+
+    return run
+
+
+def positions(obj):
+    return np.array([vertex.co[:] for vertex in obj.data.vertices])
+
+
+def vertices_of(faces, *of):
+    """Vertices of the faces that have one of these."""
+    return sorted({v for face in faces if set(face) & set(of) for v in face})
+
+
+def rest(obj, stay):
+    return sorted(set(range(len(obj.data.vertices))) - set(stay))
+
+
+def test_cone(torus, held, crease):
+    stay = vertices_of(shapes.torus()[1], 6)
+    crease(torus, vertices={6: 1.0})
+    text = held(torus, stay, rest(torus, stay))
+    assert "9 vertices held as they are, 4 faces left out of the energy" in text and "cone (vertex 6)" in text
+
+
+def test_corners_of_a_grid(add, held):
+    obj = add(*shapes.grid())
+    stay = vertices_of(shapes.grid()[1], 0, 4, 20, 24)
+    text = held(obj, stay, rest(obj, stay))
+    assert "16 vertices held as they are, 4 faces left out of the energy" in text
+    assert "(vertex 0, vertex 4, vertex 20 and 1 more)" in text
+
+
+def test_end_of_a_loose_edge(add, held):
+    """Blender makes a spike there: the vertex is infinitely sharp. The loose vertex is no part of the cage."""
+    points, faces = shapes.torus()
+    faces = [[vertex + 1 for vertex in face] for face in faces]
+    obj = add([(9, 9, 9), *points], faces)
+    obj.data.edges.add(1)
+    obj.data.edges[64].vertices = (0, 9)
+    stay = [0, *vertices_of(faces, 9)]
+    assert "cone (vertex 9)" in held(obj, stay, rest(obj, stay))
+
+
+def test_flipped_face(add, held):
+    points, faces = shapes.torus()
+    faces[6] = faces[6][::-1]
+    obj = add(points, faces)
+    text = held(obj, vertices_of(faces, *faces[6]))
+    assert "one of them is flipped (vertex " in text
+
+
+def test_edge_of_three_faces(add, held):
+    points, faces = shapes.torus()
+    a, b = faces[0][:2]
+    faces = [*faces, [a, b, 32]]
+    obj = add([*points, (0, 0, 5)], faces)
+    stay = vertices_of(faces, a, b)
+    assert "three or more faces share an edge" in held(obj, stay, rest(obj, stay))
+
+
+def test_vertex_on_two_boundary_loops(add, held):
+    points, faces = shapes.torus()
+    faces = [face for i, face in enumerate(faces) if i not in (0, 5)]  # they meet in vertex 5 only
+    obj = add(points, faces)
+    assert "(vertex 5)" in held(obj, vertices_of(faces, 5))
+
+
+def test_suzanne(held):
+    """One inner vertex has two edges; all of the rest gets fairer, and she stays who she is."""
+    bpy.ops.mesh.primitive_monkey_add()
+    obj = bpy.context.object
+    size = max(obj.dimensions)
+    before = positions(obj)
+    text = held(obj, [137], boundary="POSITION", strength=0.3)
+    assert "5 vertices held as they are, 2 faces left out of the energy: an inner vertex has two edges (vertex 137)" in text
+    assert np.abs(positions(obj) - before).max() < 0.1 * size
+    assert obj["curvopt_after_willmore"] < 0.6 * obj["curvopt_before_willmore"]
+
+
+def test_nothing_is_left_to_move(add, part):
+    points, faces = shapes.cube()
+    add([*points, (0, 0, 5)], [*faces, [0, 1, 8], [6, 7, 8]])
+    with pytest.raises(RuntimeError, match="^Error: .*\\.$"):
+        bpy.ops.curvopt.minimize(energy="WILLMORE", resolution="SAME")
+    assert part("ui.properties").state.failed
