@@ -340,7 +340,7 @@ def half_a_cage_under_a_mirror_and_a_loose_edge():
     bpy.ops.ed.undo_push(message="Half")
     before = coordinates("Torus")
     assert len(before) == 22
-    assert invoke(energy="MVS", levels=3) == {"RUNNING_MODAL"}
+    assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     job = part("ui.operators")._run.job
     yield lambda: job.watcher.latest is not None and len(job.watcher.latest.cage) >= 32
     yield from turns(6)
