@@ -358,6 +358,8 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
     int32_t face = l->objective.worst_face;
+    if (is_cancelled(l)) /* then evaluations are not finite either */
+        return CO_CANCELLED;
     if (!isfinite(l->now.value) || !isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face,
                               "the energy is not finite: the surface is degenerate at face %d", face);

@@ -41,6 +41,8 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     assembly.leaves_out = left_out != NULL;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
                                             start, &resolved, &changed, error);
+    if (status == CURVOPT_OK && !isfinite(start->objective) && co_run_context_is_cancelled(&r->context))
+        status = CO_CANCELLED;
     if (status == CURVOPT_OK && !r->context.options->joshi_sequin)
         status = co_adaptive_quadrature_check(&assembly, start, error);
     r->start_energy = start->objective;

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes the manual's pictures, addon/manual/pictures/: see pictures.py and bottle.py. Usage: pictures.sh [FOLDER]
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py and strength.py. Usage: pictures.sh [FOLDER]
 set -eu
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
 
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
-"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/bottle.py" -- "$work/12_strength.png"
+"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/strength.py" -- "$work/12_strength.png" "$work/13_suzanne.png"
 convert "$work/12_strength.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/12_strength.png"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
