@@ -358,12 +358,12 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
     int32_t face = l->objective.worst_face;
-    if (is_cancelled(l)) /* then evaluations are not finite either */
+    if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
+        return CURVOPT_OK;
+    if (is_cancelled(l)) /* then evaluations may not be finite either */
         return CO_CANCELLED;
-    if (!isfinite(l->now.value) || !isfinite(co_vector_norm(n_of(l), l->now.gradient)))
-        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face,
-                              "the energy is not finite: the surface is degenerate at face %d", face);
-    return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face,
+                          "the energy is not finite: the surface is degenerate at face %d", face);
 }
 
 int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_error *error) {
