@@ -8,7 +8,9 @@ source "$(dirname "$0")/screen.sh"
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
 "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/strength.py" -- "$work/12_strength.png" "$work/13_suzanne.png"
-convert "$work/12_strength.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/12_strength.png"
+for picture in 12_strength 13_suzanne; do
+    convert "$work/$picture.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/$picture.png"
+done
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
