@@ -148,11 +148,6 @@ class Layout:
         vertex = self.kept[self.halves.origin]
         return _renumbered(_renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
 
-    def ends_loose_edge(self, vertex: int) -> bool:
-        """Whether a vertex of the cage is where a loose edge ends."""
-        known = 0 <= vertex < len(self.halves.origin)
-        return known and bool(np.isin(self.kept[self.halves.origin[vertex]], self.loose_edges))
-
     def _faces(self) -> np.ndarray:
         return np.tile(np.arange(len(self.face_sizes)), len(self.halves.copies))
 

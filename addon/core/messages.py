@@ -119,10 +119,7 @@ def verdict_of(request: Request, solution: Solution) -> str:
 
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (
-    ("is infinitely sharp:", "has a crease of 1:"),
-    ("an infinitely sharp crease", "a crease of 1"),
-    ("make it an infinitely sharp vertex", "give it a vertex crease of 1"),
-    ("the rule `corners` does", "Keep Corners in the Subdivision Surface modifier does"),
+    ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
 )
 
 

@@ -60,10 +60,7 @@ class Source:
         """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
         if not isinstance(error, CurvoptError) or self.layout.is_plain:
             return error
-        text = self.layout.in_mesh_numbers(error.message)
-        if self.layout.ends_loose_edge(error.element):
-            text = text.replace("is infinitely sharp:", "ends a loose edge, which makes it infinitely sharp:")
-        return CurvoptError(error.code, error.element, text)
+        return CurvoptError(error.code, error.element, self.layout.in_mesh_numbers(error.message))
 
 
 def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..scene.modifiers import with_images
 from ..scene.read_cage import read_positions
 
 _MOST_VERTICES = 50_000  # reading them takes 1 ms; the panel is drawn at every mouse move over it
@@ -29,7 +30,7 @@ def wave_text(context: bpy.types.Context, strength: float) -> str:
 
 def wave_length(obj: bpy.types.Object, strength: float) -> float:
     """The length of the wave of which half the height stays, in the world; see `strength` in curvopt.h."""
-    positions = read_positions(obj.data)
-    world = np.array(obj.matrix_world.to_3x3(), np.float64)
-    radius = np.linalg.norm((positions - positions.mean(axis=0)) @ world.T) / np.sqrt(len(positions))
+    world = np.array(obj.matrix_world, np.float64)
+    points = with_images(obj, read_positions(obj.data) @ world[:3, :3].T + world[:3, 3])
+    radius = np.linalg.norm(points - points.mean(axis=0)) / np.sqrt(len(points))
     return float(radius * strength / (1 - strength))

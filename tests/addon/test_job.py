@@ -310,10 +310,9 @@ def test_verdicts_are_written_for_people(verdict, decrement, directions, text):
 
 
 def test_refusals_use_blenders_words():
-    text = "vertex 3 has one face; make it an infinitely sharp vertex (on boundaries the rule `corners` does)"
-    assert messages.failure_text(library.CurvoptError(6, 3, text)) == (
-        "Vertex 3 has one face; give it a vertex crease of 1 (on boundaries Keep Corners in the Subdivision Surface "
-        "modifier does)."
+    cone = library.load().c.curvopt_exception_text(abi.EXCEPTIONS.index("cone")).decode()
+    assert messages.failure_text(library.CurvoptError(6, 3, f"vertex 3, where {cone}")) == (
+        "Vertex 3, where a vertex crease of 1, or the end of a loose edge, makes a cone."
     )
 
 

@@ -10,27 +10,22 @@ const char *curvopt_version(void) {
     return STRING(CURVOPT_VERSION_MAJOR) "." STRING(CURVOPT_VERSION_MINOR) "." STRING(CURVOPT_VERSION_PATCH);
 }
 
-const char *curvopt_status_text(int32_t status) {
-    switch (status) {
-#define STATUS_CASE(name, value, short_name, text)                                                                     \
+#define TEXT_CASE(id, value, name, text)                                                                               \
     case value:                                                                                                        \
         return text;
-        CURVOPT_STATUS_LIST(STATUS_CASE)
-    default:
-        return "unknown status";
-    }
-}
 
-const char *curvopt_exception_text(int32_t exception) {
-    switch (exception) {
-#define EXCEPTION_CASE(name, value, short_name, text)                                                                  \
-    case value:                                                                                                        \
-        return text;
-        CURVOPT_EXCEPTION_LIST(EXCEPTION_CASE)
-    default:
-        return "unknown exception";
+/* curvopt_<type>_text() */
+#define DEFINE_TEXT(type, LIST, UNKNOWN)                                                                               \
+    const char *curvopt_##type##_text(int32_t value) {                                                                 \
+        switch (value) {                                                                                               \
+            LIST(TEXT_CASE)                                                                                            \
+        default:                                                                                                       \
+            return UNKNOWN;                                                                                            \
+        }                                                                                                              \
     }
-}
+
+DEFINE_TEXT(status, CURVOPT_STATUS_LIST, "unknown status")
+DEFINE_TEXT(exception, CURVOPT_EXCEPTION_LIST, "unknown exception")
 
 #define NAME_CASE(id, value, name)                                                                                     \
     case value:                                                                                                        \
@@ -38,8 +33,8 @@ const char *curvopt_exception_text(int32_t exception) {
 #define FIND_NAME(id, value, name)                                                                                     \
     if (strcmp(text, name) == 0)                                                                                       \
         return value;
-#define STATUS_NAME_CASE(id, value, name, text) NAME_CASE(id, value, name)
-#define STATUS_FIND(id, value, name, long_text) FIND_NAME(id, value, name)
+#define TEXTED_NAME_CASE(id, value, name, text) NAME_CASE(id, value, name)
+#define TEXTED_FIND(id, value, name, long_text) FIND_NAME(id, value, name)
 
 /* curvopt_<type>_name() and curvopt_<type>_from_name(). */
 #define DEFINE_NAMES(type, LIST, CASE, FIND)                                                                           \
@@ -57,8 +52,8 @@ const char *curvopt_exception_text(int32_t exception) {
         return -1;                                                                                                     \
     }
 
-DEFINE_NAMES(status, CURVOPT_STATUS_LIST, STATUS_NAME_CASE, STATUS_FIND)
-DEFINE_NAMES(exception, CURVOPT_EXCEPTION_LIST, STATUS_NAME_CASE, STATUS_FIND)
+DEFINE_NAMES(status, CURVOPT_STATUS_LIST, TEXTED_NAME_CASE, TEXTED_FIND)
+DEFINE_NAMES(exception, CURVOPT_EXCEPTION_LIST, TEXTED_NAME_CASE, TEXTED_FIND)
 DEFINE_NAMES(boundary_rule, CURVOPT_BOUNDARY_RULE_LIST, NAME_CASE, FIND_NAME)
 DEFINE_NAMES(surface, CURVOPT_SURFACE_LIST, NAME_CASE, FIND_NAME)
 DEFINE_NAMES(term, CURVOPT_TERM_LIST, NAME_CASE, FIND_NAME)

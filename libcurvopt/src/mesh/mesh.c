@@ -336,7 +336,8 @@ static double triangle_area(const double *a, const double *b, const double *c) {
 
 double co_mesh_vertex_areas(const curvopt_mesh *m, const double *x, double *area) {
     double whole = 0;
-    memset(area, 0, sizeof *area * (size_t)m->info.n_vertices);
+    if (area)
+        memset(area, 0, sizeof *area * (size_t)m->info.n_vertices);
     for (int32_t f = 0; f < m->info.n_faces; f++) {
         int32_t first = m->face_start[f], end = m->face_start[f + 1];
         double middle[3] = {0, 0, 0};
@@ -346,9 +347,11 @@ double co_mesh_vertex_areas(const curvopt_mesh *m, const double *x, double *area
         for (int32_t h = first; h < end; h++) {
             int32_t v = m->corner_vertex[h], w = co_mesh_destination(m, h);
             double half = triangle_area(x + 3 * (size_t)v, x + 3 * (size_t)w, middle) / 2;
-            area[v] += half;
-            area[w] += half;
             whole += 2 * half;
+            if (area) {
+                area[v] += half;
+                area[w] += half;
+            }
         }
     }
     return whole;

@@ -8,11 +8,8 @@
 #include "solve/strength.h"
 
 #include "base/constants.h"
-#include "base/memory.h"
 #include "energy/functional.h"
 #include "hessian/penalty.h"
-
-#include <stdlib.h>
 
 /* Wave number of the wave of which half the height stays, at radius 1. */
 static double wave_number(double strength) {
@@ -24,14 +21,8 @@ int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, co
     const curvopt_options *o = run->options;
     if (o->strength == 1)
         return CURVOPT_OK;
-    double *area = CO_NEW(double, mesh->info.n_vertices);
-    if (!area) {
-        co_constraints_free(constraints);
-        return co_status_no_memory(error);
-    }
     const co_functional f = co_functional_of_weights(o->weights);
-    double whole = co_mesh_vertex_areas(mesh, xyz, area) / (run->radius * run->radius);
-    free(area);
+    double whole = co_mesh_vertex_areas(mesh, xyz, NULL) / (run->radius * run->radius);
     double density = co_functional_of_wave(&f, wave_number(o->strength), whole);
     return co_constraints_pull_back(mesh, xyz, 2 * whole * density / co_penalty_stiffness(o->weights), constraints,
                                     error);

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import shapes
 from mathutils import Matrix
+from runs import minimize, positions
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "blend_files"))
@@ -52,19 +53,6 @@ def with_modifiers(obj, axes, subdivided=True):
     if subdivided:
         obj.modifiers.new("Subdivision", "SUBSURF").levels = 2
     return obj
-
-
-def minimize(obj, **arguments):
-    bpy.context.view_layer.objects.active = obj
-    arguments = {"energy": "WILLMORE", "resolution": "SAME", **arguments}
-    assert bpy.ops.curvopt.minimize(**arguments) == {"FINISHED"}
-    return bpy.context.view_layer.objects.active
-
-
-def positions(obj):
-    values = np.empty(3 * len(obj.data.vertices), np.float32)
-    obj.data.vertices.foreach_get("co", values)
-    return values.reshape(-1, 3).astype(float)
 
 
 def shown(obj):

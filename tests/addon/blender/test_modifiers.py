@@ -4,17 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-
-
-def minimize(obj, **arguments):
-    bpy.context.view_layer.objects.active = obj
-    arguments = {"energy": "WILLMORE", "resolution": "SAME", **arguments}
-    assert bpy.ops.curvopt.minimize(**arguments) == {"FINISHED"}
-    return bpy.context.view_layer.objects.active
-
-
-def positions(obj):
-    return np.array([vertex.co for vertex in obj.data.vertices], float)
+from runs import minimize, positions
 
 
 @pytest.fixture

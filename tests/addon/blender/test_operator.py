@@ -9,17 +9,12 @@ import pytest
 import shapes
 from mathutils import Matrix
 from mathutils.kdtree import KDTree
+from runs import positions
 
 
 def minimize(energy="WILLMORE", levels=2):
     assert bpy.ops.curvopt.minimize(energy=energy, levels=levels) == {"FINISHED"}
     return bpy.context.view_layer.objects.active
-
-
-def positions(obj):
-    values = np.empty(3 * len(obj.data.vertices), np.float32)
-    obj.data.vertices.foreach_get("co", values)
-    return values.reshape(-1, 3).astype(float)
 
 
 def world_positions(obj):
