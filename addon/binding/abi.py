@@ -14,8 +14,7 @@ BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out of the energy
-    "isolated", "crowded_edge", "flipped", "pinched", "valence_2", "cone", "corner", "one_face", "no_tangent_plane",
-    "pole_on_curve", "beside", "hole",
+    "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "beside", "hole",
 )  # fmt: skip
 SHARPNESS_INFINITE = 10.0
 

@@ -462,10 +462,8 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
  * is optimized. X(NAME, value, "name", text)
  *   ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED
  *                     the cage is no manifold there, or not consistently oriented
- *   VALENCE_2, CONE, CORNER, ONE_FACE, NO_TANGENT_PLANE
- *                     the Catmull-Clark rules leave no tangent plane, or one with infinite int k^2 dA; a corner of one
- *                     face is fine, and so are smooth boundary and crease vertices with two or three faces on a side
- *   POLE_ON_CURVE     third-order terms only: no surface of this build has finite ones at such a vertex
+ *   CONE, CORNER      the Catmull-Clark rules leave no tangent plane, and int k^2 dA is infinite: an infinitely sharp
+ *                     vertex, a corner of two and more faces between sharp edges
  *   BESIDE            a vertex of a face that is left out for another of its vertices
  *   HOLE              a face of options.holes */
 #define CURVOPT_EXCEPTION_LIST(X)                                                                                      \
@@ -473,14 +471,10 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
     X(CROWDED_EDGE, 1, "crowded_edge", "three or more faces share an edge")                                            \
     X(FLIPPED, 2, "flipped", "two faces run the same way over an edge: one of them is flipped")                        \
     X(PINCHED, 3, "pinched", "separate fans of faces meet in the vertex")                                              \
-    X(VALENCE_2, 4, "valence_2", "an inner vertex has two edges")                                                      \
-    X(CONE, 5, "cone", "an infinitely sharp vertex makes a cone")                                                      \
-    X(CORNER, 6, "corner", "a corner has several faces and makes a cone")                                              \
-    X(ONE_FACE, 7, "one_face", "boundary or crease run smoothly through a vertex of one face")                         \
-    X(NO_TANGENT_PLANE, 8, "no_tangent_plane", "four or more faces lie on one side of a boundary or crease")           \
-    X(POLE_ON_CURVE, 9, "pole_on_curve", "a pole on a boundary or crease has no third-order energy")                   \
-    X(BESIDE, 10, "beside", "a face beside the vertex is left out")                                                    \
-    X(HOLE, 11, "hole", "the face is a hole")
+    X(CONE, 4, "cone", "an infinitely sharp vertex makes a cone")                                                      \
+    X(CORNER, 5, "corner", "a corner has several faces and makes a cone")                                              \
+    X(BESIDE, 6, "beside", "a face beside the vertex is left out")                                                     \
+    X(HOLE, 7, "hole", "the face is a hole")
 
 typedef enum curvopt_exception {
 #define CURVOPT_EXCEPTION_ENUM(name, value, short_name, text) CURVOPT_ENUMERATOR(EXCEPTION, name, value)
@@ -489,7 +483,7 @@ typedef enum curvopt_exception {
         CURVOPT_EXCEPTION_FORCE_INT = 0x7fffffff
 } curvopt_exception;
 /* Exceptions that exist. */
-#define CURVOPT_N_EXCEPTIONS 12
+#define CURVOPT_N_EXCEPTIONS 8
 CURVOPT_API const char *curvopt_exception_name(int32_t exception);
 CURVOPT_API int32_t curvopt_exception_from_name(const char *name);
 /* The text of an exception; never NULL, also for an unknown one. */

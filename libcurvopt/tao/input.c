@@ -18,7 +18,7 @@ static int32_t check_manifold(const program *p, const obj_cage *cage, const curv
         return CURVOPT_ERROR_MEMORY;
     int32_t status = curvopt_mesh_find_exceptions(mesh, &p->args.options, reason, NULL, error);
     for (int32_t v = 0; status == CURVOPT_OK && v < cage->n_vertices; v++)
-        is_manifold &= reason[v] < 0 || reason[v] > CURVOPT_EXCEPTION_VALENCE_2;
+        is_manifold &= reason[v] < 0 || reason[v] > CURVOPT_EXCEPTION_PINCHED;
     free(reason);
     if (status == CURVOPT_OK && !is_manifold)
         status = curvopt_problem_create(mesh, &p->args.options, &problem, error);

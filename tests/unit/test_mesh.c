@@ -114,14 +114,6 @@ static void test_two_fans_at_a_vertex_are_strictly_refused(void **state) {
     cage_free(&c);
 }
 
-static void test_vertex_of_valence_two_is_strictly_refused(void **state) {
-    (void)state;
-    /* two quads back to back: closed, every vertex of valence 2 */
-    static const int32_t sizes[] = {4, 4}, vertices[] = {0, 1, 2, 3, 3, 2, 1, 0};
-    check_strict_refusal(
-        &(refusal){4, 2, sizes, vertices, CURVOPT_ERROR_TOPOLOGY, 0, "vertex 0 has valence 2; at least 3 is needed"});
-}
-
 static const int32_t triple_sizes[] = {3, 3, 3}, triple_vertices[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
 
 /* The three half-edges between vertices 0 and 1 have no twins, but are one edge. */
@@ -358,7 +350,6 @@ int main(void) {
         cmocka_unit_test(test_isolated_vertex_is_strictly_refused),
         cmocka_unit_test(test_absurdly_many_vertices_are_refused_before_allocation),
         cmocka_unit_test(test_two_fans_at_a_vertex_are_strictly_refused),
-        cmocka_unit_test(test_vertex_of_valence_two_is_strictly_refused),
         cmocka_unit_test(test_counts_below_one_are_refused),
         cmocka_unit_test(test_absurd_face_sizes_are_refused),
         cmocka_unit_test(test_null_arrays_are_refused),

@@ -17,19 +17,10 @@ static int reason_of_flaw(co_mesh_flaw flaw) {
 }
 
 /* Why the faces of a fan (ring.h) are left out; FINE: they are not. */
-static int reason_of_fan(int32_t fan, int has_third) {
-    co_fan_type type = co_fan_type_of(fan);
-    int32_t n = co_fan_sectors(fan);
-    if (!co_fan_is_open(fan) && n == 2)
-        return CURVOPT_EXCEPTION_VALENCE_2;
-    if (!co_fan_is_integrable(fan))
-        return type == CO_FAN_CONE     ? CURVOPT_EXCEPTION_CONE
-               : type == CO_FAN_CORNER ? CURVOPT_EXCEPTION_CORNER
-               : n == 1                ? CURVOPT_EXCEPTION_ONE_FACE
-                                       : CURVOPT_EXCEPTION_NO_TANGENT_PLANE;
-    if (has_third && (type == CO_FAN_DART || (type == CO_FAN_CREASE && n != 2)))
-        return CURVOPT_EXCEPTION_POLE_ON_CURVE;
-    return FINE;
+static int reason_of_fan(int32_t fan) {
+    if (co_blend_fit_surface(CURVOPT_SURFACE_LIMIT, fan) != CURVOPT_SURFACE_LIMIT || co_fan_is_integrable(fan))
+        return FINE;
+    return co_fan_type_of(fan) == CO_FAN_CONE ? CURVOPT_EXCEPTION_CONE : CURVOPT_EXCEPTION_CORNER;
 }
 
 static void add_reason(int32_t *at, int32_t reason) {
@@ -38,13 +29,13 @@ static void add_reason(int32_t *at, int32_t reason) {
 }
 
 /* Only the fan that has no finite energy is left out, not what lies across a crease. Holes count for nothing. */
-static void find_by_corners(const curvopt_mesh *m, const int32_t *fan, int has_third, co_exceptions *e) {
+static void find_by_corners(const curvopt_mesh *m, const int32_t *fan, co_exceptions *e) {
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         int32_t v = m->corner_vertex[h];
         co_mesh_flaw flaw = co_mesh_flaw_of(m, v);
         if (e->face[m->corner_face[h]] == CURVOPT_EXCEPTION_HOLE)
             continue;
-        int reason = flaw ? reason_of_flaw(flaw) : reason_of_fan(fan[h], has_third);
+        int reason = flaw ? reason_of_flaw(flaw) : reason_of_fan(fan[h]);
         if (reason == FINE)
             continue;
         add_reason(&e->vertex[v], reason);
@@ -84,7 +75,7 @@ void co_exceptions_free(co_exceptions *e) {
 static int32_t find(const curvopt_mesh *m, const curvopt_options *o, int has_limits, co_exceptions *e,
                     curvopt_error *error) {
     int32_t *fan = CO_NEW(int32_t, m->info.n_corners);
-    int has_third = co_functional_of_weights(o->weights).has_third, status = CURVOPT_OK;
+    int32_t status = CURVOPT_OK;
     *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
     if (!fan || !e->vertex || !e->face) {
         status = co_status_no_memory(error);
@@ -96,7 +87,7 @@ static int32_t find(const curvopt_mesh *m, const curvopt_options *o, int has_lim
         status = add_holes(m, o, e, error);
         co_ring_fans(m, fan);
         if (has_limits)
-            find_by_corners(m, fan, has_third, e);
+            find_by_corners(m, fan, e);
         add_neighbours(m, e);
     }
     free(fan);
@@ -179,27 +170,15 @@ static int32_t refuse_limit(const curvopt_mesh *m, const co_patches *p, curvopt_
 }
 
 static int32_t refuse_infinite(int32_t v, int32_t fan, curvopt_error *error) {
-    int32_t n = co_fan_sectors(fan);
     if (co_fan_type_of(fan) == CO_FAN_CONE)
         return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
                               "vertex %d is infinitely sharp: the surface has a cone there, and energies of curvature "
                               "are infinite",
                               v);
-    if (co_fan_type_of(fan) == CO_FAN_CORNER)
-        return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
-                              "vertex %d is a corner of %d faces: the surface has a cone there, and energies of "
-                              "curvature are infinite; one face between two sharp edges is what a corner can have",
-                              v, n);
-    if (n == 1)
-        return co_status_fail(
-            error, CURVOPT_ERROR_SURFACE, v,
-            "vertex %d has one face where boundary or crease run smoothly through it: energies of "
-            "curvature are infinite there; make it an infinitely sharp vertex (on boundaries the rule `corners` does)",
-            v);
     return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
-                          "vertex %d has %d faces on one side of boundary or crease: the surface has no tangent plane "
-                          "there, and energies of curvature are infinite; it can have 2 or 3",
-                          v, n);
+                          "vertex %d is a corner of %d faces: the surface has a cone there, and energies of "
+                          "curvature are infinite; one face between two sharp edges is what a corner can have",
+                          v, co_fan_sectors(fan));
 }
 
 int32_t co_admissibility_check(const curvopt_mesh *mesh, const co_patches *p, const co_functional *f, int32_t surface,
@@ -207,20 +186,13 @@ int32_t co_admissibility_check(const curvopt_mesh *mesh, const co_patches *p, co
     *third_allowed = 1;
     for (int32_t k = 0; k < p->n_kinds; k++) {
         int32_t fan = p->kinds[k];
-        int smooth = co_fan_is_smooth(fan);
-        if (fan == CO_FAN_REGULAR)
+        if (fan == CO_FAN_REGULAR || co_blend_fit_surface(surface, fan) != CURVOPT_SURFACE_LIMIT)
             continue;
-        int32_t v = smooth ? -1 : vertex_of(mesh, &p->place[first_patch_of(p, fan)]);
         if (!co_fan_is_integrable(fan))
-            return refuse_infinite(v, fan, error);
-        if (f->has_third && !smooth)
-            return co_status_fail(error, CURVOPT_ERROR_SURFACE, v,
-                                  "vertex %d is extraordinary and lies on a boundary or an infinitely sharp crease: no "
-                                  "surface of this build has a finite third-order energy there",
-                                  v);
-        if (f->has_third && surface == CURVOPT_SURFACE_LIMIT)
+            return refuse_infinite(vertex_of(mesh, &p->place[first_patch_of(p, fan)]), fan, error);
+        if (f->has_third)
             return refuse_limit(mesh, p, error);
-        *third_allowed &= smooth && surface != CURVOPT_SURFACE_LIMIT;
+        *third_allowed = 0;
     }
     return CURVOPT_OK;
 }

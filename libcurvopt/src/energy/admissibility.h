@@ -13,7 +13,7 @@ typedef struct co_exceptions {
     int32_t n_left_out; /* faces that are left out */
 } co_exceptions;
 
-/* The exceptions of a cage to these options, of which weights and holes count. ERROR_ARGUMENT naming a hole that is no
+/* The exceptions of a cage to these options, of which holes count. ERROR_ARGUMENT naming a hole that is no
  * face, ERROR_MEMORY. */
 int32_t co_exceptions_find(const curvopt_mesh *mesh, const curvopt_options *options, co_exceptions *out,
                            curvopt_error *error);

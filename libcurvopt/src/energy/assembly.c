@@ -131,7 +131,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
-        status = co_boundary_turning_create(mesh, &a->patches, &a->turning, error);
+        status = co_boundary_turning_create(mesh, &a->patches, a->surface, &a->turning, error);
     if (status == CURVOPT_OK)
         status = take_isolated(a, mesh, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);

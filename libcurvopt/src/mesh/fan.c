@@ -22,6 +22,7 @@ int co_fan_is_integrable(int32_t fan) {
     switch (co_fan_type_of(fan)) {
     case CO_FAN_CLOSED:
     case CO_FAN_DART:
+        return n > 2;
     case CO_FAN_WIDE:
         return 1;
     case CO_FAN_CREASE:

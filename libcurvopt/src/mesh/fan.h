@@ -83,10 +83,10 @@ static inline int32_t co_fan_n_points(int32_t fan) {
  *
  * Let the eigenvalues a >= b of the fan's subdivision make its tangent plane, and c the height above it. Integrals over
  * successive rings then have the ratio (c / b^2)^2 a b, and their sum is finite if that is less than 1. It is 1 or more
- * at a smooth corner of one quad (a, b, c = 1/2, 1/4, 1/4), at creases of four quads a side (0.61, 1/2, 1/2), at
- * corners of two (1/2, 1/2, 1/2) and at cones; with more quads there is no tangent plane at all. Biermann, Levin,
- * Zorin, "Piecewise smooth subdivision surfaces with normal control", SIGGRAPH 2000, change the rules for that reason;
- * we keep them and refuse such corners (admissibility.c). */
+ * between two quads, at a smooth corner of one (a, b, c = 1/2, 1/4, 1/4), at creases of four quads a side (0.61, 1/2,
+ * 1/2), at corners of two (1/2, 1/2, 1/2) and at cones; with more quads there is no tangent plane at all. Biermann,
+ * Levin, Zorin, "Piecewise smooth subdivision surfaces with normal control", SIGGRAPH 2000, change the rules for that
+ * reason; we keep them, and blend (blend_fit_cut.h) or, at corners and cones, leave the faces out (admissibility.c). */
 int co_fan_is_integrable(int32_t fan);
 /* Index of the point at place (x, y), 0 <= x, y <= 2, of a sector; sectors count modulo their number in a closed fan.
  */

@@ -391,12 +391,8 @@ static int32_t check_edges(const curvopt_mesh *m, curvopt_error *error) {
 
 static int32_t check_vertex(const curvopt_mesh *m, int32_t v, curvopt_error *error) {
     int32_t first = m->vertex_corner[v], h = first, met = 0;
-    if (co_mesh_flaw_of(m, v) != CO_MESH_PINCHED) {
-        if (co_mesh_is_boundary_vertex(m, v) || m->valence[v] > 2)
-            return CURVOPT_OK;
-        return co_status_fail(error, CURVOPT_ERROR_TOPOLOGY, v, "vertex %d has valence %d; at least 3 is needed", v,
-                              m->valence[v]);
-    }
+    if (co_mesh_flaw_of(m, v) != CO_MESH_PINCHED)
+        return CURVOPT_OK;
     do {
         met++;
         h = co_mesh_rotate(m, h);

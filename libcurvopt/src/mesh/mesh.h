@@ -79,8 +79,7 @@ static inline co_mesh_flaw co_mesh_flaw_of(const curvopt_mesh *m, int32_t v) {
  * counting sorts. */
 int32_t co_mesh_create(int32_t n_vertices, int32_t n_faces, const int32_t *face_sizes, const int32_t *face_vertices,
                        curvopt_mesh **out, curvopt_error *error);
-/* ERROR_TOPOLOGY unless all vertices are sound, and inner ones of valence 3 or more; the sentence names the first that
- * is not, or its face. */
+/* ERROR_TOPOLOGY unless all vertices are sound; the sentence names the first that is not, or its face. */
 int32_t co_mesh_check_manifold(const curvopt_mesh *mesh, curvopt_error *error);
 void co_mesh_destroy(curvopt_mesh *mesh);
 

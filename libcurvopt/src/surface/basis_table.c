@@ -3,6 +3,7 @@
 #include "surface/basis_table.h"
 
 #include "base/memory.h"
+#include "surface/blend_fit_cut.h"
 #include "surface/gauss_legendre.h"
 #include "surface/patches.h"
 #include "surface/ring_cell.h"
@@ -235,13 +236,15 @@ struct co_cached_fit {
 
 /* The polynomial of a kind of patch; the fit only where it is folded into rows. */
 static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blend_fit *out, curvopt_error *error) {
-    return co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
-                                : co_blend_fit_create(disc, 1, out, error);
+    return co_fan_is_wide(kind)  ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
+           : co_fan_is_cut(kind) ? co_blend_fit_create_cut(disc->fan, out, error)
+                                 : co_blend_fit_create(disc, 1, out, error);
 }
 
 /* The polynomial fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
-    int32_t fan = fan_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
+    int32_t type = co_fan_type_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
+    int32_t fan = co_fan_make(type == CO_FAN_WIDE ? CO_FAN_CLOSED : type, co_fan_sectors(kind), 0); /* all sectors' */
     for (int32_t i = 0; i < cache->n_fits; i++)
         if (cache->fit[i].fan == fan && cache->fit[i].width == width) {
             *out = &cache->fit[i].polynomial;
@@ -352,10 +355,10 @@ static int32_t create_table(co_basis_table_cache *cache, int32_t kind, int32_t r
     co_basis_table *t = CO_NEW(co_basis_table, 1);
     if (!t)
         return co_status_no_memory(error);
-    t->surface = co_fan_is_smooth(kind) ? cache->surface : CURVOPT_SURFACE_LIMIT; /* blends end at sharp edges */
+    t->surface = co_blend_fit_surface(cache->surface, kind);
     t->kind = kind;
     int32_t status = CURVOPT_OK;
-    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL && kind != CO_FAN_REGULAR)
+    if (t->surface == CURVOPT_SURFACE_POLYNOMIAL)
         status = find_fit(cache, kind, &polynomial, error);
     if (status == CURVOPT_OK)
         status = fill(t, cache, polynomial, rule_number, error);
@@ -460,7 +463,7 @@ int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u
         regular_rows(u, v, rows);
         return CURVOPT_OK;
     }
-    int32_t surface = co_fan_is_smooth(kind) ? cache->surface : CURVOPT_SURFACE_LIMIT;
+    int32_t surface = co_blend_fit_surface(cache->surface, kind);
     if (surface == CURVOPT_SURFACE_PLANE) {
         co_real jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);

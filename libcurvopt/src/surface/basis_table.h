@@ -9,10 +9,10 @@
 /* Rules grow finer with their number; which face gets which is decided by assembly.h. */
 enum { CO_N_RULES = 8 };
 
-/* Derivatives are with respect to the face's parameters; round a smooth extraordinary vertex to the characteristic map
- * (chart.h); at other fans to the cell's own parameters, which range over 0..1. Energies do not care. */
+/* Derivatives are with respect to the face's parameters; round a smooth extraordinary vertex and where there is a blend
+ * to its map (chart.h); at other fans to the cell's own parameters, which range over 0..1. Energies do not care. */
 typedef struct co_basis_table {
-    int32_t surface;        /* curvopt_surface; LIMIT for regular faces and at sharp edges, which no blend changes */
+    int32_t surface;        /* curvopt_surface of this kind (co_blend_fit_surface) */
     int32_t kind;           /* kind of face (fan.h) */
     int32_t n_points;       /* points of a patch on which the surface depends */
     int32_t n_samples;      /* quadrature points */

@@ -37,14 +37,49 @@ void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], doub
     }
 }
 
-/* Values of the monomials at (x, y). */
-static void monomial_values(co_real x, co_real y, co_real *out) {
+void co_blend_fit_values(co_real x, co_real y, co_real out[TERMS]) {
     out[0] = 1;
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
         for (int i = 0; i < degree; i++)
             out[at + i] = x * out[at - degree + i];
         out[at + degree] = y * out[at - 1];
         at += degree + 1;
+    }
+}
+
+/* Jet of s^(3/2), s = x^2 + y^2, by the chain rule. */
+void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double out[CO_JET]) {
+    double xx[CO_JET], yy[CO_JET], s[CO_JET];
+    co_jet_multiply(x, x, xx);
+    co_jet_multiply(y, y, yy);
+    for (int k = 0; k < CO_JET; k++)
+        s[k] = xx[k] + yy[k];
+    const double r = sqrt(s[0]), g1 = 1.5 * r, g2 = 0.75 / r, g3 = -0.375 / (r * s[0]);
+    const double u = s[1], v = s[2], uu = s[3], uv = s[4], vv = s[5];
+    out[0] = r * s[0];
+    out[1] = g1 * u;
+    out[2] = g1 * v;
+    out[3] = g1 * uu + g2 * u * u;
+    out[4] = g1 * uv + g2 * u * v;
+    out[5] = g1 * vv + g2 * v * v;
+    out[6] = g1 * s[6] + 3 * g2 * u * uu + g3 * u * u * u;
+    out[7] = g1 * s[7] + g2 * (v * uu + 2 * u * uv) + g3 * u * u * v;
+    out[8] = g1 * s[8] + g2 * (u * vv + 2 * v * uv) + g3 * u * v * v;
+    out[9] = g1 * s[9] + 3 * g2 * v * vv + g3 * v * v * v;
+}
+
+int32_t co_blend_fit_surface(int32_t surface, int32_t kind) {
+    int32_t n = co_fan_sectors(kind);
+    switch (co_fan_type_of(kind)) {
+    case CO_FAN_CLOSED:
+        return n == CO_FAN_REGULAR ? CURVOPT_SURFACE_LIMIT : n == 2 ? CURVOPT_SURFACE_POLYNOMIAL : surface;
+    case CO_FAN_CREASE:
+    case CO_FAN_DART:
+        return surface == CURVOPT_SURFACE_LIMIT && co_fan_is_integrable(kind) ? surface : CURVOPT_SURFACE_POLYNOMIAL;
+    case CO_FAN_WIDE:
+        return surface;
+    default: /* corners of several faces, and cones, have no tangent plane that a polynomial could have */
+        return CURVOPT_SURFACE_LIMIT;
     }
 }
 
@@ -62,7 +97,7 @@ int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, in
 
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
     int32_t sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
-    return i == 0 ? 0 : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
+    return i == 0 || p->width == 1 ? i : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
 }
 
 void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERMS]) {
@@ -105,7 +140,7 @@ static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, 
     }
     for (int32_t s = 0; s < p->valence; s++) {
         co_real c = cosl(2 * CO_PI_LONG * s / p->valence), d = sinl(2 * CO_PI_LONG * s / p->valence);
-        monomial_values(c * x - d * y, c * y + d * x, value[s]);
+        co_blend_fit_values(c * x - d * y, c * y + d * x, value[s]);
         for (int a = 0; a < TERMS; a++) {
             sum[a] += value[s][a];
             for (int b = 0; b <= a; b++)
@@ -137,49 +172,70 @@ static void turn_columns(co_blend_fit *p) {
     }
 }
 
-/* Solves normal X = right in place of the first n columns of `right` [TERMS][stride], by Cholesky's factorization. */
-static void solve(co_real *normal, int32_t n, int32_t stride, co_real *right) {
-    for (int j = 0; j < TERMS; j++)
-        for (int i = j; i < TERMS; i++) {
-            co_real sum = normal[i * TERMS + j];
+void co_blend_fit_solve(int n_terms, co_real *normal, int32_t n, int32_t stride, co_real *right) {
+    for (int j = 0; j < n_terms; j++)
+        for (int i = j; i < n_terms; i++) {
+            co_real sum = normal[i * n_terms + j];
             for (int k = 0; k < j; k++)
-                sum -= normal[i * TERMS + k] * normal[j * TERMS + k];
-            normal[i * TERMS + j] = i == j ? sqrtl(sum) : sum / normal[j * TERMS + j];
+                sum -= normal[i * n_terms + k] * normal[j * n_terms + k];
+            normal[i * n_terms + j] = i == j ? sqrtl(sum) : sum / normal[j * n_terms + j];
         }
     for (int32_t c = 0; c < n; c++) {
-        for (int i = 0; i < TERMS; i++) {
+        for (int i = 0; i < n_terms; i++) {
             for (int k = 0; k < i; k++)
-                right[i * stride + c] -= normal[i * TERMS + k] * right[k * stride + c];
-            right[i * stride + c] /= normal[i * TERMS + i];
+                right[i * stride + c] -= normal[i * n_terms + k] * right[k * stride + c];
+            right[i * stride + c] /= normal[i * n_terms + i];
         }
-        for (int i = TERMS - 1; i >= 0; i--) {
-            for (int k = i + 1; k < TERMS; k++)
-                right[i * stride + c] -= normal[k * TERMS + i] * right[k * stride + c];
-            right[i * stride + c] /= normal[i * TERMS + i];
+        for (int i = n_terms - 1; i >= 0; i--) {
+            for (int k = i + 1; k < n_terms; k++)
+                right[i * stride + c] -= normal[k * n_terms + i] * right[k * stride + c];
+            right[i * stride + c] /= normal[i * n_terms + i];
         }
     }
 }
 
-/* The samples of one cell of ring `side` of the face at the vertex. cell [17][n] and row [n] are work space, index [n]
- * says where the two-ring is. */
-static void add_cell(const co_stam_disc *d, int c, co_real side, const co_blend_fit *p, const int32_t *index,
-                     co_real *cell, co_real *row, co_real (*value)[TERMS], co_real *normal) {
+/* The samples of one cell of the disc's present ring. */
+static void sample_cell(const co_stam_disc *d, int c, int width, co_real *work, co_blend_fit_add *add, void *user) {
     co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET];
-    const sample at = {d->n_points, index, row};
+    co_real *point = work, *vertex = work + 16 * (size_t)d->n_points, *row = vertex + d->n_points;
+    const co_real side = ldexpl(1, -d->ring);
     co_gauss_legendre(FIT_GAUSS, node, gauss);
-    co_stam_disc_cell(d, c, cell + 16 * (size_t)d->n_points, cell);
+    co_stam_disc_cell(d, c, vertex, point);
     for (int j = 0; j < FIT_GAUSS; j++)
         for (int i = 0; i < FIT_GAUSS; i++) {
             co_bspline_bicubic(node[i], node[j], basis);
-            co_blend_weight(CO_BLEND_POLYNOMIAL, side * (co_stam_cell_place[c][0] + node[i]) / p->width,
-                            side * (co_stam_cell_place[c][1] + node[j]) / p->width, w);
+            co_blend_weight(CO_BLEND_POLYNOMIAL, side * (co_stam_cell_place[c][0] + node[i]) / width,
+                            side * (co_stam_cell_place[c][1] + node[j]) / width, w);
             for (int32_t q = 0; q < d->n_points; q++) {
-                row[q] = cell[16 * d->n_points + q];
+                row[q] = vertex[q];
                 for (int k = 0; k < 16; k++)
-                    row[q] += basis[k][0] * cell[k * d->n_points + q];
+                    row[q] += basis[k][0] * point[k * d->n_points + q];
             }
-            add_sample(p, &at, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT), value, normal);
+            add(user, row, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT));
         }
+}
+
+void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user) {
+    for (int ring = 1; ring <= FIT_RINGS; ring++) {
+        for (int c = 0; c < CO_RING_CELLS; c++)
+            sample_cell(disc, c, width, work, add, user);
+        co_stam_disc_advance(disc);
+    }
+}
+
+/* A fit that is being made, for samples of the two-ring. */
+typedef struct ring_fit {
+    const co_blend_fit *p;
+    const int32_t *index;    /* [n_points of the two-ring] among the disc's points */
+    int32_t n;               /* points of the two-ring */
+    co_real (*value)[TERMS]; /* [valence] work space */
+    co_real *normal;
+} ring_fit;
+
+static void add_ring_sample(void *user, const co_real *row, co_real weight) {
+    const ring_fit *f = user;
+    const sample at = {f->n, f->index, row};
+    add_sample(f->p, &at, weight, f->value, f->normal);
 }
 
 /* The samples of face (i, j), not the one at the vertex. */
@@ -256,18 +312,14 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
 /* Fills p->fit from the disc's rows. index [n]: room for the two-ring's points; work [18 n], value
  * [valence]: room. */
 static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work, co_real (*value)[TERMS]) {
-    co_real side = 1, normal[TERMS * TERMS] = {0};
+    co_real normal[TERMS * TERMS] = {0};
+    ring_fit rings = {p, index, deeper->n_points, value, normal};
     for (int32_t i = 0; i < deeper->n_points; i++)
         index[i] = co_blend_fit_index_of_two_ring(p, i);
-    for (int ring = 1; ring <= FIT_RINGS; ring++) {
-        side /= 2;
-        for (int c = 0; c < CO_RING_CELLS; c++)
-            add_cell(deeper, c, side, p, index, work, work + 17 * (size_t)deeper->n_points, value, normal);
-        co_stam_disc_advance(deeper);
-    }
+    co_blend_fit_sample_rings(deeper, p->width, work, add_ring_sample, &rings);
     for (int k = 1; k < p->width * p->width; k++)
         add_face(p, k % p->width, k / p->width, value, normal);
-    solve(normal, 1 + (p->n_points - 1) / p->valence, p->n_points, p->fit);
+    co_blend_fit_solve(TERMS, normal, 1 + (p->n_points - 1) / p->valence, p->n_points, p->fit);
     turn_columns(p);
 }
 
@@ -280,7 +332,7 @@ int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p
     int32_t *index = CO_NEW(int32_t, n);
     co_real *work = CO_NEW(co_real, 18 * n);
     co_real(*value)[TERMS] = co_memory_zeroed((size_t)p->valence, sizeof *value);
-    p->fit = CO_NEW(co_real, TERMS * (size_t)p->n_points);
+    p->fit = CO_NEW(co_real, CO_BLEND_FIT_FUNCTIONS * (size_t)p->n_points);
     status = index && work && value && p->fit ? co_stam_disc_create(disc->valence, &deeper, error)
                                               : co_status_no_memory(error);
     if (status == CURVOPT_OK)

@@ -18,7 +18,9 @@
 
 enum {
     CO_BLEND_FIT_DEGREE = 5 /* of P */,
-    CO_BLEND_FIT_TERMS = (CO_BLEND_FIT_DEGREE + 1) * (CO_BLEND_FIT_DEGREE + 2) / 2
+    CO_BLEND_FIT_TERMS = (CO_BLEND_FIT_DEGREE + 1) * (CO_BLEND_FIT_DEGREE + 2) / 2,
+    CO_BLEND_FIT_CUSP = CO_BLEND_FIT_TERMS, /* after the monomials, in fits of fans that are cut: |chi|^3 */
+    CO_BLEND_FIT_FUNCTIONS
 };
 
 /* Points of a disc of width m, whose faces need those at places 0 <= x, y <= m + 1 of each sector: numbered as a fan's
@@ -26,9 +28,10 @@ enum {
 typedef struct co_blend_fit {
     int32_t valence, width;
     int32_t n_points; /* of the disc */
+    int has_cusp;     /* whether the fit has coefficients of CO_BLEND_FIT_CUSP, not 0 */
     co_real *map;     /* [2 n_points] control points of the characteristic map; if width > 1 the farthest is at 1 */
-    co_real *fit;     /* [CO_BLEND_FIT_TERMS][n_points] coefficients of P as rows, in the order of
-                         co_blend_fit_monomials; NULL: the map alone */
+    co_real *fit;     /* [CO_BLEND_FIT_FUNCTIONS][n_points] coefficients of P as rows, in the order of
+                         co_blend_fit_monomials, the cusp's at the end; NULL: the map alone */
 } co_blend_fit;
 
 /* Makes the map alone, without fit, round the vertex of `disc`. ERROR_MEMORY. */
@@ -37,6 +40,10 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
  * ERROR_MEMORY. */
 int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *out, curvopt_error *error);
 void co_blend_fit_free(co_blend_fit *polynomial);
+
+/* The surface (curvopt_surface) of a kind of patch where `surface` is asked for: LIMIT, where that is all there is;
+ * POLYNOMIAL instead of LIMIT, where the limit has no finite integral of squared curvature and a blend has. */
+int32_t co_blend_fit_surface(int32_t surface, int32_t kind);
 
 static inline int32_t co_blend_fit_n_points(int32_t valence, int width) {
     return 1 + valence * (width + 1) * (width + 2);
@@ -49,6 +56,22 @@ int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *polynomial, int32_t i
 
 /* Jets of all monomials of chi, 1, x, y, x^2, x y, y^2, x^3, .., from the jets x, y of its coordinates. */
 void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], double out[CO_BLEND_FIT_TERMS][CO_JET]);
+/* Their values at (x, y). */
+void co_blend_fit_values(co_real x, co_real y, co_real out[CO_BLEND_FIT_TERMS]);
+/* Number of the monomial x^a y^b. */
+static inline int co_blend_fit_term(int a, int b) {
+    return (a + b) * (a + b + 1) / 2 + b;
+}
+/* Jet of |chi|^3 from the jets x, y, not both of value 0. */
+void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double out[CO_JET]);
+
+/* The steps of a fit, for blend_fit_cut.c. One: calls `add` for the samples of the face at the disc's vertex, with the
+ * row [n_points] of the surface over the two-ring, the place (x, y) of the map, and the weight. work [18 n_points] */
+typedef void co_blend_fit_add(void *user, const co_real *row, co_real weight);
+void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user);
+/* Another: solves normal X = right in place of the first n columns of `right` [n_terms][stride], by Cholesky's
+ * factorization of the lower triangle of normal [n_terms][n_terms]. */
+void co_blend_fit_solve(int n_terms, co_real *normal, int32_t n, int32_t stride, co_real *right);
 /* turn [TERMS][TERMS]: the coefficients of P(R_s (x, y)) from those of P, R_s a turn by `sector` sectors. */
 void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[CO_BLEND_FIT_TERMS][CO_BLEND_FIT_TERMS]);
 

@@ -5,6 +5,7 @@
 #include "base/constants.h"
 #include "base/memory.h"
 #include "mesh/crease.h"
+#include "surface/blend_fit_cut.h"
 #include "surface/gauss_legendre.h"
 #include "surface/ring_cell.h"
 
@@ -22,7 +23,7 @@ enum { ALONG, ALONG_TWICE, ACROSS, N_ROWS };
 typedef struct co_boundary_turning_table {
     int32_t kind, side; /* kind of patch (fan.h), and side of it */
     int32_t n_points, n_samples;
-    double *weight; /* [n_samples] Gauss weights */
+    double *weight; /* [n_samples] Gauss weights, in the parameter along */
     double *rows;   /* [n_samples][N_ROWS][n_points] */
 } co_boundary_turning_table;
 
@@ -41,6 +42,15 @@ static void store(co_boundary_turning_table *t, int32_t sample, int32_t point, c
     rows[ACROSS * t->n_points] = jet[t->side % 2 ? 1 : 2];
 }
 
+/* The same on a blend, whose sides run along y = 0 of its map. Inwards is y > 0, but at a dart, where the last sector's
+ * side lies below. */
+static void store_blended(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET]) {
+    double *rows = t->rows + (size_t)(sample * N_ROWS) * (size_t)t->n_points + point;
+    rows[ALONG * t->n_points] = jet[1];
+    rows[ALONG_TWICE * t->n_points] = jet[3];
+    rows[ACROSS * t->n_points] = co_fan_is_open(t->kind) || t->side == 0 ? jet[2] : -jet[2];
+}
+
 static void fill_regular(co_boundary_turning_table *t) {
     co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], basis[16][CO_JET], u, v;
     co_gauss_legendre(SIDE_GAUSS, node, weight);
@@ -57,8 +67,11 @@ static void fill_regular(co_boundary_turning_table *t) {
     }
 }
 
-/* Sides 0 and 3 of an extraordinary patch run to the vertex; ring by ring, in each cell's own parameters. */
-static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *error) {
+/* Sides 0 and 3 of an extraordinary patch run to the vertex; ring by ring, in each cell's own parameters or in the
+ * blend's map, where angles do not vanish towards the vertex. */
+static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface, curvopt_error *error) {
+    const int is_blended = co_blend_fit_surface(surface, t->kind) == CURVOPT_SURFACE_POLYNOMIAL;
+    co_blend_fit blend = {0};
     co_stam_disc disc = {0};
     co_ring_cell cell = {0};
     co_chart chart;
@@ -66,8 +79,10 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *e
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
     int32_t status = all && rows ? co_stam_disc_create(t->kind, &disc, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK && is_blended)
+        status = co_blend_fit_create_cut(t->kind, &blend, error);
     if (status == CURVOPT_OK)
-        status = co_ring_cell_create(&disc, NULL, NULL, &cell, error);
+        status = co_ring_cell_create(&disc, is_blended ? &blend : NULL, blend.map, &cell, error);
     co_gauss_legendre(CELL_GAUSS, node, weight);
     for (int32_t p = 0; status == CURVOPT_OK && p < t->n_points; p++)
         all[p] = p;
@@ -76,20 +91,22 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, curvopt_error *e
         for (int i = 0; i < CELL_GAUSS; i++, sample++) {
             side_place(t->side, node[i], &u, &v);
             co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
-            t->weight[sample] = (double)weight[i];
+            t->weight[sample] = (double)weight[i] * (is_blended ? fabs(chart.monomial[1][t->side ? 2 : 1]) : 1);
             for (int32_t p = 0; p < t->n_points; p++)
-                store(t, sample, p, rows + (size_t)p * CO_JET);
+                (is_blended ? store_blended : store)(t, sample, p, rows + (size_t)p * CO_JET);
         }
         co_stam_disc_advance(&disc);
     }
     co_ring_cell_free(&cell);
     co_stam_disc_free(&disc);
+    co_blend_fit_free(&blend);
     free(all);
     free(rows);
     return status;
 }
 
-static int32_t add_table(co_boundary_turning *turning, int32_t kind, int side, int32_t *index, curvopt_error *error) {
+static int32_t add_table(co_boundary_turning *turning, int32_t surface, int32_t kind, int side, int32_t *index,
+                         curvopt_error *error) {
     for (*index = 0; *index < turning->n_tables; ++*index)
         if (turning->table[*index].kind == kind && turning->table[*index].side == side)
             return CURVOPT_OK;
@@ -105,7 +122,7 @@ static int32_t add_table(co_boundary_turning *turning, int32_t kind, int side, i
     if (!t->weight || !t->rows)
         return co_status_no_memory(error);
     if (kind != CO_FAN_REGULAR)
-        return fill_extraordinary(t, error);
+        return fill_extraordinary(t, surface, error);
     fill_regular(t);
     return CURVOPT_OK;
 }
@@ -140,8 +157,8 @@ static double cut_target(const curvopt_mesh *m) {
     return 2 * CO_PI * euler + CO_PI * darts;
 }
 
-int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *turning,
-                                   curvopt_error *error) {
+int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, int32_t surface,
+                                   co_boundary_turning *turning, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     *turning = (co_boundary_turning){.target = cut_target(mesh)};
     for (int32_t p = 0; p < patches->n_patches; p++)
@@ -157,7 +174,7 @@ int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *p
             if (patches->cuts[p] >> k & 1) {
                 turning->patch[i] = p;
                 turning->side[i] = (uint8_t)k;
-                status = add_table(turning, patches->kind[p], k, &turning->table_of[i], error);
+                status = add_table(turning, surface, patches->kind[p], k, &turning->table_of[i], error);
                 i++;
             }
     if (status != CURVOPT_OK)

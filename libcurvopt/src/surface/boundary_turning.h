@@ -22,8 +22,9 @@ typedef struct co_boundary_turning {
     int32_t *table_of;                       /* [n_sides] table of each side */
 } co_boundary_turning;
 
-int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, co_boundary_turning *out,
-                                   curvopt_error *error);
+/* surface: curvopt_surface, not AUTO. ERROR_MEMORY. */
+int32_t co_boundary_turning_create(const curvopt_mesh *mesh, const co_patches *patches, int32_t surface,
+                                   co_boundary_turning *out, curvopt_error *error);
 void co_boundary_turning_free(co_boundary_turning *turning);
 /* int kappa_g ds + sum (pi - angle) at positions points [3 n_points] of all points of the patches. weight [n_patches]:
  * how often each patch counts; NULL: once. Linear in the sides. */

@@ -139,7 +139,7 @@ static int32_t sample_patch(co_sampler *s, int32_t p, const double st[2], double
             for (int32_t i = 0; i < co_patches_size(kind); i++)
                 jet[c][k] += s->rows[i * CO_JET + k] * s->points[3 * (size_t)index[i] + (size_t)c];
         }
-    if (s->surface == CURVOPT_SURFACE_PLANE && kind != CO_FAN_REGULAR && co_fan_is_smooth(kind))
+    if (co_blend_fit_surface(s->surface, kind) == CURVOPT_SURFACE_PLANE)
         status = flatten(s, p, weight, jet, error);
     to_face(&s->patches.place[p], jet, out);
     return status;

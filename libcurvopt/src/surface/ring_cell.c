@@ -45,7 +45,7 @@ static void set_weights(co_ring_cell *cell) {
         to[0] = (double)cell->base[p];
         for (int i = 0; i < 16; i++)
             to[1 + i] = (double)cell->points[i * cell->n_points + p];
-        for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
+        for (int i = 0; i < CO_BLEND_FIT_FUNCTIONS; i++)
             to[17 + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
     }
 }
@@ -115,14 +115,17 @@ typedef double generators[CO_RING_CELL_GENERATORS][CO_JET];
 
 /* Fills g from the jets of w, rest = 1 - w, the patch's basis and chi, all in the coordinates that rows are to have. */
 static void blend_generators(const double w[CO_JET], const double rest[CO_JET], double basis[16][CO_JET],
-                             double chi[2][CO_JET], generators g) {
-    double monomial[CO_BLEND_FIT_TERMS][CO_JET];
+                             double chi[2][CO_JET], int has_cusp, generators g) {
+    double monomial[CO_BLEND_FIT_TERMS][CO_JET], cusp[CO_JET] = {0};
     memcpy(g[0], rest, sizeof g[0]);
     for (int i = 0; i < 16; i++)
         co_jet_multiply(rest, basis[i], g[1 + i]);
     co_blend_fit_monomials(chi[0], chi[1], monomial);
     for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
         co_jet_multiply(w, monomial[i], g[17 + i]);
+    if (has_cusp)
+        co_blend_fit_cusp(chi[0], chi[1], cusp);
+    co_jet_multiply(w, cusp, g[17 + CO_BLEND_FIT_CUSP]);
 }
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
@@ -155,7 +158,7 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, gene
         co_chart_apply(chart, w);
     for (int k = 0; k < CO_JET; k++)
         rest[k] = k ? -w[k] : (double)(1 - blend[0]);
-    blend_generators(w, rest, basis, chi, g);
+    blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
 }
 
 /* Row of one of the cell's points: through the patch's control points, and through the fit on surfaces of width 1. */

@@ -7,7 +7,7 @@
 #include "surface/chart.h"
 
 /* Number of the functions that rows of a cell's points are sums of: 1 - w, the patch's 16 and the polynomial's. */
-enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_TERMS };
+enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_FUNCTIONS };
 
 /* On a surface of width 1 (blend_fit.h) rows stand on the two-ring alone. On wider ones the polynomial's coefficients
  * c_a are points of their own, CO_BLEND_FIT_TERMS of them after the cell's: q_0 = c_0, q_a = c_0 + c_a. Rows then sum

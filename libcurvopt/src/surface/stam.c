@@ -343,7 +343,7 @@ void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
                 xy[2 * i] = (x + y) * cosl(angle);
                 xy[2 * i + 1] = (x + y) * sinl(angle);
             }
-    for (int step = 0; step < STEPS; step++) {
+    for (int step = 0; step < STEPS && d->valence > 2; step++) {
         co_real *image = d->next_rows; /* work space of at least 2 n */
         for (int32_t i = 0; i < n; i++) {
             int32_t r = d->inner[i];

@@ -78,7 +78,8 @@ int co_stam_in_support(int32_t fan, int32_t i);
 
 /* Control points of the characteristic map (Reif 1995) of a smooth vertex: xy [2 n_points], the eigenvectors of the
  * subdominant eigenvalue over the two-ring, scaled so that the first-ring edge points have distance 1 from the vertex.
- * By the power method on functions of frequency 1. */
+ * By the power method on functions of frequency 1. Of valence 2, where the eigenvalue belongs to several vectors, the
+ * net that it starts from. */
 void co_stam_characteristic_map(const co_stam_disc *disc, co_real *xy);
 
 #endif

@@ -1,0 +1,127 @@
+/* Fits at vertices where sharp edges cut the fan (method: blend_fit_cut.h). SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "surface/blend_fit_cut.h"
+
+#include "base/constants.h"
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum {
+    TERMS = CO_BLEND_FIT_TERMS,
+    SECTORS = 32 /* about as many of them have samples: P is of degree 5, more would tell nothing new */
+};
+
+/* The natural net. */
+static void fill_map(int32_t fan, co_real *map) {
+    const int32_t n = co_fan_sectors(fan);
+    const co_real sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI_LONG / n;
+    for (int32_t s = 0; s < n; s++)
+        for (int x = 0; x <= 2; x++)
+            for (int y = 0; y <= 2; y++) {
+                co_real *to = map + 2 * (size_t)co_fan_index(fan, s, x, y);
+                co_real angle = x + y ? sector_angle * (s + atan2l(y, x) * 2 / CO_PI_LONG) : 0;
+                int one_face = co_fan_is_open(fan) && n == 1;
+                to[0] = one_face ? x - y : hypotl(x, y) * cosl(angle);
+                to[1] = one_face ? x * y : hypotl(x, y) * sinl(angle);
+            }
+}
+
+/* Coefficients of the curve, q and j, in p->fit: those of a B-spline's segments either side of the vertex. */
+static void prescribe_curve(int32_t fan, co_blend_fit *p) {
+    static const co_real weight[5][5] = {/* of the points at x = -2 .. 2, for 1, x, x^2, x^3 and the cusp */
+                                         {0, 1, 4, 1, 0},
+                                         {0, -3, 0, 3, 0},
+                                         {0, 3, -6, 3, 0},
+                                         {-0.5L, 1, 0, -1, 0.5L},
+                                         {0.5L, -2, 3, -2, 0.5L}};
+    const int32_t n = co_fan_sectors(fan);
+    const int32_t point[5] = {co_fan_index(fan, n, 2, 0), co_fan_index(fan, n, 1, 0), 0, co_fan_index(fan, 0, 1, 0),
+                              co_fan_index(fan, 0, 2, 0)};
+    for (int a = 0; a < 5; a++)
+        for (int i = 0; i < 5; i++) {
+            int function = a < 4 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP;
+            p->fit[function * p->n_points + point[i]] = weight[a][i] / 6;
+        }
+    p->has_cusp = 1;
+}
+
+/* A fit that is being made. */
+typedef struct cut_fit {
+    const co_blend_fit *p;
+    int n_terms;                   /* monomials that are fitted, */
+    int term[TERMS];               /* and which */
+    co_real normal[TERMS * TERMS]; /* lower triangle [n_terms][n_terms] */
+    co_real *right;                /* [n_terms][n_points] */
+} cut_fit;
+
+static void choose_terms(int with_curve, cut_fit *f) {
+    for (int degree = 0; degree <= CO_BLEND_FIT_DEGREE; degree++)
+        for (int b = with_curve; b <= degree; b++) /* with a factor y */
+            f->term[f->n_terms++] = co_blend_fit_term(degree - b, b);
+}
+
+/* Adds a sample, less what the curve alone gives there. */
+static void add_sample(void *user, const co_real *row, co_real weight) {
+    cut_fit *f = user;
+    const co_blend_fit *p = f->p;
+    co_real x = 0, y = 0, value[CO_BLEND_FIT_FUNCTIONS];
+    for (int32_t i = 0; i < p->n_points; i++) {
+        x += row[i] * p->map[2 * i];
+        y += row[i] * p->map[2 * i + 1];
+    }
+    co_blend_fit_values(x, y, value);
+    value[CO_BLEND_FIT_CUSP] = powl(x * x + y * y, 1.5L);
+    for (int a = 0; a < f->n_terms; a++)
+        for (int b = 0; b <= a; b++)
+            f->normal[a * f->n_terms + b] += weight * value[f->term[a]] * value[f->term[b]];
+    for (int32_t i = 0; i < p->n_points; i++) {
+        co_real rest = row[i];
+        for (int k = 0; k < CO_BLEND_FIT_FUNCTIONS && p->has_cusp; k++)
+            rest -= p->fit[k * p->n_points + i] * value[k];
+        for (int a = 0; a < f->n_terms && rest != 0; a++)
+            f->right[a * p->n_points + i] += weight * rest * value[f->term[a]];
+    }
+}
+
+static int32_t add_sector(int32_t fan, int32_t sector, co_real *work, cut_fit *f, curvopt_error *error) {
+    co_stam_disc disc;
+    int32_t kind = co_fan_make(co_fan_type_of(fan), co_fan_sectors(fan), sector);
+    int32_t status = co_stam_disc_create(kind, &disc, error);
+    if (status == CURVOPT_OK) {
+        co_blend_fit_sample_rings(&disc, 1, work, add_sample, f);
+        co_stam_disc_free(&disc);
+    }
+    return status;
+}
+
+int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *p, curvopt_error *error) {
+    const int32_t n = co_fan_sectors(fan), stride = (n + SECTORS - 1) / SECTORS;
+    cut_fit f = {.p = p};
+    *p = (co_blend_fit){.valence = n, .width = 1, .n_points = co_fan_n_points(fan)};
+    const size_t n_points = (size_t)p->n_points;
+    co_real *work = CO_NEW(co_real, 18 * n_points);
+    p->map = CO_NEW(co_real, 2 * n_points);
+    p->fit = CO_NEW(co_real, CO_BLEND_FIT_FUNCTIONS * n_points);
+    f.right = CO_NEW(co_real, TERMS * n_points);
+    int32_t status = work && p->map && p->fit && f.right ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        fill_map(fan, p->map);
+        if (co_fan_is_open(fan))
+            prescribe_curve(fan, p);
+        choose_terms(co_fan_is_open(fan), &f);
+    }
+    for (int32_t s = (n - 1) % stride / 2; status == CURVOPT_OK && s < n; s += stride)
+        status = add_sector(fan, s, work, &f, error);
+    if (status == CURVOPT_OK)
+        co_blend_fit_solve(f.n_terms, f.normal, p->n_points, p->n_points, f.right);
+    for (int a = 0; status == CURVOPT_OK && a < f.n_terms; a++)
+        for (int32_t i = 0; i < p->n_points; i++)
+            p->fit[f.term[a] * p->n_points + i] = f.right[a * p->n_points + i];
+    free(work);
+    free(f.right);
+    if (status != CURVOPT_OK)
+        co_blend_fit_free(p);
+    return status;
+}

@@ -1,0 +1,26 @@
+/* The fit of the surface `polynomial` (blend_fit.h) at vertices where sharp edges cut the fan: poles on boundaries and
+ * creases, and darts.
+ *
+ * Such fans have no characteristic map, or a useless one: with four faces and more on one side of a curve the
+ * eigenvalues belong to no two coordinates. A blend does not need one. Any map chi does that is made of control points
+ * as the surface is, and one-to-one: near the vertex the surface is then P over the image, smooth whatever chi is. We
+ * take the natural net, the sectors as equal parts of a half or a whole turn. Its limit has a Jacobian of one sign, as
+ * far as 32 faces and 12 rings were looked at (notes/16-blends-at-boundaries.md). Of one face it is (u - v, u v).
+ *
+ * Along the curve nothing may change, or the sides of a crease would come apart, and a boundary that is held would
+ * move. There the surface is the B-spline curve c(x): two cubics, q(x) + j x^3 and q(x) - j x^3. Hence
+ *     P(x, y) = q(x) + j |(x, y)|^3 + y Q(x, y),
+ * which is c along y = 0 and has bounded third derivatives. Q, of degree 4, is fitted. A dart has no such curve: there
+ * P is any polynomial.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SURFACE_BLEND_FIT_CUT_H
+#define CO_SURFACE_BLEND_FIT_CUT_H
+
+#include "surface/blend_fit.h"
+
+/* Makes map and fit, of width 1, of a fan that is cut, whatever its sector; no corner. Linear in the number of sectors
+ * times the lesser of it and 32. ERROR_MEMORY. */
+int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *out, curvopt_error *error);
+
+#endif
