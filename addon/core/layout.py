@@ -38,6 +38,13 @@ class MeshArrays:
         """Which vertices (n,) belong to a face."""
         return np.bincount(self.face_vertices, minlength=len(self.positions)) > 0
 
+    def collapsed_faces(self) -> np.ndarray:
+        """The faces that have neighbouring corners in one place, ascending: their surface has no tangent plane there."""
+        one, other = _sides(self.face_sizes, self.face_vertices).T
+        length = np.linalg.norm(self.positions[one] - self.positions[other], axis=1)
+        faces = np.repeat(np.arange(len(self.face_sizes)), self.face_sizes)
+        return np.unique(faces[length <= _COINCIDENT * np.ptp(self.positions, axis=0).max()])
+
 
 def _sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """The two vertices of each side (sum of sizes, 2) of faces."""

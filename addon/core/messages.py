@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from ..binding.library import CurvoptError, LibraryError
 from ..binding.values import Exceptions, Progress, Verification
@@ -121,6 +122,14 @@ def verdict_of(request: Request, solution: Solution) -> str:
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
 )
+
+
+def collapsed_text(faces: Sequence[int]) -> str:
+    """What goes behind a refusal of a shape whose `faces` have corners in one place; empty for none of them."""
+    if not len(faces):
+        return ""
+    several = f"{len(faces)} faces have" if len(faces) > 1 else "one face has"
+    return f"; {several} corners in one place (face {faces[0]}): merge them by distance in Edit Mode first"
 
 
 def is_foreseen(error: BaseException) -> bool:

@@ -12,11 +12,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ..binding.abi import SHAPE_ERRORS
 from ..binding.library import CurvoptError
 from ..binding.values import Cage, Held
 from ..core.crease import RULE_OF_BOUNDARY_SMOOTH
 from ..core.job import Request
 from ..core.layout import Layout, MeshArrays
+from ..core.messages import collapsed_text
 from ..core.mirror import planes_text
 from .frame import Space, space_of
 from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
@@ -57,10 +59,14 @@ class Source:
         return self.space.to_frame(self.mesh.positions[self.layout.loose_edges.reshape(-1)])
 
     def named(self, error: BaseException) -> BaseException:
-        """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
-        if not isinstance(error, CurvoptError) or self.layout.is_plain:
+        """The library's refusal with vertices and faces numbered as the mesh numbers them, and with what is to be done
+        about a shape that has no surface; other errors as they are."""
+        if not isinstance(error, CurvoptError):
             return error
-        return CurvoptError(error.code, error.element, self.layout.in_mesh_numbers(error.message))
+        text = error.message if self.layout.is_plain else self.layout.in_mesh_numbers(error.message)
+        if error.code in SHAPE_ERRORS:
+            text += collapsed_text(self.mesh.collapsed_faces())
+        return CurvoptError(error.code, error.element, text)
 
 
 def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:
