@@ -28,7 +28,8 @@ class Request:
     `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
-    `strength` of 1 the surface stays near the cage's."""
+    `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
+    energy; their vertices are held."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -37,6 +38,7 @@ class Request:
     symmetry: str = DEFAULTS.symmetry
     held: Held = field(default_factory=Held)
     strength: float = DEFAULTS.strength
+    holes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
 
     @property
     def label(self) -> str:
@@ -100,7 +102,7 @@ def solve(
     symmetry, planes = symmetry_of(request.symmetry)
     options = lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
+        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
     )  # fmt: skip
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
@@ -114,8 +116,17 @@ def solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order, mesh.exceptions(options),
+                levels, summary.symmetry_order, mesh.exceptions(options, _free(cage, request)),
             )  # fmt: skip
+
+
+def _free(cage: Cage, request: Request) -> np.ndarray | None:
+    """Where only a part of a cage is of interest, which of its vertices (n,) are to move."""
+    if not len(request.holes):
+        return None
+    free = np.ones(len(cage.positions), bool)
+    free[request.held.vertices[np.asarray(request.held.weights) == 1]] = False
+    return free
 
 
 def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:

@@ -39,7 +39,7 @@ class MeshArrays:
         return np.bincount(self.face_vertices, minlength=len(self.positions)) > 0
 
 
-def _sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+def sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """The two vertices of each side (sum of sizes, 2) of faces."""
     last = np.cumsum(sizes) - 1
     following = np.arange(1, len(vertices) + 1)
@@ -47,7 +47,7 @@ def _sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     return np.stack([vertices, vertices[following]], -1)
 
 
-def _keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
+def edge_keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
     """A number for each of pairs (k, 2), whichever way round."""
     return np.sort(pairs.astype(np.int64), axis=1) @ (n_vertices, 1)
 
@@ -88,8 +88,8 @@ class Layout:
         merged[self.kept] = self.halves.on_plane
         flat = merged[mesh.edges].all(axis=1).any(axis=1)
         n = len(mesh.positions)
-        sides, counts = np.unique(_keys(_sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
-        several = np.isin(_keys(mesh.edges, n), sides[counts > 1])
+        sides, counts = np.unique(edge_keys(sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
+        several = np.isin(edge_keys(mesh.edges, n), sides[counts > 1])
         found = np.flatnonzero(flat & several)
         return int(found[0]) if len(found) else -1
 
@@ -185,7 +185,7 @@ def _creases_of(
     of_vertices = np.zeros(n_vertices, np.float32)
     if not (len(cage.creases.edges) or len(cage.creases.vertices)):
         return np.empty((0, 2), np.int32), np.empty(0, np.float32), of_vertices
-    edges = np.unique(np.sort(_sides(cage.face_sizes, cage.face_vertices), axis=1), axis=0)
+    edges = np.unique(np.sort(sides(cage.face_sizes, cage.face_vertices), axis=1), axis=0)
     edge, vertex = to_blender(cage, edges)
     number = np.full(len(cage.positions), -1, np.int32)
     number[half.vertices] = place

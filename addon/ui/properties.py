@@ -37,6 +37,15 @@ BOUNDARIES = (
     ("FREE", "Free", "Nothing is held: boundaries and creases move, too"),
 )  # fmt: skip
 
+RIMS = (
+    ("FREE", "Free", "All selected vertices move. The surface of the faces beside them follows, so the transition is "
+     "smooth"),
+    ("POSITION", "Position", "Vertices on the rim stay"),
+    ("TANGENT", "Tangent", "Two rows of vertices stay at the rim. The surface outside the selection stays exactly as "
+     "it is, with the same tangent planes and curvature on both sides of the rim"),
+    ("CURVATURE", "Curvature", "Three rows of vertices stay at the rim: also the change of curvature at it"),
+)  # fmt: skip
+
 SYMMETRIES = (
     ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. At strength 1, with third-order energies, "
      "it gives some up where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 "
@@ -129,6 +138,10 @@ class RunSettings:
     boundary: bpy.props.EnumProperty(
         name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
         default=DEFAULTS.boundary.upper(),
+    )
+    rim: bpy.props.EnumProperty(
+        name="Rim", description="In Edit Mode: what stays at the rim, between selected faces and others. Mark Rim sets "
+        "it for single edges", items=RIMS, default="FREE",
     )
     symmetry: bpy.props.EnumProperty(
         name="Symmetry", description="Which symmetries of the cage the result keeps", items=SYMMETRIES,
