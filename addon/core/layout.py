@@ -88,8 +88,8 @@ class Layout:
         merged[self.kept] = self.halves.on_plane
         flat = merged[mesh.edges].all(axis=1).any(axis=1)
         n = len(mesh.positions)
-        sides, counts = np.unique(edge_keys(sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
-        several = np.isin(edge_keys(mesh.edges, n), sides[counts > 1])
+        used, counts = np.unique(edge_keys(sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
+        several = np.isin(edge_keys(mesh.edges, n), used[counts > 1])
         found = np.flatnonzero(flat & several)
         return int(found[0]) if len(found) else -1
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import bmesh
 import bpy
 import numpy as np
@@ -15,9 +17,32 @@ from .read_edit import Edit, edited_mesh
 from .write_result import local_object
 
 
-def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) -> tuple[int, str]:
-    """Move the vertices that may move so far towards the result; how many they are, and what else the user should
-    know, or "". CageError if the object or its mesh is not as it was."""
+@dataclass(frozen=True)
+class Moved:
+    """What was moved: `count` vertices of the object `name`, of them `vertex` most, which was at `place` (3,); what
+    else the user should know, or ""."""
+
+    count: int
+    remark: str
+    name: str
+    vertex: int
+    place: np.ndarray
+
+    def is_undone(self) -> bool:
+        """Whether that vertex is where it was. Quick."""
+        obj = local_object(self.name)
+        if obj is None or obj.type != "MESH":
+            return True
+        vertices = obj.data.vertices
+        if obj.mode == "EDIT":
+            vertices = bmesh.from_edit_mesh(obj.data).verts
+            vertices.ensure_lookup_table()
+        return self.vertex >= len(vertices) or np.array_equal(vertices[self.vertex].co, self.place)
+
+
+def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) -> Moved:
+    """Move the vertices that may move so far towards the result. CageError if the object or its mesh is not as it
+    was."""
     source = edit.source
     obj = local_object(source.name)
     why = _changed(obj, edit)
@@ -33,7 +58,8 @@ def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) 
         edited.verts[vertex].co = after[vertex]
     edited.normal_update()
     bmesh.update_edit_mesh(obj.data, destructive=False)
-    return int(moving.sum()), _remark(edit, request)
+    most = int(np.argmax(np.linalg.norm(after - before, axis=1) * moving))
+    return Moved(int(moving.sum()), _remark(edit, request), source.name, most, before[most])
 
 
 def _changed(obj: bpy.types.Object | None, edit: Edit) -> str:

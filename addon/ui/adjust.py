@@ -11,6 +11,7 @@ Another strength is another run. It is offered where the first one was quick, an
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import bpy
 
@@ -19,6 +20,7 @@ from ..core.job import Request, Solution
 from ..core.variants import Variants
 from ..scene import placement
 from ..scene.read_cage import CageError, Source
+from ..scene.write_result import stored_verdict
 from . import display, properties
 from .reports import report_failure
 
@@ -44,6 +46,11 @@ def _with_strength(strength: float) -> tuple[Request, Solution]:
     """The last run, or one like it with another strength. UserError if that takes too long."""
     variants = _finished[2]
     return variants.get(strength, lambda: replace(variants.first[0], strength=strength), f"Strength {strength:.3g}")
+
+
+def _is_gone(name: str) -> bool:
+    """Whether there is no result of that name."""
+    return not stored_verdict(bpy.data.objects.get(name))
 
 
 class CURVOPT_OT_apply_result(bpy.types.Operator):
@@ -83,7 +90,8 @@ strength"""
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             _remark = ". ".join(part for part in (held, remark) if part)
             placement.set_amount(obj, self.amount)
-            display.show(context, messages.solution_text(request, solution, _remark), about=obj.name)
+            text = messages.solution_text(request, solution, _remark)
+            display.show(context, text, is_undone=partial(_is_gone, obj.name))
         except Exception as error:
             return report_failure(self, error)
         return {"FINISHED"}

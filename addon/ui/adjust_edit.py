@@ -74,11 +74,12 @@ class CURVOPT_OT_apply_edit(bpy.types.Operator):
         try:
             edit = _finished[1]
             request, solution = _with(properties.strength_of(self.strength), self.rim.lower())
-            n_moved, remark = write_edit(edit, request, solution, self.amount)
+            moved = write_edit(edit, request, solution, self.amount)
             held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            remark = ". ".join(part for part in (held, remark) if part)
-            _text = messages.part_text(request, solution, n_moved, remark)
-            display.show(context, f"{_text.rstrip('.')}. {messages.verdict_of(request, solution)}")
+            remark = ". ".join(part for part in (held, moved.remark) if part)
+            _text = messages.part_text(request, solution, moved.count, remark)
+            text = f"{_text}. {messages.verdict_of(request, solution)}"
+            display.show(context, text, is_undone=moved.is_undone)
         except Exception as error:
             return report_failure(self, error)
         return {"FINISHED"}

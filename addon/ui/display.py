@@ -19,12 +19,15 @@ _refreshed: tuple[object, object, float] = (None, None, 0.0)  # progress and pic
 _at_end: list[Callable[[], object]] = []  # what takes away everything that a run has put on the screen
 
 
-def show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False, about: str = "") -> None:
-    """Put `text` into the sidebar and, while running, into the status bar. `about` names the result object if the text
-    reports one."""
+def show(
+    context: bpy.types.Context, text: str, running: bool = False, failed: bool = False,
+    is_undone: Callable[[], bool] | None = None,
+) -> None:  # fmt: skip
+    """Put `text` into the sidebar and, while running, into the status bar. `is_undone` says of a text that reports a
+    result whether that has been undone or deleted since."""
     state = properties.state
     changed = state.message != text or state.running != running
-    state.message, state.running, state.failed, state.about = text, running, failed, about
+    state.message, state.running, state.failed, state.is_undone = text, running, failed, is_undone
     if bpy.app.background:
         return
     if changed:
@@ -49,7 +52,7 @@ def refresh(context: bpy.types.Context, run: ModalRun) -> None:
     """Have the viewports drawn if there is something new, but not too often."""
     global _refreshed
     seen = (run.job.latest, run.job.watcher.latest, time.monotonic())
-    if seen[:2] == _refreshed[:2] or seen[2] < _refreshed[2] + _REDRAW:
+    if (seen[0] is _refreshed[0] and seen[1] is _refreshed[1]) or seen[2] < _refreshed[2] + _REDRAW:
         return
     from .overlay import redraw  # needs a GPU
 

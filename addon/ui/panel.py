@@ -120,8 +120,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
 def current_message() -> str:
     """The last run's message; empty if it tells of a result that has been undone or deleted since."""
-    undone = state.about and not stored_verdict(bpy.data.objects.get(state.about))
-    return "" if undone else state.message
+    return "" if state.is_undone is not None and state.is_undone() else state.message
 
 
 class CURVOPT_PT_report(_Tab, bpy.types.Panel):

@@ -2,7 +2,7 @@
 """What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
 neither saving nor undo touches."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -227,11 +227,11 @@ def strength_of(value: float) -> float:
 
 @dataclass
 class State:
-    """What the sidebar reports. `running` is true from the start of a modal run to its end. `about` names the result
-    object if the message reports one."""
+    """What the sidebar reports. `running` is true from the start of a modal run to its end. `is_undone` is there if the
+    message reports a result, and says whether that has been undone or deleted since."""
 
     message: str = ""
-    about: str = ""
+    is_undone: Callable[[], bool] | None = None
     running: bool = False
     failed: bool = False
 
