@@ -86,9 +86,9 @@ def test_strength_of_the_scene_is_used_when_the_call_gives_none(newcomer, torus)
 
 def test_adjusting_runs_again_with_another_strength(newcomer, bottle, part, monkeypatch):
     first = positions(press())
-    adjust, calls = part("ui.adjust"), []
-    solve = adjust.job.solve
-    monkeypatch.setattr(adjust.job, "solve", lambda *arguments: calls.append(arguments) or solve(*arguments))
+    adjust, job, calls = part("ui.adjust"), part("core.job"), []
+    solve = job.solve
+    monkeypatch.setattr(job, "solve", lambda *arguments: calls.append(arguments) or solve(*arguments))
 
     def again(strength):
         bpy.data.objects.remove(bpy.data.objects["Bottle Willmore"])
