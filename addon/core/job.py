@@ -160,7 +160,8 @@ class Job:
     @classmethod
     def minimize(cls, cage: Cage, request: Request) -> Job:
         """A job that runs `solve`, with pictures. LibraryError if there is no usable library."""
-        flag, watcher = library.Cancel.create(library.load()), Watcher()
+        counted = np.setdiff1d(np.arange(len(cage.face_sizes)), request.holes) if len(request.holes) else None
+        flag, watcher = library.Cancel.create(library.load()), Watcher(counted)
         return cls(lambda on_progress: solve(cage, request, on_progress, flag, watcher), flag.request, watcher)
 
     def start(self) -> None:

@@ -38,14 +38,18 @@ def show(
         context.workspace.status_text_set(f"{text}   |   Enter: finish now   |   Esc: cancel")
 
 
-def start_preview(context: bpy.types.Context, source: Source, run: ModalRun) -> None:
-    """Draw the run where a new object would stand; not in background."""
+def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, in_place: bool) -> None:
+    """Draw the run where a new object would stand, or in front of the object itself; not in background."""
     if bpy.app.background:
         return
     from .preview import Preview  # needs a GPU
 
-    placement = beside(context.scene, source, source.cage.positions) @ source.frame
-    at_end(Preview(context.scene.name, placement, run.job, run.label, source.loose_lines()).end)
+    placement, loose = source.frame, source.loose_lines()
+    if in_place:
+        loose = loose[:0]  # Blender draws them
+    else:
+        placement = beside(context.scene, source, source.cage.positions) @ placement
+    at_end(Preview(context.scene.name, placement, run.job, run.label, loose, in_place).end)
 
 
 def refresh(context: bpy.types.Context, run: ModalRun) -> None:

@@ -74,7 +74,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
     def _draw_edit(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """The vertices stay the same, the selection says which move, and the result is where they are."""
         settings = context.scene.curvopt
-        column.label(text=selection_text(context.view_layer.objects.active), icon="EDITMODE_HLT")
+        sentence = column.column(align=True)
+        for line in _lines(context, selection_text(context.view_layer.objects.active)):
+            sentence.label(text=line)
         column.prop(settings, "rim")
         column.operator_menu_enum("curvopt.mark_rim", "rim")
         column.prop(settings, "boundary")

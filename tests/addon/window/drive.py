@@ -364,7 +364,7 @@ def half_a_cage_under_a_mirror_and_a_loose_edge():
 
 def edit_half():
     """A bumpy torus in Edit Mode, with the vertices selected whose x is above 0.4; its vertices, and which these are."""
-    setup(24, 12, noise=0.04)
+    setup(48, 24, noise=0.02)
     torus = bpy.data.objects["Torus"]
     area, region = viewport()
     with bpy.context.temp_override(window=window(), area=area, region=region):
@@ -391,6 +391,8 @@ def in_edit_mode_escape_changes_nothing_and_keys_do_not_reach_the_mesh():
     before, _ = edit_half()
     assert invoke(energy="MVS", symmetry="NONE") == {"RUNNING_MODAL"}
     yield lambda: snapshots().latest is not None and state().running
+    yield from turns(4)
+    screenshot("edit_mode_running")
     for key in ("X", "TAB", "DEL", "G"):
         press(key)
     yield from turns(4)
