@@ -120,22 +120,37 @@ def test_faces_that_change_are_those_whose_limit_surface_does(vertices):
 FREELY = {"spacing": 2}  # curvopt_spacing: else the mean edge, which is that of faces that count, has a part in it
 
 
-def run(cage, free, whole=False):
+def run(cage, free, whole=False, energy="willmore", strength=1.0):
     """The `whole` surface, or only the faces that change."""
     holes = np.flatnonzero(~rims.changing_faces(cage, free) & (not whole)).astype(np.int32)
     held = Held.exactly(np.flatnonzero(~free))
-    return job.solve(cage, job.Request("willmore", 1, FREELY, boundary="free", held=held, holes=holes))
+    request = job.Request(energy, 1, FREELY, boundary="free", held=held, holes=holes, strength=strength)
+    return job.solve(cage, request)
+
+
+def rough_torus(noise):
+    """A cage, and a part of its vertices (n,)."""
+    points, faces = shapes.torus(16, 8)
+    free = np.zeros(len(points), bool)
+    free[[17, 18, 25, 26, 27, 33, 34]] = True
+    return cage_of(points + noise * np.random.default_rng(5).normal(size=points.shape), faces), free
 
 
 def test_a_run_with_holes_ends_where_one_with_pins_does():
-    cage, free = cage_of(*shapes.torus(16, 8)), np.zeros(128, bool)
-    free[[17, 18, 25, 26, 27, 33, 34]] = True
-    rough = cage.positions + 0.05 * np.random.default_rng(5).normal(size=cage.positions.shape)
-    cage = Cage(rough, cage.face_sizes, cage.face_vertices)
-    part, whole = run(cage, free), run(cage, free, whole=True)
+    cage, free = rough_torus(0.05)
+    rough, part, whole = cage.positions, run(cage, free), run(cage, free, whole=True)
     assert np.array_equal((part.cage.positions != rough).any(axis=1), free)
     assert part.start.objective - part.end.objective == pytest.approx(whole.start.objective - whole.end.objective, 1e-3)
     assert part.start.objective < 0.8 * whole.start.objective and part.exceptions.n_held == part.exceptions.n_left_out == 0
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_strength_is_the_same_with_holes(energy):
+    """Third-order energies have the area of the faces that count as a factor; so have the springs then."""
+    cage, free = rough_torus(0.02)
+    part, whole = (run(cage, free, all_faces, energy, 0.3).cage.positions - cage.positions for all_faces in (False, True))
+    sizes = [np.sqrt((moved[free] ** 2).mean()) for moved in (part, whole)]
+    assert sizes[0] == pytest.approx(sizes[1], rel=0.05) and sizes[0] > 5e-5
 
 
 def test_only_exceptions_that_hold_the_selection_count():
