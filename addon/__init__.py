@@ -13,6 +13,7 @@ core/               everything that works on arrays                       (no bp
     crease          Blender's creases <-> sharpness
     mirror          half a cage <-> the whole of a Mirror modifier
     layout          a mesh <-> the cage that is optimized
+    crop            the part of a cage that a run with holes depends on
     rims            part of a cage: what moves, what changes with it
     partners        mirror images within a mesh
     surface_points  points of a surface and the quads between

@@ -146,7 +146,7 @@ class Layout:
     def in_mesh_numbers(self, text: str) -> str:
         """The library's sentence with vertices and faces numbered as the mesh numbers them."""
         vertex = self.kept[self.halves.origin]
-        return _renumbered(_renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
+        return renumbered(renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
 
     def _faces(self) -> np.ndarray:
         return np.tile(np.arange(len(self.face_sizes)), len(self.halves.copies))
@@ -168,7 +168,7 @@ class Layout:
         )  # fmt: skip
 
 
-def _renumbered(text: str, nouns: str, numbers: np.ndarray) -> str:
+def renumbered(text: str, nouns: str, numbers: np.ndarray) -> str:
     """The text with numbers (n,) for the indices that follow one of the nouns; other ones stay."""
 
     def number(found: re.Match) -> str:

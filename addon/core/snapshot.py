@@ -32,11 +32,10 @@ class Snapshot:
 
 
 class Watcher:
-    """Takes snapshots: `ask` from the main thread, calls from the worker, `latest` for both. With `faces` (k,) of the
-    first level they are of these only."""
+    """Takes snapshots: `ask` from the main thread, calls from the worker, `latest` for both."""
 
-    def __init__(self, faces: np.ndarray | None = None) -> None:
-        self._faces = faces
+    def __init__(self) -> None:
+        self._faces: np.ndarray | None = None
         self.latest: Snapshot | None = None
         self._asked = threading.Event()
         self._asked.set()
@@ -47,8 +46,9 @@ class Watcher:
         """The latest one has been shown: another one is welcome."""
         self._asked.set()
 
-    def start(self, mesh: library.Mesh, cage: Cage) -> None:
-        """The cage that the run starts from."""
+    def start(self, mesh: library.Mesh, cage: Cage, faces: np.ndarray | None = None) -> None:
+        """The cage that the run starts from; of a run on one level, some `faces` (k,) only."""
+        self._faces = faces
         self.latest = self._take(0, mesh, cage.positions, None)
 
     def __call__(self, iterate: library.Iterate) -> None:

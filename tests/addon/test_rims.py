@@ -4,9 +4,10 @@
 import numpy as np
 import pytest
 import shapes
-from addon.binding import library
+from addon.binding import abi, library
 from addon.binding.values import Cage, Creases, Held
 from addon.core import job, partners, rims
+from addon.core.crop import Crop
 
 N = 10  # quads of the grid along a side; its vertex y * (N + 1) + x is over (x, y)
 
@@ -151,6 +152,43 @@ def test_strength_is_the_same_with_holes(energy):
     part, whole = (run(cage, free, all_faces, energy, 0.3).cage.positions - cage.positions for all_faces in (False, True))
     sizes = [np.sqrt((moved[free] ** 2).mean()) for moved in (part, whole)]
     assert sizes[0] == pytest.approx(sizes[1], rel=0.05) and sizes[0] > 5e-5
+
+
+@pytest.mark.parametrize("surface", ["auto", "plane"])
+@pytest.mark.parametrize("strength", [0.3, 1.0])
+def test_what_is_cropped_ends_as_the_whole_does(surface, strength):
+    """A grid with creases, of a sharp corner and of a triangle, apart from the size of what the library sees."""
+    creases = Creases(
+        np.array([[48, 49], [49, 50], [0, 1]], np.int32), np.array([2.5, 2.5, 10.0]), np.array([71, 5], np.int32),
+        np.array([1.5, 3.0]),
+    )  # fmt: skip
+    points, faces = shapes.grid(N)
+    faces[44:45] = [faces[44][:3], [faces[44][0], *faces[44][2:]]]
+    points[:, 2] += 0.1 * np.random.default_rng(8).normal(size=len(points))
+    cage, free = cage_of(points, faces, creases), block(5, 6)
+    holes = np.flatnonzero(~rims.changing_faces(cage, free)).astype(np.int32)
+    held = Held.exactly(np.flatnonzero(~free))
+    options = {"surface": abi.SURFACES.index(surface)}
+    request = job.Request("willmore", 1, options, "free", "none", held, strength, holes)
+    assert job._can_be_cropped(cage, request)
+    part, whole = job.solve(cage, request), job._solve(cage, request, None, None, None)
+    crop = Crop.of_faces(cage, job._counted(cage, request))
+    assert len(crop.cage.positions) == 8 * 8 and len(crop.cage.creases.edges) == 2
+    assert np.abs(part.cage.positions - whole.cage.positions).max() < 2e-5 and part.euler == whole.euler == 1
+    assert (part.start.objective, part.end.objective) == pytest.approx((whole.start.objective, whole.end.objective), 1e-6)
+    assert np.array_equal(part.cage.face_vertices, cage.face_vertices) and part.cage.creases is cage.creases
+
+
+def test_a_selection_without_finite_energy_is_refused_in_a_sentence():
+    """The vertices of a face with an inner vertex of two edges, which is left out."""
+    points, faces = shapes.grid(N)
+    first = faces[44]
+    points = np.concatenate([points, [points[first].mean(axis=0)]])
+    faces[44:45] = [[first[0], first[1], first[2], 121], [first[0], 121, first[2], first[3]]]
+    cage = cage_of(points, faces)
+    free = np.arange(122) == 121
+    with pytest.raises(library.CurvoptError, match="nothing may move: where the selection is, the surface has no finite"):
+        run(cage, free)
 
 
 def test_only_exceptions_that_hold_the_selection_count():
