@@ -10,11 +10,13 @@ import bpy
 import numpy as np
 
 from ..core.job import Request, Solution
+from ..core.layout import Written
 from ..core.partners import mean_of_sides
-from .modifiers import CageError
+from .modifiers import CageError, mirror_modifier
 from .placement import local_positions, what_changed
+from .read_cage import Source
 from .read_edit import Edit, edited_mesh
-from .write_result import local_object
+from .write_result import local_object, smaller_threshold
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,8 @@ def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) 
     if why:
         raise CageError(f"{why} meanwhile, so nothing was written: run it again.")
     moving, before = edit.moving(request), source.mesh.positions
-    end = local_positions(source, source.layout.written(solution.cage), solution.cage.positions)
+    written = source.layout.written(solution.cage)
+    end = local_positions(source, written, solution.cage.positions)
     end = mean_of_sides(end, moving, edit.pairs)
     after = before + amount * (end - before)
     edited = bmesh.from_edit_mesh(obj.data)
@@ -59,7 +62,8 @@ def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) 
     edited.normal_update()
     bmesh.update_edit_mesh(obj.data, destructive=False)
     most = int(np.argmax(np.linalg.norm(after - before, axis=1) * moving))
-    return Moved(int(moving.sum()), _remark(edit, request), source.name, most, before[most])
+    remark = ". ".join(part for part in (_on_symmetry(edit, request), _on_merging(obj, source, written, after)) if part)
+    return Moved(int(moving.sum()), remark, source.name, most, before[most])
 
 
 def _changed(obj: bpy.types.Object | None, edit: Edit) -> str:
@@ -73,7 +77,18 @@ def _changed(obj: bpy.types.Object | None, edit: Edit) -> str:
         return what_changed(obj, mesh, edit.source)
 
 
-def _remark(edit: Edit, request: Request) -> str:
+def _on_merging(obj: bpy.types.Object, source: Source, written: Written, local: np.ndarray) -> str:
+    """Whether a Mirror modifier now merges vertices that were apart. It is no part of Edit Mode's undo: it stays."""
+    modifier = mirror_modifier(obj)
+    if modifier is None:
+        return ""
+    smaller = smaller_threshold(modifier, written, source.space.gaps(source.space.to_frame(local)))
+    if smaller is None:
+        return ""
+    return f"Modifier '{modifier.name}' merges vertices that were apart: set its Merge distance to {smaller:.2g}"
+
+
+def _on_symmetry(edit: Edit, request: Request) -> str:
     """Whether symmetry was made afterwards."""
     free = np.ones(len(edit.source.cage.positions), bool)
     free[request.held.vertices] = False

@@ -341,6 +341,23 @@ def test_where_the_mesh_is_not_symmetric_pairs_get_the_mean_of_both_sides(add, p
     assert "The mesh is not symmetric across X: pairs of vertices got the mean of both sides" in part("ui.properties").state.message
 
 
+def test_a_mirror_modifier_that_would_merge_more_is_named(sheet, part):
+    """It is no part of what undo in Edit Mode brings back, so that it is left alone."""
+    sheet.modifiers.new("Mirror", "MIRROR")
+    bpy.ops.object.modifier_move_to_index(modifier="Mirror", index=0)
+    points = positions(sheet)
+    points[:, 0] = np.where(points[:, 0] > 0, points[:, 0] + 0.5, 0)
+    sheet.data.vertices.foreach_set("co", points.astype(np.float32).reshape(-1))
+    sheet.modifiers["Mirror"].merge_threshold = 2.99  # vertices at x = 1.5 are just not merged
+    edit(sheet, block(1, 6))
+    run(strength=1.0)
+    least = now(sheet)[:, 0][now(sheet)[:, 0] > 0].min()
+    assert 0.5 < least < 1.49
+    wanted = f"Modifier 'Mirror' merges vertices that were apart: set its Merge distance to {least:.2g}"
+    assert wanted in part("ui.properties").state.message
+    assert sheet.modifiers["Mirror"].merge_threshold == pytest.approx(2.99)
+
+
 def test_half_a_cage_under_a_mirror_modifier(sheet, part):
     """The sheet's edge at x = 0 is the seam: what is selected there moves, in the plane."""
     sheet.modifiers.new("Mirror", "MIRROR")
