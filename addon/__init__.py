@@ -74,7 +74,8 @@ bl_info = {
 }
 
 _REGISTERED_IN_ORDER = (
-    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.analysis", "ui.menus", "ui.panel",
+    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.analysis",
+    "ui.menus", "ui.panel",
 )  # fmt: skip
 
 

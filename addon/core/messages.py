@@ -66,9 +66,10 @@ def part_text(request: Request, solution: Solution, n_moved: int, remark: str = 
     n_faces = len(solution.cage.face_sizes) - len(request.holes)
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
+    faces, moved = _counted(n_faces, "face", "faces"), _counted(n_moved, "vertex", "vertices")
     return (
-        f"{request.label} of the {_counted(n_faces, 'face', 'faces')} that change: {before} to {after}, {_near(request)}"
-        f"{_STOP_WORDS[solution.stop]} ({_counted(n_moved, 'vertex', 'vertices')} moved{kept}, {solution.seconds:.1f} s)"
+        f"{request.label} of the {faces} that change: {before} to {after}, {_near(request)}"
+        f"{_STOP_WORDS[solution.stop]} ({moved} moved{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
 

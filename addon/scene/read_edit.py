@@ -134,7 +134,7 @@ def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
     if attribute is None:
         return values
     if (attribute.domain, attribute.data_type) != ("EDGE", "INT"):
-        raise CageError(f"Attribute '{MARK}' is no integer of edges: delete it, and mark the edges with Mark Rim again.")
+        raise CageError(f"Attribute '{MARK}' is no integer of edges: delete it, and mark edges with Mark Rim again.")
     attribute.data.foreach_get("value", values)
     return values
 

@@ -96,7 +96,8 @@ def test_marks_on_the_boundary_override_the_setting():
 
 
 def test_infinitely_sharp_vertices_and_creases_stay_unless_boundaries_are_free():
-    sharp = Creases(np.array([[48, 49]], np.int32), np.array([10.0]), np.array([60, 61], np.int32), np.array([10.0, 5.0]))
+    edges, vertices = np.array([[48, 49]], np.int32), np.array([60, 61], np.int32)
+    sharp = Creases(edges, np.array([10.0]), vertices, np.array([10.0, 5.0]))
     found = moving(block(1, 9), boundary="position", cage=grid(sharp))
     assert np.flatnonzero(block(1, 9) & ~found).tolist() == [48, 49, 60]
     assert np.array_equal(moving(block(1, 9), cage=grid(sharp)), block(1, 9))
@@ -142,15 +143,16 @@ def test_a_run_with_holes_ends_where_one_with_pins_does():
     rough, part, whole = cage.positions, run(cage, free), run(cage, free, whole=True)
     assert np.array_equal((part.cage.positions != rough).any(axis=1), free)
     assert part.start.objective - part.end.objective == pytest.approx(whole.start.objective - whole.end.objective, 1e-3)
-    assert part.start.objective < 0.8 * whole.start.objective and part.exceptions.n_held == part.exceptions.n_left_out == 0
+    assert part.start.objective < 0.8 * whole.start.objective
+    assert part.exceptions.n_held == part.exceptions.n_left_out == 0
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
 def test_strength_is_the_same_with_holes(energy):
     """Third-order energies have the area of the faces that count as a factor; so have the springs then."""
     cage, free = rough_torus(0.02)
-    part, whole = (run(cage, free, all_faces, energy, 0.3).cage.positions - cage.positions for all_faces in (False, True))
-    sizes = [np.sqrt((moved[free] ** 2).mean()) for moved in (part, whole)]
+    ends = [run(cage, free, all_faces, energy, 0.3).cage.positions for all_faces in (False, True)]
+    sizes = [np.sqrt(((end - cage.positions)[free] ** 2).mean()) for end in ends]
     assert sizes[0] == pytest.approx(sizes[1], rel=0.05) and sizes[0] > 5e-5
 
 
@@ -175,7 +177,8 @@ def test_what_is_cropped_ends_as_the_whole_does(surface, strength):
     crop = Crop.of_faces(cage, job._counted(cage, request))
     assert len(crop.cage.positions) == 8 * 8 and len(crop.cage.creases.edges) == 2
     assert np.abs(part.cage.positions - whole.cage.positions).max() < 2e-5 and part.euler == whole.euler == 1
-    assert (part.start.objective, part.end.objective) == pytest.approx((whole.start.objective, whole.end.objective), 1e-6)
+    assert part.start.objective == pytest.approx(whole.start.objective, 1e-9)
+    assert part.end.objective == pytest.approx(whole.end.objective, 1e-6)
     assert np.array_equal(part.cage.face_vertices, cage.face_vertices) and part.cage.creases is cage.creases
 
 
@@ -187,7 +190,7 @@ def test_a_selection_without_finite_energy_is_refused_in_a_sentence():
     faces[44:45] = [[first[0], first[1], first[2], 121], [first[0], 121, first[2], first[3]]]
     cage = cage_of(points, faces)
     free = np.arange(122) == 121
-    with pytest.raises(library.CurvoptError, match="nothing may move: where the selection is, the surface has no finite"):
+    with pytest.raises(library.CurvoptError, match="nothing may move: where the selection is, the surface"):
         run(cage, free)
 
 
@@ -243,7 +246,8 @@ def test_symmetric_cages_are_found_to_be_so():
         assert partners.is_symmetric(cage, everything, pair)
         half = cage.positions[:, axis] > 0.1
         assert not partners.is_symmetric(cage, half, pair)
-        creased = Cage(cage.positions, cage.face_sizes, cage.face_vertices, Creases(np.array([[0, 4]]), np.array([2.0])))
+        creases = Creases(np.array([[0, 4]]), np.array([2.0]))
+        creased = Cage(cage.positions, cage.face_sizes, cage.face_vertices, creases)
         assert partners.is_symmetric(creased, everything, pair) == (pair.partner[[0, 4]].tolist() in ([0, 4], [4, 0]))
     moved = cage.positions.copy()
     moved[3, 0] += 1e-3

@@ -363,7 +363,7 @@ def half_a_cage_under_a_mirror_and_a_loose_edge():
 
 
 def edit_half():
-    """A bumpy torus in Edit Mode, with the vertices selected whose x is above 0.4; its vertices, and which these are."""
+    """A bumpy torus in Edit Mode, with the vertices selected whose x is above 0.4: all its vertices, and which are."""
     setup(48, 24, noise=0.02)
     torus = bpy.data.objects["Torus"]
     area, region = viewport()
