@@ -35,12 +35,6 @@ def test_active_object_is_no_mesh(refused):
     refused("Select a mesh object first: 'Cam' is a camera")
 
 
-def test_edit_mode(torus, refused):
-    bpy.ops.object.mode_set(mode="EDIT")
-    refused("'Torus' is in Edit Mode")
-    bpy.ops.object.mode_set(mode="OBJECT")
-
-
 def test_sculpt_mode(torus, refused):
     bpy.ops.object.mode_set(mode="SCULPT")
     refused("'Torus' is in Sculpt Mode")
