@@ -40,7 +40,7 @@ class MeshArrays:
 
     def collapsed_faces(self) -> np.ndarray:
         """The faces that have neighbouring corners in one place, ascending: their surface has no tangent plane there."""
-        one, other = _sides(self.face_sizes, self.face_vertices).T
+        one, other = sides(self.face_sizes, self.face_vertices).T
         length = np.linalg.norm(self.positions[one] - self.positions[other], axis=1)
         faces = np.repeat(np.arange(len(self.face_sizes)), self.face_sizes)
         return np.unique(faces[length <= _COINCIDENT * np.ptp(self.positions, axis=0).max()])

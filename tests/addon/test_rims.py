@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which vertices move in a part of a cage, which faces change, and who is whose mirror image; without Blender."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapes
@@ -182,30 +184,25 @@ def test_what_is_cropped_ends_as_the_whole_does(surface, strength):
     assert np.array_equal(part.cage.face_vertices, cage.face_vertices) and part.cage.creases is cage.creases
 
 
+def with_cone(cage, vertex):
+    return replace(cage, creases=replace(cage.creases, vertices=np.array([vertex]), vertex_sharpness=np.array([10.0])))
+
+
 def test_a_selection_without_finite_energy_is_refused_in_a_sentence():
-    """The vertices of a face with an inner vertex of two edges, which is left out."""
-    points, faces = shapes.grid(N)
-    first = faces[44]
-    points = np.concatenate([points, [points[first].mean(axis=0)]])
-    faces[44:45] = [[first[0], first[1], first[2], 121], [first[0], 121, first[2], first[3]]]
-    cage = cage_of(points, faces)
-    free = np.arange(122) == 121
+    """One that is infinitely sharp."""
+    cage = with_cone(cage_of(*shapes.grid(N)), 60)
+    free = np.arange(121) == 60
     with pytest.raises(library.CurvoptError, match="nothing may move: where the selection is, the surface"):
         run(cage, free)
 
 
 def test_only_exceptions_that_hold_the_selection_count():
-    """An inner vertex of two edges in one face of the grid."""
-    points, faces = shapes.grid(N)
-    first = faces[44]
-    points = np.concatenate([points, [points[first].mean(axis=0)]])
-    faces[44:45] = [[first[0], first[1], first[2], len(points) - 1], [first[0], len(points) - 1, first[2], first[3]]]
-    cage = cage_of(points, faces)
-    free = np.append(block(3, 7), False)
-    found = run(cage, free).exceptions
-    assert [vertices.tolist() for _, vertices in found.reasons] == [[121]]
-    assert found.n_held == 4 and found.n_left_out == 2
-    far = run(cage, np.append(block(6, 8), False)).exceptions
+    """An infinitely sharp vertex beside the selection, with which it shares one face."""
+    cage = with_cone(cage_of(*shapes.grid(N)), 12)
+    found = run(cage, block(2, 7)).exceptions
+    assert [vertices.tolist() for _, vertices in found.reasons] == [[12]]
+    assert found.n_held == found.n_left_out == 1
+    far = run(cage, block(6, 8)).exceptions
     assert far.n_held == far.n_left_out == 0 and not far.reasons
 
 
