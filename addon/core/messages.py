@@ -139,6 +139,7 @@ def verdict_of(request: Request, solution: Solution) -> str:
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
+    ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
 )
 
 

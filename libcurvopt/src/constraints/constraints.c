@@ -447,7 +447,9 @@ int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *constr
             return CURVOPT_OK;
     if (!constraints->freedom)
         return CURVOPT_OK;
-    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
-                          "nothing may move: all %d vertices are held by pins, boundary, creases or as exceptions",
-                          m->info.n_vertices);
+    return co_status_fail(
+        error, CURVOPT_ERROR_ARGUMENT, -1,
+        "nothing may move: all %d vertices are held by pins, boundary, creases or as exceptions; hold "
+        "less, or use more levels",
+        m->info.n_vertices);
 }

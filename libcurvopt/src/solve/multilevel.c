@@ -222,11 +222,12 @@ static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_erro
     return status;
 }
 
-/* Exceptions alone may hold a whole cage on the first level: inside the faces that are left others can move. */
+/* Boundary, creases and exceptions may hold a whole cage on the first of several levels: inside its faces others can
+ * move. */
 static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
     co_constraints all = {0};
-    if (!r->constraints.freedom && !(r->result->summary.n_held && o->levels == 1))
+    if (!r->constraints.freedom && o->levels > 1)
         return CURVOPT_OK;
     int32_t status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
     if (status == CURVOPT_OK)
