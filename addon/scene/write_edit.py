@@ -18,6 +18,8 @@ from .read_cage import Source
 from .read_edit import Edit, edited_mesh
 from .write_result import local_object, smaller_threshold
 
+_ROUNDING = 1e-7  # of the mesh's size: what is held comes back from the frame of the run so far off
+
 
 @dataclass(frozen=True)
 class Moved:
@@ -55,15 +57,17 @@ def write_edit(edit: Edit, request: Request, solution: Solution, amount: float) 
     end = local_positions(source, written, solution.cage.positions)
     end = mean_of_sides(end, moving, edit.pairs)
     after = before + amount * (end - before)
+    distance = np.linalg.norm(after - before, axis=1) * moving
+    moved = distance > _ROUNDING * np.ptp(before, axis=0).max()
     edited = bmesh.from_edit_mesh(obj.data)
     edited.verts.ensure_lookup_table()
-    for vertex in np.flatnonzero(moving).tolist():
+    for vertex in np.flatnonzero(moved).tolist():
         edited.verts[vertex].co = after[vertex]
     edited.normal_update()
     bmesh.update_edit_mesh(obj.data, destructive=False)
-    most = int(np.argmax(np.linalg.norm(after - before, axis=1) * moving))
+    most = int(np.argmax(distance))
     remark = ". ".join(part for part in (_on_symmetry(edit, request), _on_merging(obj, source, written, after)) if part)
-    return Moved(int(moving.sum()), remark, source.name, most, before[most])
+    return Moved(int(moved.sum()), remark, source.name, most, before[most])
 
 
 def _changed(obj: bpy.types.Object | None, edit: Edit) -> str:

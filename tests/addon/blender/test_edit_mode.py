@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from mathutils import Vector
 from runs import positions
 
 N = 12  # quads of the sheet along a side
@@ -156,26 +157,25 @@ def test_numbers_of_the_report_are_of_the_faces_that_change(sheet, part):
 
 
 def test_a_bad_face_elsewhere_does_not_matter_and_one_beside_is_named(sheet, part):
-    """An inner vertex of two edges."""
+    """A fin on an edge."""
     edited = edit(sheet)
-    edited.faces.ensure_lookup_table()
-    a, b, c, d = edited.faces[5 * N + 5].verts
-    edited.faces.remove(edited.faces[5 * N + 5])
-    middle = edited.verts.new((a.co + c.co) / 2)
-    edited.faces.new((a, b, c, middle))
-    edited.faces.new((a, middle, c, d))
+    edited.verts.ensure_lookup_table()
+    a_number = 5 * (N + 1) + 5
+    a, b = edited.verts[a_number], edited.verts[a_number + 1]
+    edited.faces.new((a, b, *(edited.verts.new(v.co + Vector((0, 0, 1))) for v in (b, a))))
     bmesh.update_edit_mesh(sheet.data)
     before = now(sheet)
-    edit(sheet, [*block(1, 2), False])
+    edit(sheet, [*block(1, 2), False, False])
     run()
     assert "held" not in part("ui.properties").state.message
-    edit(sheet, [*block(4, 7), False])
+    edit(sheet, [*block(4, 7), False, False])
     before = now(sheet)
     run()
     message = part("ui.properties").state.message
-    assert "4 vertices held as they are, 2 faces left out of the energy: an inner vertex has two edges" in message
-    assert "(vertex 169)" in message
-    assert np.array_equal(np.flatnonzero(moved_by(sheet, before)), np.flatnonzero(block(4, 7) & ~block(5, 6)))
+    assert "10 vertices held as they are, 6 faces left out of the energy: three or more faces share an edge" in message
+    assert "(4 vertices moved" in message
+    assert f"(vertex {a_number}, vertex {a_number + 1})" in message
+    assert np.array_equal(np.flatnonzero(moved_by(sheet, before)), 7 * (N + 1) + np.arange(4, 8))
 
 
 # --------------------------------------------------------------------------------------------------------- the rim --

@@ -39,12 +39,13 @@ def test_cone(torus, held, crease):
     assert "9 vertices held as they are, 4 faces left out of the energy" in text and "cone (vertex 6)" in text
 
 
-def test_corners_of_a_grid(add, held):
-    obj = add(*shapes.grid())
-    stay = vertices_of(shapes.grid()[1], 0, 4, 20, 24)
-    text = held(obj, stay, rest(obj, stay))
-    assert "16 vertices held as they are, 4 faces left out of the energy" in text
-    assert "(vertex 0, vertex 4, vertex 20 and 1 more)" in text
+def test_corners_of_a_grid_are_no_exception(add, held):
+    """Blender's boundary runs smoothly through them; each has one face."""
+    points, faces = shapes.grid()
+    points = np.array(points, float)
+    points[:, 2] = 0.3 * np.cos(2 * points[:, 0] + 1) * np.sin(points[:, 1] + 2)
+    obj = add(points, faces)
+    assert "held" not in held(obj, [], rest(obj, []), strength=0.5)
 
 
 def test_end_of_a_loose_edge(add, held):
@@ -83,13 +84,12 @@ def test_vertex_on_two_boundary_loops(add, held):
 
 
 def test_suzanne(held):
-    """One inner vertex has two edges; all of the rest gets fairer, and she stays who she is."""
+    """All of her gets fairer, her inner vertex of two edges too, and she stays who she is."""
     bpy.ops.mesh.primitive_monkey_add()
     obj = bpy.context.object
     size = max(obj.dimensions)
     before = positions(obj)
-    text = held(obj, [137], boundary="POSITION", strength=0.3)
-    assert "5 vertices held as they are, 2 faces left out of the energy: an inner vertex has two edges (vertex 137)" in text
+    assert "held as they are" not in held(obj, [], [137], boundary="POSITION", strength=0.3)
     assert np.abs(positions(obj) - before).max() < 0.1 * size
     assert obj["curvopt_after_willmore"] < 0.6 * obj["curvopt_before_willmore"]
 
