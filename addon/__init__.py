@@ -13,6 +13,9 @@ core/               everything that works on arrays                       (no bp
     crease          Blender's creases <-> sharpness
     mirror          half a cage <-> the whole of a Mirror modifier
     layout          a mesh <-> the cage that is optimized
+    crop            the part of a cage that a run with holes depends on
+    rims            part of a cage: what moves, what changes with it
+    partners        mirror images within a mesh
     surface_points  points of a surface and the quads between
     curvature       jets -> principal, mean, Gauss curvature, variation
     colours         curvature -> colour
@@ -20,6 +23,7 @@ core/               everything that works on arrays                       (no bp
     memory          refuses meshes beyond memory
     job             one run: here and now, on a worker thread, modal
     messages        progress, outcome, verdict, failure as sentences
+    variants        a finished run, and others like it
     catalogue       cages to start from
 scene/              between Blender's data and arrays
     multires        whether Multiresolution holds sculpted detail
@@ -27,8 +31,10 @@ scene/              between Blender's data and arrays
     frame           where a cage is in the world
     read_cage       mesh object -> arrays, and every reason to refuse one
     amount          the slider from original to optimum
+    read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original
     placement       new object, the object's own mesh, or a shape key
+    write_edit      a result -> the mesh that is edited
 ui/                 what the user sees and presses
     properties      settings of the sidebar
     reports         failures as reports
@@ -37,6 +43,8 @@ ui/                 what the user sees and presses
     preview         a run as the viewports show it                        (needs a GPU)
     display         message, status bar and preview of a run
     adjust          the operator that writes a result and can be adjusted
+    adjust_edit     the same in Edit Mode
+    mark_rim        the operator that marks edges as rims
     operators       the modal operator, Finish, Cancel
     analysis        colours of curvature, legend, looks
     menus           Object and Add menu, presets
@@ -66,7 +74,8 @@ bl_info = {
 }
 
 _REGISTERED_IN_ORDER = (
-    "ui.properties", "scene.amount", "ui.adjust", "ui.operators", "ui.analysis", "ui.menus", "ui.panel",
+    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.analysis",
+    "ui.menus", "ui.panel",
 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out
     "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "beside", "hole",
 )  # fmt: skip
 SHARPNESS_INFINITE = 10.0
+SHAPE_ERRORS = (5, 8)  # CURVOPT_ERROR_GEOMETRY, CURVOPT_ERROR_RESOLUTION: coordinates without a surface
 
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 

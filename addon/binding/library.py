@@ -179,9 +179,11 @@ class Library:
         self.call(name, *arguments, C.byref(out))
         return out
 
-    def options(self, weights: Mapping[str, float], held: Held | None = None, **fields: float) -> COptions:
-        """The library's defaults with `weights` by term name and other fields of curvopt_options changed, and with
-        vertices held.
+    def options(
+        self, weights: Mapping[str, float], held: Held | None = None, holes: object = (), **fields: float
+    ) -> COptions:
+        """The library's defaults with `weights` by term name and other fields of curvopt_options changed, with
+        vertices held, and faces (k,) that are `holes`.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
         refuses."""
@@ -206,6 +208,10 @@ class Library:
             options.constraints = C.pointer(
                 CConstraints(_int_pointer(vertices), None, None, vertices.size, 0, _real_pointer(firmness))
             )
+        if len(holes):
+            faces = indices(holes, "holes")
+            options.left_out = faces
+            options.holes, options.n_holes = _int_pointer(faces), faces.size
         self.call("curvopt_options_validate", C.byref(options))
         return options
 
@@ -328,20 +334,27 @@ class Mesh(_Handle):
         )  # fmt: skip
         return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
 
-    def exceptions(self, options: COptions) -> Exceptions:
-        """What a run with these options holds and leaves out of the energy."""
+    def exceptions(self, options: COptions, free: np.ndarray | None = None) -> Exceptions:
+        """What a run with these options holds and leaves out of the energy, holes excepted; of that, where `free`
+        (n_vertices,) is given, what holds vertices that would move without it."""
         info = self.info()
         vertices, faces = np.empty(info.n_vertices, np.int32), np.empty(info.n_faces, np.int32)
         self.lib.call(
             "curvopt_mesh_find_exceptions", self.pointer, C.byref(options), _int_pointer(vertices), _int_pointer(faces)
         )
+        beside, hole = EXCEPTIONS.index("beside"), EXCEPTIONS.index("hole")
+        sizes, corners = self.faces()
+        left_out = (faces >= 0) & (faces != hole)
+        if free is not None and len(sizes):
+            left_out &= np.logical_or.reduceat(free[corners], np.cumsum(sizes) - sizes)
+        there = np.bincount(corners[np.repeat(left_out, sizes)], minlength=info.n_vertices) > 0
+        named = (vertices >= 0) & (vertices != beside) & (vertices != hole) & (there | (free is None))
         reasons = tuple(
-            (self.lib.c.curvopt_exception_text(int(reason)).decode(), np.flatnonzero(vertices == reason))
-            for reason in np.unique(vertices[vertices >= 0])
-            if EXCEPTIONS[reason] not in ("beside", "hole")
+            (self.lib.c.curvopt_exception_text(int(reason)).decode(), np.flatnonzero(named & (vertices == reason)))
+            for reason in np.unique(vertices[named])
         )
-        n_named = sum(len(found) for _, found in reasons)
-        return Exceptions(reasons, int((vertices >= 0).sum()) - n_named, int((faces >= 0).sum()))
+        held = (named | there) & (True if free is None else free)
+        return Exceptions(reasons, int(held.sum()), int(left_out.sum()))
 
     def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
         """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""

@@ -120,16 +120,12 @@ class LevelReport:
 @dataclass(frozen=True)
 class Exceptions:
     """What a run held and left out of the energy: vertices of the cage (k,) by the reason, the library's text, in
-    the library's order; vertices that only lie beside these; and the number of faces."""
+    the library's order; the number of vertices that were held, with those that only lie beside these; and the number
+    of faces. Holes that were asked for do not count."""
 
     reasons: tuple[tuple[str, np.ndarray], ...] = ()
-    n_beside: int = 0
+    n_held: int = 0
     n_left_out: int = 0
-
-    @property
-    def n_held(self) -> int:
-        """Vertices that were held, the ones beside among them."""
-        return self.n_beside + sum(len(vertices) for _, vertices in self.reasons)
 
 
 @dataclass(frozen=True)

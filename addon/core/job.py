@@ -9,13 +9,14 @@ from __future__ import annotations
 import enum
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..binding import library
-from ..binding.abi import BOUNDARIES, DEFAULTS, SYMMETRIES
+from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES
 from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
+from .crop import Crop
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
 from .snapshot import Watcher
@@ -28,7 +29,8 @@ class Request:
     `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
-    `strength` of 1 the surface stays near the cage's."""
+    `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
+    energy; their vertices are held."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -37,6 +39,7 @@ class Request:
     symmetry: str = DEFAULTS.symmetry
     held: Held = field(default_factory=Held)
     strength: float = DEFAULTS.strength
+    holes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
 
     @property
     def label(self) -> str:
@@ -86,9 +89,49 @@ def solve(
     watcher: Watcher | None = None,
 ) -> Solution:
     """Run here and now. `on_progress` may return a true value to cancel; a cancelled run has `stop == "cancelled"`.
-    A `watcher` takes pictures of the start and on the way.
+    A `watcher` takes pictures of the start and on the way; of a run with holes, of the faces that count.
 
     LibraryError, CurvoptError, ValueError, and whatever `on_progress` raises."""
+    if not _can_be_cropped(cage, request):
+        return _solve(cage, request, on_progress, cancel, watcher)
+    crop = Crop.of_faces(cage, _counted(cage, request))
+    held, holes, strength = crop.held(request.held), crop.holes(request.holes), crop.strength(request.strength)
+    part = replace(request, held=held, holes=holes, strength=strength)
+    try:
+        found = _solve(crop.cage, part, on_progress, cancel, watcher)
+    except library.CurvoptError as error:
+        raise crop.error(error) from None
+    start, exceptions = cage.positions, crop.exceptions(found.exceptions)
+    whole = crop.expanded(found.cage.positions)
+    return replace(found, cage=whole, start_positions=start, euler=crop.euler(), exceptions=exceptions)
+
+
+def _counted(cage: Cage, request: Request) -> np.ndarray:
+    """Faces (m,) that are no holes."""
+    counted = np.ones(len(cage.face_sizes), bool)
+    counted[request.holes] = False
+    return counted
+
+
+def _can_be_cropped(cage: Cage, request: Request) -> bool:
+    """Whether only a part of the cage decides on the result: with holes, on one level, on surfaces where a face depends
+    on its neighbours only (at a pole POLYNOMIAL depends on more), at energies that do not see the size of the cage."""
+    if not len(request.holes) or request.levels > 1 or not _counted(cage, request).any():
+        return False
+    local_surface = SURFACES[int(request.options.get("surface", 0))] != "polynomial"  # AUTO is LIMIT at second order
+    second_order = set(weights_of(request.energy)) <= {"willmore", "mean_curvature"}
+    exact = bool((np.asarray(request.held.weights) == 1).all()) and bool(np.isfinite(cage.positions).all())
+    return local_surface and second_order and exact
+
+
+def _solve(
+    cage: Cage,
+    request: Request,
+    on_progress: OnProgress | None,
+    cancel: library.Cancel | None,
+    watcher: Watcher | None,
+) -> Solution:
+    """The same on the cage as it is."""
     lib = library.load()
     check_cage(len(cage.positions))
     guard = Guard()
@@ -100,11 +143,11 @@ def solve(
     symmetry, planes = symmetry_of(request.symmetry)
     options = lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
+        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
     )  # fmt: skip
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
-            watcher.start(mesh, cage)
+            watcher.start(mesh, cage, np.flatnonzero(_counted(cage, request)) if len(request.holes) else None)
         with library.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
@@ -114,8 +157,17 @@ def solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order, mesh.exceptions(options),
+                levels, summary.symmetry_order, mesh.exceptions(options, _free(cage, request)),
             )  # fmt: skip
+
+
+def _free(cage: Cage, request: Request) -> np.ndarray | None:
+    """Where only a part of a cage is of interest, which of its vertices (n,) are to move."""
+    if not len(request.holes):
+        return None
+    free = np.ones(len(cage.positions), bool)
+    free[request.held.vertices[np.asarray(request.held.weights) == 1]] = False
+    return free
 
 
 def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:

@@ -38,8 +38,15 @@ class MeshArrays:
         """Which vertices (n,) belong to a face."""
         return np.bincount(self.face_vertices, minlength=len(self.positions)) > 0
 
+    def collapsed_faces(self) -> np.ndarray:
+        """The faces that have neighbouring corners in one place, ascending: their surface has no tangent plane there."""
+        one, other = _sides(self.face_sizes, self.face_vertices).T
+        length = np.linalg.norm(self.positions[one] - self.positions[other], axis=1)
+        faces = np.repeat(np.arange(len(self.face_sizes)), self.face_sizes)
+        return np.unique(faces[length <= _COINCIDENT * np.ptp(self.positions, axis=0).max()])
 
-def _sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+
+def sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """The two vertices of each side (sum of sizes, 2) of faces."""
     last = np.cumsum(sizes) - 1
     following = np.arange(1, len(vertices) + 1)
@@ -47,7 +54,7 @@ def _sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     return np.stack([vertices, vertices[following]], -1)
 
 
-def _keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
+def edge_keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
     """A number for each of pairs (k, 2), whichever way round."""
     return np.sort(pairs.astype(np.int64), axis=1) @ (n_vertices, 1)
 
@@ -88,8 +95,8 @@ class Layout:
         merged[self.kept] = self.halves.on_plane
         flat = merged[mesh.edges].all(axis=1).any(axis=1)
         n = len(mesh.positions)
-        sides, counts = np.unique(_keys(_sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
-        several = np.isin(_keys(mesh.edges, n), sides[counts > 1])
+        used, counts = np.unique(edge_keys(sides(mesh.face_sizes, mesh.face_vertices), n), return_counts=True)
+        several = np.isin(edge_keys(mesh.edges, n), used[counts > 1])
         found = np.flatnonzero(flat & several)
         return int(found[0]) if len(found) else -1
 
@@ -146,7 +153,7 @@ class Layout:
     def in_mesh_numbers(self, text: str) -> str:
         """The library's sentence with vertices and faces numbered as the mesh numbers them."""
         vertex = self.kept[self.halves.origin]
-        return _renumbered(_renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
+        return renumbered(renumbered(text, "vertex|vertices|partner", vertex), "face|faces", self._faces())
 
     def _faces(self) -> np.ndarray:
         return np.tile(np.arange(len(self.face_sizes)), len(self.halves.copies))
@@ -168,7 +175,7 @@ class Layout:
         )  # fmt: skip
 
 
-def _renumbered(text: str, nouns: str, numbers: np.ndarray) -> str:
+def renumbered(text: str, nouns: str, numbers: np.ndarray) -> str:
     """The text with numbers (n,) for the indices that follow one of the nouns; other ones stay."""
 
     def number(found: re.Match) -> str:
@@ -185,7 +192,7 @@ def _creases_of(
     of_vertices = np.zeros(n_vertices, np.float32)
     if not (len(cage.creases.edges) or len(cage.creases.vertices)):
         return np.empty((0, 2), np.int32), np.empty(0, np.float32), of_vertices
-    edges = np.unique(np.sort(_sides(cage.face_sizes, cage.face_vertices), axis=1), axis=0)
+    edges = np.unique(np.sort(sides(cage.face_sizes, cage.face_vertices), axis=1), axis=0)
     edge, vertex = to_blender(cage, edges)
     number = np.full(len(cage.positions), -1, np.int32)
     number[half.vertices] = place

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from ..binding.library import CurvoptError, LibraryError
 from ..binding.values import Exceptions, Progress, Verification
@@ -53,12 +54,30 @@ def solution_text(request: Request, solution: Solution, remark: str = "") -> str
     before, after = solution.start.objective, solution.end.objective
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
-    near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     return (
-        f"{request.label} {number_text(before)} to {number_text(after)}, {near}{_STOP_WORDS[solution.stop]} "
+        f"{request.label} {number_text(before)} to {number_text(after)}, {_near(request)}{_STOP_WORDS[solution.stop]} "
         f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
+
+
+def part_text(request: Request, solution: Solution, n_moved: int, remark: str = "") -> str:
+    """The same of a run on a part of a cage, of which `n_moved` vertices moved."""
+    before, after = (number_text(energies.objective) for energies in (solution.start, solution.end))
+    n_faces = len(solution.cage.face_sizes) - len(request.holes)
+    order = solution.symmetry_order
+    kept = f", {order} symmetries kept" if order > 1 else ""
+    faces, moved = _counted(n_faces, "face", "faces"), _counted(n_moved, "vertex", "vertices")
+    return (
+        f"{request.label} of the {faces} that change: {before} to {after}, {_near(request)}"
+        f"{_STOP_WORDS[solution.stop]} ({moved} moved{kept}, {solution.seconds:.1f} s)"
+        f"{f'. {remark}' if remark else ''}"
+    )
+
+
+def _near(request: Request) -> str:
+    """What a strength below 1 kept, with a comma behind it."""
+    return "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
 
 
 _MOST_NAMED = 3
@@ -121,6 +140,14 @@ def verdict_of(request: Request, solution: Solution) -> str:
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
 )
+
+
+def collapsed_text(faces: Sequence[int]) -> str:
+    """What goes behind a refusal of a shape whose `faces` have corners in one place; empty for none of them."""
+    if not len(faces):
+        return ""
+    several = f"{len(faces)} faces have" if len(faces) > 1 else "one face has"
+    return f"; {several} corners in one place (face {faces[0]}): merge them by distance in Edit Mode first"
 
 
 def is_foreseen(error: BaseException) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..binding import library
 from ..binding.values import Cage, Progress
-from .surface_points import SurfacePoints, face_edges, lattice, levels_for, triangles
+from .surface_points import SurfacePoints, face_edges, grids, lattice, levels_for, triangles
 
 _SHOWN_QUADS = 24_000  # of the surface, more or less
 _SHARE = 5.0  # the worker works at least that many times longer than it takes pictures
@@ -35,6 +35,7 @@ class Watcher:
     """Takes snapshots: `ask` from the main thread, calls from the worker, `latest` for both."""
 
     def __init__(self) -> None:
+        self._faces: np.ndarray | None = None
         self.latest: Snapshot | None = None
         self._asked = threading.Event()
         self._asked.set()
@@ -45,8 +46,9 @@ class Watcher:
         """The latest one has been shown: another one is welcome."""
         self._asked.set()
 
-    def start(self, mesh: library.Mesh, cage: Cage) -> None:
-        """The cage that the run starts from."""
+    def start(self, mesh: library.Mesh, cage: Cage, faces: np.ndarray | None = None) -> None:
+        """The cage that the run starts from; of a run on one level, some `faces` (k,) only."""
+        self._faces = faces
         self.latest = self._take(0, mesh, cage.positions, None)
 
     def __call__(self, iterate: library.Iterate) -> None:
@@ -63,9 +65,8 @@ class Watcher:
 
     def _take(self, level: int, mesh: library.Mesh, xyz: np.ndarray, progress: Progress | None) -> Snapshot:
         if self._shape is None or self._shape[0] != level:
-            sizes, vertices = mesh.faces()
-            net = lattice(mesh, levels_for(len(sizes), _SHOWN_QUADS))
-            self._shape = level, net, triangles(net.quads), face_edges(sizes, vertices)
+            net, edges = self._net(mesh)
+            self._shape = level, net, triangles(net.quads), edges
         _, net, faces, edges = self._shape
         jets = net.jets(mesh, xyz)
         normals = np.cross(jets[:, 1], jets[:, 2])
@@ -73,3 +74,13 @@ class Watcher:
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
         single = np.float32
         return Snapshot(jets[:, 0].astype(single), normals.astype(single), faces, xyz.astype(single), edges, progress)
+
+    def _net(self, mesh: library.Mesh) -> tuple[SurfacePoints, np.ndarray]:
+        """Points of the surface, and edges (e, 2) of the cage."""
+        sizes, vertices = mesh.faces()
+        if self._faces is None:
+            return lattice(mesh, levels_for(len(sizes), _SHOWN_QUADS)), face_edges(sizes, vertices)
+        shown = np.zeros(len(sizes), bool)
+        shown[self._faces] = True
+        side = 2 ** levels_for(len(self._faces), _SHOWN_QUADS)
+        return grids(sizes, side, self._faces), face_edges(sizes[shown], vertices[np.repeat(shown, sizes)])

@@ -87,12 +87,17 @@ def _changed(obj: bpy.types.Object | None, source: Source) -> str:
         return f"'{source.name}' was deleted"
     if obj.mode != "OBJECT":
         return f"'{source.name}' went into another mode"
-    sizes, vertices = read_faces(obj.data)
+    return what_changed(obj, obj.data, source)
+
+
+def what_changed(obj: bpy.types.Object, mesh: bpy.types.Mesh, source: Source) -> str:
+    """How the object's mesh, or a copy of it, differs from what was read, or ""."""
+    sizes, vertices = read_faces(mesh)
     was = source.mesh
     same = np.array_equal(sizes, was.face_sizes) and np.array_equal(vertices, was.face_vertices)
-    if not same or len(obj.data.vertices) != len(was.positions) or len(obj.data.edges) != len(was.edges):
+    if not same or len(mesh.vertices) != len(was.positions) or len(mesh.edges) != len(was.edges):
         return f"The mesh of '{source.name}' was changed"
-    if np.abs(read_positions(obj.data) - was.positions).max() > _SAME * np.ptp(was.positions):
+    if np.abs(read_positions(mesh) - was.positions).max() > _SAME * np.ptp(was.positions):
         return f"The mesh of '{source.name}' was changed"
     return "" if _is_mirrored_alike(obj, source) else f"The Mirror modifier of '{source.name}' was changed"
 
@@ -105,7 +110,7 @@ def _is_mirrored_alike(obj: bpy.types.Object, source: Source) -> bool:
         return False
 
 
-def _local(source: Source, written: Written, positions: np.ndarray) -> np.ndarray:
+def local_positions(source: Source, written: Written, positions: np.ndarray) -> np.ndarray:
     """Vertices (n, 3) of a result in the object's own coordinates, from those of its cage (N, 3) in the frame."""
     loose = source.mesh.positions[source.layout.loose]
     framed = written.positions(positions, source.space.to_frame(loose))
@@ -125,7 +130,7 @@ def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: 
             key.value = 0.0
     key = obj.shape_key_add(name=KEY_PREFIX + request.label, from_mix=False)
     written = source.layout.written(solution.cage)
-    end = _local(source, written, solution.cage.positions)
+    end = local_positions(source, written, solution.cage.positions)
     key.data.foreach_set("co", end.astype(np.float32).reshape(-1))
     key.value = 1.0
     obj.active_shape_key_index = len(obj.data.shape_keys.key_blocks) - 1
@@ -136,7 +141,7 @@ def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: 
 def _replace(obj: bpy.types.Object, source: Source, solution: Solution) -> str:
     """The object's mesh becomes the result; with the same vertices, everything else about it is kept."""
     written = source.layout.written(solution.cage)
-    start, end = (_local(source, written, xyz) for xyz in (solution.start_positions, solution.cage.positions))
+    start, end = (local_positions(source, written, xyz) for xyz in (solution.start_positions, solution.cage.positions))
     if len(end) == len(obj.data.vertices):
         if obj.data.users > 1:
             obj.data = obj.data.copy()

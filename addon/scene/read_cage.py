@@ -12,11 +12,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ..binding.abi import SHAPE_ERRORS
 from ..binding.library import CurvoptError
 from ..binding.values import Cage, Held
 from ..core.crease import RULE_OF_BOUNDARY_SMOOTH
 from ..core.job import Request
 from ..core.layout import Layout, MeshArrays
+from ..core.messages import collapsed_text
 from ..core.mirror import planes_text
 from .frame import Space, space_of
 from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
@@ -57,25 +59,34 @@ class Source:
         return self.space.to_frame(self.mesh.positions[self.layout.loose_edges.reshape(-1)])
 
     def named(self, error: BaseException) -> BaseException:
-        """The library's refusal with vertices and faces numbered as the mesh numbers them; other errors as they are."""
-        if not isinstance(error, CurvoptError) or self.layout.is_plain:
+        """The library's refusal with vertices and faces numbered as the mesh numbers them, and with what is to be done
+        about a shape that has no surface; other errors as they are."""
+        if not isinstance(error, CurvoptError):
             return error
-        return CurvoptError(error.code, error.element, self.layout.in_mesh_numbers(error.message))
+        text = error.message if self.layout.is_plain else self.layout.in_mesh_numbers(error.message)
+        if error.code in SHAPE_ERRORS:
+            text += collapsed_text(self.mesh.collapsed_faces())
+        return CurvoptError(error.code, error.element, text)
 
 
 def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_keys: bool = False) -> Source:
     """The cage of `obj`, which is only read; `with_keys`, that of its first shape key if there are any. CageError if it
     cannot be used."""
     check_object(obj, with_keys)
-    check_mesh(obj.name, obj.data)
+    return source_of(context, obj, obj.data)
+
+
+def source_of(context: bpy.types.Context, obj: bpy.types.Object, data: bpy.types.Mesh) -> Source:
+    """The cage of a mesh, that of an object which was checked, or a copy of it. CageError as above."""
+    check_mesh(obj.name, data)
     check_detail(obj)
     context.view_layer.update()  # matrix_world lags behind what scripts set
-    mirror, mesh = read_mirror(obj), read_mesh(obj.data)
+    mirror, mesh = read_mirror(obj), read_mesh(data)
     space = space_of(obj, mirror)
     layout = _layout(obj, mesh, space, mirror)
     vertices = turned_over(mesh.face_sizes, mesh.face_vertices) if space.mirrored else mesh.face_vertices
     material = np.empty(len(mesh.face_sizes), np.int32)
-    obj.data.polygons.foreach_get("material_index", material)
+    data.polygons.foreach_get("material_index", material)
     cage = layout.cage(mesh, space.to_frame(mesh.positions), vertices, *_crease_rule(obj))
     return Source(obj.name, mesh, space, layout, cage, material, mirror)
 
@@ -121,18 +132,20 @@ def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:
     )
 
 
-def check_object(obj: bpy.types.Object | None, with_keys: bool = False) -> None:
-    """CageError unless `obj` is a local mesh object in Object Mode whose mesh is the cage that is shown, or its first
+def check_object(obj: bpy.types.Object | None, with_keys: bool = False, mode: str = "OBJECT") -> None:
+    """CageError unless `obj` is a local mesh object in that mode whose mesh is the cage that is shown, or its first
     shape key `with_keys`. Quick enough for every redraw of a panel."""
     if obj is None or obj.type != "MESH":
         found = "nothing is active" if obj is None else f"'{obj.name}' is a {obj.type.lower()}"
         raise CageError(f"Select a mesh object first: {found}.")
     if obj.library or obj.override_library or obj.data.library or obj.data.override_library:
         raise CageError(f"Object '{obj.name}' or its mesh is linked from another file: make it local first.")
-    if obj.mode != "OBJECT":
-        mode = obj.mode.replace("_", " ").title()
-        raise CageError(f"Object '{obj.name}' is in {mode} Mode: switch to Object Mode first.")
+    if obj.mode != mode:
+        found = obj.mode.replace("_", " ").title()
+        raise CageError(f"Object '{obj.name}' is in {found} Mode: switch to {mode.title()} Mode first.")
     check_modifiers(obj)
+    if obj.data.shape_keys and mode == "EDIT":
+        raise CageError(f"Object '{obj.name}' has shape keys: choose Shape Key as the result in Object Mode.")
     if obj.data.shape_keys and not with_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: remove them, or choose Shape Key as the result.")
 

@@ -161,11 +161,18 @@ def add_mirror(obj: bpy.types.Object, source: Source, written: Written, position
 def keep_apart(modifier: bpy.types.MirrorModifier, written: Written, gaps: np.ndarray) -> bool:
     """Have the modifier merge the vertices on its planes and no others; gaps (n, 3) are the distances of the object's
     vertices from their images. Whether that takes a smaller threshold than it had."""
+    smaller = smaller_threshold(modifier, written, gaps)
+    if smaller is not None:
+        modifier.merge_threshold = smaller
+    return smaller is not None
+
+
+def smaller_threshold(modifier: bpy.types.MirrorModifier, written: Written, gaps: np.ndarray) -> float | None:
+    """The threshold that this takes, or None if it has one that does."""
     apart = gaps[written.place][~written.half.on_plane & np.array(modifier.use_axis)]
     if not modifier.use_mirror_merge or not (apart <= modifier.merge_threshold).any():
-        return False
-    modifier.merge_threshold = 0.5 * apart.min()
-    return True
+        return None
+    return 0.5 * float(apart.min())
 
 
 def add_subdivision(obj: bpy.types.Object, creases: Creases) -> bpy.types.SubsurfModifier:

@@ -10,24 +10,21 @@ Another strength is another run. It is offered where the first one was quick, an
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
+from functools import partial
 
 import bpy
 
-from ..core import job, messages
+from ..core import messages
 from ..core.job import Request, Solution
+from ..core.variants import Variants
 from ..scene import placement
 from ..scene.read_cage import CageError, Source
+from ..scene.write_result import stored_verdict
 from . import display, properties
 from .reports import report_failure
 
-_QUICK = 5.0  # seconds that a run may have taken whose strength can be adjusted
-_LONGEST = 10.0  # seconds after which a run with another strength is given up: Blender does nothing else meanwhile
-_MOST_OTHERS = 8  # results of other strengths that are kept
-
-_finished: tuple[int, Source, Request, Solution] | None = None  # with its number
-_others: dict[float, tuple[Request, Solution]] = {}  # the same with other strengths
+_finished: tuple[int, Source, Variants] | None = None  # with its number; runs by their strength
 _remark = ""  # of the last execution
 
 
@@ -35,8 +32,8 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> s
     """Write a solution as `where`, of properties.OUTCOMES, says, as an undo step that can be adjusted; what else the
     user should know, or "". CageError if it cannot be written there."""
     global _finished
-    _finished = (1 if _finished is None else _finished[0] + 1, source, request, solution)
-    _others.clear()
+    variants = Variants(source.cage, request.strength, request, solution)
+    _finished = (1 if _finished is None else _finished[0] + 1, source, variants)
     chosen = {"outcome": where, "strength": request.strength, "amount": 1.0}
     try:
         bpy.ops.curvopt.apply_result("EXEC_DEFAULT", True, number=_finished[0], **chosen)
@@ -46,21 +43,14 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> s
 
 
 def _with_strength(strength: float) -> tuple[Request, Solution]:
-    """The last run, or one like it with another strength. CageError if that takes too long."""
-    _, source, request, solution = _finished
-    if strength == request.strength:
-        return request, solution
-    if strength not in _others:
-        other, deadline = replace(request, strength=strength), time.monotonic() + _LONGEST
-        found = job.solve(source.cage, other, lambda _: time.monotonic() > deadline)
-        if found.stop == "cancelled":
-            raise CageError(
-                f"Strength {strength:.3g} takes over {_LONGEST:.0f} s: set it in the sidebar and press Minimize."
-            )
-        while len(_others) >= _MOST_OTHERS:
-            del _others[next(iter(_others))]
-        _others[strength] = other, found
-    return _others[strength]
+    """The last run, or one like it with another strength. UserError if that takes too long."""
+    variants = _finished[2]
+    return variants.get(strength, lambda: replace(variants.first[0], strength=strength), f"Strength {strength:.3g}")
+
+
+def _is_gone(name: str) -> bool:
+    """Whether there is no result of that name."""
+    return not stored_verdict(bpy.data.objects.get(name))
 
 
 class CURVOPT_OT_apply_result(bpy.types.Operator):
@@ -93,14 +83,15 @@ strength"""
             return {"CANCELLED"}
         try:
             given = self.properties.is_property_set("strength")
-            strength = properties.strength_of(self.strength) if given else _finished[2].strength
+            strength = properties.strength_of(self.strength) if given else _finished[2].first[0].strength
             request, solution = _with_strength(strength)
             source = _finished[1]
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             _remark = ". ".join(part for part in (held, remark) if part)
             placement.set_amount(obj, self.amount)
-            display.show(context, messages.solution_text(request, solution, _remark), about=obj.name)
+            text = messages.solution_text(request, solution, _remark)
+            display.show(context, text, is_undone=partial(_is_gone, obj.name))
         except Exception as error:
             return report_failure(self, error)
         return {"FINISHED"}
@@ -110,10 +101,10 @@ strength"""
         column = layout.column(align=True)
         for identifier, *_ in properties.OUTCOMES:
             row = column.row(align=True)
-            row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].levels)
+            row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].first[0].levels)
             row.prop_enum(self, "outcome", identifier)
         row = layout.row()
-        row.enabled = _finished is not None and _finished[3].seconds <= _QUICK
+        row.enabled = _finished is not None and _finished[2].is_quick
         row.prop(self, "strength", slider=True)
         layout.prop(self, "amount", slider=True)
 
@@ -125,5 +116,4 @@ def register() -> None:
 def unregister() -> None:
     global _finished
     _finished = None
-    _others.clear()
     bpy.utils.unregister_class(CURVOPT_OT_apply_result)

@@ -19,12 +19,15 @@ _refreshed: tuple[object, object, float] = (None, None, 0.0)  # progress and pic
 _at_end: list[Callable[[], object]] = []  # what takes away everything that a run has put on the screen
 
 
-def show(context: bpy.types.Context, text: str, running: bool = False, failed: bool = False, about: str = "") -> None:
-    """Put `text` into the sidebar and, while running, into the status bar. `about` names the result object if the text
-    reports one."""
+def show(
+    context: bpy.types.Context, text: str, running: bool = False, failed: bool = False,
+    is_undone: Callable[[], bool] | None = None,
+) -> None:  # fmt: skip
+    """Put `text` into the sidebar and, while running, into the status bar. `is_undone` says of a text that reports a
+    result whether that has been undone or deleted since."""
     state = properties.state
     changed = state.message != text or state.running != running
-    state.message, state.running, state.failed, state.about = text, running, failed, about
+    state.message, state.running, state.failed, state.is_undone = text, running, failed, is_undone
     if bpy.app.background:
         return
     if changed:
@@ -35,21 +38,25 @@ def show(context: bpy.types.Context, text: str, running: bool = False, failed: b
         context.workspace.status_text_set(f"{text}   |   Enter: finish now   |   Esc: cancel")
 
 
-def start_preview(context: bpy.types.Context, source: Source, run: ModalRun) -> None:
-    """Draw the run where a new object would stand; not in background."""
+def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, in_place: bool) -> None:
+    """Draw the run where a new object would stand, or in front of the object itself; not in background."""
     if bpy.app.background:
         return
     from .preview import Preview  # needs a GPU
 
-    placement = beside(context.scene, source, source.cage.positions) @ source.frame
-    at_end(Preview(context.scene.name, placement, run.job, run.label, source.loose_lines()).end)
+    placement, loose = source.frame, source.loose_lines()
+    if in_place:
+        loose = loose[:0]  # Blender draws them
+    else:
+        placement = beside(context.scene, source, source.cage.positions) @ placement
+    at_end(Preview(context.scene.name, placement, run.job, run.label, loose, in_place).end)
 
 
 def refresh(context: bpy.types.Context, run: ModalRun) -> None:
     """Have the viewports drawn if there is something new, but not too often."""
     global _refreshed
     seen = (run.job.latest, run.job.watcher.latest, time.monotonic())
-    if seen[:2] == _refreshed[:2] or seen[2] < _refreshed[2] + _REDRAW:
+    if (seen[0] is _refreshed[0] and seen[1] is _refreshed[1]) or seen[2] < _refreshed[2] + _REDRAW:
         return
     from .overlay import redraw  # needs a GPU
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ways in beside the sidebar: Object menu (and so F3), Add > Mesh > Curvature Shapes, presets of the settings."""
+"""Ways in beside the sidebar: menus of Object Mode and of Edit Mode (and so F3), Add > Mesh > Curvature Shapes, presets
+of the settings."""
 
 from __future__ import annotations
 
@@ -100,22 +101,46 @@ def _in_object_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     menu.layout.operator("curvopt.curvature", icon="COLOR")
 
 
+def _in_edit_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    menu.layout.separator()
+    menu.layout.operator("curvopt.minimize", icon="SPHERECURVE")
+
+
+def _in_edge_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    menu.layout.separator()
+    menu.layout.operator_menu_enum("curvopt.mark_rim", "rim")
+
+
+def _in_vertex_context_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """The context menu of Edit Mode is one for vertices, edges and faces."""
+    if context.tool_settings.mesh_select_mode[0]:
+        _in_edit_menu(menu, context)
+
+
 def _in_add_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     menu.layout.menu("CURVOPT_MT_shapes", icon="SPHERECURVE")
 
 
+_ADDED = (
+    ("VIEW3D_MT_object", _in_object_menu),
+    ("VIEW3D_MT_mesh_add", _in_add_menu),
+    ("VIEW3D_MT_edit_mesh_clean", _in_edit_menu),
+    ("VIEW3D_MT_edit_mesh_vertices", _in_edit_menu),
+    ("VIEW3D_MT_edit_mesh_context_menu", _in_vertex_context_menu),
+    ("VIEW3D_MT_edit_mesh_edges", _in_edge_menu),
+)
 _CLASSES = (CURVOPT_OT_add_shape, CURVOPT_MT_shapes, CURVOPT_MT_presets, CURVOPT_OT_preset_add)
 
 
 def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.VIEW3D_MT_object.append(_in_object_menu)
-    bpy.types.VIEW3D_MT_mesh_add.append(_in_add_menu)
+    for name, draw in _ADDED:
+        getattr(bpy.types, name).append(draw)
 
 
 def unregister() -> None:
-    bpy.types.VIEW3D_MT_mesh_add.remove(_in_add_menu)
-    bpy.types.VIEW3D_MT_object.remove(_in_object_menu)
+    for name, draw in reversed(_ADDED):
+        getattr(bpy.types, name).remove(draw)
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

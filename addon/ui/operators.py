@@ -2,11 +2,11 @@
 """The operator `curvopt.minimize`: modal from the user interface, synchronous (`execute`) from scripts; and the buttons
 that end it.
 
-Thin: read_cage.py reads, job.py runs, display.py shows, adjust.py writes. Between invoke and the end the operator holds
-arrays only, no Blender data. Every way out passes through `_end`.
+Thin: read_cage.py reads, job.py runs, display.py shows, adjust.py writes; in Edit Mode read_edit.py and adjust_edit.py.
+Between invoke and the end the operator holds arrays only, no Blender data. Every way out passes through `_end`.
 
-Undo and the adjust-last-operation panel belong to the operator of adjust.py, with which every run ends. `UNDO` in the
-options of this one would hide that: Blender lets no operator register while one with `UNDO` runs.
+Undo and the adjust-last-operation panel belong to the operators of adjust.py and adjust_edit.py, with which every run
+ends. `UNDO` in the options of this one would hide that: Blender lets no operator register while one with `UNDO` runs.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import time
 
 import bpy
 
+from ..binding.values import Held
 from ..core import job, messages
-from ..scene import placement, read_cage
-from . import adjust, display, properties
+from ..scene import placement, read_cage, read_edit
+from . import adjust, adjust_edit, display, properties
 from .reports import report_failure
 
 _TICK = 0.05  # seconds between looks at the worker
@@ -33,13 +34,15 @@ _leaving: list[job.Job] = []  # cancelled, and not yet at the end of their last 
 
 
 class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
-    """Make the surface of the active mesh fairer, as far as Strength lets it go; 1 is the surface of least energy"""
+    """Make the surface of the active mesh fairer, as far as Strength lets it go; 1 is the surface of least energy. In \
+Edit Mode the selected vertices move, and all others stay"""
 
     bl_idname = "curvopt.minimize"
     bl_label = "Minimize Curvature"
     bl_options = set()
 
     _source: read_cage.Source | None = None  # what is optimized, once it was read
+    _edit: read_edit.Edit | None = None  # the same in Edit Mode, with what of it moves
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -75,7 +78,7 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
 
     def _show_run(self, context: bpy.types.Context) -> None:
         """Preview, timer, message; from here on Blender calls `modal`."""
-        display.start_preview(context, self._source, _run)
+        display.start_preview(context, self._source, _run, in_place=self._edit is not None)
         manager = context.window_manager
         timer = manager.event_timer_add(_TICK, window=context.window)
         display.at_end(lambda: manager.event_timer_remove(timer))
@@ -130,13 +133,27 @@ class CURVOPT_OT_minimize(properties.RunSettings, bpy.types.Operator):
             name: getattr(self if given(name) else context.scene.curvopt, name) for name in properties.SETTINGS
         }
         obj = context.view_layer.objects.active
+        if obj is not None and obj.mode == "EDIT":
+            self._read_edit(context, obj, values)
+            return
         self._outcome = values["outcome"]
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
         self._request = self._source.fitted(properties.request_of(values, held))
         placement.check_outcome(self._outcome, self._request.levels, obj)
 
+    def _read_edit(self, context: bpy.types.Context, obj: bpy.types.Object, values: dict[str, object]) -> None:
+        """The selection. The vertices stay the same, and the result goes into the mesh that is edited."""
+        self._edit, self._rim = read_edit.read_edit(context, obj), values["rim"].lower()
+        self._source = self._edit.source
+        self._base = properties.request_of({**values, "resolution": "SAME"}, Held())
+        self._request = self._edit.request(self._base, self._rim)
+
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
+        if self._edit is not None:
+            text = adjust_edit.apply(self._edit, self._base, self._rim, self._request, solution)
+            self.report({"WARNING" if solution.exceptions.n_held else "INFO"}, text)
+            return {"FINISHED"}
         remark = adjust.apply(self._source, self._request, solution, self._outcome)
         self.report({"WARNING" if remark else "INFO"}, messages.solution_text(self._request, solution, remark))
         return {"FINISHED"}

@@ -12,6 +12,7 @@ from ..scene.amount import has_blend
 from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
 from ..scene.read_cage import check_object
+from ..scene.read_edit import selection_text
 from ..scene.write_result import stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
 from .wave_length import wave_text
@@ -49,6 +50,15 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         wave = wave_text(context, settings.strength)
         if wave:
             column.label(text=wave)
+        if context.mode == "EDIT_MESH":
+            self._draw_edit(context, column)
+        else:
+            self._draw_object(context, column)
+        self._draw_buttons()
+        self._draw_message(context)
+
+    def _draw_object(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
+        settings, active = context.scene.curvopt, context.view_layer.objects.active
         choice = column.row()
         choice.use_property_split = False
         choice.prop(settings, "resolution", expand=True)
@@ -57,12 +67,20 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop(settings, "boundary")
         self._draw_symmetry(context, column)
         column.prop(settings, "pin")
-        active = context.view_layer.objects.active
         if settings.pin == "GROUP" and active is not None and active.type == "MESH":
             column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
         column.prop(settings, "outcome")
-        self._draw_buttons()
-        self._draw_message(context)
+
+    def _draw_edit(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
+        """The vertices stay the same, the selection says which move, and the result is where they are."""
+        settings = context.scene.curvopt
+        sentence = column.column(align=True)
+        for line in _lines(context, selection_text(context.view_layer.objects.active)):
+            sentence.label(text=line)
+        column.prop(settings, "rim")
+        column.operator_menu_enum("curvopt.mark_rim", "rim")
+        column.prop(settings, "boundary")
+        self._draw_symmetry(context, column)
 
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """With a Mirror modifier there is nothing to choose but further planes."""
@@ -89,7 +107,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         failed, text = state.failed, current_message()
         if not state.running and not failed:
             try:
-                check_object(context.view_layer.objects.active, with_keys=context.scene.curvopt.outcome == "SHAPE_KEY")
+                with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
+                mode = "EDIT" if context.mode == "EDIT_MESH" else "OBJECT"
+                check_object(context.view_layer.objects.active, with_keys, mode)
             except CageError as error:
                 failed, text = True, str(error)
         icon = "ERROR" if failed else "NONE"
@@ -102,8 +122,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
 def current_message() -> str:
     """The last run's message; empty if it tells of a result that has been undone or deleted since."""
-    undone = state.about and not stored_verdict(bpy.data.objects.get(state.about))
-    return "" if undone else state.message
+    return "" if state.is_undone is not None and state.is_undone() else state.message
 
 
 class CURVOPT_PT_report(_Tab, bpy.types.Panel):
@@ -114,7 +133,7 @@ class CURVOPT_PT_report(_Tab, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(stored_verdict(context.view_layer.objects.active))
+        return context.mode == "OBJECT" and bool(stored_verdict(context.view_layer.objects.active))
 
     def draw(self, context: bpy.types.Context) -> None:
         active = context.view_layer.objects.active

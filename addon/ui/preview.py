@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run as it is seen in the viewports: limit surface and cage where the result will stand, energy curve in a corner.
+In Edit Mode that is where the object is: what changes is drawn in front of everything, and the old cage shines through.
 
 Drawn by the GPU from the worker's snapshots: no object, mesh or material comes into being, so that there is nothing to
 undo, to save or to clean up. Not for Blenders in background.
@@ -19,6 +20,8 @@ from ..core.snapshot import Snapshot
 from . import overlay
 
 _CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
+_GLASS = (*_CLAY[:3], 0.8)
+_IN_FRONT = Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.01, -0.99), (0, 0, 0, 1)))  # depths to the nearest 1 %
 _CURVE = (1.0, 0.66, 0.25, 1.0)
 _CURVE_POINTS = 300
 _SIZE = (250.0, 96.0)  # of the curve, in units of the interface
@@ -29,10 +32,13 @@ _shader: gpu.types.GPUShader | None = None  # made when first drawn with
 
 class Preview:
     """From its creation to `end`, both on the main thread; it only reads the job. `loose` (2 k, 3) are the ends of
-    loose edges in the source's frame: they stay where they are."""
+    loose edges in the source's frame: they stay where they are. `in_place`: the object is there, too."""
 
-    def __init__(self, scene_name: str, placement: Matrix, job: Job, label: str, loose: np.ndarray) -> None:
+    def __init__(
+        self, scene_name: str, placement: Matrix, job: Job, label: str, loose: np.ndarray, in_place: bool
+    ) -> None:
         self._scene_name, self._placement, self._job, self._label = scene_name, placement, job, label
+        self._in_place = in_place
         self._loose = loose.astype(np.float32)
         self._drawn: Snapshot | None = None
         self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch] | None = None
@@ -61,12 +67,14 @@ class Preview:
         surface, wire = self._batches
         shader = _surface_shader()
         shader.bind()
-        shader.uniform_float("matrix", view.perspective_matrix @ self._placement)
+        projection = _IN_FRONT @ view.perspective_matrix if self._in_place else view.perspective_matrix
+        shader.uniform_float("matrix", projection @ self._placement)
         shader.uniform_float("towards", to_local @ camera.col[2])
         shader.uniform_float("upwards", to_local @ camera.col[1])
         gpu.state.depth_test_set("LESS_EQUAL")
         gpu.state.depth_mask_set(True)
-        shader.uniform_float("paint", _CLAY)
+        gpu.state.blend_set("ALPHA" if self._in_place else "NONE")
+        shader.uniform_float("paint", _GLASS if self._in_place else _CLAY)
         surface.draw(shader)
         gpu.state.depth_mask_set(False)
         gpu.state.blend_set("ALPHA")

@@ -2,7 +2,7 @@
 """What the sidebar shows: settings on the Scene, saved with the file; the state of the last run in plain Python, which
 neither saving nor undo touches."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -35,6 +35,15 @@ BOUNDARIES = (
     ("CURVATURE", "Curvature", "Boundary curves stay, and the tangent planes, the curvature and its change along them: "
      "three rows of vertices are held"),
     ("FREE", "Free", "Nothing is held: boundaries and creases move, too"),
+)  # fmt: skip
+
+RIMS = (
+    ("FREE", "Free", "All selected vertices move. The surface of the faces beside them follows, so the transition is "
+     "smooth"),
+    ("POSITION", "Position", "Vertices on the rim stay"),
+    ("TANGENT", "Tangent", "Two rows of vertices stay at the rim. The surface outside the selection stays exactly as "
+     "it is, with the same tangent planes and curvature on both sides of the rim"),
+    ("CURVATURE", "Curvature", "Three rows of vertices stay at the rim: also the change of curvature at it"),
 )  # fmt: skip
 
 SYMMETRIES = (
@@ -130,6 +139,10 @@ class RunSettings:
         name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
         default=DEFAULTS.boundary.upper(),
     )
+    rim: bpy.props.EnumProperty(
+        name="Rim", description="In Edit Mode: what stays at the rim, between selected faces and others. Mark Rim sets "
+        "it for single edges", items=RIMS, default="FREE",
+    )
     symmetry: bpy.props.EnumProperty(
         name="Symmetry", description="Which symmetries of the cage the result keeps", items=SYMMETRIES,
         default=DEFAULTS.symmetry.upper(),
@@ -214,11 +227,11 @@ def strength_of(value: float) -> float:
 
 @dataclass
 class State:
-    """What the sidebar reports. `running` is true from the start of a modal run to its end. `about` names the result
-    object if the message reports one."""
+    """What the sidebar reports. `running` is true from the start of a modal run to its end. `is_undone` is there if the
+    message reports a result, and says whether that has been undone or deleted since."""
 
     message: str = ""
-    about: str = ""
+    is_undone: Callable[[], bool] | None = None
     running: bool = False
     failed: bool = False
 

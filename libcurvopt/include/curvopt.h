@@ -208,9 +208,13 @@ CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *
 
 /* The surface that a cage stands for.
  *   AUTO        LIMIT if every term accepts it, else POLYNOMIAL
- *   LIMIT       the Catmull-Clark limit surface itself
- *   PLANE       the limit surface, blended into the tangent plane at extraordinary vertices, as in the report
- *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide */
+ *   LIMIT       the Catmull-Clark limit surface itself. Energies take a blend as of POLYNOMIAL at vertices where they
+ *               would be infinite: smooth boundary and crease vertices of one face or of four and more on a side, and
+ *               inner vertices of two edges
+ *   PLANE       the limit surface, blended into the tangent plane at extraordinary vertices, as in the report; on
+ *               boundaries and creases as POLYNOMIAL
+ *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide; on
+ *               boundaries and creases one face wide, and nothing changes along these */
 #define CURVOPT_SURFACE_LIST(X)                                                                                        \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LIMIT, 1, "limit")                                                                                               \

@@ -30,6 +30,14 @@ def mesh_of(points, faces, loose_edges=(), creases=None, vertex_crease=None):
     return layout.MeshArrays(*arrays, sizes, vertices)
 
 
+def test_collapsed_faces():
+    """Two corners of the first face are nearly one place; the others' are not, however long their sides are."""
+    points = [(0, 0, 0), (1e-6, 0, 0), (1, 1, 0), (0, 1, 0), (1, 0, 0), (900, 0, 0)]
+    assert list(mesh_of(points[:4], [[0, 1, 2, 3]]).collapsed_faces()) == [0]
+    assert list(mesh_of(points, [[3, 2, 4], [0, 4, 2, 3]]).collapsed_faces()) == []
+    assert list(mesh_of(points[:5], [[2, 3, 4], [1, 4, 2, 3], [3, 0, 1]]).collapsed_faces()) == [2]
+
+
 def patch(seed=0):
     """The sides x = 2, y = 2, z = 2 of a block, of four faces each, waved; some of their vertices are near planes."""
     points = np.array([(x, y, z) for x in range(3) for y in range(3) for z in range(3)], float)

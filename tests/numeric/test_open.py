@@ -354,6 +354,19 @@ def test_no_run_ends_above_its_start():
         assert end.end.objective_error <= 1e-3 * end.end.objective
 
 
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+@pytest.mark.parametrize("strength", [0.3, 1])
+def test_flat_surface_has_nothing_to_gain(energy, strength):
+    """Its energy and the errors of that are nothing: resolved and converged at once, and no quotient of nothing."""
+    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0), indexing="ij")
+    mesh = mesh_from_faces(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), [
+        [i * 5 + j, i * 5 + j + 5, i * 5 + j + 6, i * 5 + j + 1] for i in range(4) for j in range(4)], None,
+        {v: 10.0 for v in (0, 4, 20, 24)})
+    result = lib.minimize(mesh, energy, levels=1, strength=strength)
+    assert result.summary.end.objective == 0 and result.stop == "converged" and result.verdict == "minimum"
+    assert result.levels[0].gradient_norm == 0 and np.abs(result.mesh.xyz - mesh.xyz).max() == 0
+
+
 def test_saddle_keeps_its_boundary():
     x, y = np.meshgrid(np.arange(7.0) - 3, np.arange(7.0) - 3, indexing="ij")
     points = np.stack([x, y, (x * x - y * y) / 6], axis=-1).reshape(-1, 3)

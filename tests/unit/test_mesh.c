@@ -315,8 +315,8 @@ static void test_extracted_faces_keep_order_and_vertices(void **state) {
     cage_free(&c);
 }
 
-/* Edges once each: of a box the four of each direction, of one quad all four. */
-static void test_mean_edge(void **state) {
+/* Edges once each: of a box the four of each direction, of one quad all four. Areas: of all sides, and of one. */
+static void test_mean_edge_and_area(void **state) {
     const int32_t size = 4, square[4] = {0, 1, 2, 3};
     const double flat[12] = {0, 0, 0, 1, 0, 0, 1, 7, 0, 0, 7, 0};
     curvopt_mesh *mesh;
@@ -329,6 +329,15 @@ static void test_mean_edge(void **state) {
     }
     mesh = cage_mesh(&c);
     CHECK_NEAR(co_mesh_mean_edge(mesh, NULL, c.xyz), (4.0 + 6 + 2) / 3, 1e-15);
+    CHECK_NEAR(co_mesh_area(mesh, NULL, c.xyz), 2 * (4.0 * 6 + 6 * 2 + 2 * 4), 1e-13);
+    const uint8_t all_but_one[6] = {1, 1, 1, 0, 1, 1};
+    const int32_t *kept = mesh->corner_vertex + mesh->face_start[3];
+    double sides = 1;
+    for (int k = 0; k < 2; k++) {
+        const double *a = c.xyz + 3 * kept[k], *b = c.xyz + 3 * kept[k + 1];
+        sides *= fabs(a[0] - b[0]) + fabs(a[1] - b[1]) + fabs(a[2] - b[2]);
+    }
+    CHECK_NEAR(co_mesh_area(mesh, all_but_one, c.xyz), sides, 1e-14);
     co_mesh_destroy(mesh);
     cage_free(&c);
     CHECK_OK(curvopt_mesh_create(4, 1, &size, square, &mesh, &error), &error);
@@ -360,7 +369,7 @@ int main(void) {
         cmocka_unit_test(test_half_edges_are_consistent),
         cmocka_unit_test(test_faces_come_back_as_given),
         cmocka_unit_test(test_extracted_faces_keep_order_and_vertices),
-        cmocka_unit_test(test_mean_edge),
+        cmocka_unit_test(test_mean_edge_and_area),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

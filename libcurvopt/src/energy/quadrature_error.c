@@ -15,13 +15,16 @@ double co_quadrature_error_difference(const double *weights, const co_patch_term
     return sum;
 }
 
+/* No difference is no part, also of nothing: a flat surface has no energy. */
+static double part_of(double difference, double whole) { return difference == 0 ? 0 : fabs(difference / whole); }
+
 double co_quadrature_error_relative(const co_quadrature_error_measure *m, const co_patch_terms *x,
                                     const co_patch_terms *y) {
     const co_patch_terms zero = {.area = 0};
-    double worst = fabs(co_quadrature_error_difference(m->weights, x, y) /
-                        co_quadrature_error_difference(m->weights, &m->whole, &zero));
+    double worst = part_of(co_quadrature_error_difference(m->weights, x, y),
+                           co_quadrature_error_difference(m->weights, &m->whole, &zero));
     for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
-        double difference = fabs((x->term[t] - y->term[t]) / m->whole.term[t]);
+        double difference = part_of(x->term[t] - y->term[t], m->whole.term[t]);
         if (difference > worst) /* false for terms that this surface does not have */
             worst = difference;
     }

@@ -31,11 +31,19 @@ static clique clique_of(const co_patches *patches, int32_t k) {
     return (clique){patches->points + patches->start[k], n};
 }
 
-/* Visits every pair of a clique and a node in it once. Moves count [n_nodes] on, and with `list` puts the clique there:
- * once with count all 0 to count the cliques of each node, once with the places of each node's first. mark [n_nodes] is
- * work space. */
+/* Which nodes are in which cliques, both ways round. Each pair is there once: a node of a pole is in a clique by many
+ * of its points, and to go through these again for each node took 24 s at a pole of 180 faces. */
+typedef struct incidence {
+    size_t *start, *member_start; /* [n_nodes + 1], [n_cliques + 1] */
+    int32_t *clique, *member;     /* [start[n_nodes]] cliques of a node, nodes of a clique */
+} incidence;
+
+/* Visits every pair of a clique and a node in it once. Moves count [n_nodes] on, and if there are lists puts the clique
+ * there and the node at the end of its clique's: once with count all 0 to count the cliques of each node, once with the
+ * places of each node's first. mark [n_nodes] is work space. */
 static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, int32_t *mark, size_t *count,
-                                   int32_t *list) {
+                                   incidence *in) {
+    size_t n = 0;
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
     for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
@@ -47,11 +55,14 @@ static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *
                 if (node < 0 || mark[node] == p)
                     continue;
                 mark[node] = p;
-                if (list)
-                    list[count[node]] = p;
+                if (in->clique) {
+                    in->clique[count[node]] = p;
+                    in->member[n++] = node;
+                }
                 count[node]++;
             }
         }
+        in->member_start[p + 1] = n;
     }
 }
 
@@ -62,22 +73,18 @@ static int compare_indices(const void *a, const void *b) {
 
 /* Larger nodes that share a clique with `node`, ascending, into `out`; NULL: they are only counted. Returns their
  * number. */
-static size_t neighbours_of(const co_patches *patches, const co_dof_map *r, const size_t *start, const int32_t *list,
-                            int32_t node, int32_t *mark, int32_t *out) {
+static size_t neighbours_of(const incidence *in, int32_t node, int32_t *mark, int32_t *out) {
     size_t n = 0;
-    for (size_t e = start[node]; e < start[node + 1]; e++) {
-        clique points = clique_of(patches, list[e]);
-        for (size_t i = 0; i < points.n; i++) {
-            co_point_row row = co_sparsity_point(patches, &points.point[i]);
-            for (size_t k = 0; k < row.n; k++) {
-                int32_t other = r->node[row.vertex[k]];
-                if (other <= node || mark[other] == node)
-                    continue;
-                mark[other] = node;
-                if (out)
-                    out[n] = other;
-                n++;
-            }
+    for (size_t e = in->start[node]; e < in->start[node + 1]; e++) {
+        int32_t clique = in->clique[e];
+        for (size_t i = in->member_start[clique]; i < in->member_start[clique + 1]; i++) {
+            int32_t other = in->member[i];
+            if (other <= node || mark[other] == node)
+                continue;
+            mark[other] = node;
+            if (out)
+                out[n] = other;
+            n++;
         }
     }
     if (out)
@@ -85,29 +92,45 @@ static size_t neighbours_of(const co_patches *patches, const co_dof_map *r, cons
     return n;
 }
 
+static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, int32_t *mark, incidence *in) {
+    size_t n = (size_t)r->n_nodes, n_cliques = (size_t)(patches->n_patches + patches->wide.n_discs);
+    *in = (incidence){.start = CO_NEW(size_t, n + 1), .member_start = CO_NEW(size_t, n_cliques + 1)};
+    if (!in->start || !in->member_start)
+        return CURVOPT_ERROR_MEMORY;
+    visit_nodes_of_cliques(patches, r, mark, in->start + 1, in);
+    for (size_t v = 0; v < n; v++)
+        in->start[v + 1] += in->start[v];
+    in->clique = CO_NEW(int32_t, in->start[n]);
+    in->member = CO_NEW(int32_t, in->start[n]);
+    if (!in->clique || !in->member)
+        return CURVOPT_ERROR_MEMORY;
+    visit_nodes_of_cliques(patches, r, mark, in->start, in);
+    for (size_t v = n; v > 0; v--)
+        in->start[v] = in->start[v - 1];
+    in->start[0] = 0;
+    return CURVOPT_OK;
+}
+
+static void incidence_free(incidence *in) {
+    free(in->start);
+    free(in->member_start);
+    free(in->clique);
+    free(in->member);
+}
+
 static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, co_sparsity *s, curvopt_error *error) {
     size_t n = (size_t)r->n_nodes;
-    int32_t status = CURVOPT_ERROR_MEMORY, *list = NULL, *mark = CO_NEW(int32_t, n);
-    size_t *start = CO_NEW(size_t, n + 1);
+    int32_t status = CURVOPT_ERROR_MEMORY, *mark = CO_NEW(int32_t, n);
+    incidence in = {0};
     s->neighbour_start = CO_NEW(size_t, n + 1);
-    if (!mark || !start || !s->neighbour_start)
+    if (!mark || !s->neighbour_start || incidence_create(patches, r, mark, &in) != CURVOPT_OK)
         goto done;
-    visit_nodes_of_cliques(patches, r, mark, start + 1, NULL);
-    for (size_t v = 0; v < n; v++)
-        start[v + 1] += start[v];
-    list = CO_NEW(int32_t, start[n]);
-    if (!list)
-        goto done;
-    visit_nodes_of_cliques(patches, r, mark, start, list);
-    for (size_t v = n; v > 0; v--)
-        start[v] = start[v - 1];
-    start[0] = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t v = 0; v < n; v++)
             mark[v] = -1;
         for (int32_t v = 0; v < r->n_nodes; v++) {
             int32_t *out = pass ? s->neighbour + s->neighbour_start[v] : NULL;
-            size_t found = neighbours_of(patches, r, start, list, v, mark, out);
+            size_t found = neighbours_of(&in, v, mark, out);
             s->neighbour_start[v + 1] = s->neighbour_start[v] + found;
         }
         if (pass == 0 && !(s->neighbour = CO_NEW(int32_t, s->neighbour_start[n])))
@@ -116,8 +139,7 @@ static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, c
     status = CURVOPT_OK;
 done:
     free(mark);
-    free(start);
-    free(list);
+    incidence_free(&in);
     return status == CURVOPT_OK ? status : co_status_no_memory(error);
 }
 

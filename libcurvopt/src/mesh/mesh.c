@@ -334,27 +334,39 @@ static double triangle_area(const double *a, const double *b, const double *c) {
     return sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]) / 2;
 }
 
-double co_mesh_vertex_areas(const curvopt_mesh *m, const double *x, double *area) {
-    double whole = 0;
-    if (area)
-        memset(area, 0, sizeof *area * (size_t)m->info.n_vertices);
-    for (int32_t f = 0; f < m->info.n_faces; f++) {
-        int32_t first = m->face_start[f], end = m->face_start[f + 1];
-        double middle[3] = {0, 0, 0};
-        for (int32_t h = first; h < end; h++)
-            for (size_t c = 0; c < 3; c++)
-                middle[c] += x[3 * (size_t)m->corner_vertex[h] + c] / (end - first);
-        for (int32_t h = first; h < end; h++) {
-            int32_t v = m->corner_vertex[h], w = co_mesh_destination(m, h);
-            double half = triangle_area(x + 3 * (size_t)v, x + 3 * (size_t)w, middle) / 2;
-            whole += 2 * half;
-            if (area) {
-                area[v] += half;
-                area[w] += half;
-            }
+/* The area of a face; to area [n_vertices], if it is not NULL, its vertices' parts of it are added. */
+static double face_area(const curvopt_mesh *m, const double *x, int32_t f, double *area) {
+    int32_t first = m->face_start[f], end = m->face_start[f + 1];
+    double whole = 0, middle[3] = {0, 0, 0};
+    for (int32_t h = first; h < end; h++)
+        for (size_t c = 0; c < 3; c++)
+            middle[c] += x[3 * (size_t)m->corner_vertex[h] + c] / (end - first);
+    for (int32_t h = first; h < end; h++) {
+        int32_t v = m->corner_vertex[h], w = co_mesh_destination(m, h);
+        double half = triangle_area(x + 3 * (size_t)v, x + 3 * (size_t)w, middle) / 2;
+        whole += 2 * half;
+        if (area) {
+            area[v] += half;
+            area[w] += half;
         }
     }
     return whole;
+}
+
+double co_mesh_vertex_areas(const curvopt_mesh *m, const double *x, double *area) {
+    double whole = 0;
+    memset(area, 0, sizeof *area * (size_t)m->info.n_vertices);
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        whole += face_area(m, x, f, area);
+    return whole;
+}
+
+double co_mesh_area(const curvopt_mesh *m, const uint8_t *left_out, const double *x) {
+    double sum = 0;
+    for (int32_t f = 0; f < m->info.n_faces; f++)
+        if (!left_out || !left_out[f])
+            sum += face_area(m, x, f, NULL);
+    return sum;
 }
 
 /* ------------------------------------------------------------------------------------------------- checks -- */

@@ -84,8 +84,10 @@ int32_t co_mesh_check_manifold(const curvopt_mesh *mesh, curvopt_error *error);
 void co_mesh_destroy(curvopt_mesh *mesh);
 
 /* Areas round the vertices at x [3 n_vertices], and their sum: half of each triangle's, where faces are cut into
- * triangles from their middles, goes to either of its vertices. area [n_vertices] or NULL: the sum alone. */
+ * triangles from their middles, goes to either of its vertices. area [n_vertices]. */
 double co_mesh_vertex_areas(const curvopt_mesh *mesh, const double *x, double *area);
+/* Sum of these triangles of faces that are not left out; left_out [n_faces] or NULL: none is. */
+double co_mesh_area(const curvopt_mesh *mesh, const uint8_t *left_out, const double *x);
 /* Mean length, at x [3 n_vertices], of the edges of faces that are not left out; left_out [n_faces] or NULL: none is.
  */
 double co_mesh_mean_edge(const curvopt_mesh *mesh, const uint8_t *left_out, const double *x);

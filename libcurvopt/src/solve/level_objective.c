@@ -113,7 +113,8 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
 }
 
 double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {
-    return co_vector_norm(co_level_objective_n(o), now->gradient) / fabs(now->value);
+    double norm = co_vector_norm(co_level_objective_n(o), now->gradient);
+    return norm == 0 ? 0 : norm / fabs(now->value); /* a flat surface has neither */
 }
 
 double co_level_objective_energy(const co_level_objective *o, const co_iterate *now) {

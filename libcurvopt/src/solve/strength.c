@@ -4,6 +4,9 @@
  * so that c / (c + f(k)) of its height stays: half of it where f(k) = c. This is Tikhonov's regularization; of bending
  * energy, for which f(k) = k^4, it is the smoothing spline (Reinsch, "Smoothing by spline functions", 1967).
  *
+ * Third-order terms have the area of the faces that count as a factor, so that f has it, too. Springs are on all
+ * vertices.
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/strength.h"
 
@@ -22,8 +25,10 @@ int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, co
     if (o->strength == 1)
         return CURVOPT_OK;
     const co_functional f = co_functional_of_weights(o->weights);
-    double whole = co_mesh_vertex_areas(mesh, xyz, NULL) / (run->radius * run->radius);
-    double density = co_functional_of_wave(&f, wave_number(o->strength), whole);
+    const double unit = run->radius * run->radius;
+    double whole = co_mesh_area(mesh, NULL, xyz) / unit;
+    double counted = co_mesh_area(mesh, constraints->left_out, xyz) / unit;
+    double density = co_functional_of_wave(&f, wave_number(o->strength), counted);
     return co_constraints_pull_back(mesh, xyz, 2 * whole * density / co_penalty_stiffness(o->weights), constraints,
                                     error);
 }

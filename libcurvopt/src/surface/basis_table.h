@@ -51,7 +51,8 @@ int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int3
 
 /* Rows at any point (u, v) of a patch: rows [co_patches_size(kind)][CO_JET] over all of its points, derivatives with
  * respect to u and v. weight [CO_JET] is filled on the extraordinary patches of `plane`, with the blend's jet. At (0,
- * 0) of an extraordinary patch derivatives are NAN. ERROR_MEMORY. */
+ * 0) of an extraordinary patch derivatives are NAN. On `limit` they are the limit's, also where a table has a blend.
+ * ERROR_MEMORY. */
 int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u, double v, double *rows,
                              double *weight, curvopt_error *error);
 

@@ -230,7 +230,10 @@ def test_choices_of_the_panel_are_the_librarys(part):
 
 @pytest.mark.parametrize(
     "name",
-    ["energy", "strength", "resolution", "levels", "boundary", "symmetry", "symmetry_planes", "pin", "vertex_group"],
+    [
+        "energy", "strength", "resolution", "levels", "boundary", "rim", "symmetry", "symmetry_planes", "pin",
+        "vertex_group",
+    ],
 )
 def test_operator_and_scene_have_the_same_properties(torus, name):
     """Same names, tooltips, choices, defaults: what scripts, shortcuts and menus set is what the panel shows."""

@@ -35,12 +35,6 @@ def test_active_object_is_no_mesh(refused):
     refused("Select a mesh object first: 'Cam' is a camera")
 
 
-def test_edit_mode(torus, refused):
-    bpy.ops.object.mode_set(mode="EDIT")
-    refused("'Torus' is in Edit Mode")
-    bpy.ops.object.mode_set(mode="OBJECT")
-
-
 def test_sculpt_mode(torus, refused):
     bpy.ops.object.mode_set(mode="SCULPT")
     refused("'Torus' is in Sculpt Mode")
@@ -217,3 +211,10 @@ def test_addon_registers_without_a_library(torus, monkeypatch, tmp_path):
     assert addon_utils.enable("curvopt") is not None
     with pytest.raises(RuntimeError, match="library is missing"):
         bpy.ops.curvopt.minimize()
+
+
+def test_corners_in_one_place(refused):
+    """The poles of a NURBS sphere that was converted are 32 vertices each."""
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    bpy.ops.object.convert(target="MESH")
+    refused(r"cannot be resolved: .*; 64 faces have corners in one place \(face 0\): merge them by distance")

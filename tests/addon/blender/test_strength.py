@@ -86,9 +86,9 @@ def test_strength_of_the_scene_is_used_when_the_call_gives_none(newcomer, torus)
 
 def test_adjusting_runs_again_with_another_strength(newcomer, bottle, part, monkeypatch):
     first = positions(press())
-    adjust, calls = part("ui.adjust"), []
-    solve = adjust.job.solve
-    monkeypatch.setattr(adjust.job, "solve", lambda *arguments: calls.append(arguments) or solve(*arguments))
+    adjust, job, calls = part("ui.adjust"), part("core.job"), []
+    solve = job.solve
+    monkeypatch.setattr(job, "solve", lambda *arguments: calls.append(arguments) or solve(*arguments))
 
     def again(strength):
         bpy.data.objects.remove(bpy.data.objects["Bottle Willmore"])
@@ -109,7 +109,7 @@ def test_adjusting_runs_again_with_another_strength(newcomer, bottle, part, monk
 def test_adjusting_gives_up_what_takes_too_long(newcomer, bottle, part, contents, monkeypatch):
     press()
     adjust = part("ui.adjust")
-    monkeypatch.setattr(adjust, "_LONGEST", 0.0)
+    monkeypatch.setattr(part("core.variants"), "_LONGEST", 0.0)
     before, message = contents(), part("ui.properties").state.message
     with pytest.raises(RuntimeError, match="Strength 0.7 takes over 0 s: set it in the sidebar and press Minimize"):
         bpy.ops.curvopt.apply_result(number=adjust._finished[0], strength=0.7)

@@ -22,6 +22,9 @@ def drawn_by(menu, part):
             self.seen.append(name)
             return type("Arguments", (), {})()
 
+        def operator_menu_enum(self, name, _property):
+            self.seen.append(name)
+
         def menu(self, name, **_):
             self.seen.append(name)
 
@@ -38,6 +41,12 @@ def drawn_by(menu, part):
 def test_object_menu_and_add_menu_lead_here(part):
     assert drawn_by(bpy.types.VIEW3D_MT_object, part) == ["curvopt.minimize", "curvopt.curvature"]
     assert drawn_by(bpy.types.VIEW3D_MT_mesh_add, part) == ["CURVOPT_MT_shapes"]
+
+
+def test_menus_of_edit_mode_lead_here(part):
+    for name in ("clean", "vertices", "context_menu"):
+        assert drawn_by(getattr(bpy.types, f"VIEW3D_MT_edit_mesh_{name}"), part) == ["curvopt.minimize"]
+    assert drawn_by(bpy.types.VIEW3D_MT_edit_mesh_edges, part) == ["curvopt.mark_rim"]
 
 
 def test_every_control_has_a_tooltip(part):

@@ -10,6 +10,7 @@ import time
 import traceback
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -74,7 +75,7 @@ def undo_takes_one_step_and_redo_brings_it_back():
 def adjust(**properties):
     """As the adjust-last-operation panel does: other properties, then undone and done again."""
     operation = bpy.context.window_manager.operators[-1]
-    assert operation.bl_idname == "CURVOPT_OT_apply_result", operation.bl_idname
+    assert operation.bl_idname in ("CURVOPT_OT_apply_result", "CURVOPT_OT_apply_edit"), operation.bl_idname
     for name, value in properties.items():
         setattr(operation.properties, name, value)
     area, region = viewport()
@@ -359,6 +360,73 @@ def half_a_cage_under_a_mirror_and_a_loose_edge():
     press("Z", ctrl=True)
     yield lambda: np.array_equal(coordinates("Torus"), before)
     assert [modifier.type for modifier in bpy.data.objects["Torus"].modifiers] == ["MIRROR", "SUBSURF"]
+
+
+def edit_half(around, across):
+    """A bumpy torus in Edit Mode, with the vertices selected whose x is above 0.4: all its vertices, and which are."""
+    setup(around, across, noise=0.02)
+    torus = bpy.data.objects["Torus"]
+    area, region = viewport()
+    with bpy.context.temp_override(window=window(), area=area, region=region):
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_mode(type="VERT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        edited = bmesh.from_edit_mesh(torus.data)
+        for vertex in edited.verts:
+            vertex.select = vertex.co.x > 0.4
+        edited.select_flush_mode()
+        bmesh.update_edit_mesh(torus.data)
+        bpy.ops.ed.undo_push(message="Selected")
+    before = edited_coordinates()
+    return before, before[:, 0] > 0.4
+
+
+def edited_coordinates():
+    bpy.data.objects["Torus"].update_from_editmode()
+    return coordinates("Torus")
+
+
+@check
+def in_edit_mode_escape_changes_nothing_and_keys_do_not_reach_the_mesh():
+    before, _ = edit_half(96, 48)
+    assert invoke(energy="MVS", symmetry="NONE") == {"RUNNING_MODAL"}
+    yield lambda: snapshots().latest is not None and state().running
+    yield from turns(4)
+    screenshot("edit_mode_running")
+    for key in ("X", "TAB", "DEL", "G"):
+        press(key)
+    yield from turns(4)
+    assert state().running and bpy.context.mode == "EDIT_MESH"
+    press("ESC")
+    yield lambda: not state().running
+    assert "cancelled, nothing was changed" in state().message and bpy.context.mode == "EDIT_MESH"
+    assert np.array_equal(edited_coordinates(), before)
+
+
+@check
+def in_edit_mode_a_run_is_one_undo_step_that_can_be_adjusted():
+    before, chosen = edit_half(48, 24)
+    assert invoke(energy="WILLMORE", strength=0.5) == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    yield from turns(4)
+    screenshot("edit_mode")
+    after = edited_coordinates()
+    assert np.array_equal((after != before).any(axis=1), chosen) and bpy.context.mode == "EDIT_MESH"
+    assert "faces that change" in state().message and set(contents()) == {"Torus"}
+    assert adjust(amount=0.5) == {"FINISHED"}
+    yield lambda: np.abs(edited_coordinates() - (before + after) / 2).max() < 1e-6
+    assert adjust(amount=1.0, rim="TANGENT") == {"FINISHED"}
+    yield lambda: 0 < (edited_coordinates() != before).any(axis=1).sum() < chosen.sum()
+    assert adjust(rim="FREE") == {"FINISHED"}
+    yield lambda: np.array_equal(edited_coordinates(), after)
+    press("Z", ctrl=True)
+    yield lambda: np.array_equal(edited_coordinates(), before)
+    assert bpy.context.mode == "EDIT_MESH" and part("ui.panel").current_message() == ""
+    press("Z", ctrl=True, shift=True)
+    yield lambda: np.array_equal(edited_coordinates(), after)
+    assert "faces that change" in part("ui.panel").current_message()
+    press("TAB")
+    yield lambda: bpy.context.mode == "OBJECT"
 
 
 @check

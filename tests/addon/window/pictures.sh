@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes the manual's pictures, addon/manual/pictures/: see pictures.py and strength.py. Usage: pictures.sh [FOLDER]
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py. Usage: pictures.sh [FOLDER]
 set -eu
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
@@ -8,7 +8,9 @@ source "$(dirname "$0")/screen.sh"
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
 "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/strength.py" -- "$work/12_strength.png" "$work/13_suzanne.png"
-for picture in 12_strength 13_suzanne; do
+"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/edit_mode.py" -- "$work/clay.png" "$work/zebra.png"
+convert "$work/clay.png" "$work/zebra.png" -append "$work/14_edit_mode.png"
+for picture in 12_strength 13_suzanne 14_edit_mode; do
     convert "$work/$picture.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/$picture.png"
 done
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"

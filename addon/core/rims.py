@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Part of a cage: which of its selected vertices move, and which faces change with them. No bpy.
+
+A face is selected if all its vertices are. A rim edge lies between a selected face and one that is not. It holds rows
+of vertices, counted by faces as the library counts those of a boundary (co_constraints_boundary), but over selected
+faces only: 1 keeps the rim, 2 also the limit surface beyond it, 3 also how curvature changes at it. The limit surface
+of a face depends on the vertices of all faces that share a vertex with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..binding.abi import SHARPNESS_INFINITE
+from ..binding.values import Cage
+from .layout import edge_keys, sides
+
+ROWS = {"free": 0, "position": 1, "tangent": 2, "curvature": 3}  # of vertices that are held; keys are abi.BOUNDARIES
+MARKS = ("", "position", "tangent", "curvature", "free")  # by the value of an edge's mark; 0: as the setting says
+
+
+@dataclass(frozen=True)
+class Part:
+    """What is chosen of a cage of n vertices: `selected` (n,) bool; marked edges (k, 2), each once, with their marks
+    (k,), indices of MARKS."""
+
+    selected: np.ndarray
+    edges: np.ndarray
+    marks: np.ndarray
+
+
+def moving_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarray:
+    """Which vertices (n,) move; `rim` and `boundary`, of ROWS, are for edges without a mark."""
+    inside = _every_corner(cage, part.selected)
+    ends, n_faces, n_inside, mark = _edges(cage, part, inside)
+    at_rim, at_boundary = (n_inside > 0) & (n_inside < n_faces), n_faces == 1
+    held = _held_rows(cage, ends[at_rim], _rows(mark[at_rim], rim), inside)
+    held |= _held_rows(cage, ends[at_boundary], _rows(mark[at_boundary], boundary), np.ones_like(inside))
+    if rim != "free":
+        held |= _beside(cage, part.selected, inside, ends[at_rim])
+    if boundary != "free":
+        held |= _infinitely_sharp(cage)
+    return part.selected & ~held & (np.bincount(cage.face_vertices, minlength=len(held)) > 0)
+
+
+def changing_faces(cage: Cage, moving: np.ndarray) -> np.ndarray:
+    """The faces (m,) whose limit surface depends on moving vertices (n,)."""
+    return _any_corner(cage, _of_faces(cage, _any_corner(cage, moving)))
+
+
+def _starts(cage: Cage) -> np.ndarray:
+    return np.cumsum(cage.face_sizes) - cage.face_sizes
+
+
+def _any_corner(cage: Cage, vertices: np.ndarray) -> np.ndarray:
+    """Faces (m,) with one of the vertices (n,)."""
+    return np.logical_or.reduceat(vertices[cage.face_vertices], _starts(cage))
+
+
+def _every_corner(cage: Cage, vertices: np.ndarray) -> np.ndarray:
+    """Faces (m,) all of whose vertices are among these (n,)."""
+    return np.logical_and.reduceat(vertices[cage.face_vertices], _starts(cage))
+
+
+def _of_faces(cage: Cage, faces: np.ndarray) -> np.ndarray:
+    """Vertices (n,) of faces (m,)."""
+    corners = cage.face_vertices[np.repeat(faces, cage.face_sizes)]
+    return np.bincount(corners, minlength=len(cage.positions)) > 0
+
+
+def _edges(cage: Cage, part: Part, inside: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Of every edge of a face: its ends (e, 2), the number of its faces (e,), of those `inside` (e,), its mark (e,)."""
+    pairs, n = sides(cage.face_sizes, cage.face_vertices), len(cage.positions)
+    keys, first, which = np.unique(edge_keys(pairs, n), return_index=True, return_inverse=True)
+    which = which.reshape(-1)  # numpy 2.0 gives it another shape
+    n_inside = np.bincount(which, weights=np.repeat(inside, cage.face_sizes), minlength=len(keys))
+    mark, marked = np.zeros(len(keys), np.intp), edge_keys(part.edges, n)
+    there = np.isin(marked, keys)
+    mark[np.searchsorted(keys, marked[there])] = part.marks[there]
+    return pairs[first], np.bincount(which, minlength=len(keys)), n_inside, mark
+
+
+def _rows(marks: np.ndarray, otherwise: str) -> np.ndarray:
+    """Rows (e,) that edges with these marks (e,) hold."""
+    known = np.array([ROWS[name or otherwise] for name in MARKS])
+    return known[np.where((marks > 0) & (marks < len(MARKS)), marks, 0)]
+
+
+def _held_rows(cage: Cage, ends: np.ndarray, rows: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Vertices (n,) in the rows (e,) that edges with these ends (e, 2) hold, counted over `faces` (m,)."""
+    held = np.zeros(len(cage.positions), bool)
+    for count in (1, 2, 3):
+        row = np.zeros(len(cage.positions), bool)
+        row[ends[rows >= count]] = True
+        for _ in range(count - 1):
+            row |= _of_faces(cage, _any_corner(cage, row) & faces)
+        held |= row
+    return held
+
+
+def _beside(cage: Cage, selected: np.ndarray, inside: np.ndarray, rim: np.ndarray) -> np.ndarray:
+    """Selected vertices (n,) that are part of no selected face, or that touch others without an edge of the rim,
+    whose edges' ends are rim (r, 2)."""
+    within, without = _of_faces(cage, inside), _of_faces(cage, ~inside)
+    on_rim = np.zeros(len(selected), bool)
+    on_rim[rim] = True
+    return selected & (~within | (without & ~on_rim))
+
+
+def _infinitely_sharp(cage: Cage) -> np.ndarray:
+    """Vertices (n,) that are infinitely sharp, or on an infinitely sharp crease."""
+    held, creases = np.zeros(len(cage.positions), bool), cage.creases
+    held[creases.vertices[creases.vertex_sharpness >= SHARPNESS_INFINITE]] = True
+    held[creases.edges[creases.edge_sharpness >= SHARPNESS_INFINITE]] = True
+    return held

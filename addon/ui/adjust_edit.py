@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The end of a run in Edit Mode as an operator of its own, `curvopt.apply_edit`, as adjust.py has one for Object Mode.
+
+Its undo step is one of Edit Mode, which has the mesh and nothing else: no numbers are stored on the object.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ..core import messages
+from ..core.job import Request, Solution
+from ..core.variants import Variants
+from ..scene.modifiers import CageError
+from ..scene.read_edit import Edit
+from ..scene.write_edit import write_edit
+from . import display, properties
+from .reports import report_failure
+
+_finished: tuple[int, Edit, Request, Variants] | None = None  # with its number; runs by strength and rim
+_text = ""  # of the last execution
+
+
+def apply(edit: Edit, base: Request, rim: str, request: Request, solution: Solution) -> str:
+    """Write a solution of edit.request(base, rim) as an undo step that can be adjusted; the report of it. CageError if
+    it cannot be written."""
+    global _finished
+    variants = Variants(edit.source.cage, (base.strength, rim), request, solution)
+    _finished = (1 if _finished is None else _finished[0] + 1, edit, base, variants)
+    chosen = {"strength": base.strength, "rim": rim.upper(), "amount": 1.0}
+    try:
+        bpy.ops.curvopt.apply_edit("EXEC_DEFAULT", True, number=_finished[0], **chosen)
+    except RuntimeError as error:  # its report
+        raise CageError(str(error).strip().removeprefix("Error: ")) from error
+    return _text
+
+
+def _with(strength: float, rim: str) -> tuple[Request, Solution]:
+    """The last run, or one like it with another strength or rim. UserError if that is not possible."""
+    _, edit, base, variants = _finished
+    name = f"Strength {strength:.3g}" if strength != base.strength else f"Rim {rim.title()}"
+    return variants.get((strength, rim), lambda: edit.request(replace(base, strength=strength), rim), name)
+
+
+class CURVOPT_OT_apply_edit(bpy.types.Operator):
+    """Move the vertices of the last run in Edit Mode, or run again with another strength or rim"""
+
+    bl_idname = "curvopt.apply_edit"
+    bl_label = "Minimized"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    number: bpy.props.IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+    strength: bpy.props.FloatProperty(
+        name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
+        min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
+    )  # fmt: skip
+    rim: bpy.props.EnumProperty(
+        name="Rim", description="What stays at the rim of the selection: runs again", items=properties.RIMS,
+        default="FREE", options={"SKIP_SAVE"},
+    )  # fmt: skip
+    amount: bpy.props.FloatProperty(
+        name="Amount", description="0 is the original, 1 the result", min=0.0, max=1.0, default=1.0, subtype="FACTOR",
+        options={"SKIP_SAVE"},
+    )  # fmt: skip
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Write the last solution, or one of another strength or rim. An error is reported, and nothing changes."""
+        global _text
+        if _finished is None or _finished[0] != self.number:
+            self.report({"ERROR"}, "Only the result of the last run can be applied again: run it again.")
+            return {"CANCELLED"}
+        try:
+            edit = _finished[1]
+            request, solution = _with(properties.strength_of(self.strength), self.rim.lower())
+            moved = write_edit(edit, request, solution, self.amount)
+            held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+            remark = ". ".join(part for part in (held, moved.remark) if part)
+            _text = messages.part_text(request, solution, moved.count, remark)
+            text = f"{_text}. {messages.verdict_of(request, solution)}"
+            display.show(context, text, is_undone=moved.is_undone)
+        except Exception as error:
+            return report_failure(self, error)
+        return {"FINISHED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        again = self.layout.column()
+        again.enabled = _finished is not None and _finished[3].is_quick
+        again.prop(self, "strength", slider=True)
+        again.prop(self, "rim")
+        self.layout.prop(self, "amount", slider=True)
+
+
+def register() -> None:
+    bpy.utils.register_class(CURVOPT_OT_apply_edit)
+
+
+def unregister() -> None:
+    global _finished
+    _finished = None
+    bpy.utils.unregister_class(CURVOPT_OT_apply_edit)
