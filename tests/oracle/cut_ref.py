@@ -136,3 +136,28 @@ class CutBlend:
         functions, curve = self.functions(sector, st)
         gap, blend = functions @ self.fit + curve - surface, self.blend(st)
         return surface + np.stack([multiply(blend, gap[..., a]) for a in range(3)], axis=-1)
+
+
+def ring_jacobians(n: int, is_open: bool, has_dart: bool, rings: list[int]) -> list[float]:
+    """Least Jacobian of the natural net's map over the mean one, ring by ring."""
+    net, (st, _) = star(n, 2, is_open, {0: 2} if has_dart else None), fit_samples(1, 0)
+    out = []
+    for ring in rings:
+        at = np.concatenate([2.0 ** -ring * (st + place) for place in ((1, 0), (1, 1), (0, 1))])
+        taylor = np.concatenate([sector_taylor(net, 4 * s, 0, at, "deep") for s in range(n)])
+        jacobian = taylor[:, 1, 0] * taylor[:, 2, 1] - taylor[:, 1, 1] * taylor[:, 2, 0]
+        out.append(float(jacobian.min() / jacobian.mean()))
+    return out
+
+
+def main() -> None:
+    """Prints the Jacobians that notes/16-blends-at-boundaries.md shows."""
+    rings = [1, 2, 3, 6, 9, 12]
+    for label, *kind in (("boundary 1", 1, True, False), ("boundary 3", 3, True, False), ("boundary 4", 4, True, False),
+                         ("boundary 6", 6, True, False), ("boundary 16", 16, True, False), ("dart 3", 3, False, True),
+                         ("dart 5", 5, False, True), ("closed 2", 2, False, False)):
+        print(f"| {label} |", " | ".join(f"{x:.3g}" for x in ring_jacobians(*kind, rings)), "|")
+
+
+if __name__ == "__main__":
+    main()
