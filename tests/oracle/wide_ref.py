@@ -12,7 +12,7 @@ from math import factorial
 import numpy as np
 
 import lib
-from ccref import JET_ORDERS, Mesh, refine, topology
+from ccref import JET_ORDERS, Mesh, deep_jets, refine, topology
 
 DEGREE, FAR_WEIGHT, FIT_GAUSS, FIT_RINGS, ITERATIONS = 5, 1e-3, 4, 5, 30
 PLACE = {at: k for k, at in enumerate(JET_ORDERS)}
@@ -80,10 +80,12 @@ def characteristic_map(mesh: Mesh, vertex: int, size: int) -> Mesh:
 
 
 def sector_taylor(mesh: Mesh, face: int, corner: int, st: np.ndarray, surface: str = "limit") -> np.ndarray:
-    """Taylor coefficients [n, 10, 3] at coordinates (s, t) that start from a corner."""
+    """Taylor coefficients [n, 10, 3] at coordinates (s, t) that start from a corner; surface "deep": the limit by ccref."""
     s, t = st.T
     uv = [(s, t), (1 - t, s), (1 - s, 1 - t), (t, 1 - s)][corner]
-    taylor = lib.jets(mesh, np.full(len(st), face), np.zeros(len(st)), np.stack(uv, axis=1), surface) / FACTORIALS[:, None]
+    at = np.full(len(st), face), np.zeros(len(st)), np.stack(uv, axis=1)
+    jets = deep_jets(mesh, *at).astype(float) if surface == "deep" else lib.jets(mesh, *at, surface)
+    taylor = jets / FACTORIALS[:, None]
     along_u, along_v = [(1, 1), (-1, 1), (-1, -1), (1, -1)][corner]  # signs of d(uv); u and v swap at odd corners
     out = np.empty_like(taylor)
     for k, (p, q) in enumerate(JET_ORDERS):

@@ -30,10 +30,12 @@ int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polyno
     return allocate(cell, error);
 }
 
-static void set_map(co_ring_cell *cell, co_real map[16][2]) {
-    for (int i = 0; i < 16; i++)
-        for (int c = 0; c < 2; c++)
+static void set_map(co_ring_cell *cell, co_real map[16][2], const co_real base[2]) {
+    for (int c = 0; c < 2; c++) {
+        cell->map_base[c] = (double)base[c];
+        for (int i = 0; i < 16; i++)
             cell->map[i][c] = (double)map[i][c];
+    }
 }
 
 /* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c + sum of (c_i - c) B_i, c = `base`: deep
@@ -51,7 +53,7 @@ static void set_weights(co_ring_cell *cell) {
 }
 
 void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
-    co_real map[16][2] = {{0}};
+    co_real map[16][2] = {{0}}, base[2] = {0};
     cell->side = ldexpl(1, -disc->ring);
     for (int c = 0; c < 2; c++)
         cell->origin[c] = cell->side * co_stam_cell_place[which][c];
@@ -60,11 +62,13 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
         const co_real *at = cell->polynomial
                                 ? cell->polynomial->map + 2 * co_blend_fit_index_of_two_ring(cell->polynomial, p)
                                 : cell->chart + 2 * p;
-        for (int i = 0; i < 16; i++)
-            for (int c = 0; c < 2; c++)
-                map[i][c] += cell->points[i * cell->n_points + p] * at[c]; /* the vertex is at 0 */
+        for (int c = 0; c < 2; c++) {
+            base[c] += cell->base[p] * at[c];
+            for (int i = 0; i < 16; i++)
+                map[i][c] += cell->points[i * cell->n_points + p] * at[c];
+        }
     }
-    set_map(cell, map);
+    set_map(cell, map, base);
     set_weights(cell);
 }
 
@@ -74,7 +78,7 @@ int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, c
     int32_t status = allocate(cell, error);
     if (status != CURVOPT_OK)
         return status;
-    co_real map[16][2];
+    co_real map[16][2], base[2] = {0};
     cell->base[0] = 1;
     for (int k = 0; k < 16; k++) {
         int32_t from = co_blend_fit_index(polynomial->valence, polynomial->width, 0, i + k % 4 - 1, j + k / 4 - 1);
@@ -82,18 +86,20 @@ int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, c
         cell->points[16 * k] -= 1;
         memcpy(map[k], polynomial->map + 2 * from, sizeof map[k]);
     }
-    set_map(cell, map);
+    set_map(cell, map, base);
     set_weights(cell);
     return CURVOPT_OK;
 }
 
-/* Jets of the characteristic map. */
+/* Jets of the map. */
 static void map_jets(const co_ring_cell *cell, double basis[16][CO_JET], double chi[2][CO_JET]) {
     memset(chi, 0, 2 * sizeof *chi);
     for (int i = 0; i < 16; i++)
         for (int k = 0; k < CO_JET; k++)
             for (int c = 0; c < 2; c++)
                 chi[c][k] += cell->map[i][c] * basis[i][k];
+    for (int c = 0; c < 2; c++)
+        chi[c][0] += cell->map_base[c];
 }
 
 void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s, co_real t, co_real jet[CO_JET]) {

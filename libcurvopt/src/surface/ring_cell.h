@@ -18,7 +18,8 @@ typedef struct co_ring_cell {
     co_real *base;                  /* [n_points] the row that is nearly the same in all of the cell's points */
     co_real *points;                /* [16][n_points] control points of the cell's bicubic patch, less `base` */
     double *weights;                /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
-    double map[16][2];              /* control points of the characteristic map; unused without chart and polynomial */
+    double map[16][2];              /* control points of the map, less `map_base`; unused without chart and polynomial */
+    double map_base[2];             /* where the map has the vertex in this ring; not 0 at darts alone */
     const co_blend_fit *polynomial; /* NULL: the limit surface itself */
     const co_real *chart; /* [2 n_points] the characteristic map; NULL: derivatives are with respect to s, t */
 } co_ring_cell;
