@@ -16,7 +16,9 @@ double co_quadrature_error_difference(const double *weights, const co_patch_term
 }
 
 /* No difference is no part, also of nothing: a flat surface has no energy. */
-static double part_of(double difference, double whole) { return difference == 0 ? 0 : fabs(difference / whole); }
+static double part_of(double difference, double whole) {
+    return difference == 0 ? 0 : fabs(difference / whole);
+}
 
 double co_quadrature_error_relative(const co_quadrature_error_measure *m, const co_patch_terms *x,
                                     const co_patch_terms *y) {

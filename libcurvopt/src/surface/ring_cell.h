@@ -13,13 +13,13 @@ enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_FUNCTIONS };
  * c_a are points of their own, CO_BLEND_FIT_TERMS of them after the cell's: q_0 = c_0, q_a = c_0 + c_a. Rows then sum
  * to 1: sum of c_a p_a = (1 - sum over a > 0 of p_a) q_0 + sum over a > 0 of p_a q_a. */
 typedef struct co_ring_cell {
-    int32_t n_points;               /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
-    co_real origin[2], side;        /* corner next to the vertex, and side, in units of a face of the sector */
-    co_real *base;                  /* [n_points] the row that is nearly the same in all of the cell's points */
-    co_real *points;                /* [16][n_points] control points of the cell's bicubic patch, less `base` */
-    double *weights;                /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
-    double map[16][2];              /* control points of the map, less `map_base`; unused without chart and polynomial */
-    double map_base[2];             /* where the map has the vertex in this ring; not 0 at darts alone */
+    int32_t n_points;        /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
+    co_real origin[2], side; /* corner next to the vertex, and side, in units of a face of the sector */
+    co_real *base;           /* [n_points] the row that is nearly the same in all of the cell's points */
+    co_real *points;         /* [16][n_points] control points of the cell's bicubic patch, less `base` */
+    double *weights;         /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
+    double map[16][2];       /* control points of the map, less `map_base`; unused without chart and polynomial */
+    double map_base[2];      /* where the map has the vertex in this ring; not 0 at darts alone */
     const co_blend_fit *polynomial; /* NULL: the limit surface itself */
     const co_real *chart; /* [2 n_points] the characteristic map; NULL: derivatives are with respect to s, t */
 } co_ring_cell;

@@ -93,17 +93,42 @@ static void place_cell(co_stam_disc *d, const curvopt_mesh *m, int which, int32_
     }
 }
 
-/* Eigenvalues of the one-ring's subdivision, by frequency (Stam 1998; Ball and Storry 1988): for frequency k > 0
- * (5 + c +- sqrt((c + 9)(c + 1))) / 16 with c = cos(2 pi k / N); for k = 0, besides 1, the roots of a quadratic. */
+/* The larger eigenvalue of the one-ring's subdivision for waves that change by an angle from sector to sector, c its
+ * cosine (Stam 1998; Ball and Storry 1988). */
+static co_real eigenvalue_of_wave(co_real c) {
+    return (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+}
+
+/* lambda and mu from the eigenvalues a >= b >= c. */
+static void from_plane_and_height(co_real a, co_real b, co_real c, co_real *lambda, co_real *mu) {
+    *lambda = sqrtl(a * b);
+    *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
+}
+
+/* Between two sharp edges: the curve has 1, 1/2 and 1/4, and waves that vanish on both have angles pi k / n. */
+static void crease_eigenvalues(int32_t n, co_real *lambda, co_real *mu) {
+    co_real largest[3] = {0.5L, 0.25L, 0.25L};
+    for (int32_t k = 1; k <= 3 && k < n; k++) {
+        co_real value = eigenvalue_of_wave(cosl(CO_PI_LONG * k / n));
+        for (int i = 0; i < 3; i++)
+            if (value > largest[i]) {
+                co_real smaller = largest[i];
+                largest[i] = value;
+                value = smaller;
+            }
+    }
+    from_plane_and_height(largest[0], largest[1], largest[2], lambda, mu);
+}
+
+/* By frequency: those of waves, and for frequency 0, besides 1, the roots of a quadratic. */
 static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
     co_real n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
     co_real half_sum = (alpha - 0.25L) / 2, product = (alpha - beta + gamma) / 16;
-    co_real c = cosl(2 * CO_PI_LONG / n), discriminant = half_sum * half_sum - product;
-    *lambda = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+    co_real discriminant = half_sum * half_sum - product;
+    *lambda = eigenvalue_of_wave(cosl(2 * CO_PI_LONG / n));
     *mu = discriminant > 0 ? half_sum + sqrtl(discriminant) : sqrtl(product);
     if (valence > 3) {
-        c = cosl(4 * CO_PI_LONG / n);
-        co_real second = (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+        co_real second = eigenvalue_of_wave(cosl(4 * CO_PI_LONG / n));
         *mu = second > *mu ? second : *mu;
     }
 }
@@ -146,9 +171,7 @@ static void iterate_eigenvalues(const co_stam_disc *d, co_real *vectors, co_real
                 x[i] = image[i] / value[k];
         }
     }
-    co_real a = value[1], b = value[2], c = value[3];
-    *lambda = sqrtl(a * b);
-    *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
+    from_plane_and_height(value[1], value[2], value[3], lambda, mu);
 }
 
 /* Tables of indices, from the disc's mesh; refined [CO_STAM_MOST_ROWS]: the refined points that cells are made of. */
@@ -215,6 +238,8 @@ int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) 
     fill_rows(d, refined);
     if (co_fan_is_smooth(fan))
         eigenvalues(d->valence, &d->lambda, &d->mu);
+    else if (co_fan_type_of(fan) == CO_FAN_CREASE)
+        crease_eigenvalues(d->valence, &d->lambda, &d->mu);
     else /* the five vectors of work space fit */
         iterate_eigenvalues(d, d->next_rows, &d->lambda, &d->mu);
 done:

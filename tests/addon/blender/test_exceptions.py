@@ -56,7 +56,8 @@ def test_end_of_a_loose_edge(add, held):
     obj.data.edges.add(1)
     obj.data.edges[64].vertices = (0, 9)
     stay = [0, *vertices_of(faces, 9)]
-    assert "a vertex crease of 1, or the end of a loose edge, makes a cone (vertex 9)" in held(obj, stay, rest(obj, stay))
+    text = held(obj, stay, rest(obj, stay))
+    assert "a vertex crease of 1, or the end of a loose edge, makes a cone (vertex 9)" in text
 
 
 def test_flipped_face(add, held):
