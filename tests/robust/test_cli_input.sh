@@ -109,9 +109,8 @@ test_vertex_joining_two_fans_is_refused_with_strict() {
 }
 
 test_cages_of_which_nothing_is_left_are_refused() {
-    printf 'v %s\n' '0 0 0' '1 0 0' '1 1 0' '0 1 0' >cage.obj
-    echo 'f 1 2 3 4' >>cage.obj
-    refuse_file cage.obj "no face is left in the energy: all 1 are held as they are, the first at vertex 0, where"
+    refuse_cube '$a t corner 8/8/0 0 1 2 3 4 5 6 7 10 10 10 10 10 10 10 10' \
+        "no face is left in the energy: all 6 are held as they are, the first at vertex 0, where"
     refuse_cube '$a t hole 1/0/0 6' "hole 0 is face 6; the cage has faces 0 to 5"
     refuse_cube '$a t hole 6/0/0 0 1 2 3 4 5' "no face is left in the energy: all 6 are holes"
     refuse_cube '$a t interpolateboundary 1/0/0 3' "interpolateboundary is neither 0, 1 nor 2"
