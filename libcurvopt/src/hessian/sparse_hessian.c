@@ -86,7 +86,7 @@ int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, c
     if (status == CURVOPT_OK && !(h->value = CO_NEW(double, h->pattern.n_entries)))
         status = co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_stencils_create(&a->patches, dofs, &h->pattern, &h->stencils, error);
+        status = co_stencils_create(&a->patches, dofs, &h->pattern, a->cancel, &h->stencils, error);
     if (status == CURVOPT_OK) {
         size_t n = (size_t)h->stencils.most_points;
         h->fold_stride = 9 * n * (n + 1);

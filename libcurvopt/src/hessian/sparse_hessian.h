@@ -27,7 +27,7 @@ typedef struct co_sparse_hessian {
     double *before;              /* [3 n_points] points where a step began; made when first needed */
 } co_sparse_hessian;
 
-/* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY. */
+/* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_sparse_hessian_create(const co_assembly *assembly, const co_dof_map *dofs, co_sparse_hessian *out,
                                  curvopt_error *error);
 void co_sparse_hessian_free(co_sparse_hessian *hessian);

@@ -107,19 +107,26 @@ static size_t measure_columns(const survey *v, int32_t patch, size_t begin, co_s
     return begin;
 }
 
+/* Nodes and the neighbours of each ascend: every pattern's column is gone through once. */
 static void fill_places(const survey *v, int32_t patch, const co_sparsity *pattern, co_stencils *s) {
     size_t n = s->start[patch + 1] - s->start[patch];
-    int32_t *place = s->place + s->pair[patch];
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i; j++) {
-            int32_t high = v->found[i].node, low = v->found[j].node;
-            *place++ = high == low ? 0 : co_sparsity_rows(pattern, high, low);
+    for (size_t j = 0; j < n; j++) {
+        const int32_t low = v->found[j].node;
+        size_t at = pattern->neighbour_start[low];
+        for (size_t i = j + 1; i < n; i++) {
+            const int32_t high = v->found[i].node;
+            while (high != low && pattern->neighbour[at] < high)
+                at++;
+            s->place[s->pair[patch] + i * (i - 1) / 2 + j] = high == low ? 0 : pattern->neighbour_row[at];
         }
+    }
 }
 
-static void fill(const survey *v, const co_sparsity *pattern, co_stencils *s) {
+static int32_t fill(const survey *v, const co_sparsity *pattern, co_cancel *cancel, co_stencils *s) {
     size_t end = 0, ignored = 0;
     for (int32_t p = 0; p < v->patches->n_patches; p++) {
+        if (co_cancel_is_due(cancel))
+            return CO_CANCELLED;
         size_t n = find_vertices(v, p, &ignored);
         for (size_t i = 0; i < n; i++)
             s->vertex[s->start[p] + i] = v->found[i].vertex;
@@ -129,10 +136,11 @@ static void fill(const survey *v, const co_sparsity *pattern, co_stencils *s) {
         forget_vertices(v, n);
     }
     s->column[s->start[v->patches->n_patches]] = end;
+    return CURVOPT_OK;
 }
 
 int32_t co_stencils_create(const co_patches *patches, const co_dof_map *dofs, const co_sparsity *pattern,
-                           co_stencils *s, curvopt_error *error) {
+                           co_cancel *cancel, co_stencils *s, curvopt_error *error) {
     size_t n_patches = (size_t)patches->n_patches, n_entries = 0;
     survey v = {patches, dofs, CO_NEW(int32_t, patches->n_cage), CO_NEW(numbered_vertex, patches->n_cage)};
     *s = (co_stencils){.start = CO_NEW(size_t, n_patches + 1), .pair = CO_NEW(size_t, n_patches + 1)};
@@ -148,11 +156,10 @@ int32_t co_stencils_create(const co_patches *patches, const co_dof_map *dofs, co
         s->place = CO_NEW(int32_t, s->pair[n_patches]);
         done = s->vertex && s->column && s->point && s->weight && s->place;
     }
-    if (done)
-        fill(&v, pattern, s);
-    else
+    int32_t status = done ? fill(&v, pattern, cancel, s) : co_status_no_memory(error);
+    if (status != CURVOPT_OK)
         co_stencils_free(s);
     free(v.number);
     free(v.found);
-    return done ? CURVOPT_OK : co_status_no_memory(error);
+    return status;
 }

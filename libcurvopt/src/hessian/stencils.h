@@ -3,6 +3,7 @@
 #ifndef CO_HESSIAN_STENCILS_H
 #define CO_HESSIAN_STENCILS_H
 
+#include "base/cancel.h"
 #include "hessian/sparsity.h"
 
 /* With x_p the own points of a patch (patches.h) and z_v its vertices, x_p = sum over v of T_pv z_v. A patch's own
@@ -23,9 +24,9 @@ typedef struct co_stencils {
     int32_t most_points; /* largest number of own points of a patch */
 } co_stencils;
 
-/* ERROR_MEMORY. */
+/* cancel: NULL, or what ends it. ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_stencils_create(const co_patches *patches, const co_dof_map *dofs, const co_sparsity *pattern,
-                           co_stencils *out, curvopt_error *error);
+                           co_cancel *cancel, co_stencils *out, curvopt_error *error);
 void co_stencils_free(co_stencils *stencils);
 
 #endif

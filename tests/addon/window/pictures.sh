@@ -7,7 +7,8 @@ source "$(dirname "$0")/screen.sh"
 
 out=${1:-$root/addon/manual/pictures}
 mkdir -p "$out"
-"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/strength.py" -- "$work/12_strength.png" "$work/13_suzanne.png"
+"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/strength.py" -- "$work/12_strength.png" "$work/13_clay.png" "$work/13_zebra.png"
+convert "$work/13_clay.png" "$work/13_zebra.png" -append "$work/13_suzanne.png"
 "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/edit_mode.py" -- "$work/clay.png" "$work/zebra.png"
 convert "$work/clay.png" "$work/zebra.png" -append "$work/14_edit_mode.png"
 for picture in 12_strength 13_suzanne 14_edit_mode; do

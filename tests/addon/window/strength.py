@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run inside a background Blender: the manual's pictures of what the first press does, by the add-on's studio.
+"""Run inside a background Blender: the manual's pictures of what the first press does, by the add-on's studio;
+Suzanne also with zebra stripes.
 
-    blender -b --factory-startup --python-exit-code 1 -P strength.py -- BOTTLE.png SUZANNE.png
+    blender -b --factory-startup --python-exit-code 1 -P strength.py -- BOTTLE.png SUZANNE.png ZEBRA.png
 """
 
 import sys
@@ -32,8 +33,8 @@ def suzanne():
     return np.array([vertex.co for vertex in mesh.vertices]), [list(face.vertices) for face in mesh.polygons]
 
 
-def draw(cage_of, strengths, path):
-    """The original and what each strength makes of it, side by side."""
+def draw(cage_of, strengths, **looks):
+    """The original and what each strength makes of it, side by side; for each picture its path."""
     points, faces = cage_of()
     sizes, vertices = shapes.packed(faces)
     cage = Cage(points, np.array(sizes), np.array(vertices))
@@ -43,9 +44,11 @@ def draw(cage_of, strengths, path):
         pictures.append((solution.cage, f"Strength {strength:g}"))
         before, after = solution.start.objective, solution.end.objective
         print(f"{cage_of.__name__}, strength {strength:g}: Willmore {before:.4g} to {after:.4g}, {solution.seconds:.1f} s")
-    render_side_by_side(pictures, path, Picture(1200, 520, 96))
+    for look, path in looks.items():
+        engine = {"engine": "workbench", "look": look} if look == "zebra" else {}
+        render_side_by_side(pictures, path, Picture(1200, 520, 96, **engine))
 
 
 to = [Path(name).resolve() for name in sys.argv[sys.argv.index("--") + 1 :]]
-draw(bottle, (NEWCOMER, MORE, MINIMUM), to[0])
-draw(suzanne, (NEWCOMER, MORE), to[1])
+draw(bottle, (NEWCOMER, MORE, MINIMUM), clay=to[0])
+draw(suzanne, (NEWCOMER, MORE), clay=to[1], zebra=to[2])
