@@ -459,7 +459,7 @@ def test_result_has_creases_and_a_verdict(lib):
 
 
 def test_verdict_on_a_minimum(lib):
-    points, faces = shapes.grid()
+    points, faces = shapes.grid(7)
     with library.Mesh.create(lib, len(points), *shapes.packed(faces), library.Creases(rule="corners")) as mesh:
         with library.minimize(mesh, points, lib.options({"willmore": 1.0}, levels=1, boundary=2)) as result:
             summary = result.summary()

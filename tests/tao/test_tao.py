@@ -243,7 +243,7 @@ BAD = {
     "one point": ("v 1 1 1\n" * 8 + CUBE_FACES, ()),
     "folded flat": (CUBE.replace("v 1 ", "v -1 "), ()),
     "no third order": (CUBE, ("--energy", "mvs", "--surface", "limit")),
-    "a corner without energy": (GRID, ("--boundary", "free")),
+    "a cone": (CUBE + "t corner 1/1/0 0 10\n", ("--boundary", "free")),
     "nothing may move": (CUBE, ("--pin", "ALL", "--levels", "1")),
     "a pin that is no vertex": (CUBE, ("--pin", "PINS", "--levels", "1")),
 }

@@ -93,7 +93,7 @@ static size_t neighbours_of(const incidence *in, int32_t node, int32_t *mark, in
 }
 
 static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, int32_t *mark, incidence *in) {
-    size_t n = (size_t)r->n_nodes, n_cliques = (size_t)(patches->n_patches + patches->wide.n_discs);
+    size_t n = (size_t)r->n_nodes, n_cliques = (size_t)patches->n_patches + (size_t)patches->wide.n_discs;
     *in = (incidence){.start = CO_NEW(size_t, n + 1), .member_start = CO_NEW(size_t, n_cliques + 1)};
     if (!in->start || !in->member_start)
         return CURVOPT_ERROR_MEMORY;

@@ -10,7 +10,7 @@
 
 enum {
     TERMS = CO_BLEND_FIT_TERMS,
-    SECTORS = 32 /* about as many of them have samples: P is of degree 5, more would tell nothing new */
+    SECTORS = 32 /* so many of them at most have samples: P is of degree 5, more would tell nothing new */
 };
 
 /* The natural net. */
@@ -96,8 +96,14 @@ static int32_t add_sector(int32_t fan, int32_t sector, co_real *work, cut_fit *f
     return status;
 }
 
+/* Sector number i of the m that have samples, out of n: evenly spread, and a set that a mirror leaves as it is. */
+static int32_t sampled_sector(int32_t i, int32_t m, int32_t n) {
+    const int32_t k = i < m - 1 - i ? i : m - 1 - i, s = (2 * k + 1) * n / (2 * m);
+    return k == i ? s : n - 1 - s;
+}
+
 int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *p, curvopt_error *error) {
-    const int32_t n = co_fan_sectors(fan), stride = (n + SECTORS - 1) / SECTORS;
+    const int32_t n = co_fan_sectors(fan), m = n < SECTORS ? n : SECTORS;
     cut_fit f = {.p = p};
     *p = (co_blend_fit){.valence = n, .width = 1, .n_points = co_fan_n_points(fan)};
     const size_t n_points = (size_t)p->n_points;
@@ -112,8 +118,8 @@ int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *p, curvopt_error *err
             prescribe_curve(fan, p);
         choose_terms(co_fan_is_open(fan), &f);
     }
-    for (int32_t s = (n - 1) % stride / 2; status == CURVOPT_OK && s < n; s += stride)
-        status = add_sector(fan, s, work, &f, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < m; i++)
+        status = add_sector(fan, sampled_sector(i, m, n), work, &f, error);
     if (status == CURVOPT_OK)
         co_blend_fit_solve(f.n_terms, f.normal, p->n_points, p->n_points, f.right);
     for (int a = 0; status == CURVOPT_OK && a < f.n_terms; a++)
