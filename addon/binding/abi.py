@@ -10,6 +10,9 @@ TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
 VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
+STATUSES = (  # by curvopt_status
+    "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported", "resolution",
+)  # fmt: skip
 BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
@@ -17,13 +20,14 @@ EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out
     "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "beside", "hole",
 )  # fmt: skip
 SHARPNESS_INFINITE = 10.0
-SHAPE_ERRORS = (5, 8)  # CURVOPT_ERROR_GEOMETRY, CURVOPT_ERROR_RESOLUTION: coordinates without a surface
+SHAPE_ERRORS = tuple(map(STATUSES.index, ("geometry", "resolution")))  # coordinates without a surface
 
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
 
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
 ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane exception stop step verdict".split()
 NAMES = {
+    "curvopt_status_name": STATUSES,
     "curvopt_term_name": TERMS,
     "curvopt_surface_name": SURFACES,
     "curvopt_stop_text": STOPS,

@@ -19,6 +19,11 @@ def _no_reals() -> np.ndarray:
     return np.empty(0)
 
 
+def rms_radius(points: np.ndarray) -> float:
+    """Root mean square distance of points (n, 3) from their mean: what the library takes for the size of a cage."""
+    return float(np.linalg.norm(points - points.mean(axis=0)) / np.sqrt(len(points)))
+
+
 @dataclass(frozen=True)
 class Creases:
     """curvopt_creases: sharp edges as pairs of vertices (k, 2), their sharpness (k,), sharp vertices (c,), theirs (c,);

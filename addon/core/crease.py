@@ -64,8 +64,13 @@ def _less_sharp_of_two(edges: np.ndarray, sharpness: np.ndarray, n_vertices: int
     return np.where(np.bincount(edges.reshape(-1), minlength=n_vertices) == 2, least, 0.0)
 
 
+def edge_keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
+    """A number for each of pairs (k, 2), whichever way round."""
+    return np.sort(pairs.astype(np.int64), axis=1) @ (n_vertices, 1)
+
+
 def edge_indices(edges: np.ndarray, wanted: np.ndarray, n_vertices: int) -> np.ndarray:
     """Where in edges (e, 2) each of wanted (k, 2) is; all are there, in one direction or the other."""
-    keys, wanted_keys = (np.sort(pairs.astype(np.int64), 1) @ (n_vertices, 1) for pairs in (edges, wanted))
+    keys, wanted_keys = (edge_keys(pairs, n_vertices) for pairs in (edges, wanted))
     order = np.argsort(keys)
     return order[np.searchsorted(keys, wanted_keys, sorter=order)]

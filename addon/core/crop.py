@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of a cage that a run with holes depends on: faces that count, and all that touch them. No bpy.
+"""The part of a cage that a run with holes depends on: faces that count, and two rings of faces round them. No bpy.
 
-The limit surface of a face depends on the vertices of all faces that share a vertex with it, and on nothing else. So
-a run takes as long as that part is large, however large the cage is.
+Two rings decide how the library evaluates a face (CO_PATCHES_HALO), blends one face wide included. So a run takes as
+long as that part is large, however large the cage is.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..binding.library import CurvoptError
-from ..binding.values import Cage, Creases, Exceptions, Held
-from .layout import edge_keys, renumbered, sides
+from ..binding.values import Cage, Creases, Exceptions, Held, rms_radius
+from .crease import edge_keys
+from .layout import renumbered, sides
 
-
+_RINGS = 2  # CO_PATCHES_HALO
 _NOTHING_IS_LEFT = "nothing may move: where the selection is, the surface has no finite energy, and stays as it is"
 
 
@@ -32,8 +33,10 @@ class Crop:
     def of_faces(cls, whole: Cage, counted: np.ndarray) -> Crop:
         """Around the faces `counted` (m,) bool, one at least."""
         starts, n = np.cumsum(whole.face_sizes) - whole.face_sizes, len(whole.positions)
-        near = np.bincount(whole.face_vertices[np.repeat(counted, whole.face_sizes)], minlength=n) > 0
-        kept = np.logical_or.reduceat(near[whole.face_vertices], starts)
+        kept = counted
+        for _ in range(_RINGS):
+            near = np.bincount(whole.face_vertices[np.repeat(kept, whole.face_sizes)], minlength=n) > 0
+            kept = np.logical_or.reduceat(near[whole.face_vertices], starts)
         sizes, corners = whole.face_sizes[kept], whole.face_vertices[np.repeat(kept, whole.face_sizes)]
         vertices = np.unique(corners)
         number = np.full(n, -1, np.int32)
@@ -55,7 +58,7 @@ class Crop:
 
     def strength(self, strength: float) -> float:
         """The same strength: the length of the wave of which half stays is in units of the cage's radius."""
-        ratio = _radius(self.cage.positions) / _radius(self.whole.positions)
+        ratio = rms_radius(self.cage.positions) / rms_radius(self.whole.positions)
         return strength / (strength + (1 - strength) * ratio)
 
     def expanded(self, positions: np.ndarray) -> Cage:
@@ -89,7 +92,3 @@ def _creases(creases: Creases, number: np.ndarray, edges_kept: np.ndarray) -> Cr
         number[creases.edges[edges_kept]].reshape(-1, 2), creases.edge_sharpness[edges_kept],
         number[creases.vertices[kept]], creases.vertex_sharpness[kept], creases.rule,
     )  # fmt: skip
-
-
-def _radius(points: np.ndarray) -> float:
-    return float(np.linalg.norm(points - points.mean(axis=0))) / np.sqrt(len(points))

@@ -46,6 +46,12 @@ class Request:
         """The energy for people."""
         return label_of(self.energy)
 
+    def free(self, n: int) -> np.ndarray:
+        """Which of the n vertices of the cage (n,) are not held exactly."""
+        free = np.ones(n, bool)
+        free[self.held.vertices[np.asarray(self.held.weights) == 1]] = False
+        return free
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -154,20 +160,12 @@ def _solve(
             euler = result.mesh().info().euler
             final = result.cage()
             start = _subdivided(mesh, cage.positions, len(final.positions))
+            of_interest = request.free(len(cage.positions)) if len(request.holes) else None
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order, mesh.exceptions(options, _free(cage, request)),
+                levels, summary.symmetry_order, mesh.exceptions(options, of_interest),
             )  # fmt: skip
-
-
-def _free(cage: Cage, request: Request) -> np.ndarray | None:
-    """Where only a part of a cage is of interest, which of its vertices (n,) are to move."""
-    if not len(request.holes):
-        return None
-    free = np.ones(len(cage.positions), bool)
-    free[request.held.vertices[np.asarray(request.held.weights) == 1]] = False
-    return free
 
 
 def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:

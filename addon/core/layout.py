@@ -15,7 +15,7 @@ import numpy as np
 
 from ..binding.abi import SHARPNESS_INFINITE
 from ..binding.values import Cage, Creases, Held
-from .crease import from_blender, to_blender
+from .crease import edge_keys, from_blender, to_blender
 from .mirror import Half, Halves
 
 _COINCIDENT = 1e-5  # of the size: vertices so near are in one place
@@ -52,11 +52,6 @@ def sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     following = np.arange(1, len(vertices) + 1)
     following[last] = last + 1 - sizes
     return np.stack([vertices, vertices[following]], -1)
-
-
-def edge_keys(pairs: np.ndarray, n_vertices: int) -> np.ndarray:
-    """A number for each of pairs (k, 2), whichever way round."""
-    return np.sort(pairs.astype(np.int64), axis=1) @ (n_vertices, 1)
 
 
 @dataclass(frozen=True)

@@ -51,33 +51,26 @@ _STOP_WORDS = {
 
 def solution_text(request: Request, solution: Solution, remark: str = "") -> str:
     """The outcome in one sentence, and a remark in another."""
-    before, after = solution.start.objective, solution.end.objective
-    order = solution.symmetry_order
-    kept = f", {order} symmetries kept" if order > 1 else ""
-    return (
-        f"{request.label} {number_text(before)} to {number_text(after)}, {_near(request)}{_STOP_WORDS[solution.stop]} "
-        f"({len(solution.cage.positions)} vertices{kept}, {solution.seconds:.1f} s)"
-        f"{f'. {remark}' if remark else ''}"
-    )
+    return _report(request, solution, "", f"{len(solution.cage.positions)} vertices", remark)
 
 
 def part_text(request: Request, solution: Solution, n_moved: int, remark: str = "") -> str:
     """The same of a run on a part of a cage, of which `n_moved` vertices moved."""
+    faces = _counted(len(solution.cage.face_sizes) - len(request.holes), "face", "faces")
+    moved = _counted(n_moved, "vertex", "vertices")
+    return _report(request, solution, f" of the {faces} that change:", f"{moved} moved", remark)
+
+
+def _report(request: Request, solution: Solution, of_what: str, counted: str, remark: str) -> str:
     before, after = (number_text(energies.objective) for energies in (solution.start, solution.end))
-    n_faces = len(solution.cage.face_sizes) - len(request.holes)
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
-    faces, moved = _counted(n_faces, "face", "faces"), _counted(n_moved, "vertex", "vertices")
+    near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     return (
-        f"{request.label} of the {faces} that change: {before} to {after}, {_near(request)}"
-        f"{_STOP_WORDS[solution.stop]} ({moved} moved{kept}, {solution.seconds:.1f} s)"
+        f"{request.label}{of_what} {before} to {after}, {near}{_STOP_WORDS[solution.stop]} "
+        f"({counted}{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
-
-
-def _near(request: Request) -> str:
-    """What a strength below 1 kept, with a comma behind it."""
-    return "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
 
 
 _MOST_NAMED = 3

@@ -9,8 +9,9 @@ from itertools import product
 
 import numpy as np
 
-from ..binding.values import Cage
-from .layout import edge_keys, sides
+from ..binding.values import Cage, rms_radius
+from .crease import edge_keys
+from .layout import sides
 
 NEAR = 1e-5  # of the size: how far from its mirrored position a partner may be
 _EXACT = 5e-6  # of the root mean square radius: half of what the library takes for symmetric (CO_SYMMETRY_TOLERANCE)
@@ -85,11 +86,10 @@ def is_symmetric(cage: Cage, moving: np.ndarray, pair: Pairs) -> bool:
         return False
     points = cage.positions
     off = np.abs(points[partner] * mirror_signs(pair.axis) - points).max()
-    radius = np.linalg.norm(points - points.mean(axis=0)) / np.sqrt(len(points))
     directed = sides(cage.face_sizes, cage.face_vertices).astype(np.int64)
     numbers, n = directed @ (len(points), 1), len(points)
     alike = np.array_equal(np.sort(numbers), np.sort(partner[directed] @ (1, n)))
-    return bool(off <= _EXACT * radius and alike and _creases_are_symmetric(cage, partner))
+    return bool(off <= _EXACT * rms_radius(points) and alike and _creases_are_symmetric(cage, partner))
 
 
 def _creases_are_symmetric(cage: Cage, partner: np.ndarray) -> bool:

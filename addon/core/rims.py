@@ -15,7 +15,8 @@ import numpy as np
 
 from ..binding.abi import SHARPNESS_INFINITE
 from ..binding.values import Cage
-from .layout import edge_keys, sides
+from .crease import edge_keys
+from .layout import sides
 
 ROWS = {"free": 0, "position": 1, "tangent": 2, "curvature": 3}  # of vertices that are held; keys are abi.BOUNDARIES
 MARKS = ("", "position", "tangent", "curvature", "free")  # by the value of an edge's mark; 0: as the setting says

@@ -45,9 +45,7 @@ class Edit:
 
     def moving(self, request: Request) -> np.ndarray:
         """The vertices of the mesh (n,) that such a request moves."""
-        kept = self.source.layout.kept
-        free = np.ones(len(self.source.cage.positions), bool)
-        free[request.held.vertices] = False
+        kept, free = self.source.layout.kept, request.free(len(self.source.cage.positions))
         moving = np.zeros(len(self.source.mesh.positions), bool)
         moving[kept] = free[: len(kept)]
         return moving

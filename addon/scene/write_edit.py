@@ -94,9 +94,7 @@ def _on_merging(obj: bpy.types.Object, source: Source, written: Written, local: 
 
 def _on_symmetry(edit: Edit, request: Request) -> str:
     """Whether symmetry was made afterwards."""
-    free = np.ones(len(edit.source.cage.positions), bool)
-    free[request.held.vertices] = False
-    if not edit.pairs or edit.is_symmetric(free):
+    if not edit.pairs or edit.is_symmetric(request.free(len(edit.source.cage.positions))):
         return ""
     axes = " and ".join("XYZ"[pair.axis] for pair in edit.pairs)
     return f"The mesh is not symmetric across {axes}: pairs of vertices got the mean of both sides"

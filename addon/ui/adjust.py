@@ -19,10 +19,10 @@ from ..core import messages
 from ..core.job import Request, Solution
 from ..core.variants import Variants
 from ..scene import placement
-from ..scene.read_cage import CageError, Source
+from ..scene.read_cage import Source
 from ..scene.write_result import stored_verdict
 from . import display, properties
-from .reports import report_failure
+from .reports import NOT_THE_LAST, call_operator, report_failure
 
 _finished: tuple[int, Source, Variants] | None = None  # with its number; runs by their strength
 _remark = ""  # of the last execution
@@ -30,15 +30,12 @@ _remark = ""  # of the last execution
 
 def apply(source: Source, request: Request, solution: Solution, where: str) -> str:
     """Write a solution as `where`, of properties.OUTCOMES, says, as an undo step that can be adjusted; what else the
-    user should know, or "". CageError if it cannot be written there."""
+    user should know, or "". UserError if it cannot be written there."""
     global _finished
     variants = Variants(source.cage, request.strength, request, solution)
     _finished = (1 if _finished is None else _finished[0] + 1, source, variants)
     chosen = {"outcome": where, "strength": request.strength, "amount": 1.0}
-    try:
-        bpy.ops.curvopt.apply_result("EXEC_DEFAULT", True, number=_finished[0], **chosen)
-    except RuntimeError as error:  # its report
-        raise CageError(str(error).strip().removeprefix("Error: ")) from error
+    call_operator(bpy.ops.curvopt.apply_result, number=_finished[0], **chosen)
     return _remark
 
 
@@ -53,7 +50,7 @@ def _is_gone(name: str) -> bool:
     return not stored_verdict(bpy.data.objects.get(name))
 
 
-class CURVOPT_OT_apply_result(bpy.types.Operator):
+class CURVOPT_OT_apply_result(properties.AdjustSettings, bpy.types.Operator):
     """Put the result of the last run into a new object, in place, or into a shape key, or run again with another \
 strength"""
 
@@ -61,25 +58,16 @@ strength"""
     bl_label = "Minimized"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
-    number: bpy.props.IntProperty(options={"HIDDEN", "SKIP_SAVE"})
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=properties.OUTCOMES, default="NEW",
         options={"SKIP_SAVE"},
-    )  # fmt: skip
-    strength: bpy.props.FloatProperty(
-        name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
-        min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
-    )  # fmt: skip
-    amount: bpy.props.FloatProperty(
-        name="Amount", description="0 is the surface of the original, 1 the result", min=0.0, max=1.0, default=1.0,
-        subtype="FACTOR", options={"SKIP_SAVE"},
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Write the last solution, or one of another strength. An error is reported, and the result of before stays."""
         global _remark
         if _finished is None or _finished[0] != self.number:
-            self.report({"ERROR"}, "Only the result of the last run can be applied again: run it again.")
+            self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
         try:
             given = self.properties.is_property_set("strength")

@@ -13,27 +13,23 @@ import bpy
 from ..core import messages
 from ..core.job import Request, Solution
 from ..core.variants import Variants
-from ..scene.modifiers import CageError
 from ..scene.read_edit import Edit
 from ..scene.write_edit import write_edit
 from . import display, properties
-from .reports import report_failure
+from .reports import NOT_THE_LAST, call_operator, report_failure
 
 _finished: tuple[int, Edit, Request, Variants] | None = None  # with its number; runs by strength and rim
 _text = ""  # of the last execution
 
 
 def apply(edit: Edit, base: Request, rim: str, request: Request, solution: Solution) -> str:
-    """Write a solution of edit.request(base, rim) as an undo step that can be adjusted; the report of it. CageError if
+    """Write a solution of edit.request(base, rim) as an undo step that can be adjusted; the report of it. UserError if
     it cannot be written."""
     global _finished
     variants = Variants(edit.source.cage, (base.strength, rim), request, solution)
     _finished = (1 if _finished is None else _finished[0] + 1, edit, base, variants)
     chosen = {"strength": base.strength, "rim": rim.upper(), "amount": 1.0}
-    try:
-        bpy.ops.curvopt.apply_edit("EXEC_DEFAULT", True, number=_finished[0], **chosen)
-    except RuntimeError as error:  # its report
-        raise CageError(str(error).strip().removeprefix("Error: ")) from error
+    call_operator(bpy.ops.curvopt.apply_edit, number=_finished[0], **chosen)
     return _text
 
 
@@ -44,32 +40,23 @@ def _with(strength: float, rim: str) -> tuple[Request, Solution]:
     return variants.get((strength, rim), lambda: edit.request(replace(base, strength=strength), rim), name)
 
 
-class CURVOPT_OT_apply_edit(bpy.types.Operator):
+class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
     """Move the vertices of the last run in Edit Mode, or run again with another strength or rim"""
 
     bl_idname = "curvopt.apply_edit"
     bl_label = "Minimized"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
-    number: bpy.props.IntProperty(options={"HIDDEN", "SKIP_SAVE"})
-    strength: bpy.props.FloatProperty(
-        name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
-        min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
-    )  # fmt: skip
     rim: bpy.props.EnumProperty(
         name="Rim", description="What stays at the rim of the selection: runs again", items=properties.RIMS,
         default="FREE", options={"SKIP_SAVE"},
-    )  # fmt: skip
-    amount: bpy.props.FloatProperty(
-        name="Amount", description="0 is the original, 1 the result", min=0.0, max=1.0, default=1.0, subtype="FACTOR",
-        options={"SKIP_SAVE"},
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Write the last solution, or one of another strength or rim. An error is reported, and nothing changes."""
         global _text
         if _finished is None or _finished[0] != self.number:
-            self.report({"ERROR"}, "Only the result of the last run can be applied again: run it again.")
+            self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
         try:
             edit = _finished[1]

@@ -190,6 +190,22 @@ class CURVOPT_PG_settings(RunSettings, bpy.types.PropertyGroup):
     """Settings of the next run."""
 
 
+class AdjustSettings:
+    """The controls of a finished run in the adjust panel, whatever mode it was in; `number` says of which run."""
+
+    # fmt: off
+    number: bpy.props.IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+    strength: bpy.props.FloatProperty(
+        name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
+        min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
+    )
+    amount: bpy.props.FloatProperty(
+        name="Amount", description="0 is the surface of the original, 1 the result", min=0.0, max=1.0, default=1.0,
+        subtype="FACTOR", options={"SKIP_SAVE"},
+    )
+    # fmt: on
+
+
 def energy_text_of(values: Mapping[str, object]) -> str:
     """The chosen energy as energy.py writes it. ValueError for an empty mix."""
     if values["energy"] != "MIX":

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..binding.values import rms_radius
 from ..scene.modifiers import with_images
 from ..scene.read_cage import read_positions
 
@@ -32,5 +33,4 @@ def wave_length(obj: bpy.types.Object, strength: float) -> float:
     """The length of the wave of which half the height stays, in the world; see `strength` in curvopt.h."""
     world = np.array(obj.matrix_world, np.float64)
     points = with_images(obj, read_positions(obj.data) @ world[:3, :3].T + world[:3, 3])
-    radius = np.linalg.norm(points - points.mean(axis=0)) / np.sqrt(len(points))
-    return float(radius * strength / (1 - strength))
+    return rms_radius(points) * strength / (1 - strength)

@@ -493,8 +493,7 @@ CURVOPT_API int32_t curvopt_exception_from_name(const char *name);
 /* The text of an exception; never NULL, also for an unknown one. */
 CURVOPT_API const char *curvopt_exception_text(int32_t exception);
 
-/* The exceptions of a cage, by its connectivity and creases and these members of the options: weights, surface (AUTO is
- * resolved as for a run), holes. `strict` is disregarded.
+/* The exceptions of a cage, by its connectivity and creases and, of the options, the holes.
  *   vertex_reason [n_vertices]  curvopt_exception of each vertex, of several the least; -1: it is not held
  *   face_reason [n_faces]       curvopt_exception of each face; -1: it counts
  * Both arrays are the caller's; either may be NULL. ERROR_ARGUMENT (also a hole that is no face: `element` is its

@@ -177,7 +177,7 @@ def test_what_is_cropped_ends_as_the_whole_does(surface, strength):
     assert job._can_be_cropped(cage, request)
     part, whole = job.solve(cage, request), job._solve(cage, request, None, None, None)
     crop = Crop.of_faces(cage, job._counted(cage, request))
-    assert len(crop.cage.positions) == 8 * 8 and len(crop.cage.creases.edges) == 2
+    assert len(crop.cage.positions) == 10 * 10 and len(crop.cage.creases.edges) == 2
     assert np.abs(part.cage.positions - whole.cage.positions).max() < 2e-5 and part.euler == whole.euler == 1
     assert part.start.objective == pytest.approx(whole.start.objective, 1e-9)
     assert part.end.objective == pytest.approx(whole.end.objective, 1e-6)

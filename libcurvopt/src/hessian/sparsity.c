@@ -43,7 +43,7 @@ typedef struct incidence {
  * places of each node's first. mark [n_nodes] is work space. */
 static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, int32_t *mark, size_t *count,
                                    incidence *in) {
-    size_t n = 0;
+    size_t n_members = 0;
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
     for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
@@ -57,12 +57,12 @@ static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *
                 mark[node] = p;
                 if (in->clique) {
                     in->clique[count[node]] = p;
-                    in->member[n++] = node;
+                    in->member[n_members++] = node;
                 }
                 count[node]++;
             }
         }
-        in->member_start[p + 1] = n;
+        in->member_start[p + 1] = n_members;
     }
 }
 

@@ -463,9 +463,8 @@ int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u
         regular_rows(u, v, rows);
         return CURVOPT_OK;
     }
-    int32_t surface = co_blend_fit_surface(cache->surface, kind);
-    if (cache->surface == CURVOPT_SURFACE_LIMIT) /* points exist where integrals do not */
-        surface = CURVOPT_SURFACE_LIMIT;
+    const int is_limit = cache->surface == CURVOPT_SURFACE_LIMIT; /* points exist where integrals do not */
+    int32_t surface = is_limit ? cache->surface : co_blend_fit_surface(cache->surface, kind);
     if (surface == CURVOPT_SURFACE_PLANE) {
         co_real jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);

@@ -29,7 +29,7 @@ typedef struct co_blend_fit {
     int32_t valence, width;
     int32_t n_points; /* of the disc */
     int has_cusp;     /* whether the fit has coefficients of CO_BLEND_FIT_CUSP, not 0 */
-    co_real *map;     /* [2 n_points] control points of the characteristic map; if width > 1 the farthest is at 1 */
+    co_real *map;     /* [2 n_points] control points of chi; if width > 1 the farthest is at 1 */
     co_real *fit;     /* [CO_BLEND_FIT_FUNCTIONS][n_points] coefficients of P as rows, in the order of
                          co_blend_fit_monomials, the cusp's at the end; NULL: the map alone */
 } co_blend_fit;
@@ -66,7 +66,7 @@ static inline int co_blend_fit_term(int a, int b) {
 void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double out[CO_JET]);
 
 /* The steps of a fit, for blend_fit_cut.c. One: calls `add` for the samples of the face at the disc's vertex, with the
- * row [n_points] of the surface over the two-ring, the place (x, y) of the map, and the weight. work [18 n_points] */
+ * row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
 typedef void co_blend_fit_add(void *user, const co_real *row, co_real weight);
 void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user);
 /* Another: solves normal X = right in place of the first n columns of `right` [n_terms][stride], by Cholesky's

@@ -35,20 +35,16 @@ static void side_place(int side, co_real t, co_real *u, co_real *v) {
     *v = side == 2 ? 1 : side == 0 ? 0 : t;
 }
 
-static void store(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET]) {
+/* On a blend sides run along y = 0 of its map. Inwards is y > 0, but at a dart, where the last sector's side lies
+ * below. */
+static void store(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET],
+                  int is_blended) {
+    const int along_second = !is_blended && t->side % 2;
+    const int is_below = is_blended && t->side && !co_fan_is_open(t->kind);
     double *rows = t->rows + (size_t)(sample * N_ROWS) * (size_t)t->n_points + point;
-    rows[ALONG * t->n_points] = jet[t->side % 2 ? 2 : 1];
-    rows[ALONG_TWICE * t->n_points] = jet[t->side % 2 ? 5 : 3];
-    rows[ACROSS * t->n_points] = jet[t->side % 2 ? 1 : 2];
-}
-
-/* The same on a blend, whose sides run along y = 0 of its map. Inwards is y > 0, but at a dart, where the last sector's
- * side lies below. */
-static void store_blended(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET]) {
-    double *rows = t->rows + (size_t)(sample * N_ROWS) * (size_t)t->n_points + point;
-    rows[ALONG * t->n_points] = jet[1];
-    rows[ALONG_TWICE * t->n_points] = jet[3];
-    rows[ACROSS * t->n_points] = co_fan_is_open(t->kind) || t->side == 0 ? jet[2] : -jet[2];
+    rows[ALONG * t->n_points] = jet[along_second ? 2 : 1];
+    rows[ALONG_TWICE * t->n_points] = jet[along_second ? 5 : 3];
+    rows[ACROSS * t->n_points] = (is_below ? -1 : 1) * jet[along_second ? 1 : 2];
 }
 
 static void fill_regular(co_boundary_turning_table *t) {
@@ -62,7 +58,7 @@ static void fill_regular(co_boundary_turning_table *t) {
             double jet[CO_JET];
             for (int k = 0; k < CO_JET; k++)
                 jet[k] = (double)basis[p][k];
-            store(t, i, p, jet);
+            store(t, i, p, jet, 0);
         }
     }
 }
@@ -93,7 +89,7 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
             co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
             t->weight[sample] = (double)weight[i] * (is_blended ? fabs(chart.monomial[1][t->side ? 2 : 1]) : 1);
             for (int32_t p = 0; p < t->n_points; p++)
-                (is_blended ? store_blended : store)(t, sample, p, rows + (size_t)p * CO_JET);
+                store(t, sample, p, rows + (size_t)p * CO_JET, is_blended);
         }
         co_stam_disc_advance(&disc);
     }
