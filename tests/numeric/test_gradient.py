@@ -26,12 +26,17 @@ WIDE = {  # with blends over 2 x 2 faces of each sector
     "wide_3": perturbed(sphere_like(8, "star_xyz", subdivided_cube), 0.1, 3),
     "wide_5": perturbed(refine(refine(quad_cage(trapezohedron(5)))), 0.1, 5),
 }
+POLES = {  # discs of width 1 (blend_disc.h)
+    "valence_10": quad_cage(trapezohedron(10), 10, 0.1),
+    "valence_60": quad_cage(trapezohedron(60), 60, 0.01),
+}
 LADDER = [0.016 * 2.0 ** -k for k in range(7)]  # in mean edges
 CASES = [(name, "limit", "willmore") for name in CAGES]
 CASES += [("torus", "limit", term) for term in ("mvs", "mvs_cross", "variation", "mehlum_tarrou", "mean_curvature")]
 CASES += [(name, "plane", term) for name in CAGES for term in ("willmore", "mvs", "mvs_cross")]
 CASES += [(name, "polynomial", term) for name in ("valence_3", "valence_6", *WIDE) for term in ("willmore", "mvs")]
-CAGES |= WIDE
+CASES += [("valence_10", "polynomial", "mvs"), ("valence_60", "limit", "willmore")]
+CAGES |= WIDE | POLES
 TRIED = 24 if lib.LONG else 6
 
 

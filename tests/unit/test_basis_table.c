@@ -239,18 +239,50 @@ static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
     CHECK_TRUE(rows != NULL);
     co_basis_table *table = table_of(CURVOPT_SURFACE_POLYNOMIAL, kind, RULE);
     CHECK_INT(table->n_samples, GAUSS * GAUSS);
-    CHECK_INT(table->n_points, n);
+    CHECK_INT(table->n_points, CO_RING_REGULAR + CO_BLEND_FIT_TERMS); /* no means */
     co_gauss_legendre(GAUSS, node, gauss);
     co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &cache);
     for (int s = 0; s < GAUSS * GAUSS; s++) {
         double u = (double)node[s % GAUSS], v = (double)node[s / GAUSS];
         CHECK_OK(co_basis_table_point(&cache, kind, u, v, rows, weight, &error), &error);
-        for (int32_t p = 0; p < n; p++)
-            CHECK_NEAR(rows[p * CO_JET], table->rows[(s * n + p) * CO_JET], 1e-14);
+        for (int32_t p = 0; p < table->n_points; p++)
+            CHECK_NEAR(rows[table->support[p] * CO_JET], table->rows[(s * table->n_points + p) * CO_JET], 1e-14);
     }
     co_basis_table_cache_free(&cache);
     co_basis_table_destroy(table);
     free(rows);
+}
+
+/* Rows of any point of a disc of width 1 are those without a disc on `limit`; they sum to 1 and 0 on both surfaces. */
+static void test_points_of_discs_of_width_1(void **state) {
+    (void)state;
+    static const double places[][2] = {{1, 1}, {0.7, 0.2}, {0.01, 0.3}, {0, 0}};
+    enum { VALENCE = 60 };
+    const int32_t kind = co_fan_make_wide(VALENCE, 1, 0, 0), n = co_fan_n_points(VALENCE), all = co_patches_size(kind);
+    double *plain = calloc((size_t)n * CO_JET, sizeof *plain), *disc = calloc((size_t)all * CO_JET, sizeof *disc);
+    CHECK_TRUE(plain && disc);
+    for (int surface = CURVOPT_SURFACE_LIMIT; surface <= CURVOPT_SURFACE_POLYNOMIAL; surface += 2)
+        for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+            double weight[CO_JET], u = places[i][0], v = places[i][1];
+            co_basis_table_cache cache;
+            curvopt_error error;
+            co_basis_table_cache_create(surface, &cache);
+            CHECK_OK(co_basis_table_point(&cache, VALENCE, u, v, plain, weight, &error), &error);
+            CHECK_OK(co_basis_table_point(&cache, kind, u, v, disc, weight, &error), &error);
+            for (int k = 0; k < (u + v > 0 ? CO_JET : 1); k++) {
+                double sum = 0, size = 0;
+                for (int32_t p = 0; p < all; p++) {
+                    sum += disc[p * CO_JET + k];
+                    size += fabs(disc[p * CO_JET + k]);
+                    if (surface == CURVOPT_SURFACE_LIMIT)
+                        CHECK_NEAR(disc[p * CO_JET + k], p < n ? plain[p * CO_JET + k] : 0, 0);
+                }
+                CHECK_NEAR(sum, k == 0, 1e-13 * size);
+            }
+            co_basis_table_cache_free(&cache);
+        }
+    free(plain);
+    free(disc);
 }
 
 int main(void) {
@@ -266,6 +298,7 @@ int main(void) {
         cmocka_unit_test(test_derivatives_at_the_extraordinary_vertex_do_not_exist),
         cmocka_unit_test(test_cache_builds_a_table_once),
         cmocka_unit_test(test_points_of_wide_discs_are_those_of_the_table),
+        cmocka_unit_test(test_points_of_discs_of_width_1),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

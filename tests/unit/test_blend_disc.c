@@ -2,13 +2,15 @@
 #include "cages.h"
 #include "check.h"
 #include "mesh/crease.h"
+#include "surface/basis_table.h"
 #include "surface/patches.h"
 
 /* Patches with wide blends; frees the cage. */
 static co_patches patches_of(curvopt_mesh *mesh) {
     co_patches patches;
     curvopt_error error;
-    CHECK_OK(co_patches_create(mesh, NULL, CO_BLEND_DISC_LARGEST, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, &error),
+             &error);
     return patches;
 }
 
@@ -65,7 +67,7 @@ static void test_regular_and_other_surfaces_have_none(void **state) {
     curvopt_mesh *mesh[2] = {cage_mesh(&torus), cage_mesh(&cube)};
     co_patches without, p = patches_of(mesh[0]);
     curvopt_error error;
-    CHECK_OK(co_patches_create(mesh[1], NULL, 1, &without, &error), &error);
+    CHECK_OK(co_patches_create(mesh[1], NULL, CURVOPT_SURFACE_LIMIT, 1, &without, &error), &error);
     CHECK_INT(p.wide.n_discs, 0);
     CHECK_INT(without.wide.n_discs, 0);
     CHECK_INT(without.n_points, without.n_cage);
@@ -168,7 +170,7 @@ static void test_points_of_the_polynomial_are_affine_in_the_disc(void **state) {
             double sum = 0;
             for (int32_t i = 0; i < f->n_points; i++)
                 sum += f->matrix[a * f->n_points + i];
-            CHECK_NEAR(sum, 1, 1e-13);
+            CHECK_NEAR(sum, a < CO_BLEND_FIT_TERMS, 1e-13); /* the means are those of discs of width 1 */
             for (int32_t s = 0; s < f->valence; s++) {
                 sum = 0;
                 for (int b = 0; b < CO_BLEND_DISC_TERMS; b++)
@@ -212,6 +214,72 @@ static void test_gradients_go_back_by_the_transpose(void **state) {
     cage_free(&c);
 }
 
+/* A disc of width 1 alone: its two-ring [n], then the coefficients of all sectors; the cage of its sector 0. */
+static double *disc_points(int32_t surface, int32_t valence, co_blend_discs *discs) {
+    curvopt_error error;
+    const int32_t n = co_fan_n_points(valence);
+    CHECK_OK(co_blend_discs_add(surface, valence, 1, discs, &error), &error);
+    discs->disc[0].first_point = n;
+    double *points = calloc(3 * (size_t)(n + CO_BLEND_DISC_TERMS * valence), sizeof *points);
+    CHECK_TRUE(points != NULL);
+    for (int32_t i = 0; i < n; i++)
+        discs->column[i] = i;
+    for (int32_t i = 0; i < 3 * n; i++)
+        points[i] = sin(1.7 * i * i);
+    co_blend_discs_apply(discs, points);
+    return points;
+}
+
+/* The jets of all samples of a table, one after the other. */
+static double *jets_of(const co_basis_table *t, const double *points) {
+    double *jets = calloc((size_t)t->n_samples * 3 * CO_JET, sizeof *jets);
+    CHECK_TRUE(jets != NULL);
+    for (int32_t i = 0; i < t->n_samples; i++)
+        for (int32_t p = 0; p < t->n_points; p++)
+            for (int k = 0; k < CO_JET; k++)
+                for (int c = 0; c < 3; c++)
+                    jets[(i * 3 + c) * CO_JET + k] +=
+                        t->rows[(i * t->n_points + p) * CO_JET + k] * points[3 * t->support[p] + c];
+    return jets;
+}
+
+/* At a vertex of high valence the same surface as without a disc, on fewer points. */
+static void test_discs_of_width_1_change_no_surface(void **state) {
+    (void)state;
+    static const struct {
+        int32_t surface, valence, rule;
+        double least;
+    } of[] = {{CURVOPT_SURFACE_POLYNOMIAL, 8, 1, 1},   {CURVOPT_SURFACE_POLYNOMIAL, 32, 1, 2},
+              {CURVOPT_SURFACE_POLYNOMIAL, 100, 2, 5}, {CURVOPT_SURFACE_LIMIT, 52, 1, 1},
+              {CURVOPT_SURFACE_LIMIT, 120, 0, 2},      {CURVOPT_SURFACE_LIMIT, 120, 4, 2}};
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        const int32_t n = of[i].valence;
+        co_basis_table *plain, *disc;
+        curvopt_error error;
+        co_blend_discs discs = {0};
+        double *points = disc_points(of[i].surface, n, &discs);
+        CHECK_OK(co_basis_table_create(of[i].surface, n, of[i].rule, &plain, &error), &error);
+        CHECK_OK(co_basis_table_create(of[i].surface, co_fan_make_wide(n, 1, 0, 0), of[i].rule, &disc, &error), &error);
+        CHECK_INT(disc->n_samples, plain->n_samples);
+        CHECK_TRUE(plain->n_points > of[i].least * disc->n_points);
+        double *here = jets_of(plain, points), *there = jets_of(disc, points);
+        for (int k = 0; k < CO_JET; k++) {
+            double largest = 0, off = 0;
+            for (int32_t j = k; j < 3 * CO_JET * plain->n_samples; j += CO_JET) {
+                largest = fmax(largest, fabs(here[j]));
+                off = fmax(off, fabs(here[j] - there[j]));
+            }
+            CHECK_BETWEEN(off, 0, 1e-11 * largest);
+        }
+        free(here);
+        free(there);
+        free(points);
+        co_basis_table_destroy(plain);
+        co_basis_table_destroy(disc);
+        co_blend_discs_free(&discs);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_width_is_a_quarter_of_the_distance),
@@ -220,6 +288,7 @@ int main(void) {
         cmocka_unit_test(test_discs_do_not_meet_themselves_round_a_tube),
         cmocka_unit_test(test_points_of_the_polynomial_are_affine_in_the_disc),
         cmocka_unit_test(test_gradients_go_back_by_the_transpose),
+        cmocka_unit_test(test_discs_of_width_1_change_no_surface),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,11 +114,6 @@ static int32_t take_isolated(co_assembly *a, const curvopt_mesh *mesh, curvopt_e
     return CURVOPT_OK;
 }
 
-/* Only `polynomial` blends over more than the faces at a vertex. */
-static int widest_blend(const curvopt_options *options) {
-    return options->surface == CURVOPT_SURFACE_POLYNOMIAL ? options->blend_width : 1;
-}
-
 int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
                            const double *face_weight, co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
@@ -126,7 +121,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *opti
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, face_weight, widest_blend(options), &a->patches, error);
+    int32_t status = co_patches_create(mesh, face_weight, options->surface, options->blend_width, &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);

@@ -10,12 +10,13 @@
 enum { TERMS = CO_BLEND_DISC_TERMS, ROWS = 3 * TERMS };
 
 void co_blend_disc_hessian_free(co_blend_disc_hessian *m) {
-    free(m->local);
+    free(m->sorted);
     free(m->start);
     free(m->value);
     free(m->node_start);
     free(m->node);
-    free(m->first);
+    free(m->entry_start);
+    free(m->entry);
     free(m->fit);
     free(m->sums);
     *m = (co_blend_disc_hessian){0};
@@ -30,30 +31,109 @@ static int compare_nodes(const void *a, const void *b) {
     return (*x > *y) - (*x < *y);
 }
 
-/* Fills `node` and `first` of one disc k: its nodes, and its points' places among their variables. at [n_nodes] is work
- * space. */
-static void find_nodes(co_blend_disc_hessian *m, int32_t k, int32_t *at) {
+/* The points of a disc that is used, as rows over the cage; none of another. */
+typedef struct disc_points {
+    const int32_t *point; /* [n] */
+    size_t column, n;     /* place of the first among all discs' */
+} disc_points;
+
+static disc_points points_of(const co_blend_discs *w, int32_t k) {
+    const co_blend_disc *d = &w->disc[k];
+    return (disc_points){w->column + d->column, d->column,
+                         d->is_used ? (size_t)co_blend_disc_fit_of(w, d)->n_points : 0};
+}
+
+/* Lists the nodes of disc k from `node` on, ascending; mark [n_nodes] is below k for discs from k on. NULL: they are
+ * only counted. */
+static size_t find_nodes(const co_blend_disc_hessian *m, int32_t k, int32_t *mark, int32_t *node) {
+    const disc_points d = points_of(&m->patches->wide, k);
+    size_t n = 0;
+    for (size_t i = 0; i < d.n; i++) {
+        co_point_row row = co_patches_row(m->patches, &d.point[i]);
+        for (size_t e = 0; e < row.n; e++) {
+            int32_t at = m->dofs->node[row.vertex[e]];
+            if (at < 0 || mark[at] == k)
+                continue;
+            mark[at] = k;
+            if (node)
+                node[n] = at;
+            n++;
+        }
+    }
+    if (node)
+        qsort(node, n, sizeof *node, compare_nodes);
+    return n;
+}
+
+/* Fills the entries of the points of disc k, whose nodes are listed, from `entry` on; returns their number. NULL: they
+ * are only counted. first [n_nodes] is work space. */
+static size_t fill_entries(const co_blend_disc_hessian *m, int32_t k, int32_t *first, co_blend_disc_entry *entry) {
+    const disc_points d = points_of(&m->patches->wide, k);
+    int32_t variables = 0;
+    size_t n = 0;
+    for (size_t e = m->node_start[k]; e < m->node_start[k + 1]; e++) {
+        first[m->node[e]] = variables;
+        variables += co_dof_map_dimension(m->dofs, m->node[e]);
+    }
+    if (entry)
+        m->entry_start[d.column] = (size_t)(entry - m->entry);
+    for (size_t i = 0; i < d.n; i++) {
+        co_point_row row = co_patches_row(m->patches, &d.point[i]);
+        for (size_t e = 0; e < row.n; e++) {
+            int32_t node = m->dofs->node[row.vertex[e]];
+            if (node < 0)
+                continue;
+            if (entry)
+                entry[n] = (co_blend_disc_entry){row.vertex[e], first[node], row.weight[e]};
+            n++;
+        }
+        if (entry)
+            m->entry_start[d.column + i + 1] = (size_t)(entry - m->entry) + n;
+    }
+    return n;
+}
+
+/* Both passes of a list: once to count, once to fill. */
+static int32_t create_nodes(co_blend_disc_hessian *m, int32_t *work, curvopt_error *error) {
+    const int32_t n = m->patches->wide.n_discs;
+    size_t n_entries = 0, at = 0;
+    for (int32_t i = 0; i < m->dofs->n_nodes; i++)
+        work[i] = -1;
+    for (int32_t k = 0; k < n; k++)
+        m->node_start[k + 1] = m->node_start[k] + find_nodes(m, k, work, NULL);
+    m->node = CO_NEW(int32_t, m->node_start[n]);
+    if (!m->node)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < m->dofs->n_nodes; i++)
+        work[i] = -1;
+    for (int32_t k = 0; k < n; k++)
+        find_nodes(m, k, work, m->node + m->node_start[k]);
+    for (int32_t k = 0; k < n; k++)
+        n_entries += fill_entries(m, k, work, NULL);
+    m->entry = CO_NEW(co_blend_disc_entry, n_entries);
+    if (!m->entry)
+        return co_status_no_memory(error);
+    for (int32_t k = 0; k < n; k++)
+        at += fill_entries(m, k, work, m->entry + at);
+    return CURVOPT_OK;
+}
+
+static int32_t create_variables(co_blend_disc_hessian *m, curvopt_error *error) {
     const co_blend_discs *w = &m->patches->wide;
-    const co_dof_map *r = m->dofs;
-    const size_t column = w->disc[k].column, n = (size_t)co_blend_disc_fit_of(w, &w->disc[k])->n_points;
-    int32_t *node = m->node + m->node_start[k], variables = 0;
-    size_t found = 0, kept = 0;
-    for (size_t i = 0; w->disc[k].is_used && i < n; i++)
-        if (r->node[w->column[column + i]] >= 0)
-            node[found++] = r->node[w->column[column + i]];
-    qsort(node, found, sizeof *node, compare_nodes);
-    for (size_t i = 0; i < found; i++) {
-        if (kept && node[kept - 1] == node[i])
-            continue;
-        at[node[i]] = variables;
-        variables += co_dof_map_dimension(r, node[i]);
-        node[kept++] = node[i];
+    size_t most = 0;
+    int32_t *work = CO_NEW(int32_t, m->dofs->n_nodes);
+    m->node_start = CO_NEW(size_t, w->n_discs + 1);
+    m->entry_start = CO_NEW(size_t, w->n_columns + 1);
+    int32_t status =
+        work && m->node_start && m->entry_start ? create_nodes(m, work, error) : co_status_no_memory(error);
+    free(work);
+    for (int32_t k = 0; status == CURVOPT_OK && k < w->n_discs; k++) {
+        size_t n = co_blend_disc_hessian_n_variables(m, k);
+        most = n > most ? n : most;
     }
-    for (size_t i = 0; i < n; i++) {
-        int32_t moves_with = w->disc[k].is_used ? r->node[w->column[column + i]] : -1;
-        m->first[column + i] = moves_with >= 0 ? at[moves_with] : -1;
-    }
-    m->node_start[k + 1] = m->node_start[k] + kept;
+    m->fit = CO_NEW(double, ROWS *most);
+    m->sums = CO_NEW(double, ROWS *most);
+    return status != CURVOPT_OK ? status : m->fit && m->sums ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 size_t co_blend_disc_hessian_n_variables(const co_blend_disc_hessian *m, int32_t disc) {
@@ -63,46 +143,51 @@ size_t co_blend_disc_hessian_n_variables(const co_blend_disc_hessian *m, int32_t
     return n;
 }
 
-/* Makes `node` and `first` of all discs, and work space of their size. */
-static int32_t create_nodes(co_blend_disc_hessian *m, curvopt_error *error) {
-    const co_blend_discs *w = &m->patches->wide;
-    size_t all = 0, most = 0;
-    for (int32_t k = 0; k < w->n_discs; k++)
-        all += (size_t)co_blend_disc_fit_of(w, &w->disc[k])->n_points;
-    int32_t *at = CO_NEW(int32_t, m->dofs->n_nodes);
-    m->node_start = CO_NEW(size_t, w->n_discs + 1);
-    m->node = CO_NEW(int32_t, all);
-    m->first = CO_NEW(int32_t, all);
-    if (at && m->node_start && m->node && m->first)
-        for (int32_t k = 0; k < w->n_discs; k++) {
-            find_nodes(m, k, at);
-            size_t n = co_blend_disc_hessian_n_variables(m, k);
-            most = n > most ? n : most;
-        }
-    m->fit = CO_NEW(double, ROWS *most);
-    m->sums = CO_NEW(double, ROWS *most);
-    int done = at && m->node_start && m->node && m->first && m->fit && m->sums;
-    free(at);
-    return done ? CURVOPT_OK : co_status_no_memory(error);
+/* A point of a disc, and its number there. */
+typedef struct numbered_point {
+    int32_t point, number;
+} numbered_point;
+
+static int compare_points(const void *a, const void *b) {
+    const numbered_point *x = a, *y = b;
+    if (x->point != y->point)
+        return (x->point > y->point) - (x->point < y->point);
+    return (x->number > y->number) - (x->number < y->number);
 }
 
 static int32_t create_sums(co_blend_disc_hessian *m, curvopt_error *error) {
     const co_blend_discs *w = &m->patches->wide;
+    numbered_point *list = CO_NEW(numbered_point, w->n_columns);
     m->start = CO_NEW(size_t, w->n_discs + 1);
-    m->local = CO_NEW(int32_t, w->n_discs ? m->patches->n_cage : 0);
-    if (!m->start || !m->local)
-        return co_status_no_memory(error);
-    for (int32_t i = 0; w->n_discs && i < m->patches->n_cage; i++)
-        m->local[i] = -1;
-    for (int32_t k = 0; k < w->n_discs; k++) {
-        const co_blend_disc_fit *f = co_blend_disc_fit_of(w, &w->disc[k]);
-        size_t size = w->disc[k].is_used ? (size_t)f->valence * ROWS * row_length(f) : 0;
-        m->start[k + 1] = m->start[k] + size;
-        for (int32_t i = 0; i < f->n_points; i++)
-            m->local[w->column[w->disc[k].column + (size_t)i]] = i;
+    m->sorted = CO_NEW(int32_t, w->n_columns);
+    for (int32_t k = 0; list && m->start && m->sorted && k < w->n_discs; k++) {
+        const disc_points d = points_of(w, k);
+        m->start[k + 1] = m->start[k] + (d.n ? ROWS * row_length(co_blend_disc_fit_of(w, &w->disc[k])) : 0);
+        for (size_t i = 0; i < d.n; i++)
+            list[i] = (numbered_point){d.point[i], (int32_t)i};
+        qsort(list, d.n, sizeof *list, compare_points);
+        for (size_t i = 0; i < d.n; i++)
+            m->sorted[d.column + i] = list[i].number;
     }
-    m->value = CO_NEW(double, m->start[w->n_discs]);
+    int done = list && m->start && m->sorted;
+    free(list);
+    m->value = done ? CO_NEW(double, m->start[w->n_discs]) : NULL;
     return m->value ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+/* The number of one of a disc's points among them. */
+static size_t number_of(const co_blend_disc_hessian *m, int32_t disc, int32_t point) {
+    const disc_points d = points_of(&m->patches->wide, disc);
+    const int32_t *sorted = m->sorted + d.column;
+    size_t low = 0, high = d.n;
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        if (d.point[sorted[middle]] <= point)
+            low = middle;
+        else
+            high = middle;
+    }
+    return (size_t)sorted[low];
 }
 
 int32_t co_blend_disc_hessian_create(const co_patches *patches, const co_dof_map *dofs, co_blend_disc_hessian *m,
@@ -110,7 +195,7 @@ int32_t co_blend_disc_hessian_create(const co_patches *patches, const co_dof_map
     *m = (co_blend_disc_hessian){.patches = patches, .dofs = dofs};
     int32_t status = create_sums(m, error);
     if (status == CURVOPT_OK)
-        status = create_nodes(m, error);
+        status = create_variables(m, error);
     if (status != CURVOPT_OK)
         co_blend_disc_hessian_free(m);
     return status;
@@ -120,7 +205,7 @@ void co_blend_disc_hessian_clear(co_blend_disc_hessian *m) {
     memset(m->value, 0, m->start[m->patches->wide.n_discs] * sizeof *m->value);
 }
 
-/* The disc that has a point of a polynomial: they stand in the order of these points. */
+/* The disc that has a coefficient: discs stand in the order of their coefficients. */
 static int32_t disc_of_point(const co_blend_discs *w, int32_t point) {
     int32_t low = 0, high = w->n_discs;
     while (high - low > 1) {
@@ -137,81 +222,95 @@ int32_t co_blend_disc_hessian_disc_of(const co_patches *p, int32_t patch) {
     return co_fan_is_wide(p->kind[patch]) ? disc_of_point(&p->wide, p->points[p->start[patch + 1] - 1]) : -1;
 }
 
+/* Some coefficients of one face's sector in terms of sector 0's: term[k] = sum over b of turn[k][b] q_b. */
+typedef struct turned_terms {
+    int32_t n;
+    const double *turn[TERMS]; /* [n] rows [TERMS] */
+    int32_t term[TERMS];
+} turned_terms;
+
+static turned_terms terms_of(const co_blend_discs *w, int32_t disc, const co_blend_disc_face_matrix *s) {
+    const co_blend_disc_fit *f = co_blend_disc_fit_of(w, &w->disc[disc]);
+    turned_terms t = {.n = s->n_terms};
+    for (int32_t k = 0; k < t.n; k++) {
+        int32_t at = s->points[(size_t)(s->n_own + k) * s->stride] - w->disc[disc].first_point;
+        t.term[k] = at % TERMS;
+        t.turn[k] = f->turn + ((size_t)(at / TERMS) * TERMS + (size_t)t.term[k]) * TERMS;
+    }
+    return t;
+}
+
+/* Adds the rows of coefficients against own point p: sum [ROWS][length], from the point's column on. */
+static void add_own(const co_blend_disc_face_matrix *s, const turned_terms *t, int32_t p, size_t length, double *sum) {
+    for (int32_t k = 0; k < t->n; k++)
+        for (size_t r = 0; r < 3; r++) {
+            const size_t row = 3 * (size_t)(s->n_own + k) + r;
+            const double *from = s->face + (row * (row + 1) / 2 + 3 * (size_t)p) * s->stride;
+            const double value[3] = {s->weight * from[0], s->weight * from[s->stride], s->weight * from[2 * s->stride]};
+            for (size_t b = 0; b < TERMS; b++)
+                for (size_t c = 0; t->turn[k][b] != 0 && c < 3; c++)
+                    sum[(3 * b + r) * length + c] += t->turn[k][b] * value[c];
+        }
+}
+
+/* Entry of the face's matrix: its lower triangle stands for both. */
+static double entry_of(const co_blend_disc_face_matrix *s, size_t i, size_t j) {
+    return s->weight * s->face[(i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i) * s->stride];
+}
+
+/* Adds the coefficients among themselves: T^T D T, sum [ROWS][length]. */
+static void add_among(const co_blend_disc_face_matrix *s, const turned_terms *t, size_t length, double *sum) {
+    for (int32_t k = 0; k < t->n; k++)
+        for (size_t r = 0; r < 3; r++) {
+            double row[ROWS] = {0}; /* of D T */
+            for (int32_t l = 0; l < t->n; l++)
+                for (size_t c = 0; c < 3; c++) {
+                    const double value = entry_of(s, 3 * (size_t)(s->n_own + k) + r, 3 * (size_t)(s->n_own + l) + c);
+                    for (size_t b = 0; b < TERMS; b++)
+                        row[3 * b + c] += value * t->turn[l][b];
+                }
+            for (size_t b = 0; b < TERMS; b++)
+                for (size_t i = 0; t->turn[k][b] != 0 && i < ROWS; i++)
+                    sum[(3 * b + r) * length + i] += t->turn[k][b] * row[i];
+        }
+}
+
 void co_blend_disc_hessian_add(co_blend_disc_hessian *m, const co_blend_disc_face_matrix *s) {
     const co_blend_discs *w = &m->patches->wide;
-    int32_t disc = co_blend_disc_hessian_disc_of(m->patches, s->patch), n_own = s->n_own;
+    const int32_t disc = co_blend_disc_hessian_disc_of(m->patches, s->patch);
     const co_blend_disc_fit *f = co_blend_disc_fit_of(w, &w->disc[disc]);
-    int32_t sector = (s->points[(size_t)n_own * s->stride] - w->disc[disc].first_point) / TERMS;
-    size_t length = row_length(f);
-    double *sum = m->value + m->start[disc] + (size_t)sector * ROWS * length;
-    for (size_t r = 0; r < ROWS; r++, sum += length) {
-        size_t row = 3 * (size_t)n_own + r;
-        const double *from = s->face + row * (row + 1) / 2 * s->stride;
-        for (int32_t p = 0; p < n_own; p++) {
-            double *to = sum + 3 * m->local[s->points[(size_t)p * s->stride]];
-            for (size_t c = 0; c < 3; c++)
-                to[c] += s->weight * from[(3 * (size_t)p + c) * s->stride];
-        }
-        double *to = sum + 3 * f->n_points;
-        for (size_t c = 0; c < ROWS; c++) { /* the lower triangle stands for both */
-            size_t at = 3 * (size_t)n_own + c;
-            to[c] += s->weight * (c <= r ? from[at * s->stride] : s->face[(at * (at + 1) / 2 + row) * s->stride]);
-        }
-    }
+    const turned_terms t = terms_of(w, disc, s);
+    const size_t length = row_length(f);
+    double *sum = m->value + m->start[disc];
+    for (int32_t p = 0; p < s->n_own; p++)
+        add_own(s, &t, p, length, sum + 3 * number_of(m, disc, s->points[(size_t)p * s->stride]));
+    add_among(s, &t, length, sum + 3 * (size_t)f->n_points);
 }
 
-/* to [n] += factor * from [n] */
-static void add_row(size_t n, double factor, const double *from, double *to) {
-    for (size_t i = 0; i < n; i++)
-        to[i] += factor * from[i];
-}
-
-/* Adds a sector's sums to sector 0's, in terms of sector 0's points. With T = `turn`, by which the sector's points of
- * the polynomial are made from sector 0's, p = T p0, a sum D over pairs of them becomes T^T D T, and a sum E over them
- * and the disc's points T^T E:
- *
- *     from:  ( E | D )  --columns-->  ( E | D T )  --rows-->  ( T^T E | T^T D T )  added to `to` */
-static void turn_sums(const double *turn, size_t n_columns, double *from, double *to) {
-    const size_t length = n_columns + ROWS;
-    for (size_t r = 0; r < ROWS; r++) { /* D becomes D T */
-        double turned[ROWS] = {0}, *row = from + r * length + n_columns;
-        for (size_t a = 0; a < TERMS; a++)
-            for (size_t b = 0; b < TERMS; b++)
-                for (size_t c = 0; c < 3; c++)
-                    turned[3 * b + c] += turn[a * TERMS + b] * row[3 * a + c];
-        memcpy(row, turned, sizeof turned);
-    }
-    for (size_t a = 0; a < TERMS; a++) /* T^T of both */
-        for (size_t b = 0; b < TERMS; b++)
-            for (size_t c = 0; turn[a * TERMS + b] != 0 && c < 3; c++)
-                add_row(length, turn[a * TERMS + b], from + (3 * a + c) * length, to + (3 * b + c) * length);
-}
-
-/* Fills m->fit and m->sums: the polynomial's points, and the rows `sum` over the disc's points, in terms of the disc's
- * variables. */
+/* Fills m->fit and m->sums: the coefficients, and the rows `sum` over the disc's points, in terms of its variables. */
 static void reduce_to_variables(co_blend_disc_hessian *m, int32_t disc, size_t n_variables, const double *sum) {
-    const co_blend_discs *w = &m->patches->wide;
-    const co_blend_disc_fit *f = co_blend_disc_fit_of(w, &w->disc[disc]);
-    size_t n = (size_t)f->n_points, length = row_length(f);
+    const co_blend_disc_fit *f = co_blend_disc_fit_of(&m->patches->wide, &m->patches->wide.disc[disc]);
+    const disc_points d = points_of(&m->patches->wide, disc);
+    const size_t length = row_length(f);
     memset(m->fit, 0, ROWS * n_variables * sizeof *m->fit);
     memset(m->sums, 0, ROWS * n_variables * sizeof *m->sums);
-    for (size_t i = 0; i < n; i++) {
-        size_t at = w->disc[disc].column + i;
-        if (m->first[at] < 0)
-            continue;
-        const double *basis = m->dofs->basis + 9 * (size_t)w->column[at];
-        size_t dimensions = (size_t)co_dof_map_dimension(m->dofs, m->dofs->node[w->column[at]]);
-        for (size_t k = 0; k < dimensions; k++)
-            for (size_t r = 0; r < ROWS; r++) {
-                size_t to = r * n_variables + (size_t)m->first[at] + k;
-                m->fit[to] += f->matrix[r / 3 * n + i] * basis[3 * (r % 3) + k];
-                for (size_t c = 0; c < 3; c++)
-                    m->sums[to] += sum[r * length + 3 * i + c] * basis[3 * c + k];
-            }
-    }
+    for (size_t i = 0; i < d.n; i++)
+        for (size_t e = m->entry_start[d.column + i]; e < m->entry_start[d.column + i + 1]; e++) {
+            const co_blend_disc_entry *at = &m->entry[e];
+            const double *basis = m->dofs->basis + 9 * (size_t)at->vertex;
+            const int32_t dimensions = co_dof_map_dimension(m->dofs, m->dofs->node[at->vertex]);
+            for (int32_t k = 0; k < dimensions; k++)
+                for (size_t r = 0; r < ROWS; r++) {
+                    const double *from = sum + r * length + 3 * i;
+                    const size_t to = r * n_variables + (size_t)(at->first + k);
+                    m->fit[to] += at->weight * f->matrix[r / 3 * d.n + i] * basis[3 * (r % 3) + (size_t)k];
+                    for (size_t c = 0; c < 3; c++)
+                        m->sums[to] += at->weight * from[c] * basis[3 * c + (size_t)k];
+                }
+        }
 }
 
-/* With z the variables, p = F z the polynomial's points and x = X z the disc's own, the sums stand for the second
+/* With z the variables, p = F z the coefficients and x = X z the disc's own, the sums stand for the second
  * derivative p^T D p + 2 p^T E x = z^T (F^T D F + F^T E X + X^T E^T F) z. `fit` is F^T and `sums` is (E X)^T; after
  * dgemm sums is (E X + D F / 2)^T =: Y^T, and dsyr2k makes F^T Y + Y^T F, whose two halves of F^T D F add up. */
 void co_blend_disc_hessian_collect(co_blend_disc_hessian *m, int32_t disc, double *out) {
@@ -222,8 +321,6 @@ void co_blend_disc_hessian_collect(co_blend_disc_hessian *m, int32_t disc, doubl
     const int n = (int)n_variables, rows = ROWS, stride = (int)length;
     if (n == 0)
         return;
-    for (size_t s = 1; s < (size_t)f->valence; s++)
-        turn_sums(f->turn + s * TERMS * TERMS, 3 * (size_t)f->n_points, sum + s * ROWS * length, sum);
     reduce_to_variables(m, disc, n_variables, sum);
     dgemm_("N", "N", &n, &rows, &rows, &half, m->fit, &n, among, &stride, &one, m->sums, &n, 1, 1);
     dsyr2k_("L", "N", &n, &rows, &one, m->fit, &n, m->sums, &n, &zero, out, &n, 1, 1);

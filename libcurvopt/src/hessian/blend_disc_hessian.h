@@ -1,12 +1,12 @@
-/* Second derivatives with respect to the points of wide blends, taken back to the cage.
+/* Second derivatives with respect to the coefficients of discs (blend_disc.h), taken back to the cage.
  *
- * Each of a disc's faces depends on all of the disc's points, some hundred, through the 21 points of a polynomial,
- * which are rows over them. Such rows are not multiplied out face by face: second derivatives with respect to the 21
- * points are summed over the faces of a sector first, and taken back once a disc to the variables of the disc's points.
+ * Each of a disc's faces depends on all of the disc's points, some hundred, through some 20 coefficients, which are
+ * rows over them. Such rows are not multiplied out face by face: second derivatives with respect to the coefficients
+ * are summed over the faces first, and taken back once a disc to the variables of the disc's points.
  *
- *     face matrices          sums of a sector               sums of sector 0            matrix of the disc
- *     (own, 21) x (own, 21)  (21) x (disc's points, 21)     the same, all sectors       (variables) x (variables)
- *                   --add-->                     --turn-->                   --collect-->
+ *     face matrix                  sums of the disc                        matrix of the disc
+ *     (own, terms) x (own, terms)  (terms) x (disc's points, terms)        (variables) x (variables)
+ *                   --add, by sector 0's coefficients-->     --collect-->
  *
  * libcurvopt/notes/44-second-derivatives-of-wide-blends.md has the costs.
  *
@@ -17,19 +17,26 @@
 #include "constraints/dof_map.h"
 #include "surface/patches.h"
 
+/* A disc's point in terms of one of its variables' nodes: a vertex of the cage. */
+typedef struct co_blend_disc_entry {
+    int32_t vertex, first; /* number of the vertex' first variable among the disc's */
+    double weight;
+} co_blend_disc_entry;
+
+/* Places of discs' points are those of co_blend_discs.column. */
 typedef struct co_blend_disc_hessian {
-    const co_patches *patches; /* the caller's */
-    const co_dof_map *dofs;    /* the caller's */
-    int32_t *local; /* [n_cage] number of a vertex among its disc's points, -1 for none; discs share no points */
-    size_t *start;  /* [n_discs + 1] place of each disc's sums in `value`; a disc that is not used has none */
-    double *value;  /* sums by disc and sector: [3 TERMS][3 n + 3 TERMS], n the disc's points; columns are the disc's
-                       points, then the sector's own points of the polynomial */
-    size_t *node_start; /* [n_discs + 1] place of each disc's first entry in `node` */
-    int32_t *node;      /* nodes that a disc's points move with, ascending; none of discs that are not used */
-    int32_t *first; /* by the places of co_blend_discs.column: number of the point's first variable among its disc's,
-                       -1 if it does not move */
-    double *fit;    /* [3 TERMS][variables of any disc] work: the polynomial's points over the variables */
-    double *sums;   /* [3 TERMS][variables of any disc] work: one disc's sums over the variables */
+    const co_patches *patches;  /* the caller's */
+    const co_dof_map *dofs;     /* the caller's */
+    int32_t *sorted;            /* [n_columns] numbers of each disc's points among the disc's, by their points */
+    size_t *start;              /* [n_discs + 1] place of each disc's sums in `value`; one that is not used has none */
+    double *value;              /* sums by disc: [3 TERMS][3 n + 3 TERMS], n the disc's points; columns are the disc's
+                                   points, then the coefficients of sector 0 */
+    size_t *node_start;         /* [n_discs + 1] place of each disc's first entry in `node` */
+    int32_t *node;              /* nodes that a disc's points move with, ascending; none of discs that are not used */
+    size_t *entry_start;        /* [n_columns + 1] first entry of each point */
+    co_blend_disc_entry *entry; /* vertices that move */
+    double *fit;                /* [3 TERMS][variables of any disc] work: coefficients over the variables */
+    double *sums;               /* [3 TERMS][variables of any disc] work: one disc's sums over the variables */
 } co_blend_disc_hessian;
 
 /* Which discs are used must not change any more; the nodes are of the patches' cage. ERROR_MEMORY. */
@@ -41,16 +48,15 @@ void co_blend_disc_hessian_clear(co_blend_disc_hessian *matrix);
 /* The disc that a patch lies on, -1 for none. */
 int32_t co_blend_disc_hessian_disc_of(const co_patches *patches, int32_t patch);
 
-/* The matrix of one face of a wide blend, over n_own points of the cage and then the polynomial's. */
+/* The matrix of one face of a disc, over n_own points of the patch and then n_terms coefficients. */
 typedef struct co_blend_disc_face_matrix {
-    int32_t patch, n_own;
-    const int32_t *points; /* [n_own + TERMS] with stride `stride` */
+    int32_t patch, n_own, n_terms;
+    const int32_t *points; /* [n_own + n_terms] with stride `stride` */
     const double *face;    /* lower triangle by rows, with stride `stride` */
     size_t stride;
     double weight; /* factor of the face */
 } co_blend_disc_face_matrix;
-/* Adds the rows of the polynomial's points. Entries of the face's own points among themselves are left to the caller.
- */
+/* Adds the rows of the coefficients. Entries of the face's own points among themselves are left to the caller. */
 void co_blend_disc_hessian_add(co_blend_disc_hessian *matrix, const co_blend_disc_face_matrix *face);
 
 /* Number of variables of a disc's nodes together. */

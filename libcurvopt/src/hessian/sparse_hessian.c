@@ -19,6 +19,7 @@ void co_sparse_hessian_free(co_sparse_hessian *h) {
     free(h->disc_matrix);
     free(h->before);
     free(h->fold);
+    free(h->panel);
     co_stencils_free(&h->stencils);
     co_sparsity_free(&h->pattern);
     co_blend_disc_hessian_free(&h->discs);
@@ -88,10 +89,11 @@ int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, c
     if (status == CURVOPT_OK)
         status = co_stencils_create(&a->patches, dofs, &h->pattern, a->cancel, &h->stencils, error);
     if (status == CURVOPT_OK) {
-        size_t n = (size_t)h->stencils.most_points;
+        size_t n = (size_t)h->stencils.most_used;
         h->fold_stride = 9 * n * (n + 1);
         h->fold = CO_NEW(double, (size_t)a->n_threads * h->fold_stride);
-        status = h->fold ? CURVOPT_OK : co_status_no_memory(error);
+        h->panel = CO_NEW(int32_t, (size_t)a->n_threads * (size_t)h->stencils.most_points);
+        status = h->fold && h->panel ? CURVOPT_OK : co_status_no_memory(error);
     }
     if (status == CURVOPT_OK)
         status = allocate_discs(a, h, error);
@@ -109,42 +111,48 @@ typedef struct face_matrix {
     const co_stencils *stencils;
     size_t first, n_vertices; /* the face's vertices in `stencils` */
     const int32_t *place;     /* of its pairs of vertices */
-    size_t n_points;          /* own points of the patch */
+    size_t n_points;          /* own points of the patch that its table has */
+    const int32_t *panel;     /* place of each own point of the patch among them; -1: none */
     const double *panels;     /* [n_points][n_points][3][3] second derivatives: those of point q's coordinates (columns)
                                  with all points' (rows) stand together */
     double *sum;              /* [n_points][3][3] work space */
     double *value;            /* entries of the sparse matrix */
 } face_matrix;
 
-/* Fills panels [n_own][n_own][3][3] with a face's matrix (lower triangle by rows, with stride `lanes`), times `weight`.
- * Of the n_own points of the patch the table has those of its support; the others have no derivatives. */
-static void unpack(const co_basis_table *t, const double *matrix, size_t lanes, double weight, size_t n_own,
-                   double *panels) {
-    size_t n = (size_t)t->n_points - (co_fan_is_wide(t->kind) ? CO_BLEND_DISC_TERMS : 0);
-    if (n < n_own)
-        memset(panels, 0, 9 * n_own * n_own * sizeof *panels);
-    for (size_t p = 0; p < n; p++)
+/* Fills panels [n_own][n_own][3][3] with a face's matrix (lower triangle by rows, with stride `lanes`), times `weight`,
+ * and panel with the places of the n_all own points of the patch; those that the table does not have have no
+ * derivatives. */
+static void unpack(const co_basis_table *t, const double *matrix, size_t lanes, double weight, int32_t n_all,
+                   double *panels, int32_t *panel) {
+    const size_t n = (size_t)t->n_own;
+    for (int32_t i = 0; i < n_all; i++)
+        panel[i] = -1;
+    for (size_t p = 0; p < n; p++) {
+        panel[t->support[p]] = (int32_t)p;
         for (size_t r = 0; r < 3; r++) {
             const double *from = matrix + (3 * p + r) * (3 * p + r + 1) / 2 * lanes;
-            size_t row = (size_t)t->support[p];
             for (size_t q = 0; q <= p; q++) {
-                size_t column = (size_t)t->support[q], n_c = q < p ? 3 : r + 1;
-                double *to = panels + 9 * (column * n_own + row) + 3 * r;
-                double *mirrored = panels + 9 * (row * n_own + column) + r;
+                size_t n_c = q < p ? 3 : r + 1;
+                double *to = panels + 9 * (q * n + p) + 3 * r;
+                double *mirrored = panels + 9 * (p * n + q) + r;
                 for (size_t c = 0; c < n_c; c++, from += lanes)
                     to[c] = mirrored[3 * c] = weight * *from;
             }
         }
+    }
 }
 
 /* to [n] = sum of weight * from [point][n], or `from` itself where that is the sum. */
-static const double *sum_of_points(const co_stencils *s, size_t vertex, size_t n, const double *from, double *to) {
+static const double *sum_of_points(const face_matrix *f, size_t vertex, size_t n, const double *from, double *to) {
+    const co_stencils *s = f->stencils;
     size_t e = s->column[vertex], end = s->column[vertex + 1];
-    if (end - e == 1 && s->weight[e] == 1)
-        return from + n * (size_t)s->point[e];
+    if (end - e == 1 && s->weight[e] == 1 && f->panel[s->point[e]] >= 0)
+        return from + n * (size_t)f->panel[s->point[e]];
     memset(to, 0, n * sizeof *to);
     for (; e < end; e++) {
-        const double weight = s->weight[e], *x = from + n * (size_t)s->point[e];
+        if (f->panel[s->point[e]] < 0)
+            continue;
+        const double weight = s->weight[e], *x = from + n * (size_t)f->panel[s->point[e]];
         for (size_t i = 0; i < n; i++)
             to[i] += weight * x[i];
     }
@@ -223,15 +231,14 @@ void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, con
  * over its points and T the stencil's, the matrix over the vertices is T^T M T: M T_j first, then the rows of each
  * vertex. */
 static void add_vertex(const face_matrix *f, size_t j) {
-    const co_stencils *s = f->stencils;
-    const int32_t *node = f->dofs->node, *vertex = s->vertex + f->first;
-    const double *column = sum_of_points(s, f->first + j, 9 * f->n_points, f->panels, f->sum);
+    const int32_t *node = f->dofs->node, *vertex = f->stencils->vertex + f->first;
+    const double *column = sum_of_points(f, f->first + j, 9 * f->n_points, f->panels, f->sum);
     size_t i = j;
     while (i > 0 && node[vertex[i - 1]] == node[vertex[j]])
         i--;
     for (; i < f->n_vertices; i++) {
         double sum[9];
-        const double *block = sum_of_points(s, f->first + i, 9, column, sum);
+        const double *block = sum_of_points(f, f->first + i, 9, column, sum);
         if (node[vertex[i]] == node[vertex[j]])
             add_own_block(f, i, j, block);
         else
@@ -242,7 +249,8 @@ static void add_vertex(const face_matrix *f, size_t j) {
 /* Some nodes, by number, and room for one face's matrix: what a thread adds to. */
 typedef struct share {
     int32_t begin, end;
-    double *fold; /* [fold_stride] */
+    double *fold;   /* [fold_stride] */
+    int32_t *panel; /* [stencils.most_points] */
 } share;
 
 /* Adds one face's matrix, in its lane of a block's, to the columns of some nodes. */
@@ -252,7 +260,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
     const int32_t *node = h->dofs->node;
     const int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
     const co_stencils *s = &h->stencils;
-    const size_t n_own = (size_t)co_patches_own_size(a->patches.kind[patch]);
+    const size_t n_own = (size_t)b->table->n_own;
     const face_matrix f = {.dofs = h->dofs,
                            .pattern = &h->pattern,
                            .stencils = s,
@@ -260,13 +268,15 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
                            .n_vertices = s->start[patch + 1] - s->start[patch],
                            .place = s->place + s->pair[patch],
                            .n_points = n_own,
+                           .panel = mine->panel,
                            .panels = mine->fold,
                            .sum = mine->fold + 9 * n_own * n_own,
                            .value = h->value};
     const int32_t *vertex = s->vertex + f.first;
     if (f.n_vertices == 0 || node[vertex[0]] >= mine->end || node[vertex[f.n_vertices - 1]] < mine->begin)
         return;
-    unpack(b->table, matrix + lane, (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1, n_own, mine->fold);
+    unpack(b->table, matrix + lane, (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1,
+           co_patches_own_size(a->patches.kind[patch]), mine->fold, mine->panel);
     for (size_t j = 0; j < f.n_vertices && !co_cancel_is_due(a->cancel); j++)
         if (node[vertex[j]] >= mine->begin && node[vertex[j]] < mine->end)
             add_vertex(&f, j);
@@ -301,7 +311,8 @@ static void scatter_discs(const co_assembly *a, co_sparse_hessian *h, int32_t bl
         return;
     for (int32_t lane = 0; lane < b->n_used; lane++) {
         co_blend_disc_face_matrix face = {.patch = h->batches.patch[block * h->batches.lanes + lane],
-                                          .n_own = b->table->n_points - CO_BLEND_DISC_TERMS,
+                                          .n_own = b->table->n_own,
+                                          .n_terms = b->table->n_points - b->table->n_own,
                                           .points = h->batches.points + b->points + lane,
                                           .face = matrix + lane,
                                           .stride = (size_t)h->batches.lanes};
@@ -349,7 +360,8 @@ static void scatter_chunk(const co_assembly *a, co_sparse_hessian *h, int32_t fi
     for (int32_t t = 0; t < a->n_threads; t++) {
         const share mine = {.begin = (int32_t)((int64_t)n_nodes * t / a->n_threads),
                             .end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads),
-                            .fold = h->fold + (size_t)t * h->fold_stride};
+                            .fold = h->fold + (size_t)t * h->fold_stride,
+                            .panel = h->panel + (size_t)t * (size_t)h->stencils.most_points};
         for (int32_t k = 0; k < n; k++)
             for (int32_t lane = 0; lane < h->batches.block[first + k].n_used; lane++)
                 scatter_face(a, h, first + k, lane, h->chunk + (size_t)k * h->matrix_stride, &mine);

@@ -21,6 +21,7 @@ typedef struct co_sparse_hessian {
     double *work;               /* [n_threads][work_stride] work space of the kernels */
     size_t work_stride;         /* doubles that one thread needs */
     double *fold;               /* [n_threads][fold_stride] one face's matrix, on its way from points to vertices */
+    int32_t *panel;             /* [n_threads][stencils.most_points] places of a face's own points in that matrix */
     size_t fold_stride;
     co_blend_disc_hessian discs; /* sums over the faces of wide blends, on their way into `value` */
     double *disc_matrix;         /* matrix of one blend disc over its variables */

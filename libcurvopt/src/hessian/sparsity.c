@@ -5,15 +5,6 @@
 
 #include <stdlib.h>
 
-co_point_row co_sparsity_point(const co_patches *patches, const int32_t *point) {
-    static const double one = 1;
-    if (*point < patches->n_cage)
-        return (co_point_row){point, &one, 1};
-    size_t begin = patches->derived.start[*point - patches->n_cage];
-    return (co_point_row){patches->derived.column + begin, patches->derived.value + begin,
-                          patches->derived.start[*point - patches->n_cage + 1] - begin};
-}
-
 /* Points all pairs of which have entries in the matrix: those of a patch, or, numbered after the patches, those of a
  * blend disc, whose patches then have none. */
 typedef struct clique {
@@ -49,7 +40,7 @@ static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *
     for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
         clique points = clique_of(patches, p);
         for (size_t i = 0; i < points.n; i++) {
-            co_point_row row = co_sparsity_point(patches, &points.point[i]);
+            co_point_row row = co_patches_row(patches, &points.point[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t node = r->node[row.vertex[k]];
                 if (node < 0 || mark[node] == p)

@@ -32,14 +32,4 @@ void co_sparsity_free(co_sparsity *sparsity);
  * bisection. */
 int32_t co_sparsity_rows(const co_sparsity *sparsity, int32_t high, int32_t low);
 
-/* The cage vertices of which a point is a combination: itself, or a derived point's row. */
-typedef struct co_point_row {
-    const int32_t *vertex;
-    const double *weight;
-    size_t n;
-} co_point_row;
-
-/* `point` must stay where it is while the result is in use. */
-co_point_row co_sparsity_point(const co_patches *patches, const int32_t *point);
-
 #endif

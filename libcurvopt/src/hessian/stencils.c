@@ -35,12 +35,20 @@ typedef struct survey {
     numbered_vertex *found; /* [n_cage] the present patch's vertices */
 } survey;
 
+/* The row of own point k of a patch; empty if nothing depends on it. */
+static co_point_row row_of(const survey *v, int32_t patch, int32_t k) {
+    const co_patches *p = v->patches;
+    if (co_fan_is_wide(p->kind[patch]) && !co_patches_own_is_used(p->kind[patch], k))
+        return (co_point_row){0};
+    return co_patches_row(p, &p->points[p->start[patch] + (size_t)k]);
+}
+
 /* Finds the vertices of a patch, in their order; returns their number, and that of the entries of T. */
 static size_t find_vertices(const survey *v, int32_t patch, size_t *n_entries) {
     const co_patches *p = v->patches;
     size_t n = 0;
     for (int32_t k = 0; k < co_patches_own_size(p->kind[patch]); k++) {
-        co_point_row row = co_sparsity_point(p, &p->points[p->start[patch] + (size_t)k]);
+        co_point_row row = row_of(v, patch, k);
         for (size_t e = 0; e < row.n; e++) {
             int32_t vertex = row.vertex[e];
             if (v->dofs->node[vertex] < 0)
@@ -68,11 +76,14 @@ static size_t count(const survey *v, co_stencils *s) {
     size_t n_entries = 0;
     for (int32_t p = 0; p < v->patches->n_patches; p++) {
         size_t n = find_vertices(v, p, &n_entries);
-        int32_t own = co_patches_own_size(v->patches->kind[p]);
+        int32_t own = co_patches_own_size(v->patches->kind[p]), n_used = 0;
+        for (int32_t k = 0; k < own; k++)
+            n_used += row_of(v, p, k).n > 0;
         forget_vertices(v, n);
         s->start[p + 1] = s->start[p] + n;
         s->pair[p + 1] = s->pair[p] + (n ? n * (n - 1) / 2 : 0);
         s->most_points = own > s->most_points ? own : s->most_points;
+        s->most_used = n_used > s->most_used ? n_used : s->most_used;
     }
     return n_entries;
 }
@@ -81,7 +92,7 @@ static size_t count(const survey *v, co_stencils *s) {
 static void fill_columns(const survey *v, int32_t patch, co_stencils *s) {
     const co_patches *p = v->patches;
     for (int32_t k = co_patches_own_size(p->kind[patch]); k-- > 0;) {
-        co_point_row row = co_sparsity_point(p, &p->points[p->start[patch] + (size_t)k]);
+        co_point_row row = row_of(v, patch, k);
         for (size_t e = 0; e < row.n; e++) {
             int32_t number = v->number[row.vertex[e]];
             if (number < 0)
@@ -97,7 +108,7 @@ static void fill_columns(const survey *v, int32_t patch, co_stencils *s) {
 static size_t measure_columns(const survey *v, int32_t patch, size_t begin, co_stencils *s) {
     const co_patches *p = v->patches;
     for (int32_t k = 0; k < co_patches_own_size(p->kind[patch]); k++) {
-        co_point_row row = co_sparsity_point(p, &p->points[p->start[patch] + (size_t)k]);
+        co_point_row row = row_of(v, patch, k);
         for (size_t e = 0; e < row.n; e++)
             if (v->number[row.vertex[e]] >= 0)
                 s->column[s->start[patch] + (size_t)v->number[row.vertex[e]]]++;

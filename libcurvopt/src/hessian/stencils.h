@@ -7,7 +7,8 @@
 #include "hessian/sparsity.h"
 
 /* With x_p the own points of a patch (patches.h) and z_v its vertices, x_p = sum over v of T_pv z_v. A patch's own
- * points are vertices, or derived from as many as some fifty; its vertices are those of all own points together.
+ * points are vertices, or derived from as many as some fifty; its vertices are those of all own points together that
+ * its surface can depend on.
  *
  * Vertices that cannot move are left out. Those of one patch stand in the order of their nodes, so that of two vertices
  * the one that stands later has the rows, as in co_sparsity. T is stored by columns: for example of a patch with the
@@ -22,6 +23,7 @@ typedef struct co_stencils {
     int32_t *place;  /* of the pairs (i, j), j < i, in the order (1, 0), (2, 0), (2, 1), ...: where the rows of i's node
                         begin in the columns of j's (co_sparsity_rows); 0 for two vertices of one node */
     int32_t most_points; /* largest number of own points of a patch */
+    int32_t most_used;   /* of those that its surface can depend on (co_patches_own_is_used) */
 } co_stencils;
 
 /* cancel: NULL, or what ends it. ERROR_MEMORY, CO_CANCELLED. */

@@ -90,7 +90,7 @@ static int rule_set_of(const co_basis_table *t) {
                                      [CURVOPT_SURFACE_POLYNOMIAL] = RULES_POLYNOMIAL};
     if (is_one_piece(t->kind))
         return RULES_REGULAR;
-    return co_fan_is_wide(t->kind) ? RULES_WIDE : of_surface[t->surface];
+    return co_fan_is_wide(t->kind) && co_fan_wide_width(t->kind) > 1 ? RULES_WIDE : of_surface[t->surface];
 }
 
 static int points_of_ring(int set, const rule *r, int ring) {
@@ -144,16 +144,32 @@ static int32_t allocate(co_basis_table *t, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* The sectors on either side of a face whose points have rows of their own, in that many rings; 0: all have. */
+static int32_t window_of(const co_basis_table *t, int n_rings) {
+    int32_t window = n_rings + 1 < CO_STAM_WINDOW ? n_rings + 1 : CO_STAM_WINDOW;
+    int is_disc = co_fan_is_wide(t->kind) && !is_one_piece(t->kind) && co_fan_wide_width(t->kind) == 1;
+    return is_disc && co_fan_sectors(t->kind) >= 2 * window + 4 ? window : 0;
+}
+
+/* Whether rows can be nonzero on a coefficient of a disc. */
+static int is_term_used(const co_basis_table *t, int term, int32_t window) {
+    return term < CO_BLEND_FIT_TERMS ? t->surface == CURVOPT_SURFACE_POLYNOMIAL : window > 0;
+}
+
 /* The patch points that rows can be nonzero on. */
-static int32_t choose_support(co_basis_table *t, curvopt_error *error) {
-    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind);
+static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *error) {
+    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind), fan = fan_of(t->kind);
     int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->kind); /* the fit, into rows */
     t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n || folded || is_one_piece(t->kind) || co_stam_in_support(fan_of(t->kind), i))
+        if (i >= n ? is_term_used(t, i - n, window)
+                   : folded || is_one_piece(t->kind) ||
+                         (co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i))))
             t->support[t->n_points++] = i;
+    while (t->n_own < t->n_points && t->support[t->n_own] < n)
+        t->n_own++;
     return CURVOPT_OK;
 }
 
@@ -230,7 +246,7 @@ struct co_cached_table {
 };
 
 struct co_cached_fit {
-    int32_t fan, width; /* what the fit is for */
+    int32_t key, width; /* what the fit is for: kind without sector or place, width */
     co_blend_fit polynomial;
 };
 
@@ -244,9 +260,10 @@ static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blen
 /* The polynomial fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
     int32_t type = co_fan_type_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
-    int32_t fan = co_fan_make(type == CO_FAN_WIDE ? CO_FAN_CLOSED : type, co_fan_sectors(kind), 0); /* all sectors' */
+    int32_t key = co_fan_make(type, co_fan_sectors(kind), 0); /* all sectors' */
+    int32_t fan = type == CO_FAN_WIDE ? co_fan_sectors(kind) : key;
     for (int32_t i = 0; i < cache->n_fits; i++)
-        if (cache->fit[i].fan == fan && cache->fit[i].width == width) {
+        if (cache->fit[i].key == key && cache->fit[i].width == width) {
             *out = &cache->fit[i].polynomial;
             return CURVOPT_OK;
         }
@@ -255,7 +272,7 @@ static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blen
         return co_status_no_memory(error);
     cache->fit = fit;
     fit += cache->n_fits;
-    *fit = (struct co_cached_fit){.fan = fan, .width = width};
+    *fit = (struct co_cached_fit){.key = key, .width = width};
     co_stam_disc disc;
     int32_t status = co_stam_disc_create(fan, &disc, error);
     if (status != CURVOPT_OK)
@@ -281,6 +298,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
     if (chart == map)
         co_stam_characteristic_map(disc, map);
     status = co_ring_cell_create(disc, polynomial, chart, &cell, error);
+    cell.window = window_of(t, tail.n_rings);
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
@@ -327,19 +345,19 @@ static int32_t fill(co_basis_table *t, const co_basis_table_cache *cache, const 
     int one_piece = is_one_piece(t->kind);
     co_stam_disc disc = {0};
     ring_tail tail = {0};
-    int32_t status = choose_support(t, error);
-    if (status == CURVOPT_OK && !one_piece)
-        status = co_stam_disc_create(fan_of(t->kind), &disc, error);
+    int32_t status = one_piece ? CURVOPT_OK : co_stam_disc_create(fan_of(t->kind), &disc, error);
     if (status != CURVOPT_OK)
         return status;
     if (one_piece)
         t->n_samples = r->points * r->points;
     else
         tail = tail_of(&disc, t->surface, r->hole);
+    status = choose_support(t, window_of(t, tail.n_rings), error);
     for (int ring = 1; ring <= tail.n_rings; ring++)
         t->n_samples +=
             CO_RING_CELLS * points_of_ring(rule_set_of(t), r, ring) * points_of_ring(rule_set_of(t), r, ring);
-    status = allocate(t, error);
+    if (status == CURVOPT_OK)
+        status = allocate(t, error);
     if (status == CURVOPT_OK)
         status = one_piece ? fill_one_piece(t, polynomial, r, error)
                            : fill_irregular(t, cache, &disc, polynomial, r, tail, error);
@@ -380,8 +398,9 @@ int32_t co_basis_table_create(int32_t surface, int32_t kind, int32_t rule_number
 }
 
 /* Rows of the vertex itself: its position, and NAN for derivatives, which do not exist there. */
-static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, double *rows, curvopt_error *error) {
-    int32_t n = disc->n_points, n_all = n + (polynomial->width > 1 ? CO_BLEND_DISC_TERMS : 0);
+static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, int is_disc, double *rows,
+                           curvopt_error *error) {
+    int32_t n = disc->n_points, n_all = n + (is_disc ? CO_BLEND_DISC_TERMS : 0);
     co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
     if (!masks)
         return co_status_no_memory(error);
@@ -390,10 +409,11 @@ static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, d
     else
         co_stam_disc_limit_mask(disc, masks);
     for (int32_t i = 0; i < n_all * CO_JET; i++)
-        rows[i] = i % CO_JET               ? (double)NAN
-                  : polynomial->width > 1  ? i == n * CO_JET /* the first of the polynomial's points lies there */
-                  : polynomial->width == 1 ? (double)polynomial->fit[i / CO_JET]
-                                           : (double)masks[i / CO_JET];
+        rows[i] = i % CO_JET ? (double)NAN
+                  : i >= n * CO_JET || (is_disc && polynomial->width)
+                      ? polynomial->width && i == n * CO_JET /* the first of the polynomial's points lies there */
+                  : polynomial->width ? (double)polynomial->fit[i / CO_JET]
+                                      : (double)masks[i / CO_JET];
     free(masks);
     return CURVOPT_OK;
 }
@@ -435,7 +455,7 @@ static int32_t vertex_face_rows(const co_blend_fit *polynomial, int32_t kind, do
     co_stam_disc disc;
     int32_t status = co_stam_disc_create(fan_of(kind), &disc, error);
     if (status == CURVOPT_OK)
-        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, rows, error)
+        status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, co_fan_is_wide(kind), rows, error)
                                   : ring_rows(&disc, polynomial, u, v, co_patches_size(kind), all, rows, error);
     co_stam_disc_free(&disc);
     return status;

@@ -15,6 +15,7 @@ typedef struct co_basis_table {
     int32_t surface;        /* curvopt_surface of this kind (co_blend_fit_surface) */
     int32_t kind;           /* kind of face (fan.h) */
     int32_t n_points;       /* points of a patch on which the surface depends */
+    int32_t n_own;          /* of which no coefficients of a disc; they stand first */
     int32_t n_samples;      /* quadrature points */
     int32_t *support;       /* [n_points] numbers of these points among the patch's (ring.h) */
     double *area_weight;    /* [n_samples] for integrals of smooth functions */

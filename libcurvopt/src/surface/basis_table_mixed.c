@@ -22,6 +22,7 @@ int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, c
     *t = (co_basis_table){.surface = first->surface,
                           .kind = first->kind,
                           .n_points = first->n_points,
+                          .n_own = first->n_own,
                           .n_samples = first->n_samples,
                           .is_mixed = 1,
                           .support = CO_NEW(int32_t, first->n_points),

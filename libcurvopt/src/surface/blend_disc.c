@@ -8,7 +8,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TERMS = CO_BLEND_DISC_TERMS, DISTANCE_PER_WIDTH = 4 /* notes/11-blend-width.md */ };
+enum {
+    TERMS = CO_BLEND_DISC_TERMS,
+    FIT = CO_BLEND_FIT_TERMS,
+    DISTANCE_PER_WIDTH = 4, /* notes/11-blend-width.md */
+    LEAST_VALENCE = 8       /* 2 N + 8 and 21 coefficients are fewer points than 6 N + 1 */
+};
+
+int32_t co_blend_disc_least_valence(int32_t surface) {
+    return surface == CURVOPT_SURFACE_POLYNOMIAL ? LEAST_VALENCE
+           : surface == CURVOPT_SURFACE_LIMIT    ? CO_STAM_LEAST_WINDOWED
+                                                 : CO_FAN_MAX;
+}
 
 void co_blend_discs_free(co_blend_discs *discs) {
     for (int32_t i = 0; i < discs->n_fits; i++) {
@@ -101,45 +112,62 @@ static void list_points(const curvopt_mesh *m, int32_t v, int width, int32_t *co
 /* ------------------------------------------------------------------------------------------------- fits -- */
 
 static void fill_turns(co_blend_disc_fit *f) {
-    co_real turn[TERMS][TERMS];
+    co_real turn[FIT][FIT];
     for (int32_t s = 0; s < f->valence; s++) {
         double *to = f->turn + (size_t)s * TERMS * TERMS;
         co_blend_fit_turn(f->valence, s, turn);
         to[0] = 1;
-        for (int a = 1; a < TERMS; a++) { /* q_a = c_0 + c_a, and c_0 does not turn */
+        for (int a = 1; a < FIT; a++) { /* q_a = c_0 + c_a, and c_0 does not turn */
             co_real sum = 0;
-            for (int b = 1; b < TERMS; b++) {
+            for (int b = 1; b < FIT; b++) {
                 to[a * TERMS + b] = (double)turn[a][b];
                 sum += turn[a][b];
             }
             to[a * TERMS] = (double)(1 - sum);
         }
+        for (int a = FIT; a < TERMS; a++)
+            to[a * TERMS + a] = 1;
     }
 }
 
-static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
+/* The rows of P's coefficients. */
+static int32_t fill_polynomial(co_blend_disc_fit *f, curvopt_error *error) {
     co_blend_fit polynomial = {0};
     co_stam_disc disc = {0};
-    f->n_points = co_blend_fit_n_points(f->valence, f->width);
-    f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
-    f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
-    if (!f->matrix || !f->turn)
-        return co_status_no_memory(error);
     int32_t status = co_stam_disc_create(f->valence, &disc, error);
     if (status == CURVOPT_OK)
         status = co_blend_fit_create(&disc, f->width, &polynomial, error);
     for (int32_t i = 0; status == CURVOPT_OK && i < f->n_points; i++)
-        for (int a = 0; a < TERMS; a++)
+        for (int a = 0; a < FIT; a++)
             f->matrix[a * f->n_points + i] =
                 (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
-    if (status == CURVOPT_OK)
-        fill_turns(f);
     co_blend_fit_free(&polynomial);
     co_stam_disc_free(&disc);
     return status;
 }
 
-static int32_t find_fit(co_blend_discs *discs, int32_t valence, int width, int32_t *index, curvopt_error *error) {
+/* The rows of the means of width 1, whose points are those of the two-ring (fan.h). */
+static void fill_means(co_blend_disc_fit *f) {
+    for (int32_t s = 0; f->width == 1 && s < f->valence; s++) {
+        const int32_t edge = co_fan_index(f->valence, s, 1, 0), face = co_fan_index(f->valence, s, 1, 1);
+        f->matrix[CO_BLEND_DISC_EDGE_MEAN * f->n_points + edge] = 1.0 / f->valence;
+        f->matrix[CO_BLEND_DISC_FACE_MEAN * f->n_points + face] = 1.0 / f->valence;
+    }
+}
+
+static int32_t fill_fit(int32_t surface, co_blend_disc_fit *f, curvopt_error *error) {
+    f->n_points = co_blend_fit_n_points(f->valence, f->width);
+    f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
+    f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
+    if (!f->matrix || !f->turn)
+        return co_status_no_memory(error);
+    fill_means(f);
+    fill_turns(f);
+    return surface == CURVOPT_SURFACE_POLYNOMIAL ? fill_polynomial(f, error) : CURVOPT_OK;
+}
+
+static int32_t find_fit(co_blend_discs *discs, int32_t surface, int32_t valence, int width, int32_t *index,
+                        curvopt_error *error) {
     for (*index = 0; *index < discs->n_fits; ++*index)
         if (discs->fit[*index].valence == valence && discs->fit[*index].width == width)
             return CURVOPT_OK;
@@ -148,7 +176,27 @@ static int32_t find_fit(co_blend_discs *discs, int32_t valence, int width, int32
         return co_status_no_memory(error);
     discs->fit = fit;
     fit[discs->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
-    return fill_fit(&fit[discs->n_fits++], error);
+    return fill_fit(surface, &fit[discs->n_fits++], error);
+}
+
+int32_t co_blend_discs_add(int32_t surface, int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
+    int32_t fit, status = find_fit(discs, surface, valence, width, &fit, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_blend_disc *disc = CO_RESIZED(discs->disc, (size_t)discs->n_discs + 1);
+    if (disc)
+        discs->disc = disc;
+    const size_t more = discs->n_columns + (size_t)discs->fit[fit].n_points;
+    int32_t *column = CO_RESIZED(discs->column, more);
+    if (column)
+        discs->column = column;
+    if (!disc || !column)
+        return co_status_no_memory(error);
+    disc[discs->n_discs++] =
+        (co_blend_disc){.fit = fit, .first_point = discs->n_points, .column = discs->n_columns, .is_used = 1};
+    discs->n_points += TERMS * valence;
+    discs->n_columns = more;
+    return CURVOPT_OK;
 }
 
 static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt_error *error) {
@@ -160,38 +208,23 @@ static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt
     return CURVOPT_OK;
 }
 
-static int32_t add_disc(const curvopt_mesh *m, int32_t v, int width, size_t *n_columns, co_blend_discs *discs,
-                        curvopt_error *error) {
-    int32_t status = discs->face ? CURVOPT_OK : start_faces(m, discs, error), fit;
+/* Adds the disc round v, of that width or as wide as it can be without meeting itself. */
+static int32_t add_wide(const curvopt_mesh *m, int32_t v, int width, co_blend_discs *discs, curvopt_error *error) {
+    int32_t status = discs->face ? CURVOPT_OK : start_faces(m, discs, error);
     while (status == CURVOPT_OK && width > 1 && !mark_faces(m, v, width, discs->n_discs, discs->face))
         width--;
     if (status != CURVOPT_OK || width == 1)
         return status;
-    status = find_fit(discs, m->valence[v], width, &fit, error);
-    if (status != CURVOPT_OK)
-        return status;
-    co_blend_disc *disc = CO_RESIZED(discs->disc, (size_t)discs->n_discs + 1);
-    if (disc)
-        discs->disc = disc;
-    size_t more = *n_columns + (size_t)discs->fit[fit].n_points;
-    int32_t *column = CO_RESIZED(discs->column, more);
-    if (column)
-        discs->column = column;
-    if (!disc || !column)
-        return co_status_no_memory(error);
-    disc[discs->n_discs++] =
-        (co_blend_disc){.fit = fit, .first_point = discs->n_points, .column = *n_columns, .is_used = 1};
-    list_points(m, v, width, column + *n_columns);
-    discs->n_points += TERMS * m->valence[v];
-    *n_columns = more;
-    return CURVOPT_OK;
+    status = co_blend_discs_add(CURVOPT_SURFACE_POLYNOMIAL, m->valence[v], width, discs, error);
+    if (status == CURVOPT_OK)
+        list_points(m, v, width, discs->column + discs->disc[discs->n_discs - 1].column);
+    return status;
 }
 
 int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int widest, co_blend_discs *discs,
                             curvopt_error *error) {
     int32_t n = m->info.n_vertices, status = CURVOPT_OK;
     finder f = {m, kind, CO_NEW(int32_t, n), CO_NEW(int32_t, n)};
-    size_t n_columns = 0;
     *discs = (co_blend_discs){0};
     if (!f.seen || !f.queue)
         status = co_status_no_memory(error);
@@ -201,7 +234,7 @@ int32_t co_blend_discs_find(const curvopt_mesh *m, const uint8_t *kind, int wide
         int width =
             is_extraordinary(&f, v) ? distance_to_others(&f, v, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH : 1;
         if (width > 1)
-            status = add_disc(m, v, width, &n_columns, discs, error);
+            status = add_wide(m, v, width, discs, error);
     }
     free(f.seen);
     free(f.queue);
@@ -241,7 +274,8 @@ void co_blend_discs_apply(const co_blend_discs *discs, double *points) {
     }
 }
 
-void co_blend_discs_add_transposed(const co_blend_discs *discs, const double *point_gradient, double *gradient) {
+void co_blend_discs_add_transposed(const co_blend_discs *discs, int32_t n_cage, double *point_gradient,
+                                   double *gradient) {
     for (int32_t k = 0; k < discs->n_discs; k++) {
         const co_blend_disc *d = &discs->disc[k];
         const co_blend_disc_fit *f = co_blend_disc_fit_of(discs, d);
@@ -253,7 +287,8 @@ void co_blend_discs_add_transposed(const co_blend_discs *discs, const double *po
             turn_points(f->turn + (size_t)s * TERMS * TERMS, 1, sector, first);
         }
         for (int32_t i = 0; i < f->n_points; i++) {
-            double *to = gradient + 3 * (size_t)discs->column[d->column + (size_t)i];
+            int32_t point = discs->column[d->column + (size_t)i];
+            double *to = (point < n_cage ? gradient : point_gradient) + 3 * (size_t)point;
             for (int a = 0; a < TERMS; a++)
                 for (int c = 0; c < 3; c++)
                     to[c] += f->matrix[a * f->n_points + i] * first[a][c];

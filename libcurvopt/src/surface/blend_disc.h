@@ -1,4 +1,6 @@
-/* Wide blends: where the cage has room round an extraordinary vertex, `polynomial` blends over m x m faces of each
+/* Discs round extraordinary vertices, whose patches depend on the whole disc by a few coefficients.
+ *
+ * Wide blends: where the cage has room round an extraordinary vertex, `polynomial` blends over m x m faces of each
  * sector there instead of one.
  *
  * With one face the surface near the vertex looks the same at every level of refinement but for its size, and keeps the
@@ -18,6 +20,11 @@
  * patches of one kind must find theirs in their own sector's frame. Sector 0's are rows over the disc's points, the
  * same for all discs of a valence and width; the others are these, turned.
  *
+ * Discs of width 1 are for vertices of high valence N, on `polynomial` and `limit`. Every face there depends on all
+ * 6 N + 1 or 2 N + 8 points round the vertex, but on those that are far from it through few sums only: through P, and
+ * through the mean of the neighbours over edges and that of the neighbours across faces, which each subdivision moves
+ * the vertex by. These means are two more coefficients; what else a face depends on is near it (ring_cell.h).
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_BLEND_DISC_H
 #define CO_SURFACE_BLEND_DISC_H
@@ -27,8 +34,15 @@
 
 enum {
     CO_BLEND_DISC_LARGEST = CURVOPT_MAX_BLEND_WIDTH, /* largest width (notes/12-widest-blend.md) */
-    CO_BLEND_DISC_TERMS = CO_BLEND_FIT_TERMS         /* coefficients of P: points of a sector */
+    /* coefficients, which are points of a sector: P's, and in discs of width 1 means of neighbours */
+    CO_BLEND_DISC_EDGE_MEAN = CO_BLEND_FIT_TERMS,
+    CO_BLEND_DISC_FACE_MEAN,
+    CO_BLEND_DISC_TERMS
 };
+
+/* The valence from which on faces at a smooth vertex are a disc of width 1 on a surface; a valence below it never is.
+ * On `polynomial` that is fewer points from 8 on; on `limit` only where the window (ring_cell.h) leaves some out. */
+int32_t co_blend_disc_least_valence(int32_t surface);
 
 /* The fit that all discs of one valence and width share. */
 typedef struct co_blend_disc_fit {
@@ -52,10 +66,12 @@ typedef struct co_blend_disc_face {
 
 typedef struct co_blend_discs {
     int32_t n_fits, n_discs;
-    int32_t n_points;         /* coefficients of all sectors of all discs */
-    co_blend_disc_fit *fit;   /* [n_fits] */
-    co_blend_disc *disc;      /* [n_discs] */
-    int32_t *column;          /* vertices that each disc's fit depends on, one disc after the other */
+    int32_t n_points;       /* coefficients of all sectors of all discs */
+    co_blend_disc_fit *fit; /* [n_fits] */
+    co_blend_disc *disc;    /* [n_discs] */
+    size_t n_columns;
+    int32_t *column;          /* [n_columns] points that each disc's coefficients are made of, one disc after the other:
+                                 the cage's vertices; of discs of width 1 also derived points (patches.h) */
     co_blend_disc_face *face; /* [n_faces]; NULL if there are no discs, and once there are patches */
 } co_blend_discs;
 
@@ -63,12 +79,17 @@ typedef struct co_blend_discs {
  * from 0 on. Breadth-first search of 4 widest rings of faces round each extraordinary vertex. ERROR_MEMORY. */
 int32_t co_blend_discs_find(const curvopt_mesh *mesh, const uint8_t *kind, int widest, co_blend_discs *out,
                             curvopt_error *error);
+/* Adds a disc; its points, as many as its fit has, are left to be filled from co_blend_discs.column on. ERROR_MEMORY.
+ */
+int32_t co_blend_discs_add(int32_t surface, int32_t valence, int width, co_blend_discs *discs, curvopt_error *error);
 void co_blend_discs_free(co_blend_discs *discs);
-/* Computes the coefficients of the discs that are used from the cage's vertices, both in points [3 n]. */
+/* Computes the coefficients of the discs that are used from their points, both in points [3 n]. */
 void co_blend_discs_apply(const co_blend_discs *discs, double *points);
-/* Transpose of co_blend_discs_apply: gradient [3 n_cage] += the gradient with respect to the cage's vertices that
- * belongs to the gradient with respect to the coefficients in point_gradient [3 n]. */
-void co_blend_discs_add_transposed(const co_blend_discs *discs, const double *point_gradient, double *gradient);
+/* Transpose of co_blend_discs_apply. The gradient with respect to the coefficients, in point_gradient [3 n], becomes
+ * one with respect to the discs' points, and is added to gradient [3 n_cage] for the cage's vertices, to
+ * point_gradient for derived points. */
+void co_blend_discs_add_transposed(const co_blend_discs *discs, int32_t n_cage, double *point_gradient,
+                                   double *gradient);
 
 static inline const co_blend_disc_fit *co_blend_disc_fit_of(const co_blend_discs *discs, const co_blend_disc *disc) {
     return &discs->fit[disc->fit];

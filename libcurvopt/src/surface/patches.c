@@ -25,6 +25,8 @@ typedef struct level {
     uint8_t *kind;               /* [n_corners] co_corner_kind */
     int32_t *point_of;           /* [co_ring_n_numbers] number in co_patches of each vertex and phantom; -1: none yet */
     const co_blend_discs *discs; /* wide discs of level 0; NULL: none, as on all other levels */
+    int32_t *disc_at;            /* [n_vertices] the disc of width 1 round each vertex; -1: none yet */
+    int32_t surface;             /* curvopt_surface */
 } level;
 
 static void level_free(level *l) {
@@ -34,6 +36,7 @@ static void level_free(level *l) {
     free(l->place);
     free(l->kind);
     free(l->point_of);
+    free(l->disc_at);
     *l = (level){0};
 }
 
@@ -42,8 +45,11 @@ static int32_t level_allocate(level *l, curvopt_error *error) {
     l->place = CO_NEW(co_place, l->mesh->info.n_faces);
     l->kind = CO_NEW(uint8_t, l->mesh->info.n_corners);
     l->point_of = CO_NEW(int32_t, co_ring_n_numbers(l->mesh));
-    if (!l->active || !l->place || !l->kind || !l->point_of)
+    l->disc_at = CO_NEW(int32_t, l->mesh->info.n_vertices);
+    if (!l->active || !l->place || !l->kind || !l->point_of || !l->disc_at)
         return co_status_no_memory(error);
+    for (int32_t v = 0; v < l->mesh->info.n_vertices; v++)
+        l->disc_at[v] = -1;
     for (int32_t i = 0; i < co_ring_n_numbers(l->mesh); i++)
         l->point_of[i] = -1;
     co_ring_classify(l->mesh, l->kind);
@@ -95,7 +101,9 @@ static int32_t patch_kind(const level *l, int32_t f, int32_t h, int32_t *first) 
         const co_blend_disc_fit *fit = co_blend_disc_fit_of(l->discs, &l->discs->disc[on->disc]);
         return co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
     }
-    return l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;
+    int32_t kind = l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;
+    int is_disc = co_fan_type_of(kind) == CO_FAN_CLOSED && kind >= co_blend_disc_least_valence(l->surface);
+    return is_disc ? co_fan_make_wide(kind, 1, 0, 0) : kind;
 }
 
 /* Adds vertex v of the level over the cage, `weight` times, to the row of n entries; how many it has then. */
@@ -218,10 +226,38 @@ static uint8_t cuts_of(const level *l, int32_t h) {
     return (uint8_t)cuts;
 }
 
-/* Coefficients of wide blends get their final numbers when all other points have theirs (number_coefficients); until
+/* Coefficients of discs get their final numbers when all other points have theirs (number_coefficients); until
  * then they are negative. */
 static int32_t provisional(int32_t point) {
     return -1 - point;
+}
+
+/* The sector of a disc of width 1 from which on its points, n of them, are numbered in `points`. */
+static int32_t sector_from(const int32_t *column, int32_t n, const int32_t *points) {
+    const int32_t valence = (n - 1) / CO_RING_SECTOR;
+    for (int32_t s = 0; s < valence; s++) {
+        const size_t before = CO_RING_SECTOR * (size_t)s, after = (size_t)n - 1 - before;
+        if (memcmp(points + 1, column + 1 + before, after * sizeof *points) == 0 &&
+            memcmp(points + 1 + after, column + 1, before * sizeof *points) == 0)
+            return s;
+    }
+    return 0; /* not reached */
+}
+
+/* Finds the first coefficient of a face's sector of the disc of width 1 round vertex v. The first face of a disc, which
+ * becomes its sector 0, makes it of its points, n of them. */
+static int32_t find_coefficients(level *l, co_patches *out, int32_t v, int32_t n, const int32_t *points,
+                                 int32_t *coefficient, curvopt_error *error) {
+    if (l->disc_at[v] < 0) {
+        int32_t status = co_blend_discs_add(l->surface, (n - 1) / CO_RING_SECTOR, 1, &out->wide, error);
+        if (status != CURVOPT_OK)
+            return status;
+        l->disc_at[v] = out->wide.n_discs - 1;
+        memcpy(out->wide.column + out->wide.disc[l->disc_at[v]].column, points, (size_t)n * sizeof *points);
+    }
+    const co_blend_disc *disc = &out->wide.disc[l->disc_at[v]];
+    *coefficient = disc->first_point + CO_BLEND_DISC_TERMS * sector_from(out->wide.column + disc->column, n, points);
+    return CURVOPT_OK;
 }
 
 static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curvopt_error *error) {
@@ -243,9 +279,13 @@ static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curv
         points[i] = *number;
     }
     const co_blend_disc_face *on = place_on_disc(l, f);
-    for (int32_t i = n_own; on && i < co_patches_size(kind); i++)
-        points[i] = provisional(l->discs->disc[on->disc].first_point + CO_BLEND_DISC_TERMS * on->sector + i - n_own);
-    return add_kind(out, kind, error);
+    int32_t coefficient = on ? l->discs->disc[on->disc].first_point + CO_BLEND_DISC_TERMS * on->sector : 0;
+    int32_t status = CURVOPT_OK;
+    if (!on && co_fan_is_wide(kind))
+        status = find_coefficients(l, out, m->corner_vertex[h], n_own, points, &coefficient, error);
+    for (int32_t i = n_own; i < co_patches_size(kind); i++)
+        points[i] = provisional(coefficient + i - n_own);
+    return status == CURVOPT_OK ? add_kind(out, kind, error) : status;
 }
 
 /* Turns the active faces that can be evaluated into patches and marks the others 2; *n_split counts those. */
@@ -307,6 +347,7 @@ static void place_children(const level *l, const uint8_t *keep, level *next) {
 }
 
 static int32_t subdivide(const level *l, level *next, curvopt_error *error) {
+    next->surface = l->surface;
     curvopt_mesh *part = NULL;
     int32_t *vertex_of = NULL, status = CURVOPT_ERROR_MEMORY;
     co_sparse_rows rows = {0};
@@ -341,7 +382,7 @@ done:
     return status;
 }
 
-/* Gives the coefficients of wide blends their numbers, after all other points.
+/* Gives the coefficients of discs their numbers, after all other points.
  *
  * Example: 10 vertices, 3 derived points, one disc whose sector 2 begins at its coefficient 42. Patches of that sector
  * name -43, -44, .. in emit_patch; here -43 becomes 13 + 42 = 55. */
@@ -356,13 +397,13 @@ static void number_coefficients(co_patches *p) {
     p->wide.face = NULL;
 }
 
-int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int widest, co_patches *out,
-                          curvopt_error *error) {
-    level l = {.mesh = mesh}, next = {0};
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int32_t surface, int widest,
+                          co_patches *out, curvopt_error *error) {
+    level l = {.mesh = mesh, .surface = surface}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
-    if (status == CURVOPT_OK && widest > 1)
+    if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL && widest > 1)
         status = co_blend_discs_find(mesh, l.kind, widest, &out->wide, error);
     if (status == CURVOPT_OK) {
         l.discs = out->wide.n_discs ? &out->wide : NULL;
@@ -397,16 +438,25 @@ int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, i
     return status;
 }
 
+co_point_row co_patches_row(const co_patches *p, const int32_t *point) {
+    static const double one = 1;
+    if (*point < p->n_cage)
+        return (co_point_row){point, &one, 1};
+    size_t begin = p->derived.start[*point - p->n_cage];
+    return (co_point_row){p->derived.column + begin, p->derived.value + begin,
+                          p->derived.start[*point - p->n_cage + 1] - begin};
+}
+
 void co_patches_derive(const co_patches *p, double *points) {
     if (p->derived.n_rows)
         co_sparse_rows_apply(&p->derived, points, points + 3 * (size_t)p->n_cage);
     co_blend_discs_apply(&p->wide, points);
 }
 
-void co_patches_add_derived(const co_patches *p, const double *point_gradient, double *gradient) {
+void co_patches_add_derived(const co_patches *p, double *point_gradient, double *gradient) {
+    co_blend_discs_add_transposed(&p->wide, p->n_cage, point_gradient, gradient);
     if (p->derived.n_rows)
         co_sparse_rows_add_transposed(&p->derived, point_gradient + 3 * (size_t)p->n_cage, gradient);
-    co_blend_discs_add_transposed(&p->wide, point_gradient, gradient);
 }
 
 void co_patches_free(co_patches *p) {

@@ -3,14 +3,14 @@
  * Every face becomes one patch where its corners allow it: all regular (inside, on a boundary or on an infinitely sharp
  * crease), or one isolated extraordinary fan. Other faces (n-gons, several extraordinary vertices on or beside a face,
  * creases that fade) are subdivided, they alone, until their children allow it. The children's points, and phantom
- * points beyond boundaries and creases (ring.h), are rows over the cage, and so are the coefficients of wide blends
+ * points beyond boundaries and creases (ring.h), are rows over the cage, and so are the coefficients of discs
  * (blend_disc.h): the degrees of freedom stay the cage's. Local subdivision where the surface is not regular follows
  * Nießner, Loop, Meyer, DeRose, "Feature-adaptive GPU rendering of Catmull-Clark subdivision surfaces", ACM TOG 31(1),
  * 2012; here it ends at isolated extraordinary vertices, which stam.h evaluates.
  *
  * Numbers of points:  0 .. n_cage - 1             the cage's vertices
  *                     n_cage .. + derived.n_rows  children's points and phantoms, rows of `derived`
- *                     .. n_points - 1             coefficients of wide blends (`wide`)
+ *                     .. n_points - 1             coefficients of discs (`wide`)
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_PATCHES_H
@@ -36,7 +36,7 @@ typedef struct co_patches {
     int32_t n_cage;         /* number of the cage's vertices, which are the first points */
     int32_t n_points;       /* number of all points */
     co_sparse_rows derived; /* row r gives point n_cage + r from the cage's vertices */
-    co_blend_discs wide;    /* wide blends; their coefficients are the last points */
+    co_blend_discs wide;    /* wide blends, and vertices of high valence; their coefficients are the last points */
     int32_t n_patches;      /* in no particular order */
     int32_t *kind;   /* [n_patches] kind of each patch (fan.h): CO_FAN_REGULAR, or the fan at its corner (0, 0) */
     size_t *start;   /* [n_patches + 1] first entry of each patch in `points` */
@@ -50,17 +50,25 @@ typedef struct co_patches {
 } co_patches;
 
 /* Makes the patches of the faces whose face_weight [n_faces] is not 0; NULL: of all. Everything about them but the
- * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). widest: the largest width of a blend;
- * 1: no wide ones. Linear in the faces, times the subdivisions that fading creases need. ERROR_TOPOLOGY if a fan has
- * 16383 faces or more, ERROR_MEMORY. */
-int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int widest, co_patches *out,
-                          curvopt_error *error);
+ * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). surface: curvopt_surface; widest: the
+ * largest width of a blend on `polynomial`. Linear in the faces, times the subdivisions that fading creases need.
+ * ERROR_TOPOLOGY if a fan has 16383 faces or more, ERROR_MEMORY. */
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int32_t surface, int widest,
+                          co_patches *out, curvopt_error *error);
 void co_patches_free(co_patches *patches);
+/* The cage vertices of which a point is a combination: itself, or a derived point's row; no coefficient. */
+typedef struct co_point_row {
+    const int32_t *vertex;
+    const double *weight;
+    size_t n;
+} co_point_row;
+/* `point` must stay where it is while the result is in use. */
+co_point_row co_patches_row(const co_patches *patches, const int32_t *point);
 /* Computes all other points from the cage's vertices, in points [3 n_points]. */
 void co_patches_derive(const co_patches *patches, double *points);
 /* Transpose of co_patches_derive: gradient [3 n_cage] += the gradient with respect to the cage's vertices that belongs
- * to the gradient with respect to all other points in point_gradient [3 n_points]. */
-void co_patches_add_derived(const co_patches *patches, const double *point_gradient, double *gradient);
+ * to the gradient with respect to all other points in point_gradient [3 n_points], which is spent. */
+void co_patches_add_derived(const co_patches *patches, double *point_gradient, double *gradient);
 
 /* Number of a patch's points that are vertices or rows of `derived`: 16 of a regular patch (ring.h), else its fan's. */
 static inline int32_t co_patches_own_size(int32_t kind) {
@@ -69,9 +77,14 @@ static inline int32_t co_patches_own_size(int32_t kind) {
         return co_fan_n_points(co_fan_sectors(kind));
     return kind == CO_FAN_REGULAR || co_fan_is_wide(kind) ? CO_RING_REGULAR : co_fan_n_points(kind);
 }
-/* Number of all points of a patch: on a wide blend its sector's coefficients come after the others. */
+/* Number of all points of a patch: on a disc its sector's coefficients come after the others. */
 static inline int32_t co_patches_size(int32_t kind) {
     return co_patches_own_size(kind) + (co_fan_is_wide(kind) ? CO_BLEND_DISC_TERMS : 0);
+}
+/* Whether the surface on a patch of a disc can depend on own point i. */
+static inline int co_patches_own_is_used(int32_t kind, int32_t i) {
+    return co_patches_own_size(kind) == CO_RING_REGULAR ||
+           (co_stam_in_support(co_fan_sectors(kind), i) && co_stam_in_window(co_fan_sectors(kind), CO_STAM_WINDOW, i));
 }
 /* Index of a kind in `kinds`. */
 int32_t co_patches_kind(const co_patches *patches, int32_t kind);

@@ -38,10 +38,15 @@ static void set_map(co_ring_cell *cell, co_real map[16][2], const co_real base[2
     }
 }
 
+/* Whether the polynomial's coefficients are multiplied out, into rows over the two-ring. */
+static int is_folded(const co_ring_cell *cell) {
+    return cell->polynomial && cell->polynomial->width == 1 && cell->polynomial->fit;
+}
+
 /* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c + sum of (c_i - c) B_i, c = `base`: deep
  * in the rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i. */
 static void set_weights(co_ring_cell *cell) {
-    const co_blend_fit *folded = cell->polynomial && cell->polynomial->width == 1 ? cell->polynomial : NULL;
+    const co_blend_fit *folded = is_folded(cell) ? cell->polynomial : NULL;
     for (int32_t p = 0; p < cell->n_points; p++) {
         double *to = cell->weights + (size_t)p * CO_RING_CELL_GENERATORS;
         to[0] = (double)cell->base[p];
@@ -49,6 +54,29 @@ static void set_weights(co_ring_cell *cell) {
             to[1 + i] = (double)cell->points[i * cell->n_points + p];
         for (int i = 0; i < CO_BLEND_FIT_FUNCTIONS; i++)
             to[17 + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
+    }
+}
+
+/* Takes the mean row of far points at a place of their sectors (fan.h) off all rows there; mean gets it, times their
+ * number. */
+static void take_mean(co_ring_cell *cell, const co_stam_disc *disc, int x, int y,
+                      double mean[CO_RING_CELL_GENERATORS]) {
+    int32_t n_far = 0;
+    memset(mean, 0, CO_RING_CELL_GENERATORS * sizeof *mean);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int32_t s = 0; s < disc->valence; s++) {
+            const int32_t p = co_fan_index(disc->valence, s, x, y);
+            const int is_far = !co_stam_in_window(disc->valence, cell->window, p);
+            double *weights = cell->weights + (size_t)p * CO_RING_CELL_GENERATORS;
+            n_far += pass == 0 && is_far;
+            for (int i = 0; i < CO_RING_CELL_GENERATORS; i++)
+                if (pass == 1)
+                    weights[i] -= mean[i];
+                else if (is_far)
+                    mean[i] += weights[i];
+        }
+        for (int i = 0; i < CO_RING_CELL_GENERATORS; i++)
+            mean[i] = pass == 0 ? mean[i] / n_far : mean[i] * disc->valence;
     }
 }
 
@@ -70,6 +98,10 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
     }
     set_map(cell, map, base);
     set_weights(cell);
+    if (cell->window) {
+        take_mean(cell, disc, 1, 0, cell->mean[0]);
+        take_mean(cell, disc, 1, 1, cell->mean[1]);
+    }
 }
 
 int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, co_ring_cell *cell,
@@ -167,10 +199,9 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, gene
     blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
 }
 
-/* Row of one of the cell's points: through the patch's control points, and through the fit on surfaces of width 1. */
-static void point_row(const co_ring_cell *cell, generators g, int32_t point, double *row) {
-    const double *weight = cell->weights + (size_t)point * CO_RING_CELL_GENERATORS;
-    int n = cell->polynomial && cell->polynomial->width == 1 ? CO_RING_CELL_GENERATORS : 1 + 16;
+/* The row of those weights: through the patch's control points, and through a fit that is folded in. */
+static void weighted_row(const co_ring_cell *cell, generators g, const double *weight, double *row) {
+    int n = is_folded(cell) ? CO_RING_CELL_GENERATORS : 1 + 16;
     double sum[CO_JET] = {0};
     for (int i = 0; i < n; i++)
         for (int k = 0; k < CO_JET; k++)
@@ -179,8 +210,12 @@ static void point_row(const co_ring_cell *cell, generators g, int32_t point, dou
         row[k] = sum[k];
 }
 
-/* Row of the polynomial's point q_term. */
-static void term_row(generators g, int term, double *row) {
+/* Row of a disc's coefficient. */
+static void term_row(const co_ring_cell *cell, generators g, int term, double *row) {
+    if (term >= CO_BLEND_FIT_TERMS) {
+        weighted_row(cell, g, cell->mean[term - CO_BLEND_FIT_TERMS], row);
+        return;
+    }
     memcpy(row, g[17 + term], sizeof g[17 + term]);
     for (int i = 1; term == 0 && i < CO_BLEND_FIT_TERMS; i++)
         for (int k = 0; k < CO_JET; k++)
@@ -193,7 +228,9 @@ void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n
     find_generators(cell, s, t, g, chart);
     for (int32_t p = 0; p < n_support; p++, rows += CO_JET)
         if (support[p] < cell->n_points)
-            point_row(cell, g, support[p], rows);
+            weighted_row(cell, g, cell->weights + (size_t)support[p] * CO_RING_CELL_GENERATORS, rows);
+        else if (cell->polynomial || support[p] - cell->n_points >= CO_BLEND_FIT_TERMS)
+            term_row(cell, g, support[p] - cell->n_points, rows);
         else
-            term_row(g, support[p] - cell->n_points, rows);
+            memset(rows, 0, CO_JET * sizeof *rows);
 }

@@ -334,6 +334,13 @@ int co_stam_in_support(int32_t fan, int32_t i) {
     return sector == before && place == 4; /* (2,-1) */
 }
 
+int co_stam_in_window(int32_t fan, int32_t window, int32_t i) {
+    int32_t n = co_fan_sectors(fan), sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
+    if (i == 0 || n < 2 * window + 4 || (place != 0 && place != 2))
+        return 1;
+    return sector <= window + (place == 0) || sector >= n - window; /* sector 0 lies between two edges */
+}
+
 /* Rotates the average of all sectors, turned back, into each: keeps frequency 1, in which the map lives, and nothing
  * else; rounding would otherwise let the constant, whose eigenvalue is 1, take over. */
 static void keep_frequency_one(int32_t valence, co_real *xy) {

@@ -25,7 +25,9 @@
 
 enum {
     CO_RING_CELLS = 3,
-    CO_STAM_MOST_ROWS = 32 /* most points that the cells of a ring are made of: 5 x 5 places, and those of phantoms */
+    CO_STAM_MOST_ROWS = 32, /* most points that the cells of a ring are made of: 5 x 5 places, and those of phantoms */
+    CO_STAM_WINDOW = 24,    /* sectors on either side of a face that count; see co_stam_in_window */
+    CO_STAM_LEAST_WINDOWED = 2 * CO_STAM_WINDOW + 4
 };
 
 /* Place (x, y) of each cell of a ring, in units of its side. */
@@ -75,6 +77,12 @@ void co_stam_limit_masks(int32_t valence, co_real *masks);
 /* Whether the limit patch of the fan's sector can depend on point i of the two-ring. In a closed fan of N sectors there
  * are 2 N + 8 such points. */
 int co_stam_in_support(int32_t fan, int32_t i);
+/* Whether point i of the two-ring of a closed fan is within `window` sectors of sector 0, or not in the one-ring. Each
+ * subdivision makes a face depend on one more sector on either side, and on all others only by the vertex, which the
+ * means of the one-ring move. So ring r depends on a point beyond r + 1 sectors as on all others beyond. What is
+ * left out beyond CO_STAM_WINDOW is less than 1e-12 of a row in every ring
+ * (notes/35-tables-of-high-valence.md). A window that would not leave two points out has no effect. */
+int co_stam_in_window(int32_t fan, int32_t window, int32_t i);
 
 /* Control points of the characteristic map (Reif 1995) of a smooth vertex: xy [2 n_points], the eigenvectors of the
  * subdominant eigenvalue over the two-ring, scaled so that the first-ring edge points have distance 1 from the vertex.
