@@ -210,7 +210,8 @@ CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *
  *   AUTO        LIMIT if every term accepts it, else POLYNOMIAL
  *   LIMIT       the Catmull-Clark limit surface itself. Energies take a blend as of POLYNOMIAL at vertices where they
  *               would be infinite: smooth boundary and crease vertices of one face or of four and more on a side, and
- *               inner vertices of two edges
+ *               inner vertices of two edges; and at inner vertices of 12 faces and more, where most of the energy lies
+ *               in a spot too small to see
  *   PLANE       the limit surface, blended into the tangent plane at extraordinary vertices, as in the report; on
  *               boundaries and creases as POLYNOMIAL
  *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide; on

@@ -146,14 +146,8 @@ static int32_t allocate(co_basis_table *t, curvopt_error *error) {
 
 /* The sectors on either side of a face whose points have rows of their own, in that many rings; 0: all have. */
 static int32_t window_of(const co_basis_table *t, int n_rings) {
-    int32_t window = n_rings + 1 < CO_STAM_WINDOW ? n_rings + 1 : CO_STAM_WINDOW;
     int is_disc = co_fan_is_wide(t->kind) && !is_one_piece(t->kind) && co_fan_wide_width(t->kind) == 1;
-    return is_disc && co_fan_sectors(t->kind) >= 2 * window + 4 ? window : 0;
-}
-
-/* Whether rows can be nonzero on a coefficient of a disc. */
-static int is_term_used(const co_basis_table *t, int term, int32_t window) {
-    return term < CO_BLEND_FIT_TERMS ? t->surface == CURVOPT_SURFACE_POLYNOMIAL : window > 0;
+    return is_disc && co_fan_sectors(t->kind) >= 2 * (n_rings + 1) + 4 ? n_rings + 1 : 0;
 }
 
 /* The patch points that rows can be nonzero on. */
@@ -164,7 +158,7 @@ static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n ? is_term_used(t, i - n, window)
+        if (i >= n ? i - n < CO_BLEND_FIT_TERMS || window
                    : folded || is_one_piece(t->kind) ||
                          (co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i))))
             t->support[t->n_points++] = i;

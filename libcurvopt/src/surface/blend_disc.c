@@ -17,7 +17,7 @@ enum {
 
 int32_t co_blend_disc_least_valence(int32_t surface) {
     return surface == CURVOPT_SURFACE_POLYNOMIAL ? LEAST_VALENCE
-           : surface == CURVOPT_SURFACE_LIMIT    ? CO_STAM_LEAST_WINDOWED
+           : surface == CURVOPT_SURFACE_LIMIT    ? CO_BLEND_FIT_UNRESOLVED
                                                  : CO_FAN_MAX;
 }
 
@@ -155,7 +155,7 @@ static void fill_means(co_blend_disc_fit *f) {
     }
 }
 
-static int32_t fill_fit(int32_t surface, co_blend_disc_fit *f, curvopt_error *error) {
+static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
     f->n_points = co_blend_fit_n_points(f->valence, f->width);
     f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
     f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
@@ -163,11 +163,10 @@ static int32_t fill_fit(int32_t surface, co_blend_disc_fit *f, curvopt_error *er
         return co_status_no_memory(error);
     fill_means(f);
     fill_turns(f);
-    return surface == CURVOPT_SURFACE_POLYNOMIAL ? fill_polynomial(f, error) : CURVOPT_OK;
+    return fill_polynomial(f, error);
 }
 
-static int32_t find_fit(co_blend_discs *discs, int32_t surface, int32_t valence, int width, int32_t *index,
-                        curvopt_error *error) {
+static int32_t find_fit(co_blend_discs *discs, int32_t valence, int width, int32_t *index, curvopt_error *error) {
     for (*index = 0; *index < discs->n_fits; ++*index)
         if (discs->fit[*index].valence == valence && discs->fit[*index].width == width)
             return CURVOPT_OK;
@@ -176,11 +175,11 @@ static int32_t find_fit(co_blend_discs *discs, int32_t surface, int32_t valence,
         return co_status_no_memory(error);
     discs->fit = fit;
     fit[discs->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
-    return fill_fit(surface, &fit[discs->n_fits++], error);
+    return fill_fit(&fit[discs->n_fits++], error);
 }
 
-int32_t co_blend_discs_add(int32_t surface, int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t fit, status = find_fit(discs, surface, valence, width, &fit, error);
+int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
+    int32_t fit, status = find_fit(discs, valence, width, &fit, error);
     if (status != CURVOPT_OK)
         return status;
     co_blend_disc *disc = CO_RESIZED(discs->disc, (size_t)discs->n_discs + 1);
@@ -215,7 +214,7 @@ static int32_t add_wide(const curvopt_mesh *m, int32_t v, int width, co_blend_di
         width--;
     if (status != CURVOPT_OK || width == 1)
         return status;
-    status = co_blend_discs_add(CURVOPT_SURFACE_POLYNOMIAL, m->valence[v], width, discs, error);
+    status = co_blend_discs_add(m->valence[v], width, discs, error);
     if (status == CURVOPT_OK)
         list_points(m, v, width, discs->column + discs->disc[discs->n_discs - 1].column);
     return status;

@@ -20,10 +20,10 @@
  * patches of one kind must find theirs in their own sector's frame. Sector 0's are rows over the disc's points, the
  * same for all discs of a valence and width; the others are these, turned.
  *
- * Discs of width 1 are for vertices of high valence N, on `polynomial` and `limit`. Every face there depends on all
- * 6 N + 1 or 2 N + 8 points round the vertex, but on those that are far from it through few sums only: through P, and
- * through the mean of the neighbours over edges and that of the neighbours across faces, which each subdivision moves
- * the vertex by. These means are two more coefficients; what else a face depends on is near it (ring_cell.h).
+ * Discs of width 1 are for vertices of high valence N. Every face there depends on all 6 N + 1 points round the
+ * vertex, but on those that are far from it through few sums only: through P, and through the mean of the neighbours
+ * over edges and that of the neighbours across faces, which each subdivision moves the vertex by. These means are two
+ * more coefficients; what else a face depends on is near it (ring_cell.h).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_BLEND_DISC_H
@@ -40,8 +40,7 @@ enum {
     CO_BLEND_DISC_TERMS
 };
 
-/* The valence from which on faces at a smooth vertex are a disc of width 1 on a surface; a valence below it never is.
- * On `polynomial` that is fewer points from 8 on; on `limit` only where the window (ring_cell.h) leaves some out. */
+/* The valence from which on faces at a smooth vertex are a disc of width 1 on a surface. */
 int32_t co_blend_disc_least_valence(int32_t surface);
 
 /* The fit that all discs of one valence and width share. */
@@ -81,7 +80,7 @@ int32_t co_blend_discs_find(const curvopt_mesh *mesh, const uint8_t *kind, int w
                             curvopt_error *error);
 /* Adds a disc; its points, as many as its fit has, are left to be filled from co_blend_discs.column on. ERROR_MEMORY.
  */
-int32_t co_blend_discs_add(int32_t surface, int32_t valence, int width, co_blend_discs *discs, curvopt_error *error);
+int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error);
 void co_blend_discs_free(co_blend_discs *discs);
 /* Computes the coefficients of the discs that are used from their points, both in points [3 n]. */
 void co_blend_discs_apply(const co_blend_discs *discs, double *points);

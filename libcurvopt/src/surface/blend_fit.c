@@ -72,12 +72,14 @@ int32_t co_blend_fit_surface(int32_t surface, int32_t kind) {
     int32_t n = co_fan_sectors(kind);
     switch (co_fan_type_of(kind)) {
     case CO_FAN_CLOSED:
-        return n == CO_FAN_REGULAR ? CURVOPT_SURFACE_LIMIT : n == 2 ? CURVOPT_SURFACE_POLYNOMIAL : surface;
+        if (n == 2 || (n >= CO_BLEND_FIT_UNRESOLVED && surface == CURVOPT_SURFACE_LIMIT))
+            return CURVOPT_SURFACE_POLYNOMIAL;
+        return n == CO_FAN_REGULAR ? CURVOPT_SURFACE_LIMIT : surface;
     case CO_FAN_CREASE:
     case CO_FAN_DART:
         return surface == CURVOPT_SURFACE_LIMIT && co_fan_is_integrable(kind) ? surface : CURVOPT_SURFACE_POLYNOMIAL;
     case CO_FAN_WIDE:
-        return surface;
+        return CURVOPT_SURFACE_POLYNOMIAL;
     default: /* corners of several faces, and cones, have no tangent plane that a polynomial could have */
         return CURVOPT_SURFACE_LIMIT;
     }

@@ -23,6 +23,11 @@ enum {
     CO_BLEND_FIT_FUNCTIONS
 };
 
+/* Valence from which on squared curvature of the limit surface is not resolved. Its integral over ring r falls as
+ * (mu / lambda)^2r (stam.h), and from 12 on more than 5e-4 of it is in rings beyond 40, whose size is below 1e-7 of a
+ * face: .36 at 32, .94 at 128 (notes/35-tables-of-high-valence.md). */
+enum { CO_BLEND_FIT_UNRESOLVED = 12 };
+
 /* Points of a disc of width m, whose faces need those at places 0 <= x, y <= m + 1 of each sector: numbered as a fan's
  * two-ring (fan.h), which is that of m = 1; each sector owns those with x > 0, row by row. */
 typedef struct co_blend_fit {
@@ -42,7 +47,8 @@ int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *o
 void co_blend_fit_free(co_blend_fit *polynomial);
 
 /* The surface (curvopt_surface) of a kind of patch where `surface` is asked for: LIMIT, where that is all there is;
- * POLYNOMIAL instead of LIMIT, where the limit has no finite integral of squared curvature and a blend has. */
+ * POLYNOMIAL instead of LIMIT, where the limit has no finite integral of squared curvature, or one that cannot be
+ * resolved, and a blend has. */
 int32_t co_blend_fit_surface(int32_t surface, int32_t kind);
 
 static inline int32_t co_blend_fit_n_points(int32_t valence, int width) {

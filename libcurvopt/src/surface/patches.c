@@ -249,7 +249,7 @@ static int32_t sector_from(const int32_t *column, int32_t n, const int32_t *poin
 static int32_t find_coefficients(level *l, co_patches *out, int32_t v, int32_t n, const int32_t *points,
                                  int32_t *coefficient, curvopt_error *error) {
     if (l->disc_at[v] < 0) {
-        int32_t status = co_blend_discs_add(l->surface, (n - 1) / CO_RING_SECTOR, 1, &out->wide, error);
+        int32_t status = co_blend_discs_add((n - 1) / CO_RING_SECTOR, 1, &out->wide, error);
         if (status != CURVOPT_OK)
             return status;
         l->disc_at[v] = out->wide.n_discs - 1;

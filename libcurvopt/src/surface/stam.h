@@ -26,8 +26,7 @@
 enum {
     CO_RING_CELLS = 3,
     CO_STAM_MOST_ROWS = 32, /* most points that the cells of a ring are made of: 5 x 5 places, and those of phantoms */
-    CO_STAM_WINDOW = 24,    /* sectors on either side of a face that count; see co_stam_in_window */
-    CO_STAM_LEAST_WINDOWED = 2 * CO_STAM_WINDOW + 4
+    CO_STAM_WINDOW = 24     /* the largest window: tables of blends have 22 rings at most */
 };
 
 /* Place (x, y) of each cell of a ring, in units of its side. */
@@ -79,9 +78,8 @@ void co_stam_limit_masks(int32_t valence, co_real *masks);
 int co_stam_in_support(int32_t fan, int32_t i);
 /* Whether point i of the two-ring of a closed fan is within `window` sectors of sector 0, or not in the one-ring. Each
  * subdivision makes a face depend on one more sector on either side, and on all others only by the vertex, which the
- * means of the one-ring move. So ring r depends on a point beyond r + 1 sectors as on all others beyond. What is
- * left out beyond CO_STAM_WINDOW is less than 1e-12 of a row in every ring
- * (notes/35-tables-of-high-valence.md). A window that would not leave two points out has no effect. */
+ * means of the one-ring move. So ring r depends alike on all points beyond r + 1 sectors. A window that would not leave
+ * two points out has no effect. */
 int co_stam_in_window(int32_t fan, int32_t window, int32_t i);
 
 /* Control points of the characteristic map (Reif 1995) of a smooth vertex: xy [2 n_points], the eigenvectors of the
