@@ -164,7 +164,7 @@ def _solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order, mesh.exceptions(options, of_interest),
+                levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
             )  # fmt: skip
 
 

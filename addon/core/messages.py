@@ -132,6 +132,10 @@ def verdict_of(request: Request, solution: Solution) -> str:
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
+    (
+        "edges of length 0 leave no tangent plane",
+        "vertices in one place leave no tangent plane, Merge by Distance joins them",
+    ),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
 )
 
