@@ -73,6 +73,14 @@ def _report(request: Request, solution: Solution, of_what: str, counted: str, re
     )
 
 
+def refined_text(request: Request) -> str:
+    """That more vertices came out than were asked for, and why, in a sentence; empty if not."""
+    if not request.refined:
+        return ""
+    often = {1: "once", 2: "twice"}.get(request.refined, f"{request.refined} times")
+    return f"The cage was refined {often}, because all of its own vertices are held by boundary, creases or pins"
+
+
 _MOST_NAMED = 3
 
 

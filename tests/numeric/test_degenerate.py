@@ -24,7 +24,8 @@ def together(mesh: Mesh, *groups: list[int]) -> Mesh:
 
 def grid(n: int = 8) -> Mesh:
     """n x n vertices, waved."""
-    points = [[x, y, 0.3 * np.cos(2 * x + 1) * np.sin(y + 2)] for y in np.linspace(-1, 1, n) for x in np.linspace(-1, 1, n)]
+    at = np.linspace(-1, 1, n)
+    points = [[x, y, 0.3 * np.cos(2 * x + 1) * np.sin(y + 2)] for y in at for x in at]
     starts = [n * y + x for y in range(n - 1) for x in range(n - 1)]
     return mesh_from_faces(points, [[v, v + 1, v + n + 1, v + n] for v in starts])
 
@@ -59,7 +60,7 @@ CAGES = {
     "boundary edge": (lambda: together(grid(), [2, 3]), 0),
     "two boundary edges": (lambda: together(grid(), [2, 3, 4]), 2),
     "side of a grid": (lambda: together(grid(), list(range(8))), 7),
-    "edge at a corner of a cube": (lambda: together(perturbed(cube_grid(4), 0.03, 3), cube_grid(4).face_list()[0][:2]), 0),
+    "edge of a cube": (lambda: together(perturbed(cube_grid(4), 0.03, 3), cube_grid(4).face_list()[0][:2]), 0),
     "poles": (spun, 24),
     "waist of one ring": (lambda: rings([1, 1, 1, 0.5, 0, 0.5, 1, 1, 1], list(range(9))), 0),
     "waist of two rings": (lambda: rings([1, 1, 1, 0.5, 0, 0, 0.5, 1, 1, 1], [0, 1, 2, 3, 4, 4, 5, 6, 7, 8]), 0),
@@ -96,8 +97,8 @@ def test_vertices_in_one_place_at_random(seed):
 
 
 def test_what_is_left_out_is_decided_once():
-    """On finer levels it is the children of what the input has, though these have no edge of length 0; and an evaluation
-    somewhere else leaves out the same faces."""
+    """On finer levels it is the children of what the input has, though these have no edge of length 0; and an
+    evaluation somewhere else leaves out the same faces."""
     cage = together(grid(6), [1, 2, 3])
     left_out = [bool(reason) for reason in lib.exceptions(cage)[1]]
     result = lib.minimize(cage, levels=2, strength=0.5)
