@@ -279,6 +279,11 @@ static void test_degenerate_cages_are_strictly_refused(void **state) {
     options.strict = 1;
     CHECK_REFUSED(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error, CURVOPT_ERROR_GEOMETRY, 2,
                   "edges of length 0 leave the surface no tangent plane at vertex 2");
+    const int32_t holes[2] = {1, 2}; /* what is a hole counts for nothing */
+    options.holes = holes;
+    options.n_holes = 2;
+    CHECK_OK(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error);
+    curvopt_problem_destroy(problem);
     c.xyz[5] = NAN;
     CHECK_REFUSED(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error, CURVOPT_ERROR_GEOMETRY, 1,
                   "vertex 1 has coordinate z");

@@ -131,14 +131,15 @@ static int32_t refuse_all(const curvopt_mesh *m, const co_exceptions *e, curvopt
         v, curvopt_exception_text(e->vertex[v]));
 }
 
-/* ERROR_GEOMETRY where edges of length 0 leave no tangent plane; xyz may be NULL. */
-static int32_t check_degenerate(const curvopt_mesh *m, const double *xyz, curvopt_error *error) {
+/* ERROR_GEOMETRY where edges of length 0 leave no tangent plane to a face that is no hole; xyz may be NULL. */
+static int32_t check_degenerate(const curvopt_mesh *m, const double *xyz, const co_exceptions *e,
+                                curvopt_error *error) {
     uint8_t *degenerate = CO_NEW(uint8_t, m->info.n_corners);
     int32_t status = degenerate ? CURVOPT_OK : co_status_no_memory(error), v = -1;
     if (status == CURVOPT_OK && xyz)
         status = co_degenerate_mark(m, xyz, degenerate, error);
     for (int32_t h = m->info.n_corners - 1; status == CURVOPT_OK && h >= 0; h--)
-        v = degenerate[h] ? m->corner_vertex[h] : v;
+        v = degenerate[h] && e->face[m->corner_face[h]] == FINE ? m->corner_vertex[h] : v;
     free(degenerate);
     if (v >= 0)
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
@@ -152,14 +153,14 @@ int32_t co_exceptions_of_run(const curvopt_mesh *m, const double *xyz, const cur
                              curvopt_error *error) {
     *e = (co_exceptions){0};
     int32_t status = o->strict ? co_mesh_check_manifold(m, error) : CURVOPT_OK;
-    if (status == CURVOPT_OK && o->strict)
-        status = check_degenerate(m, xyz, error);
     if (status == CURVOPT_OK)
         status = find(m, xyz, o, !o->strict, e, error);
-    if (status == CURVOPT_OK && e->n_left_out == m->info.n_faces) {
+    if (status == CURVOPT_OK && o->strict)
+        status = check_degenerate(m, xyz, e, error);
+    if (status == CURVOPT_OK && e->n_left_out == m->info.n_faces)
         status = refuse_all(m, e, error);
+    if (status != CURVOPT_OK)
         co_exceptions_free(e);
-    }
     return status;
 }
 

@@ -11,7 +11,8 @@
  *   - v, the other ends of the fan's edges and the means of its faces are on one line, or in one place.
  * Tangents are combinations of the differences of these points. An edge of length 0 alone is not degenerate: a quad two
  * of whose corners are in one place mostly has a tangent plane everywhere. Lengths up to CURVOPT_COINCIDENT times the
- * root mean square radius of the vertices count as 0. Linear time. ERROR_MEMORY. */
+ * root mean square radius of the vertices count as 0. Linear time, but for faces with such an edge, which take the
+ * square of their size. ERROR_MEMORY. */
 int32_t co_degenerate_mark(const curvopt_mesh *mesh, const double *xyz, uint8_t *corner, curvopt_error *error);
 
 #endif
