@@ -65,8 +65,15 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
 def _solve(
     source: read_cage.Source, request: job.Request, show: Callable[[Progress], None] | None
 ) -> job.Solution:
-    """Run; a refusal of the library's names vertices as the mesh does."""
+    """Run; a refusal of the library's names vertices as the mesh does. BatchError where the levels that were asked for
+    move nothing, and more would."""
     try:
+        levels = job.freed(source.cage, request).levels
+        if levels > request.levels:
+            raise BatchError(
+                f"Nothing may move with --levels {request.levels}: boundary, creases or pins hold all vertices; use "
+                f"--levels {levels}."
+            )
         return job.solve(source.cage, request, show)
     except CurvoptError as error:
         raise source.named(error) from error

@@ -17,7 +17,7 @@ BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out of the energy
-    "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "beside", "hole",
+    "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "degenerate", "beside", "hole",
 )  # fmt: skip
 SHARPNESS_INFINITE = 10.0
 SHAPE_ERRORS = tuple(map(STATUSES.index, ("geometry", "resolution")))  # coordinates without a surface
@@ -221,10 +221,10 @@ SIGNATURES = {
     "curvopt_mesh_count_creases": (None, (_HANDLE, INTS, INTS)),
     "curvopt_mesh_get_creases": (None, (_HANDLE, INTS, REALS, INTS, REALS)),
     "curvopt_mesh_refine": (_I, (_HANDLE, REALS, _OUT, REALS, _ERROR)),
-    "curvopt_mesh_find_exceptions": (_I, (_HANDLE, C.POINTER(COptions), INTS, INTS, _ERROR)),
+    "curvopt_mesh_find_exceptions": (_I, (_HANDLE, REALS, C.POINTER(COptions), INTS, INTS, _ERROR)),
     "curvopt_options_init": (None, (C.POINTER(COptions), _SIZE)),
     "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
-    "curvopt_problem_create": (_I, (_HANDLE, C.POINTER(COptions), _OUT, _ERROR)),
+    "curvopt_problem_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
     "curvopt_problem_destroy": (None, (_HANDLE,)),
     "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), _SIZE, REALS, _ERROR)),
     "curvopt_sampler_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
@@ -235,6 +235,7 @@ SIGNATURES = {
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
     "curvopt_cancel_request": (None, (_HANDLE,)),
     "curvopt_cancel_destroy": (None, (_HANDLE,)),
+    "curvopt_find_moving_level": (_I, (_HANDLE, REALS, C.POINTER(COptions), INTS, _ERROR)),
     "curvopt_minimize": (_I, (_HANDLE, REALS, C.POINTER(COptions), PROGRESS_FN, _HANDLE, _HANDLE, _OUT, _ERROR)),
     "curvopt_result_destroy": (None, (_HANDLE,)),
     "curvopt_result_mesh": (_HANDLE, (_HANDLE,)),

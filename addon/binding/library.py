@@ -334,14 +334,16 @@ class Mesh(_Handle):
         )  # fmt: skip
         return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
 
-    def exceptions(self, options: COptions, free: np.ndarray | None = None) -> Exceptions:
-        """What a run with these options holds and leaves out of the energy, holes excepted; of that, where `free`
-        (n_vertices,) is given, what holds vertices that would move without it."""
+    def exceptions(self, xyz: object, options: COptions, free: np.ndarray | None = None) -> Exceptions:
+        """What a run from xyz (n_vertices, 3) with these options holds and leaves out of the energy, holes excepted; of
+        that, where `free` (n_vertices,) is given, what holds vertices that would move without it."""
         info = self.info()
+        points = reals(xyz, 3 * info.n_vertices, "xyz")
         vertices, faces = np.empty(info.n_vertices, np.int32), np.empty(info.n_faces, np.int32)
         self.lib.call(
-            "curvopt_mesh_find_exceptions", self.pointer, C.byref(options), _int_pointer(vertices), _int_pointer(faces)
-        )
+            "curvopt_mesh_find_exceptions", self.pointer, _real_pointer(points), C.byref(options),
+            _int_pointer(vertices), _int_pointer(faces),
+        )  # fmt: skip
         beside, hole = EXCEPTIONS.index("beside"), EXCEPTIONS.index("hole")
         sizes, corners = self.faces()
         left_out = (faces >= 0) & (faces != hole)
@@ -355,6 +357,14 @@ class Mesh(_Handle):
         )
         held = (named | there) & (True if free is None else free)
         return Exceptions(reasons, int(held.sum()), int(left_out.sum()))
+
+    def moving_level(self, xyz: object, options: COptions) -> int:
+        """The first level of a run from xyz (n_vertices, 3) at which a vertex may move, 0 if there is none."""
+        points, level = reals(xyz, 3 * self.info().n_vertices, "xyz"), C.c_int32()
+        self.lib.call(
+            "curvopt_find_moving_level", self.pointer, _real_pointer(points), C.byref(options), C.byref(level)
+        )
+        return level.value
 
     def refine(self, xyz: object) -> tuple[Mesh, np.ndarray]:
         """One Catmull-Clark step: the finer mesh and its positions (n_vertices + n_edges + n_faces, 3)."""
@@ -391,9 +401,12 @@ class Problem(_Handle):
     _destroy = "curvopt_problem_destroy"
 
     @classmethod
-    def create(cls, mesh: Mesh, options: COptions) -> Problem:
-        """CurvoptError for a surface that cannot carry the energy."""
-        problem = cls(mesh.lib, mesh.lib.create("curvopt_problem_create", mesh.pointer, C.byref(options)))
+    def create(cls, mesh: Mesh, options: COptions, xyz: object = None) -> Problem:
+        """Faces that are degenerate at xyz (n, 3), if it is given, are left out. CurvoptError for a surface that cannot
+        carry the energy."""
+        points = None if xyz is None else reals(xyz, 3 * mesh.info().n_vertices, "xyz")
+        pointer = mesh.lib.create("curvopt_problem_create", mesh.pointer, _real_pointer(points), C.byref(options))
+        problem = cls(mesh.lib, pointer)
         problem.n_vertices = mesh.info().n_vertices
         return problem
 

@@ -14,12 +14,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..binding import library
-from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES
+from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, COptions
 from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
 from .crop import Crop
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
 from .snapshot import Watcher
+
+
+_MOST_REFINED = 2  # subdivisions that nobody asked for: 16 times the faces
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Request:
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
     `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
-    energy; their vertices are held."""
+    energy; their vertices are held. `refined` of the levels were not asked for: `freed` added them."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -40,6 +43,7 @@ class Request:
     held: Held = field(default_factory=Held)
     strength: float = DEFAULTS.strength
     holes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
+    refined: int = 0
 
     @property
     def label(self) -> str:
@@ -112,6 +116,20 @@ def solve(
     return replace(found, cage=whole, start_positions=start, euler=crop.euler(), exceptions=exceptions)
 
 
+def freed(cage: Cage, request: Request) -> Request:
+    """The request; where it is for the cage's own vertices, one level, and all of these are held, with the least number of
+    levels at which one may move, up to two more. If there is none it stays as it is, and the run says so.
+
+    LibraryError, CurvoptError, ValueError."""
+    if request.levels > 1:
+        return request
+    lib = library.load()
+    check_cage(len(cage.positions))
+    with library.Mesh.of_cage(lib, cage) as mesh:
+        level = mesh.moving_level(cage.positions, _options(lib, replace(request, levels=1 + _MOST_REFINED)))
+    return replace(request, levels=level, refined=level - 1) if level > 1 else request
+
+
 def _counted(cage: Cage, request: Request) -> np.ndarray:
     """Faces (m,) that are no holes."""
     counted = np.ones(len(cage.face_sizes), bool)
@@ -146,11 +164,7 @@ def _solve(
         wants_out = bool(on_progress is not None and on_progress(progress))
         return guard(progress) or wants_out
 
-    symmetry, planes = symmetry_of(request.symmetry)
-    options = lib.options(
-        weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
-    )  # fmt: skip
+    options = _options(lib, request)
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
             watcher.start(mesh, cage, np.flatnonzero(_counted(cage, request)) if len(request.holes) else None)
@@ -164,8 +178,17 @@ def _solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
-                levels, summary.symmetry_order, mesh.exceptions(options, of_interest),
+                levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
             )  # fmt: skip
+
+
+def _options(lib: library.Library, request: Request) -> COptions:
+    """The library's options of a request."""
+    symmetry, planes = symmetry_of(request.symmetry)
+    return lib.options(
+        weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
+        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
+    )  # fmt: skip
 
 
 def _subdivided(mesh: library.Mesh, positions: np.ndarray, n_vertices: int) -> np.ndarray:

@@ -39,7 +39,7 @@ class MeshArrays:
         return np.bincount(self.face_vertices, minlength=len(self.positions)) > 0
 
     def collapsed_faces(self) -> np.ndarray:
-        """The faces that have neighbouring corners in one place, ascending: their surface has no tangent plane there."""
+        """The faces that have neighbouring corners in one place, ascending: their surface may have no tangent plane."""
         one, other = sides(self.face_sizes, self.face_vertices).T
         length = np.linalg.norm(self.positions[one] - self.positions[other], axis=1)
         faces = np.repeat(np.arange(len(self.face_sizes)), self.face_sizes)

@@ -73,6 +73,14 @@ def _report(request: Request, solution: Solution, of_what: str, counted: str, re
     )
 
 
+def refined_text(request: Request) -> str:
+    """That more vertices came out than were asked for, and why, in a sentence; empty if not."""
+    if not request.refined:
+        return ""
+    often = {1: "once", 2: "twice"}.get(request.refined, f"{request.refined} times")
+    return f"The cage was refined {often}, because all of its own vertices are held by boundary, creases or pins"
+
+
 _MOST_NAMED = 3
 
 
@@ -132,6 +140,10 @@ def verdict_of(request: Request, solution: Solution) -> str:
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
+    (
+        "edges of length 0 leave no tangent plane",
+        "vertices in one place leave no tangent plane, Merge by Distance joins them",
+    ),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
 )
 

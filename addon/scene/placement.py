@@ -33,14 +33,21 @@ KEY_PREFIX = "Curvopt "
 _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 
-def check_outcome(outcome: str, levels: int, obj: bpy.types.Object | None = None) -> None:
+def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None = None) -> None:
     """CageError, before a run, for an outcome that is not possible for `obj`."""
-    if not is_possible(outcome, levels):
+    if not is_possible(outcome, request.levels):
+        if request.refined:
+            raise CageError(
+                "Nothing may move: boundary, creases or pins hold all vertices, and a shape key has no others. Set "
+                "Boundary to Free, pin fewer vertices, or set Result to New Object, which is refined."
+            )
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Same Vertices, or Levels to 1.")
-    if outcome == "REPLACE" and levels > 1 and obj is not None and any(m.type == "MULTIRES" for m in obj.modifiers):
+    many = request.levels > 1 and obj is not None and any(m.type == "MULTIRES" for m in obj.modifiers)
+    if outcome == "REPLACE" and many:
+        or_same = "" if request.refined else "Resolution to Same Vertices, or "
         raise CageError(
-            f"Object '{obj.name}' has a Multires modifier, which belongs to the vertices of its mesh: set Resolution to "
-            "Same Vertices, or Result to New Object."
+            f"Object '{obj.name}' has a Multires modifier, which belongs to the vertices of its mesh"
+            f"{', and all of these are held' if request.refined else ''}: set {or_same}Result to New Object."
         )
 
 
@@ -63,14 +70,14 @@ def write(
 ) -> tuple[bpy.types.Object, str]:
     """Put the result where it was wanted; the object, and what else the user should know, or "". CageError if it cannot
     be there."""
-    check_outcome(outcome, request.levels)
+    check_outcome(outcome, request)
     if outcome == "NEW":
         return add_result(context, source, request, solution), ""
     obj = local_object(source.name)
     why = _changed(obj, source)
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
-    check_outcome(outcome, request.levels, obj)
+    check_outcome(outcome, request, obj)
     if outcome == "REPLACE" and obj.data.shape_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
     if outcome == "SHAPE_KEY":

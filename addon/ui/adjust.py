@@ -76,7 +76,7 @@ strength"""
             source = _finished[1]
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            _remark = ". ".join(part for part in (held, remark) if part)
+            _remark = ". ".join(part for part in (messages.refined_text(request), held, remark) if part)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)
             display.show(context, text, is_undone=partial(_is_gone, obj.name))

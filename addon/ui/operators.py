@@ -139,8 +139,8 @@ Edit Mode the selected vertices move, and all others stay"""
         self._outcome = values["outcome"]
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
-        self._request = self._source.fitted(properties.request_of(values, held))
-        placement.check_outcome(self._outcome, self._request.levels, obj)
+        self._request = job.freed(self._source.cage, self._source.fitted(properties.request_of(values, held)))
+        placement.check_outcome(self._outcome, self._request, obj)
 
     def _read_edit(self, context: bpy.types.Context, obj: bpy.types.Object, values: dict[str, object]) -> None:
         """The selection. The vertices stay the same, and the result goes into the mesh that is edited."""

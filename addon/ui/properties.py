@@ -69,7 +69,8 @@ PINS = (
 )  # fmt: skip
 
 RESOLUTIONS = (
-    ("SAME", "Same Vertices", "The result has the vertices and faces of your cage: one level"),
+    ("SAME", "Same Vertices", "The result has the vertices and faces of your cage: one level. Where all of them are held, "
+     "as in a plane, the cage is refined once or twice"),
     ("REFINE", "Refine", "The cage is subdivided before each level but the first. For a fairer surface, with more "
      "vertices"),
 )  # fmt: skip

@@ -464,11 +464,14 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
 /* Why vertices are held and faces left out of the energy. A face is left out if the surface has no finite energy at one
  * of its corners, or no neighbourhood like a disc's or a half disc's; it stays out on finer levels. The vertices of
  * such faces are held: they stay exactly where they are, and on finer levels where subdivision puts them. All the rest
- * is optimized. X(NAME, value, "name", text)
+ * is optimized. A run decides once, by the cage that it begins with. X(NAME, value, "name", text)
  *   ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED
  *                     the cage is no manifold there, or not consistently oriented
  *   CONE, CORNER      the Catmull-Clark rules leave no tangent plane, and int k^2 dA is infinite: an infinitely sharp
  *                     vertex, a corner of two and more faces between sharp edges
+ *   DEGENERATE        the same, by the vertices' positions: edges of length 0, up to CURVOPT_COINCIDENT, leave no
+ *                     tangent plane there, for example at a pole that is a boundary of many vertices in one place. A
+ *                     quad two of whose corners are in one place mostly has one, and counts
  *   BESIDE            a vertex of a face that is left out for another of its vertices
  *   HOLE              a face of options.holes */
 #define CURVOPT_EXCEPTION_LIST(X)                                                                                      \
@@ -478,8 +481,9 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
     X(PINCHED, 3, "pinched", "separate fans of faces meet in the vertex")                                              \
     X(CONE, 4, "cone", "an infinitely sharp vertex makes a cone")                                                      \
     X(CORNER, 5, "corner", "a corner has several faces and makes a cone")                                              \
-    X(BESIDE, 6, "beside", "a face beside the vertex is left out")                                                     \
-    X(HOLE, 7, "hole", "the face is a hole")
+    X(DEGENERATE, 6, "degenerate", "edges of length 0 leave no tangent plane")                                         \
+    X(BESIDE, 7, "beside", "a face beside the vertex is left out")                                                     \
+    X(HOLE, 8, "hole", "the face is a hole")
 
 typedef enum curvopt_exception {
 #define CURVOPT_EXCEPTION_ENUM(name, value, short_name, text) CURVOPT_ENUMERATOR(EXCEPTION, name, value)
@@ -488,19 +492,23 @@ typedef enum curvopt_exception {
         CURVOPT_EXCEPTION_FORCE_INT = 0x7fffffff
 } curvopt_exception;
 /* Exceptions that exist. */
-#define CURVOPT_N_EXCEPTIONS 8
+#define CURVOPT_N_EXCEPTIONS 9
+/* Edges are of length 0 up to this part of the root mean square radius of the cage's vertices: ten times what rounding
+ * to single precision moves them. */
+#define CURVOPT_COINCIDENT 1e-6
 CURVOPT_API const char *curvopt_exception_name(int32_t exception);
 CURVOPT_API int32_t curvopt_exception_from_name(const char *name);
 /* The text of an exception; never NULL, also for an unknown one. */
 CURVOPT_API const char *curvopt_exception_text(int32_t exception);
 
-/* The exceptions of a cage, by its connectivity and creases and, of the options, the holes.
- *   vertex_reason [n_vertices]  curvopt_exception of each vertex, of several the least; -1: it is not held
- *   face_reason [n_faces]       curvopt_exception of each face; -1: it counts
- * Both arrays are the caller's; either may be NULL. ERROR_ARGUMENT (also a hole that is no face: `element` is its
- * index), ERROR_MEMORY. */
-CURVOPT_API int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const curvopt_options *options,
-                                                 int32_t *vertex_reason, int32_t *face_reason, curvopt_error *error);
+/* The exceptions of a cage: by its connectivity and creases, by its positions xyz [3 n_vertices] (DEGENERATE; NULL:
+ * these are not looked for) and, of the options, by the holes. vertex_reason [n_vertices]  curvopt_exception of each
+ * vertex, of several the least; -1: it is not held face_reason [n_faces]       curvopt_exception of each face; -1: it
+ * counts Both arrays are the caller's; either may be NULL. ERROR_ARGUMENT (also a hole that is no face: `element` is
+ * its index), ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const double *xyz,
+                                                 const curvopt_options *options, int32_t *vertex_reason,
+                                                 int32_t *face_reason, curvopt_error *error);
 
 /* ----------------------------------------------------------------------------------------------- energies -- */
 
@@ -529,9 +537,11 @@ typedef struct curvopt_problem curvopt_problem;
 /* The energy of all faces but those that are left out (curvopt_exception).
  * ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_UNSUPPORTED, ERROR_MEMORY, and ERROR_SURFACE: no face
  * is left, or third-order terms on `limit`, which has no finite ones at extraordinary vertices. With options.strict
- * also ERROR_TOPOLOGY and ERROR_SURFACE for each other exception (`element` is the vertex, of edges the face).
- * Keeps its own copy of the connectivity. */
-CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options,
+ * also ERROR_TOPOLOGY, ERROR_SURFACE and ERROR_GEOMETRY for each other exception (`element` is the vertex, of edges
+ * the face). Faces that are degenerate at xyz [3 n_vertices] are left out, wherever the problem is evaluated; NULL:
+ * none is looked for. ERROR_GEOMETRY also for an xyz that is not finite or of no size. Keeps its own copy of the
+ * connectivity. */
+CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                            curvopt_problem **out, curvopt_error *error);
 CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
 /* Energies at xyz [3 n_vertices] into out, whose sizeof is `size`, and the objective's exact gradient into gradient
@@ -714,14 +724,19 @@ typedef struct curvopt_summary {
     int32_t n_left_out;               /* faces of the input cage that were left out of the energy */
 } curvopt_summary;
 
+/* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and
+ * exceptions hold the whole cage, but not what subdivision puts inside its faces; 0 if there is none among
+ * options.levels, and curvopt_minimize would refuse. Quick. ERROR_ARGUMENT, ERROR_TOPOLOGY, ERROR_GEOMETRY,
+ * ERROR_SURFACE as curvopt_minimize, ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const double *xyz,
+                                              const curvopt_options *options, int32_t *level, curvopt_error *error);
 /* Minimizes the objective over all vertices of the cage, subdivides, repeats. It holds centroid, orientation and size,
  * unless options.boundary, options.constraints or exceptions (curvopt_exception) hold vertices: then these stay exactly
  * where they are. Isolated vertices are carried through, with their numbers, to every level.
  *   progress, user, cancel may be NULL.
  * Errors as curvopt_problem_create and curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about
  * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where
- * nothing may move. A cancelled or stalled
- * run is OK and has a result. */
+ * nothing may move on any level. A cancelled or stalled run is OK and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);

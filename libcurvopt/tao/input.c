@@ -9,19 +9,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Cages that are no manifold, or have holes, are not for this program; the library says it in its words. */
-static int32_t check_manifold(const program *p, const obj_cage *cage, const curvopt_mesh *mesh, curvopt_error *error) {
+/* Cages that are no manifold or degenerate, or have holes, are not for this program; the library says it in its words.
+ */
+static int32_t check_sound(const program *p, const obj_cage *cage, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_problem *problem = NULL;
-    int is_manifold = 1;
+    int is_sound = 1;
     int32_t *reason = malloc(sizeof *reason * (size_t)cage->n_vertices);
     if (!reason)
         return CURVOPT_ERROR_MEMORY;
-    int32_t status = curvopt_mesh_find_exceptions(mesh, &p->args.options, reason, NULL, error);
+    int32_t status = curvopt_mesh_find_exceptions(mesh, cage->xyz, &p->args.options, reason, NULL, error);
     for (int32_t v = 0; status == CURVOPT_OK && v < cage->n_vertices; v++)
-        is_manifold &= reason[v] < 0 || reason[v] > CURVOPT_EXCEPTION_PINCHED;
+        is_sound &=
+            reason[v] < 0 || (reason[v] > CURVOPT_EXCEPTION_PINCHED && reason[v] != CURVOPT_EXCEPTION_DEGENERATE);
     free(reason);
-    if (status == CURVOPT_OK && !is_manifold)
-        status = curvopt_problem_create(mesh, &p->args.options, &problem, error);
+    if (status == CURVOPT_OK && !is_sound)
+        status = curvopt_problem_create(mesh, cage->xyz, &p->args.options, &problem, error);
     curvopt_problem_destroy(problem);
     if (status == CURVOPT_OK && cage->n_holes) {
         status = CURVOPT_ERROR_UNSUPPORTED;
@@ -39,7 +41,7 @@ static int read_cage(const program *p, obj_cage *cage, curvopt_mesh **mesh, char
     int32_t status = curvopt_mesh_create_creased(cage->n_vertices, cage->n_faces, cage->face_sizes, cage->face_vertices,
                                                  &creases, mesh, &error);
     if (status == CURVOPT_OK)
-        status = check_manifold(p, cage, *mesh, &error);
+        status = check_sound(p, cage, *mesh, &error);
     if (status != CURVOPT_OK)
         curvopt_mesh_destroy(*mesh);
     if (status == CURVOPT_OK && cage->n_faces < p->n_ranks) {

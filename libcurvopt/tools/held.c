@@ -5,7 +5,8 @@
 
 enum { MOST_PRINTED = 5 }; /* numbers of a reason that people see; JSON has all */
 
-int32_t held_find(const curvopt_mesh *mesh, const curvopt_options *options, held_list *out, curvopt_error *error) {
+int32_t held_find(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options, held_list *out,
+                  curvopt_error *error) {
     curvopt_mesh_info info;
     curvopt_mesh_get_info(mesh, &info, sizeof info);
     *out = (held_list){.n_vertices = info.n_vertices,
@@ -14,7 +15,7 @@ int32_t held_find(const curvopt_mesh *mesh, const curvopt_options *options, held
                        .face_reason = malloc(sizeof(int32_t) * (size_t)info.n_faces)};
     int32_t status = CURVOPT_ERROR_MEMORY;
     if (out->vertex_reason && out->face_reason)
-        status = curvopt_mesh_find_exceptions(mesh, options, out->vertex_reason, out->face_reason, error);
+        status = curvopt_mesh_find_exceptions(mesh, xyz, options, out->vertex_reason, out->face_reason, error);
     else
         *error = (curvopt_error){CURVOPT_ERROR_MEMORY, -1, "out of memory"};
     if (status != CURVOPT_OK) {

@@ -15,7 +15,8 @@ typedef struct held_list {
 } held_list;
 
 /* As curvopt_mesh_find_exceptions. */
-int32_t held_find(const curvopt_mesh *mesh, const curvopt_options *options, held_list *out, curvopt_error *error);
+int32_t held_find(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options, held_list *out,
+                  curvopt_error *error);
 void held_free(held_list *held);
 /* For people: nothing where nothing is held; else how many, why, and the first few. */
 void held_print(FILE *file, const held_list *held);

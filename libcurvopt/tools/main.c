@@ -228,7 +228,7 @@ static int load(arguments *a, input *in) {
     a->options.holes = in->cage.holes;
     a->options.n_holes = in->cage.n_holes;
     if (status == CURVOPT_OK)
-        status = held_find(in->mesh, &a->options, &in->held, &error);
+        status = held_find(in->mesh, in->cage.xyz, &a->options, &in->held, &error);
     in->held.passed_over = in->cage.passed_over;
     if (status == CURVOPT_OK)
         return ARGUMENTS_DONE;
@@ -244,7 +244,7 @@ static int run_evaluate(arguments *a) {
     int result = load(a, &in);
     if (result != ARGUMENTS_DONE)
         return result;
-    if (curvopt_problem_create(in.mesh, &a->options, &problem, &error) != CURVOPT_OK ||
+    if (curvopt_problem_create(in.mesh, in.cage.xyz, &a->options, &problem, &error) != CURVOPT_OK ||
         curvopt_problem_evaluate(problem, in.cage.xyz, &energies, sizeof energies, NULL, &error) != CURVOPT_OK) {
         result = could_not(a->input, error.message);
     } else {
@@ -414,6 +414,22 @@ static int load_pins(arguments *a, pin_list *pins) {
     return ARGUMENTS_DONE;
 }
 
+/* Says why there is no result; where nothing may move, how many levels it takes until something may. */
+static int refused(const arguments *a, const input *in, const curvopt_error *error) {
+    enum { MORE = 3 }; /* levels beyond those of the run that are looked at */
+    char message[sizeof error->message + 64];
+    curvopt_options o = a->options;
+    curvopt_error none;
+    int32_t level = 0;
+    o.levels = o.levels < CURVOPT_MAX_LEVELS - MORE ? o.levels + MORE : CURVOPT_MAX_LEVELS;
+    if (error->code != CURVOPT_ERROR_ARGUMENT ||
+        curvopt_find_moving_level(in->mesh, in->cage.xyz, &o, &level, &none) != CURVOPT_OK ||
+        level <= a->options.levels)
+        return could_not(a->input, error->message);
+    snprintf(message, sizeof message, "%s: from --levels %d on some may", error->message, level);
+    return could_not(a->input, message);
+}
+
 static int run_minimize(arguments *a) {
     input in;
     curvopt_result *result = NULL;
@@ -435,7 +451,7 @@ static int run_minimize(arguments *a) {
     }
     if (!cancel ||
         curvopt_minimize(in.mesh, in.cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
-        status = could_not(a->input, error.message);
+        status = refused(a, &in, &error);
     running = NULL;
     curvopt_cancel_destroy(cancel);
     if (!a->quiet && isatty(STDERR_FILENO))

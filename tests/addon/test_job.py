@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapes
 from addon.binding import abi, library
-from addon.binding.values import Held
+from addon.binding.values import Cage, Held
 from addon.core import energy, job, messages
 
 
@@ -307,6 +307,56 @@ def test_a_minimum_of_symmetric_shapes_is_called_no_more_than_that():
 )  # fmt: skip
 def test_verdicts_are_written_for_people(verdict, decrement, directions, text):
     assert messages.verdict_text(library.Verification(verdict, decrement, directions), 100.0) == text
+
+
+# ------------------------------------------------------------------------------------- where nothing may move --
+
+
+def cage(points, faces):
+    sizes, vertices = shapes.packed(faces)
+    return Cage(np.array(points, float), np.array(sizes, np.int32), np.array(vertices, np.int32))
+
+
+def quad():
+    return cage([(0, 0, 0), (1, 0, 0), (1, 1, 0.3), (0, 1, 0)], [[0, 1, 2, 3]])
+
+
+@pytest.mark.parametrize("boundary, levels", [("free", 1), ("position", 2), ("tangent", 3), ("curvature", 1)])
+def test_a_cage_that_cannot_move_is_refined_up_to_twice(boundary, levels):
+    """Three rows of vertices stay with `curvature`: that takes three subdivisions."""
+    wanted = job.Request("willmore", 1, boundary=boundary, strength=0.3)
+    request = job.freed(quad(), wanted)
+    assert (request.levels, request.refined) == (levels, levels - 1)
+    assert dataclasses.replace(request, levels=1, refined=0) == wanted
+    assert bool(messages.refined_text(request)) == (levels > 1)
+
+
+def test_other_cages_and_requests_stay_as_they_are():
+    around, pins = cage(*shapes.torus()), Held.exactly(np.arange(32))
+    for shape, request in (
+        (around, job.Request("willmore", 1)),
+        (around, job.Request("willmore", 1, held=pins)),  # refining frees nothing where all of a face is pinned
+        (quad(), job.Request("willmore", 2, boundary="tangent")),  # asked for so many levels
+        (cage(*shapes.grid(3)), job.Request("mvs", 1)),
+    ):
+        assert job.freed(shape, request) is request
+    with pytest.raises(library.CurvoptError, match="nothing may move: all 32 vertices"):
+        job.solve(around, job.Request("willmore", 1, held=pins))
+
+
+def test_pins_that_hold_half_of_the_faces_do_not_hold_what_refining_adds():
+    shape, pins = cage(*shapes.grid(1)), Held.exactly([0, 1])
+    request = job.freed(shape, job.Request("willmore", 1, held=pins))
+    solution = job.solve(shape, request)
+    assert request.levels == 2 and len(solution.cage.positions) == 9
+    assert solution.verification.verdict == "minimum"
+
+
+def test_the_report_says_why_a_cage_was_refined():
+    text = "The cage was refined {}, because all of its own vertices are held by boundary, creases or pins"
+    assert messages.refined_text(job.Request("willmore", 2, refined=1)) == text.format("once")
+    assert messages.refined_text(job.Request("willmore", 3, refined=2)) == text.format("twice")
+    assert messages.refined_text(job.Request("willmore", 3)) == ""
 
 
 def test_refusals_use_blenders_words():

@@ -200,7 +200,7 @@ static void bench_faces(int32_t n_u, int32_t n_v, int third, const settings *set
     for (int k = 0; k < 2; k++) {
         curvopt_options o = options_of(third, k + 1);
         start = now();
-        must(curvopt_problem_create(mesh, &o, &problem[k], &error), &error);
+        must(curvopt_problem_create(mesh, NULL, &o, &problem[k], &error), &error);
         must(curvopt_problem_evaluate(problem[k], c.xyz, &e, sizeof e, gradient, &error), &error);
         set_up[k] = mesh_time + now() - start;
         megabytes = k ? megabytes : peak_megabytes(0);

@@ -70,7 +70,7 @@ static void evaluate(const curvopt_mesh *mesh, const input *in) {
     curvopt_problem *problem;
     curvopt_energies e;
     double gradient[3 * MOST_VERTICES];
-    int32_t status = curvopt_problem_create(mesh, &in->options, &problem, &error);
+    int32_t status = curvopt_problem_create(mesh, in->xyz, &in->options, &problem, &error);
     if (status == CURVOPT_OK)
         status = curvopt_problem_evaluate(problem, in->xyz, &e, sizeof e, gradient, &error);
     if (status == CURVOPT_OK) {
@@ -106,7 +106,7 @@ static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
             FUZZ_CHECK(isfinite(xyz[i]));
         FUZZ_CHECK(!pinned || memcmp(xyz, in->xyz, 3 * sizeof *xyz) == 0);
         int32_t vertex[MOST_VERTICES];
-        FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, &in->options, vertex, NULL, &error) == CURVOPT_OK);
+        FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, in->xyz, &in->options, vertex, NULL, &error) == CURVOPT_OK);
         for (int32_t v = 0; v < in->n_vertices; v++)
             FUZZ_CHECK(in->options.strict || vertex[v] < 0 ||
                        memcmp(xyz + 3 * v, in->xyz + 3 * v, 3 * sizeof *xyz) == 0);
@@ -120,7 +120,7 @@ static void minimize(const curvopt_mesh *mesh, input *in, int pinned) {
 static void check_exceptions(const curvopt_mesh *mesh, const input *in) {
     int32_t vertex[MOST_VERTICES], face[MOST_FACES], beside[MOST_VERTICES] = {0};
     curvopt_error error = {0};
-    FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, &in->options, vertex, face, &error) == CURVOPT_OK);
+    FUZZ_CHECK(curvopt_mesh_find_exceptions(mesh, NULL, &in->options, vertex, face, &error) == CURVOPT_OK);
     for (int32_t f = 0, at = 0; f < in->n_faces; at += in->sizes[f++])
         for (int32_t k = 0; k < in->sizes[f]; k++)
             beside[in->vertices[at + k]] |= face[f] >= 0;

@@ -135,10 +135,10 @@ SIGNATURES = {
     "curvopt_mesh_get_info": (None, [PTR, PTR, SIZE]),
     "curvopt_mesh_get_faces": (None, [PTR, PTR, PTR]),
     "curvopt_mesh_refine": (I32, [PTR, PTR, PTR, PTR, PTR]),
-    "curvopt_mesh_find_exceptions": (I32, [PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_mesh_find_exceptions": (I32, [PTR, PTR, PTR, PTR, PTR, PTR]),
     "curvopt_exception_name": (C.c_char_p, [I32]),
     "curvopt_options_init": (None, [PTR, SIZE]),
-    "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR]),
+    "curvopt_problem_create": (I32, [PTR, PTR, PTR, PTR, PTR]),
     "curvopt_problem_destroy": (None, [PTR]),
     "curvopt_problem_evaluate": (I32, [PTR, PTR, PTR, SIZE, PTR, PTR]),
     "curvopt_sampler_create": (I32, [PTR, PTR, PTR, PTR, PTR]),
@@ -246,7 +246,8 @@ def exceptions(mesh: Mesh, weights="willmore", boundary_rule: int = 0, **fields)
     """curvopt_mesh_find_exceptions: the reason of every vertex and of every face by name, "" where there is none."""
     handle, opts = make_mesh(mesh, boundary_rule), options(weights, **fields)
     vertex, face = np.empty(mesh.n_vertices, np.int32), np.empty(mesh.n_faces, np.int32)
-    call("curvopt_mesh_find_exceptions", handle.pointer, C.byref(opts), _pointer(vertex), _pointer(face))
+    call("curvopt_mesh_find_exceptions", handle.pointer, _pointer(positions(mesh)), C.byref(opts), _pointer(vertex),
+         _pointer(face))
     names = [library().curvopt_exception_name(i) for i in range(12)]
     return tuple([names[i].decode() if i >= 0 else "" for i in found] for found in (vertex, face))
 
@@ -292,7 +293,8 @@ class Problem:
     def __init__(self, mesh: Mesh, opts: Options):
         self._mesh = make_mesh(mesh)
         self._handle = Handle("curvopt_problem_destroy")
-        call("curvopt_problem_create", self._mesh.pointer, C.byref(opts), C.byref(self._handle.pointer))
+        call("curvopt_problem_create", self._mesh.pointer, _pointer(positions(mesh)), C.byref(opts),
+             C.byref(self._handle.pointer))
 
     def evaluate(self, xyz: np.ndarray, gradient: bool = False):
         """Energies, or (Energies, gradient [n, 3])."""

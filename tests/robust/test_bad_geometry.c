@@ -21,7 +21,7 @@ static curvopt_options usual(int32_t surface, int32_t term) {
 static int32_t evaluate(const cage *c, const curvopt_options *o, curvopt_energies *e, curvopt_error *error) {
     curvopt_mesh *mesh = cage_mesh(c);
     curvopt_problem *problem;
-    CHECK_OK(curvopt_problem_create(mesh, o, &problem, error), error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, o, &problem, error), error);
     int32_t status = curvopt_problem_evaluate(problem, c->xyz, e, sizeof(curvopt_energies), NULL, error);
     curvopt_problem_destroy(problem);
     curvopt_mesh_destroy(mesh);

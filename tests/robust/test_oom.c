@@ -49,7 +49,7 @@ static int32_t evaluate_with(const cage *c, const curvopt_mesh *mesh, const curv
     curvopt_problem *problem;
     curvopt_energies e;
     double gradient[3 * 32];
-    int32_t status = curvopt_problem_create(mesh, o, &problem, error);
+    int32_t status = curvopt_problem_create(mesh, NULL, o, &problem, error);
     CHECK_TRUE((problem != NULL) == (status == CURVOPT_OK));
     if (status == CURVOPT_OK) {
         status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, gradient, error);

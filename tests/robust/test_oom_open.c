@@ -32,7 +32,7 @@ static int32_t run(const cage *c, int minimize, curvopt_error *error) {
     } else if (status == CURVOPT_OK) {
         curvopt_problem *problem;
         curvopt_energies e;
-        status = curvopt_problem_create(mesh, &o, &problem, error);
+        status = curvopt_problem_create(mesh, NULL, &o, &problem, error);
         if (status == CURVOPT_OK)
             status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, NULL, error);
         curvopt_problem_destroy(problem);
@@ -83,8 +83,8 @@ static int32_t run_asymmetric(void *context, curvopt_error *error) {
     return run_softly(context, 0.25, error);
 }
 
-/* A cube with one face three times, and a loose vertex: mesh, its subdivision, its exceptions; then a cube with a hole
- * and a loose vertex, evaluated. */
+/* A cube with one face three times, two corners in one place and a loose vertex: mesh, its subdivision, its exceptions;
+ * then a cube with a hole and a loose vertex, evaluated. */
 static int32_t run_flawed(void *context, curvopt_error *error) {
     const cage *c = context;
     const int32_t hole = 0;
@@ -95,6 +95,7 @@ static int32_t run_flawed(void *context, curvopt_error *error) {
     curvopt_problem *problem = NULL;
     curvopt_energies e;
     memcpy(xyz, c->xyz, 24 * sizeof *xyz);
+    memcpy(xyz, xyz + 3, 3 * sizeof *xyz);
     memcpy(vertices, c->vertices, 24 * sizeof *vertices);
     for (int f = 0; f < 8; f++)
         sizes[f] = 4;
@@ -108,15 +109,33 @@ static int32_t run_flawed(void *context, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = curvopt_mesh_refine(mesh, xyz, &fine, fine_xyz, error);
     if (status == CURVOPT_OK)
-        status = curvopt_mesh_find_exceptions(mesh, &o, vertex, face, error);
+        status = curvopt_mesh_find_exceptions(mesh, xyz, &o, vertex, face, error);
     curvopt_mesh_destroy(fine);
     curvopt_mesh_destroy(mesh);
     if (status != CURVOPT_OK || (status = curvopt_mesh_create(9, 6, sizes, vertices, &mesh, error)) != CURVOPT_OK)
         return status;
-    status = curvopt_problem_create(mesh, &o, &problem, error);
+    status = curvopt_problem_create(mesh, c->xyz, &o, &problem, error);
     if (status == CURVOPT_OK)
-        status = curvopt_problem_evaluate(problem, xyz, &e, sizeof e, NULL, error);
+        status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, NULL, error);
     curvopt_problem_destroy(problem);
+    curvopt_mesh_destroy(mesh);
+    return status;
+}
+
+/* One quad, held by its boundary. */
+static int32_t run_moving_level(void *context, curvopt_error *error) {
+    const cage *c = context;
+    const int32_t size = 4;
+    int32_t level = 0;
+    curvopt_options o;
+    curvopt_mesh *mesh;
+    curvopt_options_init(&o, sizeof o);
+    int32_t status = curvopt_mesh_create(8, 1, &size, c->vertices, &mesh, error);
+    if (status != CURVOPT_OK)
+        return status;
+    status = curvopt_find_moving_level(mesh, c->xyz, &o, &level, error);
+    if (status == CURVOPT_OK)
+        CHECK_INT(level, 2);
     curvopt_mesh_destroy(mesh);
     return status;
 }
@@ -150,12 +169,20 @@ static void test_flawed_cages_survive_every_failure(void **state) {
     fail_in_turn(run_flawed);
 }
 
+static void test_moving_level_survives_every_failure(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    fail_every_allocation(run_moving_level, &c, 20);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_soft_pins_and_planes_survive_every_failure),
         cmocka_unit_test(test_flawed_cages_survive_every_failure),
+        cmocka_unit_test(test_moving_level_survives_every_failure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -124,7 +124,7 @@ static void check_exceptions(const cage *c, const curvopt_creases *creases, int 
     options.strict = 1; /* is disregarded */
     CHECK_OK(curvopt_mesh_create_creased(c->n_vertices, c->n_faces, c->sizes, c->vertices, creases, &mesh, &error),
              &error);
-    CHECK_OK(curvopt_mesh_find_exceptions(mesh, &options, of_vertex, of_face, &error), &error);
+    CHECK_OK(curvopt_mesh_find_exceptions(mesh, NULL, &options, of_vertex, of_face, &error), &error);
     for (int32_t v = 0; v < c->n_vertices; v++)
         CHECK_INT(of_vertex[v] < 0 ? '.' : curvopt_exception_name(of_vertex[v])[0], vertex[v]);
     for (int32_t f = 0; f < c->n_faces; f++)
@@ -196,11 +196,99 @@ static void test_bad_holes_are_refused(void **state) {
     CHECK_OK(curvopt_mesh_create(8, 6, c.sizes, c.vertices, &mesh, &error), &error);
     options.holes = holes;
     options.n_holes = 7;
-    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, CURVOPT_ERROR_ARGUMENT, 6,
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &options, &problem, &error), &error, CURVOPT_ERROR_ARGUMENT, 6,
                   "hole 6 is face 6; the cage has faces 0 to 5");
     options.n_holes = 6;
-    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, CURVOPT_ERROR_SURFACE, -1,
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &options, &problem, &error), &error, CURVOPT_ERROR_SURFACE, -1,
                   "no face is left in the energy: all 6 are holes");
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* n x n quads over [0, 1]^2. */
+static cage make_grid(int32_t n) {
+    int32_t sizes[36], vertices[4 * 36];
+    double xyz[3 * 49];
+    for (int32_t v = 0; v < (n + 1) * (n + 1); v++) {
+        xyz[3 * v] = v % (n + 1) / (double)n;
+        xyz[3 * v + 1] = v / (n + 1) / (double)n;
+        xyz[3 * v + 2] = 0.1 * xyz[3 * v] * xyz[3 * v + 1];
+    }
+    for (int32_t f = 0; f < n * n; f++) {
+        int32_t v = f / n * (n + 1) + f % n, face[4] = {v, v + 1, v + n + 2, v + n + 1};
+        sizes[f] = 4;
+        memcpy(vertices + 4 * f, face, sizeof face);
+    }
+    return cage_of((n + 1) * (n + 1), n * n, sizes, vertices, xyz);
+}
+
+/* The grid with vertices `at` [n] in one place, but for `apart` radii; `boundary_rule` as in curvopt.h. left_out: its
+ * faces, by "." and "d". */
+static void check_degenerate(const int32_t *at, int n, double apart, int32_t boundary_rule, const char *left_out) {
+    cage c = make_grid(4);
+    curvopt_mesh *mesh;
+    curvopt_error error;
+    curvopt_options options;
+    const curvopt_creases creases = {.boundary_rule = boundary_rule};
+    int32_t face[16];
+    for (int i = 1; i < n; i++)
+        memcpy(c.xyz + 3 * at[i], c.xyz + 3 * at[0], 3 * sizeof *c.xyz);
+    c.xyz[3 * at[n - 1]] += apart * 0.5; /* the radius is .5 */
+    curvopt_options_init(&options, sizeof options);
+    CHECK_OK(curvopt_mesh_create_creased(c.n_vertices, c.n_faces, c.sizes, c.vertices, &creases, &mesh, &error),
+             &error);
+    CHECK_OK(curvopt_mesh_find_exceptions(mesh, c.xyz, &options, NULL, face, &error), &error);
+    for (int32_t f = 0; f < 16; f++)
+        CHECK_INT(face[f] < 0 ? '.' : curvopt_exception_name(face[f])[0], left_out[f]);
+    CHECK_OK(curvopt_mesh_find_exceptions(mesh, NULL, &options, NULL, face, &error), &error);
+    for (int32_t f = 0; f < 16; f++)
+        CHECK_INT(face[f], -1);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Where edges of length 0 leave a tangent plane nothing is left out, and never the faces that have one. */
+static void test_edges_of_length_0(void **state) {
+    (void)state;
+    const int32_t smooth = CURVOPT_BOUNDARY_RULE_SMOOTH, corners = CURVOPT_BOUNDARY_RULE_CORNERS;
+    const int32_t pole[5] = {0, 1, 2, 3, 4}, three[3] = {1, 2, 3}, pair[2] = {2, 3}, corner[2] = {0, 1},
+                  inner[4] = {6, 7, 11, 12}, block[9] = {6, 7, 8, 11, 12, 13, 16, 17, 18};
+    check_degenerate(pole, 5, 0, smooth, "dddd............");
+    check_degenerate(three, 3, 0, smooth, ".dd.............");
+    check_degenerate(three, 3, 1e-7, smooth, ".dd.............");
+    check_degenerate(three, 3, 1e-5, smooth, "................");
+    check_degenerate(pair, 2, 0, smooth, "................");
+    check_degenerate(corner, 2, 0, smooth, "................");
+    check_degenerate(corner, 2, 0, corners, "d...............");
+    check_degenerate(inner, 4, 0, smooth, "................");
+    check_degenerate(block, 9, 0, smooth, ".....dd..dd.....");
+}
+
+static void test_degenerate_cages_are_strictly_refused(void **state) {
+    (void)state;
+    cage c = make_grid(4);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_problem *problem;
+    curvopt_error error;
+    curvopt_options options;
+    curvopt_options_init(&options, sizeof options);
+    for (int v = 2; v < 4; v++)
+        memcpy(c.xyz + 3 * v, c.xyz + 3, 3 * sizeof *c.xyz);
+    CHECK_OK(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error);
+    curvopt_problem_destroy(problem);
+    options.strict = 1;
+    CHECK_REFUSED(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error, CURVOPT_ERROR_GEOMETRY, 2,
+                  "edges of length 0 leave the surface no tangent plane at vertex 2");
+    const int32_t holes[2] = {1, 2}; /* what is a hole counts for nothing */
+    options.holes = holes;
+    options.n_holes = 2;
+    CHECK_OK(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error);
+    curvopt_problem_destroy(problem);
+    c.xyz[5] = NAN;
+    CHECK_REFUSED(curvopt_problem_create(mesh, c.xyz, &options, &problem, &error), &error, CURVOPT_ERROR_GEOMETRY, 1,
+                  "vertex 1 has coordinate z");
+    CHECK_REFUSED(curvopt_mesh_find_exceptions(mesh, c.xyz, &options, NULL, NULL, &error), &error,
+                  CURVOPT_ERROR_GEOMETRY, 1, "vertex 1 has coordinate z");
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
 }
@@ -214,6 +302,8 @@ int main(void) {
         cmocka_unit_test(test_blends_leave_nothing_out_on_smooth_curves),
         cmocka_unit_test(test_a_fin_and_a_loose_vertex_are_held),
         cmocka_unit_test(test_bad_holes_are_refused),
+        cmocka_unit_test(test_edges_of_length_0),
+        cmocka_unit_test(test_degenerate_cages_are_strictly_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

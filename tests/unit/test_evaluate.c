@@ -21,7 +21,7 @@ static curvopt_problem *problem_of(const cage *c, const curvopt_options *options
     curvopt_mesh *mesh = cage_mesh(c);
     curvopt_problem *problem = NULL;
     curvopt_error error;
-    CHECK_OK(curvopt_problem_create(mesh, options, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, options, &problem, &error), &error);
     curvopt_mesh_destroy(mesh); /* the problem keeps its own copy */
     return problem;
 }
@@ -200,7 +200,7 @@ static void test_limit_gives_no_third_order_at_extraordinary_vertices(void **sta
     curvopt_options o = options_for(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     curvopt_problem *problem = (curvopt_problem *)(void *)mesh;
     curvopt_error error;
-    CHECK_REFUSED(curvopt_problem_create(mesh, &o, &problem, &error), &error, CURVOPT_ERROR_SURFACE, 0,
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &o, &problem, &error), &error, CURVOPT_ERROR_SURFACE, 0,
                   "`limit` surface has no finite third-order energy");
     CHECK_TRUE(problem == NULL);
     o = options_for(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
@@ -258,11 +258,11 @@ static void test_null_arguments_are_refused_by_name(void **state) {
     curvopt_energies e;
     curvopt_error error;
     const int32_t code = CURVOPT_ERROR_ARGUMENT;
-    CHECK_REFUSED(curvopt_problem_create(NULL, &o, &problem, &error), &error, code, -1, "mesh is NULL");
-    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &problem, &error), &error, code, -1, "options is NULL");
-    CHECK_REFUSED(curvopt_problem_create(mesh, &o, NULL, &error), &error, code, -1, "out is NULL");
+    CHECK_REFUSED(curvopt_problem_create(NULL, NULL, &o, &problem, &error), &error, code, -1, "mesh is NULL");
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, NULL, &problem, &error), &error, code, -1, "options is NULL");
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &o, NULL, &error), &error, code, -1, "out is NULL");
     o.levels = 0;
-    CHECK_REFUSED(curvopt_problem_create(mesh, &o, &problem, &error), &error, code, -1, "levels is 0");
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &o, &problem, &error), &error, code, -1, "levels is 0");
     o.levels = 1;
     problem = problem_of(&c, &o);
     CHECK_REFUSED(curvopt_problem_evaluate(NULL, c.xyz, &e, sizeof e, NULL, &error), &error, code, -1,

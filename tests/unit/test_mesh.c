@@ -31,7 +31,7 @@ static void check_strict_refusal(const refusal *r) {
     curvopt_options_init(&options, sizeof options);
     options.strict = 1;
     CHECK_OK(curvopt_mesh_create(r->n_vertices, r->n_faces, r->sizes, r->vertices, &mesh, &error), &error);
-    CHECK_REFUSED(curvopt_problem_create(mesh, &options, &problem, &error), &error, r->code, r->element, r->part);
+    CHECK_REFUSED(curvopt_problem_create(mesh, NULL, &options, &problem, &error), &error, r->code, r->element, r->part);
     CHECK_TRUE(problem == NULL);
     curvopt_mesh_destroy(mesh);
 }

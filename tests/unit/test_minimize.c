@@ -95,7 +95,7 @@ static void check_result(const outcome *o) {
     double *xyz = malloc(sizeof(double) * 3 * (size_t)info.n_vertices);
     CHECK_TRUE(xyz != NULL);
     curvopt_result_get_positions(o->result, xyz);
-    CHECK_OK(curvopt_problem_create(mesh, &o->options, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, &o->options, &problem, &error), &error);
     CHECK_OK(curvopt_problem_evaluate(problem, xyz, &e, sizeof e, NULL, &error), &error);
     const curvopt_energies *end = &o->end;
     CHECK_NEAR(e.objective, end->objective, 3 * (e.objective_error + end->objective_error)); /* rules may differ */
@@ -158,7 +158,7 @@ static void test_start_and_input_are_as_given(void **state) {
     assert_memory_equal(o.c.xyz, before.xyz, sizeof(double) * 72); /* the caller's cage is left alone */
     curvopt_mesh *mesh = cage_mesh(&before);
     curvopt_problem *problem;
-    CHECK_OK(curvopt_problem_create(mesh, &o.options, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, &o.options, &problem, &error), &error);
     CHECK_OK(curvopt_problem_evaluate(problem, before.xyz, &e, sizeof e, NULL, &error), &error);
     CHECK_NEAR(o.start.objective / e.objective, 1, 1e-3);
     CHECK_NEAR(o.start.area / e.area, 1, 1e-3);
@@ -287,6 +287,49 @@ static void test_result_does_not_depend_on_the_number_of_threads(void **state) {
     outcome_free(&o[1]);
 }
 
+static void check_moving_level(const curvopt_mesh *mesh, const cage *c, const curvopt_options *o, int32_t expected) {
+    curvopt_error error;
+    curvopt_result *result = NULL;
+    int32_t level = -1;
+    CHECK_OK(curvopt_find_moving_level(mesh, c->xyz, o, &level, &error), &error);
+    CHECK_INT(level, expected);
+    if (expected)
+        CHECK_OK(curvopt_minimize(mesh, c->xyz, o, NULL, NULL, NULL, &result, &error), &error);
+    else
+        CHECK_REFUSED(curvopt_minimize(mesh, c->xyz, o, NULL, NULL, NULL, &result, &error), &error,
+                      CURVOPT_ERROR_ARGUMENT, -1, "nothing may move: all 4 vertices are held");
+    curvopt_result_destroy(result);
+}
+
+/* One quad, whose vertices are all on the boundary. */
+static void test_the_first_level_at_which_a_vertex_may_move(void **state) {
+    (void)state;
+    const int32_t size = 4, vertices[4] = {0, 1, 2, 3};
+    const double xyz[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0.2, 0, 1, 0};
+    const curvopt_constraints pins = {.vertices = vertices, .n = 4};
+    cage c = cage_of(4, 1, &size, vertices, xyz);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_options o;
+    curvopt_options_init(&o, sizeof o);
+    o.max_iterations = 1;
+    for (o.levels = 1; o.levels <= 4; o.levels++) {
+        o.boundary = CURVOPT_BOUNDARY_FREE;
+        check_moving_level(mesh, &c, &o, 1);
+        o.boundary = CURVOPT_BOUNDARY_POSITION;
+        check_moving_level(mesh, &c, &o, o.levels >= 2 ? 2 : 0);
+        o.boundary = CURVOPT_BOUNDARY_TANGENT;
+        check_moving_level(mesh, &c, &o, o.levels >= 3 ? 3 : 0);
+        o.boundary = CURVOPT_BOUNDARY_CURVATURE;
+        check_moving_level(mesh, &c, &o, o.levels >= 4 ? 4 : 0);
+        o.boundary = CURVOPT_BOUNDARY_FREE;
+        o.constraints = &pins; /* a face whose vertices are all pinned stays itself */
+        check_moving_level(mesh, &c, &o, 0);
+        o.constraints = NULL;
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 static void test_null_and_bad_arguments_are_refused_by_name(void **state) {
     (void)state;
     outcome o = torus_outcome(1);
@@ -299,6 +342,8 @@ static void test_null_and_bad_arguments_are_refused_by_name(void **state) {
     CHECK_TRUE(r == NULL);
     CHECK_REFUSED(curvopt_minimize(mesh, NULL, &o.options, NULL, NULL, NULL, &r, &error), &error, code, -1,
                   "xyz is NULL");
+    CHECK_REFUSED(curvopt_find_moving_level(mesh, o.c.xyz, &o.options, NULL, &error), &error, code, -1,
+                  "level is NULL");
     CHECK_REFUSED(curvopt_minimize(mesh, o.c.xyz, NULL, NULL, NULL, NULL, &r, &error), &error, code, -1,
                   "options is NULL");
     CHECK_REFUSED(curvopt_minimize(mesh, o.c.xyz, &o.options, NULL, NULL, NULL, NULL, &error), &error, code, -1,
@@ -323,6 +368,7 @@ int main(void) {
         cmocka_unit_test(test_cancel_raised_before_the_start_stops_it),
         cmocka_unit_test(test_cancel_from_another_thread_stops_at_the_next_step),
         cmocka_unit_test(test_result_does_not_depend_on_the_number_of_threads),
+        cmocka_unit_test(test_the_first_level_at_which_a_vertex_may_move),
         cmocka_unit_test(test_null_and_bad_arguments_are_refused_by_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

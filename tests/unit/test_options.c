@@ -324,7 +324,7 @@ static void test_older_options_run_with_defaults(void **state) {
                    sizeof o - offsetof(curvopt_options, tolerance));
             o.struct_size = offsetof(curvopt_options, tolerance);
         }
-        CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+        CHECK_OK(curvopt_problem_create(mesh, NULL, &o, &problem, &error), &error);
         CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, &energies[old], sizeof *energies, NULL, &error), &error);
         curvopt_problem_destroy(problem);
     }
@@ -345,7 +345,7 @@ static void test_results_of_older_and_newer_headers(void **state) {
     enum { ROOM = 512 };
     o.levels = 1;
     o.max_iterations = 2;
-    CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, &o, &problem, &error), &error);
     CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
     for (int kind = 0; kind < 6; kind++) {
         static const size_t known[] = {sizeof(curvopt_mesh_info),    sizeof(curvopt_energies),

@@ -133,7 +133,7 @@ static void check_parts(const curvopt_mesh *mesh, const double *xyz, const curvo
     CHECK_TRUE(rules && weight && vertex_of && face_of);
     for (int32_t f = 0; f < info.n_faces; f++)
         rules[f] = f % 3;
-    CHECK_OK(curvopt_problem_create(mesh, options, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, options, &problem, &error), &error);
     add_problem(problem, &info, NULL, NULL, &info, xyz, rules, &whole);
     curvopt_problem_destroy(problem);
     for (int p = 0; p < n_parts; p++) {
@@ -282,7 +282,7 @@ static void test_parts_can_be_refined_by_themselves(void **state) {
     curvopt_mesh_info info;
     double *fine_xyz = refined(mesh, c.xyz, &fine), *finest_xyz = refined(fine, fine_xyz, &finest), weight[64];
     curvopt_mesh_get_info(fine, &info, sizeof info);
-    CHECK_OK(curvopt_problem_create(finest, &o, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(finest, NULL, &o, &problem, &error), &error);
     CHECK_OK(curvopt_problem_sum(problem, finest_xyz, 1, NULL, &whole, &error), &error);
     curvopt_problem_destroy(problem);
     for (int p = 0; p < 2; p++) {
@@ -378,7 +378,7 @@ static void test_a_whole_makes_the_energy_that_evaluation_gives(void **state) {
     cage_perturb(&c, 0.05, 3);
     normalize(c.n_vertices, c.xyz);
     curvopt_mesh *mesh = cage_mesh(&c);
-    CHECK_OK(curvopt_problem_create(mesh, &o, &problem, &error), &error);
+    CHECK_OK(curvopt_problem_create(mesh, NULL, &o, &problem, &error), &error);
     CHECK_OK(curvopt_problem_evaluate(problem, c.xyz, &e, sizeof e, gradient, &error), &error);
     CHECK_OK(curvopt_problem_sum(problem, c.xyz, 1, NULL, &s, &error), &error);
     CHECK_NEAR(s.second + s.area * s.third, e.objective, 1e-13 * e.objective);

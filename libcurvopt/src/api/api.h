@@ -22,8 +22,8 @@ int32_t co_api_take_options(const curvopt_options *theirs, curvopt_options *own,
 /* The same, for functions that work on a cage: mesh and xyz, which may be NULL, are checked, too. */
 int32_t co_api_take_cage(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *theirs,
                          curvopt_options *own, curvopt_error *error);
-/* face_weight NULL: all faces count once. */
-int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
-                              curvopt_problem **out, curvopt_error *error);
+/* face_weight NULL: all faces count once, but those that are left out at xyz. */
+int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *xyz, const double *face_weight,
+                              const curvopt_options *options, curvopt_problem **out, curvopt_error *error);
 
 #endif

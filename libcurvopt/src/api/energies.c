@@ -11,11 +11,11 @@
 #include <string.h>
 
 /* The weights of a whole cage's faces: 0 where they are left out; NULL if none is. */
-static int32_t weigh_faces(const curvopt_mesh *mesh, const curvopt_options *options, double **weight,
+static int32_t weigh_faces(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options, double **weight,
                            curvopt_error *error) {
     co_exceptions found;
     *weight = NULL;
-    int32_t status = co_exceptions_of_run(mesh, options, &found, error);
+    int32_t status = co_exceptions_of_run(mesh, xyz, options, &found, error);
     if (status == CURVOPT_OK && found.n_left_out) {
         *weight = CO_NEW(double, mesh->info.n_faces);
         status = *weight ? CURVOPT_OK : co_status_no_memory(error);
@@ -26,8 +26,8 @@ static int32_t weigh_faces(const curvopt_mesh *mesh, const curvopt_options *opti
     return status;
 }
 
-int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weight, const curvopt_options *options,
-                              curvopt_problem **out, curvopt_error *error) {
+int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *xyz, const double *face_weight,
+                              const curvopt_options *options, curvopt_problem **out, curvopt_error *error) {
     if (!out)
         return co_api_null(error, "out");
     *out = NULL;
@@ -35,6 +35,8 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weigh
         return co_api_null(error, "mesh");
     curvopt_options own;
     int32_t status = co_api_take_options(options, &own, error);
+    if (status == CURVOPT_OK && xyz)
+        status = co_similarity_check(mesh->info.n_vertices, xyz, error);
     if (status != CURVOPT_OK)
         return status;
     if (face_weight && own.surface == CURVOPT_SURFACE_POLYNOMIAL && own.blend_width != 1)
@@ -43,7 +45,7 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weigh
                               "next vertex that is not regular",
                               own.blend_width);
     double *own_weight = NULL;
-    status = face_weight ? CURVOPT_OK : weigh_faces(mesh, &own, &own_weight, error);
+    status = face_weight ? CURVOPT_OK : weigh_faces(mesh, xyz, &own, &own_weight, error);
     if (status != CURVOPT_OK)
         return status;
     curvopt_problem *p = CO_NEW(curvopt_problem, 1);
@@ -65,9 +67,9 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *face_weigh
     return CURVOPT_OK;
 }
 
-int32_t curvopt_problem_create(const curvopt_mesh *mesh, const curvopt_options *options, curvopt_problem **out,
-                               curvopt_error *error) {
-    return co_api_create_problem(mesh, NULL, options, out, error);
+int32_t curvopt_problem_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                               curvopt_problem **out, curvopt_error *error) {
+    return co_api_create_problem(mesh, xyz, NULL, options, out, error);
 }
 
 void curvopt_problem_destroy(curvopt_problem *problem) {

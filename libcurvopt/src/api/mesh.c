@@ -1,6 +1,7 @@
 /* Exported functions on meshes. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
 #include "energy/admissibility.h"
+#include "mesh/similarity.h"
 #include "mesh/subdivide.h"
 
 #include <string.h>
@@ -41,15 +42,17 @@ int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *xyz, curvopt
     return status;
 }
 
-int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const curvopt_options *options, int32_t *vertex_reason,
-                                     int32_t *face_reason, curvopt_error *error) {
+int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                     int32_t *vertex_reason, int32_t *face_reason, curvopt_error *error) {
     curvopt_options own;
     co_exceptions found;
     if (!mesh)
         return co_api_null(error, "mesh");
     int32_t status = co_api_take_options(options, &own, error);
+    if (status == CURVOPT_OK && xyz)
+        status = co_similarity_check(mesh->info.n_vertices, xyz, error);
     if (status == CURVOPT_OK)
-        status = co_exceptions_find(mesh, &own, &found, error);
+        status = co_exceptions_find(mesh, xyz, &own, &found, error);
     if (status != CURVOPT_OK)
         return status;
     for (int32_t v = 0; vertex_reason && v < mesh->info.n_vertices; v++)

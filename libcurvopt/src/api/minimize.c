@@ -1,6 +1,7 @@
 /* Exported functions that minimize. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
 #include "base/memory.h"
+#include "solve/moving_level.h"
 #include "solve/multilevel.h"
 
 #include <stdlib.h>
@@ -19,6 +20,15 @@ void curvopt_cancel_request(curvopt_cancel *cancel) {
 
 void curvopt_cancel_destroy(curvopt_cancel *cancel) {
     free(cancel);
+}
+
+int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                  int32_t *level, curvopt_error *error) {
+    if (!level)
+        return co_api_null(error, "level");
+    curvopt_options own;
+    int32_t status = co_api_take_cage(mesh, xyz, options, &own, error);
+    return status == CURVOPT_OK ? co_moving_level_of_run(mesh, xyz, &own, level, error) : status;
 }
 
 int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,

@@ -441,12 +441,14 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *a
     return status;
 }
 
-int32_t co_constraints_check(const curvopt_mesh *m, const co_constraints *constraints, curvopt_error *error) {
+int co_constraints_allow_motion(const curvopt_mesh *m, const co_constraints *constraints) {
     for (int32_t v = 0; constraints->freedom && v < m->info.n_vertices; v++)
         if (constraints->freedom[v] != CO_FREEDOM_NONE)
-            return CURVOPT_OK;
-    if (!constraints->freedom)
-        return CURVOPT_OK;
+            return 1;
+    return !constraints->freedom;
+}
+
+int32_t co_constraints_refuse(const curvopt_mesh *m, curvopt_error *error) {
     return co_status_fail(
         error, CURVOPT_ERROR_ARGUMENT, -1,
         "nothing may move: all %d vertices are held by pins, boundary, creases or as exceptions; hold "

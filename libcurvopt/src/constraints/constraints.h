@@ -58,7 +58,9 @@ int32_t co_constraints_all(const curvopt_mesh *mesh, const co_constraints *const
 int32_t co_constraints_to_normals(const curvopt_mesh *mesh, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error);
 
-/* ERROR_ARGUMENT if no vertex may move. */
-int32_t co_constraints_check(const curvopt_mesh *mesh, const co_constraints *constraints, curvopt_error *error);
+/* Whether a vertex may move. */
+int co_constraints_allow_motion(const curvopt_mesh *mesh, const co_constraints *constraints);
+/* ERROR_ARGUMENT: none may. */
+int32_t co_constraints_refuse(const curvopt_mesh *mesh, curvopt_error *error);
 
 #endif

@@ -2,6 +2,7 @@
 #include "energy/admissibility.h"
 
 #include "base/memory.h"
+#include "mesh/degenerate.h"
 
 #include <stdlib.h>
 
@@ -28,14 +29,17 @@ static void add_reason(int32_t *at, int32_t reason) {
         *at = reason;
 }
 
-/* Only the fan that has no finite energy is left out, not what lies across a crease. Holes count for nothing. */
-static void find_by_corners(const curvopt_mesh *m, const int32_t *fan, co_exceptions *e) {
+/* Only the fan that has no finite energy is left out, not what lies across a crease. Holes count for nothing. fan,
+ * degenerate: [n_corners] */
+static void find_by_corners(const curvopt_mesh *m, const int32_t *fan, const uint8_t *degenerate, co_exceptions *e) {
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         int32_t v = m->corner_vertex[h];
         co_mesh_flaw flaw = co_mesh_flaw_of(m, v);
         if (e->face[m->corner_face[h]] == CURVOPT_EXCEPTION_HOLE)
             continue;
         int reason = flaw ? reason_of_flaw(flaw) : reason_of_fan(fan[h]);
+        if (reason == FINE && degenerate[h])
+            reason = CURVOPT_EXCEPTION_DEGENERATE;
         if (reason == FINE)
             continue;
         add_reason(&e->vertex[v], reason);
@@ -71,33 +75,45 @@ void co_exceptions_free(co_exceptions *e) {
     *e = (co_exceptions){0};
 }
 
-/* has_limits: faces of infinite energy are left out. */
-static int32_t find(const curvopt_mesh *m, const curvopt_options *o, int has_limits, co_exceptions *e,
-                    curvopt_error *error) {
+/* Faces of infinite energy. */
+static int32_t add_infinite(const curvopt_mesh *m, const double *xyz, co_exceptions *e, curvopt_error *error) {
     int32_t *fan = CO_NEW(int32_t, m->info.n_corners);
-    int32_t status = CURVOPT_OK;
-    *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
-    if (!fan || !e->vertex || !e->face) {
-        status = co_status_no_memory(error);
-    } else {
-        for (int32_t v = 0; v < m->info.n_vertices; v++)
-            e->vertex[v] = FINE;
-        for (int32_t f = 0; f < m->info.n_faces; f++)
-            e->face[f] = FINE;
-        status = add_holes(m, o, e, error);
+    uint8_t *degenerate = CO_NEW(uint8_t, m->info.n_corners);
+    int32_t status = fan && degenerate ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK && xyz)
+        status = co_degenerate_mark(m, xyz, degenerate, error);
+    if (status == CURVOPT_OK) {
         co_ring_fans(m, fan);
-        if (has_limits)
-            find_by_corners(m, fan, e);
-        add_neighbours(m, e);
+        find_by_corners(m, fan, degenerate, e);
     }
     free(fan);
-    if (status != CURVOPT_OK)
+    free(degenerate);
+    return status;
+}
+
+/* has_limits: faces of infinite energy are left out. */
+static int32_t find(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, int has_limits,
+                    co_exceptions *e, curvopt_error *error) {
+    *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
+    int32_t status = e->vertex && e->face ? CURVOPT_OK : co_status_no_memory(error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
+        e->vertex[v] = FINE;
+    for (int32_t f = 0; status == CURVOPT_OK && f < m->info.n_faces; f++)
+        e->face[f] = FINE;
+    if (status == CURVOPT_OK)
+        status = add_holes(m, o, e, error);
+    if (status == CURVOPT_OK && has_limits)
+        status = add_infinite(m, xyz, e, error);
+    if (status == CURVOPT_OK)
+        add_neighbours(m, e);
+    else
         co_exceptions_free(e);
     return status;
 }
 
-int32_t co_exceptions_find(const curvopt_mesh *m, const curvopt_options *o, co_exceptions *e, curvopt_error *error) {
-    return find(m, o, 1, e, error);
+int32_t co_exceptions_find(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, co_exceptions *e,
+                           curvopt_error *error) {
+    return find(m, xyz, o, 1, e, error);
 }
 
 /* Names the vertex that most likely is to be looked at: the first with a reason of its own. */
@@ -115,15 +131,36 @@ static int32_t refuse_all(const curvopt_mesh *m, const co_exceptions *e, curvopt
         v, curvopt_exception_text(e->vertex[v]));
 }
 
-int32_t co_exceptions_of_run(const curvopt_mesh *m, const curvopt_options *o, co_exceptions *e, curvopt_error *error) {
+/* ERROR_GEOMETRY where edges of length 0 leave no tangent plane to a face that is no hole; xyz may be NULL. */
+static int32_t check_degenerate(const curvopt_mesh *m, const double *xyz, const co_exceptions *e,
+                                curvopt_error *error) {
+    uint8_t *degenerate = CO_NEW(uint8_t, m->info.n_corners);
+    int32_t status = degenerate ? CURVOPT_OK : co_status_no_memory(error), v = -1;
+    if (status == CURVOPT_OK && xyz)
+        status = co_degenerate_mark(m, xyz, degenerate, error);
+    for (int32_t h = m->info.n_corners - 1; status == CURVOPT_OK && h >= 0; h--)
+        v = degenerate[h] && e->face[m->corner_face[h]] == FINE ? m->corner_vertex[h] : v;
+    free(degenerate);
+    if (v >= 0)
+        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, v,
+                              "edges of length 0 leave the surface no tangent plane at vertex %d, and energies of "
+                              "curvature are infinite",
+                              v);
+    return status;
+}
+
+int32_t co_exceptions_of_run(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, co_exceptions *e,
+                             curvopt_error *error) {
     *e = (co_exceptions){0};
     int32_t status = o->strict ? co_mesh_check_manifold(m, error) : CURVOPT_OK;
     if (status == CURVOPT_OK)
-        status = find(m, o, !o->strict, e, error);
-    if (status == CURVOPT_OK && e->n_left_out == m->info.n_faces) {
+        status = find(m, xyz, o, !o->strict, e, error);
+    if (status == CURVOPT_OK && o->strict)
+        status = check_degenerate(m, xyz, e, error);
+    if (status == CURVOPT_OK && e->n_left_out == m->info.n_faces)
         status = refuse_all(m, e, error);
+    if (status != CURVOPT_OK)
         co_exceptions_free(e);
-    }
     return status;
 }
 

@@ -13,16 +13,16 @@ typedef struct co_exceptions {
     int32_t n_left_out; /* faces that are left out */
 } co_exceptions;
 
-/* The exceptions of a cage to these options, of which holes count. ERROR_ARGUMENT naming a hole that is no
- * face, ERROR_MEMORY. */
-int32_t co_exceptions_find(const curvopt_mesh *mesh, const curvopt_options *options, co_exceptions *out,
-                           curvopt_error *error);
+/* The exceptions of a cage at xyz [3 n_vertices], finite, to these options, of which holes count; NULL: those that
+ * depend on positions are not looked for. ERROR_ARGUMENT naming a hole that is no face, ERROR_MEMORY. */
+int32_t co_exceptions_find(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                           co_exceptions *out, curvopt_error *error);
 void co_exceptions_free(co_exceptions *exceptions);
 /* The same for a run or an evaluation. With options->strict the cage is refused instead if it is no manifold
- * (ERROR_TOPOLOGY), and what has no finite energy is left in, for co_admissibility_check to refuse. ERROR_SURFACE if no
- * face counts. */
-int32_t co_exceptions_of_run(const curvopt_mesh *mesh, const curvopt_options *options, co_exceptions *out,
-                             curvopt_error *error);
+ * (ERROR_TOPOLOGY) or degenerate (ERROR_GEOMETRY), and what else has no finite energy is left in, for
+ * co_admissibility_check to refuse. ERROR_SURFACE if no face counts. */
+int32_t co_exceptions_of_run(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                             co_exceptions *out, curvopt_error *error);
 
 /* ERROR_SURFACE naming the vertex (-1 where it is the centre of a face, which the message names) if the functional is
  * infinite or not known on this cage's `surface` (curvopt_surface). *third_allowed: whether third-order energies are

@@ -11,6 +11,7 @@
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
 #include "solve/certificate.h"
+#include "solve/moving_level.h"
 #include "solve/newton_decrement.h"
 #include "solve/strength.h"
 #include "solve/symmetry_reduction.h"
@@ -213,7 +214,7 @@ static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xy
 /* What is held and left out of the energy. */
 static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     co_exceptions found;
-    int32_t status = co_exceptions_of_run(mesh, r->context.options, &found, error);
+    int32_t status = co_exceptions_of_run(mesh, r->at.xyz, r->context.options, &found, error);
     if (status == CURVOPT_OK && found.n_left_out)
         status = co_constraints_leave_out(mesh, found.face, &r->constraints, error);
     r->result->summary.n_held = found.n_held;
@@ -226,13 +227,10 @@ static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_erro
  * move. */
 static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
-    co_constraints all = {0};
-    if (!r->constraints.freedom && o->levels > 1)
-        return CURVOPT_OK;
-    int32_t status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
-    if (status == CURVOPT_OK)
-        status = co_constraints_check(mesh, &all, error);
-    co_constraints_free(&all);
+    int32_t level,
+        status = co_moving_level_find(mesh, r->at.xyz, &r->constraints, o->boundary, o->levels, &level, error);
+    if (status == CURVOPT_OK && level == 0)
+        return co_constraints_refuse(mesh, error);
     return status;
 }
 

@@ -199,6 +199,16 @@ def test_what_is_held_is_named_and_counted(batch, cage_file, add, crease):
     assert (found["n_held"], found["n_left_out"]) == (9, 4)
 
 
+def test_levels_that_move_nothing_are_refused_with_a_number_that_does(batch, cage_file):
+    bpy.ops.mesh.primitive_plane_add()
+    save_again(cage_file)
+    work = ["--object", "Plane", "--energy", "willmore", "--strength", "0.3", "--json", "out.json", "--levels"]
+    code, errors, new = batch(*work, "1")
+    assert (code, new) == (1, []) and len(errors) == 1
+    assert errors[0].startswith("Nothing may move with --levels 1:") and errors[0].endswith("use --levels 2.")
+    assert batch(*work, "2") == (0, [], ["out.json"])
+
+
 def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
     torus.modifiers.new("Row", "ARRAY")
     save_again(cage_file)

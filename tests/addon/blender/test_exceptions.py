@@ -95,6 +95,27 @@ def test_suzanne(held):
     assert obj["curvopt_after_willmore"] < 0.6 * obj["curvopt_before_willmore"]
 
 
+@pytest.mark.parametrize("energy", ["WILLMORE", "MVS"])
+def test_poles_of_many_vertices_in_one_place(held, energy):
+    """Of a NURBS sphere that was converted: each pole is a boundary of 32 vertices."""
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    bpy.ops.object.convert(target="MESH")
+    obj = bpy.context.object
+    points, faces = positions(obj), [list(face.vertices) for face in obj.data.polygons]
+    poles = np.flatnonzero(np.abs(points[:, 2]) > 0.999 * np.abs(points[:, 2]).max())
+    stay = vertices_of(faces, *poles)
+    text = held(obj, stay, energy=energy, strength=0.3)
+    assert len(poles) == 64 and "128 vertices held as they are, 64 faces left out of the energy" in text
+    assert "vertices in one place leave no tangent plane, Merge by Distance joins them (vertex " in text
+    assert "local minimum" in obj["curvopt_verdict"]
+    assert (positions(obj)[rest(obj, stay)] != points[rest(obj, stay)]).any(axis=1).mean() > 0.9
+
+
+def test_quad_that_is_a_triangle_is_no_exception(torus, held):
+    torus.data.vertices[6].co = torus.data.vertices[5].co
+    assert "held" not in held(torus, [], range(32), strength=0.3)
+
+
 def test_nothing_is_left_to_move(add, part):
     points, faces = shapes.cube()
     add([*points, (0, 0, 5)], [*faces, [0, 1, 8], [6, 7, 8]])

@@ -104,3 +104,13 @@ def test_multires_refined_in_place_is_refused(multires, contents):
         minimize(multires, outcome="REPLACE", resolution="REFINE", levels=2)
     assert contents() == before
     assert len(minimize(multires, resolution="REFINE", levels=2).data.vertices) == 128
+
+
+def test_multires_of_a_mesh_that_only_refining_would_move(add, contents):
+    plane = add([(0, 0, 0), (1, 0, 0), (1, 1, 1), (0, 1, 0)], [[0, 1, 2, 3]], "Plane")
+    plane.modifiers.new("Multires", "MULTIRES")
+    before = contents()
+    with pytest.raises(RuntimeError, match="the vertices of its mesh, and all of these are held: set Result to New Object"):
+        minimize(plane, outcome="REPLACE")
+    assert contents() == before
+    assert len(minimize(plane).data.vertices) == 9

@@ -92,6 +92,64 @@ def test_locks_of_an_object_keep_nothing_from_being_done(torus, outcome):
     assert result["curvopt_after_willmore"] < result["curvopt_before_willmore"]
 
 
+# ----------------------------------------------------------------------------------------- where nothing may move --
+
+REFINED = "The cage was refined once, because all of its own vertices are held by boundary, creases or pins"
+
+
+def bent_plane():
+    """Blender's plane, its vertices on the boundary, with one corner lifted."""
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.data.vertices[3].co.z = 0.5
+    return bpy.context.object
+
+
+@pytest.mark.parametrize("energy", ["WILLMORE", "MVS"])
+def test_a_newcomers_plane_becomes_a_finer_new_object(newcomer, part, energy):
+    plane = bent_plane()
+    before = positions(plane.data.vertices)
+    assert bpy.ops.curvopt.minimize(energy=energy) == {"FINISHED"}
+    result = bpy.context.view_layer.objects.active
+    assert result is not plane and len(result.data.vertices) == 9 and len(result.data.polygons) == 4
+    assert np.array_equal(positions(plane.data.vertices), before)
+    assert REFINED in part("ui.properties").state.message and "local minimum" in result["curvopt_verdict"]
+
+
+def test_in_place_the_plane_is_refined(newcomer, part):
+    plane = bent_plane()
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="REPLACE") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active is plane and len(plane.data.vertices) == 9
+    assert REFINED in part("ui.properties").state.message
+
+
+def test_two_rows_at_the_boundary_take_two_subdivisions(newcomer, part):
+    bent_plane()
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE", boundary="TANGENT") == {"FINISHED"}
+    assert len(bpy.context.view_layer.objects.active.data.vertices) == 25
+    assert REFINED.replace("once", "twice") in part("ui.properties").state.message
+
+
+def test_where_refining_twice_frees_nothing_it_is_refused(newcomer):
+    bent_plane()
+    with pytest.raises(RuntimeError, match="Nothing may move: all 4 vertices are held by .*choose another Boundary"):
+        bpy.ops.curvopt.minimize(energy="WILLMORE", boundary="CURVATURE")
+
+
+def test_a_shape_key_has_no_more_vertices(newcomer, contents):
+    bent_plane()
+    before = contents()
+    with pytest.raises(RuntimeError, match="Nothing may move: .* a shape key has no others. Set Boundary to Free, pin"):
+        bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="SHAPE_KEY")
+    assert contents() == before
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="SHAPE_KEY", boundary="FREE") == {"FINISHED"}
+
+
+def test_what_may_move_is_not_refined(newcomer, part, torus):
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE") == {"FINISHED"}
+    assert len(bpy.context.view_layer.objects.active.data.vertices) == 32
+    assert "refined" not in part("ui.properties").state.message
+
+
 # ------------------------------------------------------------------------------------------------------ shape key --
 
 

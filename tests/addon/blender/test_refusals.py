@@ -179,7 +179,7 @@ def test_position_that_is_no_number(torus, refused, contents):
 
 def test_infinite_position(torus, refused):
     torus.data.vertices[5].co.x = float("inf")  # Blender keeps the largest float32 instead
-    refused("(?i)area|resolve|coordinate")
+    refused("(?i)area|resolve|coordinate|in one place")
 
 
 def test_cage_without_area(add, refused):
@@ -213,8 +213,15 @@ def test_addon_registers_without_a_library(torus, monkeypatch, tmp_path):
         bpy.ops.curvopt.minimize()
 
 
-def test_corners_in_one_place(refused):
-    """The poles of a NURBS sphere that was converted are 32 vertices each."""
-    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
-    bpy.ops.object.convert(target="MESH")
-    refused(r"cannot be resolved: .*; 64 faces have corners in one place \(face 0\): merge them by distance")
+def test_corners_in_one_place(add, refused):
+    """Two quads back to back are folded flat, with or without."""
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 0), (0, 1, 0)]
+    add(points, [[0, 1, 2, 3, 4], [4, 3, 2, 1, 0]])
+    refused(r"; 2 faces have corners in one place \(face 0\): merge them by distance")
+
+
+def test_everything_is_no_manifold(add, refused):
+    """Three quads that share an edge."""
+    add([(0, 0, 0), (0, 0, 1), *((x, y, z) for x, y in ((1, 0), (0, 1), (-1, -1)) for z in (0, 1))],
+        [[0, 1, k + 1, k] for k in (2, 4, 6)])  # fmt: skip
+    refused("^Error: No face is left in the energy: all 3 are held as they are, the first at vertex 0, where three or more")

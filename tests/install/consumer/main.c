@@ -23,7 +23,7 @@ int main(void) {
     curvopt_problem *problem = NULL;
     curvopt_options_init(&options, sizeof options);
     int failed = curvopt_mesh_create(8, 6, sizes, corners, &mesh, &error) ||
-                 curvopt_problem_create(mesh, &options, &problem, &error) ||
+                 curvopt_problem_create(mesh, NULL, &options, &problem, &error) ||
                  curvopt_problem_evaluate(problem, cube, &energies, sizeof energies, NULL, &error);
     if (failed) {
         fprintf(stderr, "consumer: %s\n", error.message);
