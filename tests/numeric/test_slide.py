@@ -131,15 +131,16 @@ def test_straight_sides_stay_straight_and_corners_where_they_are():
     assert slid.summary.end.min_jacobian > held.summary.end.min_jacobian
 
 
-@pytest.mark.parametrize("strength", [0.5, 1])
-def test_mirror_planes_are_kept(strength):
-    """The bunched cap is its own mirror image in y: vertices on the plane stay on it."""
+@pytest.mark.parametrize("strength,least", [(0.5, 1e-4), (1, 0.1)])
+def test_mirror_planes_are_kept(strength, least):
+    """The bunched cap is its own mirror image in y: vertices on the plane stay on it. Springs to the input hold the
+    others, too, so that little slides below strength 1."""
     mesh, _ = cap(0.6)
     result = lib.minimize(mesh, "willmore", levels=1, slide=1, symmetry=PLANES, symmetry_planes=2, strength=strength)
     partner = np.r_[0, 1 + (np.arange(RINGS)[:, None] * N + -np.arange(N)[None] % N).ravel()]
     assert np.abs(mesh.xyz[partner] * [1, -1, 1] - mesh.xyz).max() < 1e-12
     assert np.abs(result.mesh.xyz[partner] * [1, -1, 1] - result.mesh.xyz).max() < 1e-12
-    assert result.summary.n_sliding == N and not np.allclose(result.mesh.xyz[-N:], mesh.xyz[-N:], atol=1e-3)
+    assert result.summary.n_sliding == N and np.abs(result.mesh.xyz[-N:] - mesh.xyz[-N:]).max() > least
 
 
 def test_pinned_vertices_do_not_slide():
