@@ -453,7 +453,7 @@ typedef struct curvopt_options {
     int32_t strict;
     /* 1: vertices on boundaries and infinitely sharp creases that are held slide along these, for a better spacing of
      * the surface beside them. The limit curves stay: limit points of vertices stay on the input's curves exactly, and
-     * between them curves differ by fourth order in the spacing (curvopt_summary.curve_deviation). Ends of curves
+     * between them curves differ by third order in the spacing (curvopt_summary.curve_deviation). Ends of curves
      * (corners, vertices where several meet), vertices with constraints, left-out faces and curves with fading creases
      * stay. With the boundary TANGENT and CURVATURE the boundary stays, and creases slide; with FREE nothing is held,
      * and nothing slides. Vertices find their places before the first level is solved; then they are held there, as

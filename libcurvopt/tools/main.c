@@ -58,7 +58,7 @@ static const char help_of_minimize[] =
     "vertices\n"
     "                       on infinitely sharp creases (default %s)\n"
     "  --slide              vertices that --boundary holds on a boundary or an infinitely sharp crease move along it,\n"
-    "                       for a better spacing; the curve stays, to fourth order in the spacing of its vertices.\n"
+    "                       for a better spacing; the curve stays, to third order in the spacing of its vertices.\n"
     "                       Corners and pinned vertices stay; with tangent and curvature the boundary stays\n"
     "  --levels N           optimizations, with a subdivision between them, 1 to %d; 1 keeps the cage's own vertices\n"
     "                       (default %d)\n"

@@ -3,7 +3,7 @@
  * A boundary or an infinitely sharp crease has a limit curve, a uniform cubic B-spline of the vertices on it. Vertices
  * slide on the curve of the input cage: each has a place on it, a parameter t, where its limit point is. The cage's
  * vertices are the control points of the spline that interpolates these points, (1, 4, 1) / 6 P = C(t). So the limit
- * points are exactly on the input's curve; between them the curve is another one, of fourth order in the spacing.
+ * points are exactly on the input's curve; between them the curve is another one, of third order in the spacing.
  *
  * Curves are those between ends: corners, infinitely sharp vertices, vertices where the cage is no manifold. An end
  * stays. A curve through a fading edge or vertex, or that ends inside the surface, is no such spline, and is none of
