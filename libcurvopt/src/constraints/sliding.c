@@ -433,7 +433,9 @@ void co_sliding_measure(co_sliding *s, const double *xyz) {
                 co_spline_curve_at(&now, i + part, jet);
                 double t = co_spline_curve_closest(&c->track, jet[0], c->place[i] + part * width, width);
                 co_spline_curve_at(&c->track, t, on);
-                longest = fmax(longest, hypot(hypot(jet[0][0] - on[0][0], jet[0][1] - on[0][1]), jet[0][2] - on[0][2]));
+                for (int a = 0; a < 3; a++)
+                    on[0][a] -= jet[0][a];
+                longest = fmax(longest, sqrt(on[0][0] * on[0][0] + on[0][1] * on[0][1] + on[0][2] * on[0][2]));
             }
         c->deviation = c->deviation_before + longest;
     }
