@@ -36,6 +36,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
     sentence. Raises if anything fails."""
     fields = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
+    fields["slide"] = int(options.slide)
     fields = {name: value for name, value in fields.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with _all_or_nothing(wanted) as place:

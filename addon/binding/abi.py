@@ -51,6 +51,7 @@ class Defaults(NamedTuple):
     symmetry: str = "auto"
     escape: bool = False
     strength: float = 1.0
+    slide: bool = False
 
 
 DEFAULTS = Defaults()
@@ -125,6 +126,7 @@ class COptions(C.Structure):
         ("holes", C.POINTER(C.c_int32)),
         ("n_holes", C.c_int32),
         ("strict", C.c_int32),
+        ("slide", C.c_int32),
     ]
 
 
@@ -178,6 +180,8 @@ class CSummary(C.Structure):
         *((name, C.c_int32) for name in "negative_directions symmetry_order".split()),
         ("difference_decrement", C.c_double),
         *((name, C.c_int32) for name in "all_negative_directions free_negative_directions n_held n_left_out".split()),
+        ("curve_deviation", C.c_double),
+        *((name, C.c_int32) for name in "n_sliding reserved".split()),
     ]
 
 
@@ -187,11 +191,11 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 40,
-    COptions: 184,
+    COptions: 192,
     CEnergies: 200,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 80,
+    CSummary: 96,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --

@@ -46,6 +46,19 @@ def moving_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarr
     return part.selected & ~held & (np.bincount(cage.face_vertices, minlength=len(held)) > 0)
 
 
+def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarray:
+    """Vertices (n,) that only the boundary `position` holds, for the sake of the curve. None if another boundary is
+    chosen, or a mark lets vertices on boundaries or creases move freely."""
+    none = np.zeros(len(cage.positions), bool)
+    if boundary != "position":
+        return none
+    on_curve = _infinitely_sharp(cage)
+    ends, n_faces, _, _ = _edges(cage, part, _every_corner(cage, part.selected))
+    on_curve[ends[n_faces == 1]] = True
+    moving = moving_vertices(cage, part, rim, boundary)
+    return none if (moving & on_curve).any() else moving_vertices(cage, part, rim, "free") & ~moving
+
+
 def changing_faces(cage: Cage, moving: np.ndarray) -> np.ndarray:
     """The faces (m,) whose limit surface depends on moving vertices (n,)."""
     return _any_corner(cage, _of_faces(cage, _any_corner(cage, moving)))

@@ -17,7 +17,7 @@ from ..binding.values import Held
 from ..core.job import Request
 from ..core.mirror import planes_text
 from ..core.partners import Pairs, is_symmetric, with_partners
-from ..core.rims import Part, changing_faces, moving_vertices
+from ..core.rims import Part, changing_faces, moving_vertices, sliding_vertices
 from .modifiers import CageError
 from .read_cage import Source, check_object, source_of
 
@@ -39,9 +39,14 @@ class Edit:
         moving = moving_vertices(cage, self.part, rim, base.boundary)
         if not moving.any():
             raise CageError(self._why_nothing_moves(base))
+        sliding, boundary = np.zeros_like(moving), "free"
+        if base.options.get("slide"):
+            sliding = sliding_vertices(cage, self.part, rim, base.boundary)
+        if sliding.any():  # the library holds them on their curves
+            moving, boundary = moving | sliding, "position"
         holes = np.flatnonzero(~changing_faces(cage, moving)).astype(np.int32)
         held, symmetry = Held.exactly(np.flatnonzero(~moving)), self._symmetry(base.symmetry, moving)
-        return replace(base, levels=1, boundary="free", symmetry=symmetry, held=held, holes=holes)
+        return replace(base, levels=1, boundary=boundary, symmetry=symmetry, held=held, holes=holes)
 
     def moving(self, request: Request) -> np.ndarray:
         """The vertices of the mesh (n,) that such a request moves."""

@@ -65,6 +65,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         if settings.resolution == "REFINE":
             column.prop(settings, "levels")
         column.prop(settings, "boundary")
+        if settings.boundary != "FREE":  # then nothing is held that could slide
+            column.prop(settings, "slide")
         self._draw_symmetry(context, column)
         column.prop(settings, "pin")
         if settings.pin == "GROUP" and active is not None and active.type == "MESH":
@@ -80,6 +82,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop(settings, "rim")
         column.operator_menu_enum("curvopt.mark_rim", "rim")
         column.prop(settings, "boundary")
+        if settings.boundary != "FREE":  # then nothing is held that could slide
+            column.prop(settings, "slide")
         self._draw_symmetry(context, column)
 
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:

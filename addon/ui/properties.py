@@ -140,6 +140,11 @@ class RunSettings:
         name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
         default=DEFAULTS.boundary.upper(),
     )
+    slide: bpy.props.BoolProperty(
+        name="Slide", description="Vertices on a boundary or an infinitely sharp crease that Boundary keeps move along "
+        "it; its curve and its corners stay. For a boundary with bunched vertices that spoil the surface beside them. "
+        "Little slides at a strength below 1", default=DEFAULTS.slide,
+    )
     rim: bpy.props.EnumProperty(
         name="Rim", description="In Edit Mode: what stays at the rim, between selected faces and others. Mark Rim sets "
         "it for single edges", items=RIMS, default="FREE",
@@ -231,6 +236,7 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
         "max_iterations": values["max_iterations"],
         "threads": values["threads"],
         "escape": int(values["escape"]),
+        "slide": int(values["slide"]),
     }
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
     energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])

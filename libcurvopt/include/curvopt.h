@@ -452,6 +452,15 @@ typedef struct curvopt_options {
     int32_t n_holes;
     /* 1: refuse cages that have exceptions other than holes, with the sentence of the first. 0 or 1, default 0. */
     int32_t strict;
+    /* 1: vertices on boundaries and infinitely sharp creases that are held slide along these, for a better spacing of
+     * the surface beside them. The limit curves stay: limit points of vertices stay on the input's curves exactly, and
+     * between them curves differ by third order in the spacing (curvopt_summary.curve_deviation). Ends of curves
+     * (corners, vertices where several meet), vertices with constraints, left-out faces and curves with fading creases
+     * stay. With the boundary TANGENT and CURVATURE the boundary stays, and creases slide; with FREE nothing is held,
+     * and nothing slides. Vertices find their places before the first level is solved; then they are held there, as
+     * without the option, and the verdict is on that. Subdivided curves are put back on the input's. 0 or 1, default 0.
+     */
+    int32_t slide;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
@@ -722,6 +731,10 @@ typedef struct curvopt_summary {
     int32_t free_negative_directions; /* with options.verify: for motion along normals, no symmetry kept; else -1 */
     int32_t n_held;                   /* vertices of the input cage that were held as exceptions (curvopt_exception) */
     int32_t n_left_out;               /* faces of the input cage that were left out of the energy */
+    double curve_deviation;           /* with options.slide: longest distance of the result's limit curves on which
+                                         vertices slide from the input's, in units of the cage; else 0 */
+    int32_t n_sliding;                /* vertices of the input cage that may slide */
+    int32_t reserved;                 /* 0 */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and

@@ -57,6 +57,9 @@ static const char help_of_minimize[] =
     "                       there; curvature: also curvature and its change; free: nothing. All but free keep "
     "vertices\n"
     "                       on infinitely sharp creases (default %s)\n"
+    "  --slide              vertices that --boundary holds on a boundary or an infinitely sharp crease move along it,\n"
+    "                       for a better spacing; the curve stays, to third order in the spacing of its vertices.\n"
+    "                       Corners and pinned vertices stay; with tangent and curvature the boundary stays\n"
     "  --levels N           optimizations, with a subdivision between them, 1 to %d; 1 keeps the cage's own vertices\n"
     "                       (default %d)\n"
     "  --method M           gauss_newton: L-BFGS that starts from the factored Gauss-Newton matrix, then Newton's "
@@ -199,6 +202,10 @@ static void print_run(const json_report *r, int was_verified) {
            curvopt_stop_text(s->stop));
     print_verdict(s, was_verified);
     printf(")\n");
+    if (s->n_sliding)
+        printf(
+            "%d vertices could slide along their curves, which are %.2g off between vertices, in units of the cage\n",
+            s->n_sliding, s->curve_deviation);
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */

@@ -79,6 +79,10 @@ int json_write(FILE *f, const json_report *r) {
         fprintf(f, "  \"method\": \"%s\", \"symmetry_order\": %d,\n", r->method, r->summary->symmetry_order);
         put_levels(f, r);
     }
+    if (r->summary) {
+        fprintf(f, "  \"n_sliding\": %d, ", r->summary->n_sliding);
+        put_number(f, "curve_deviation", r->summary->curve_deviation, ",\n");
+    }
     if (r->held)
         held_write_json(f, r->held);
     if (r->more)

@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 184);
+SIZE(curvopt_options, 192);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -67,6 +67,7 @@ AT(curvopt_options, strength, 160);
 AT(curvopt_options, holes, 168);
 AT(curvopt_options, n_holes, 176);
 AT(curvopt_options, strict, 180);
+AT(curvopt_options, slide, 184);
 
 SIZE(curvopt_constraints, 40);
 AT(curvopt_constraints, vertices, 0);
@@ -123,7 +124,7 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
-SIZE(curvopt_summary, 80);
+SIZE(curvopt_summary, 96);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -140,6 +141,9 @@ AT(curvopt_summary, all_negative_directions, 64);
 AT(curvopt_summary, free_negative_directions, 68);
 AT(curvopt_summary, n_held, 72);
 AT(curvopt_summary, n_left_out, 76);
+AT(curvopt_summary, curve_deviation, 80);
+AT(curvopt_summary, n_sliding, 88);
+AT(curvopt_summary, reserved, 92);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

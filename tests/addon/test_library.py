@@ -268,7 +268,7 @@ def test_defaults_are_the_librarys(lib):
     assert weights == {defaults.energy: 1.0}
     for name, names in (("surface", abi.SURFACES), ("boundary", abi.BOUNDARIES), ("symmetry", abi.SYMMETRIES)):
         assert names[getattr(options, name)] == getattr(defaults, name), name
-    for name in ("levels", "max_iterations", "threads", "escape", "strength"):
+    for name in ("levels", "max_iterations", "threads", "escape", "strength", "slide"):
         assert getattr(options, name) == getattr(defaults, name), name
     request = job.Request()
     for name in ("energy", "levels", "boundary", "symmetry", "strength"):

@@ -251,3 +251,13 @@ def test_symmetric_cages_are_found_to_be_so():
     assert not partners.is_symmetric(
         Cage(moved, cage.face_sizes, cage.face_vertices), everything, partners.Pairs.of_points(moved, 0)
     )
+
+
+def test_what_only_position_holds_may_slide():
+    """Of a selection that meets the boundary: its vertices there. Not with other boundaries, not with a mark Free."""
+    cage, part = grid(), part_of(block(0, 5))
+    found = rims.sliding_vertices(cage, part, "free", "position")
+    assert np.array_equal(found, block(0, 5) & ~block(1, 9))
+    assert not any(rims.sliding_vertices(cage, part, "free", name).any() for name in ("tangent", "curvature", "free"))
+    marked = part_of(block(0, 5), {(1, 2): "free", (0, 1): "free", (2, 3): "free"})
+    assert not rims.sliding_vertices(cage, marked, "free", "position").any()

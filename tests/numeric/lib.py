@@ -76,7 +76,8 @@ class Options(C.Structure):
         ("decrement_tolerance", F64), ("max_step", F64),
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
-        ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32)]
+        ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
+        ("slide", I32)]
 
 
 class Energies(C.Structure):
@@ -121,7 +122,7 @@ class Summary(C.Structure):
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
-        ("n_held", I32), ("n_left_out", I32)]
+        ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32)]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)

@@ -167,6 +167,16 @@ static void test_strength_is_above_0_and_up_to_1(void **state) {
         CHECK_OK(curvopt_options_validate(&o, &error), &error);
 }
 
+static void test_slide_is_0_or_1(void **state) {
+    (void)state;
+    curvopt_error error;
+    curvopt_options o = usual();
+    assert_int_equal(o.slide, 0);
+    for (o.slide = 0; o.slide < 2; o.slide++)
+        CHECK_OK(curvopt_options_validate(&o, &error), &error);
+    CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "slide is 2");
+}
+
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY};
@@ -395,6 +405,7 @@ static void test_version_is_the_headers(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_strength_is_above_0_and_up_to_1),
+        cmocka_unit_test(test_slide_is_0_or_1),
         cmocka_unit_test(test_init_writes_every_byte),
         cmocka_unit_test(test_defaults_are_those_of_the_header_and_valid),
         cmocka_unit_test(test_integers_out_of_range_are_refused_by_name),

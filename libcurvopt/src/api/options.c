@@ -112,6 +112,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_integer("strict", o->strict, 0, 1, error);
     if (status == CURVOPT_OK)
+        status = check_integer("slide", o->slide, 0, 1, error);
+    if (status == CURVOPT_OK)
         status = check_planes(o, error);
     return status;
 }

@@ -90,6 +90,7 @@
     X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
+    X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \
     X(int, escape_vertices, CURVOPT_MAX_ESCAPE_VERTICES, 1, 1000000, "vertices", "above, --escape is not tried", "65") \

@@ -270,11 +270,22 @@ static void add_row(const curvopt_mesh *m, uint8_t *mark, uint8_t *face) {
         mark[m->corner_vertex[h]] |= face[m->corner_face[h]];
 }
 
-static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_t *face) {
-    for (int32_t v = 0; v < m->info.n_vertices; v++)
-        mark[v] = co_mesh_is_boundary_vertex(m, v);
-    for (int row = 0; row < rows; row++)
-        add_row(m, mark, face);
+int32_t co_constraints_mark_rows(const curvopt_mesh *m, int32_t boundary, uint8_t *mark, curvopt_error *error) {
+    int rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
+    uint8_t *face = CO_NEW(uint8_t, m->info.n_faces), *row = CO_NEW(uint8_t, m->info.n_vertices);
+    int32_t status = face && row ? CURVOPT_OK : co_status_no_memory(error);
+    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
+        row[v] = (uint8_t)co_mesh_is_boundary_vertex(m, v);
+    for (int k = 0; status == CURVOPT_OK && k < rows; k++)
+        add_row(m, row, face);
+    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
+        mark[v] |= row[v];
+    free(face);
+    free(row);
+    return status;
+}
+
+static void mark_sharp(const curvopt_mesh *m, uint8_t *mark) {
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         mark[v] |= co_crease_is_infinite(co_crease_vertex(m, v));
     for (int32_t h = 0; h < m->info.n_corners; h++)
@@ -284,15 +295,13 @@ static void mark_boundary(const curvopt_mesh *m, int rows, uint8_t *mark, uint8_
 
 int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_constraints *constraints,
                                 curvopt_error *error) {
-    int any = 0, rows = boundary == CURVOPT_BOUNDARY_CURVATURE ? 2 : boundary == CURVOPT_BOUNDARY_TANGENT;
-    int32_t status = CURVOPT_OK;
+    int any = 0;
     if (boundary == CURVOPT_BOUNDARY_FREE || !(m->info.n_boundary_edges || m->edge_sharpness || m->vertex_sharpness))
         return CURVOPT_OK;
-    uint8_t *mark = CO_NEW(uint8_t, m->info.n_vertices), *face = CO_NEW(uint8_t, m->info.n_faces);
-    if (!mark || !face) {
-        status = co_status_no_memory(error);
-    } else {
-        mark_boundary(m, rows, mark, face);
+    uint8_t *mark = CO_NEW(uint8_t, m->info.n_vertices);
+    int32_t status = mark ? co_constraints_mark_rows(m, boundary, mark, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        mark_sharp(m, mark);
         for (int32_t v = 0; v < m->info.n_vertices; v++)
             any |= mark[v];
         if (any)
@@ -302,7 +311,6 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
                 constraints->freedom[v] = CO_FREEDOM_NONE;
     }
     free(mark);
-    free(face);
     return status;
 }
 

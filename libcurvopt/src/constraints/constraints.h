@@ -10,6 +10,8 @@ typedef struct co_constraints {
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
     double *anchor;    /* [3 n_vertices] a point of the line or plane, in the user's units */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
+    const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
+                              NULL: none does. For CO_MOTION_SLIDE */
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */
 } co_constraints;
 
@@ -46,6 +48,8 @@ int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *f
  * ERROR_MEMORY. */
 int32_t co_constraints_boundary(const curvopt_mesh *mesh, int32_t boundary, co_constraints *constraints,
                                 curvopt_error *error);
+/* Sets mark [n_vertices] of the boundary's vertices and of the further rows that `boundary` holds. ERROR_MEMORY. */
+int32_t co_constraints_mark_rows(const curvopt_mesh *mesh, int32_t boundary, uint8_t *mark, curvopt_error *error);
 
 /* All constraints: a copy of `constraints`, with those of `boundary`; vertices that no face uses, and those of faces
  * that are left out, are held. ERROR_MEMORY. */

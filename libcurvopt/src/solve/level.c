@@ -65,18 +65,23 @@ static double step_length(void *context, const double *d) {
     return co_level_objective_length(&l->objective, d);
 }
 
+/* In units of the objective. Where vertices slide, the energy may be next to nothing, and is blind to most of that
+ * motion: then a sphere's stiffness counts for it. */
 static double worth_of_spacing(const co_level *l) {
     const co_tuning *t = l->objective.run->tuning;
+    double energy = fabs(co_level_objective_energy(&l->objective, &l->now));
+    if (l->motion == CO_MOTION_SLIDE)
+        return t->spacing_slide * fmax(energy, co_penalty_stiffness(l->objective.run->options->weights));
     double worth = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
     for (int32_t k = 1; k < l->number; k++)
         worth *= t->spacing_fall;
-    return worth;
+    return worth * energy;
 }
 
 /* Where the energy has fallen to half of what spacing was weighed by, that counts for too much. */
 static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict verdict) {
     co_level_objective *o = &l->objective;
-    if (o->spacing.weight == 0 || !co_step_stands(verdict) ||
+    if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || !co_step_stands(verdict) ||
         co_level_objective_energy(o, now) > 0.5 * o->spaced_energy)
         return verdict;
     co_level_objective_weigh_spacing(o, worth_of_spacing(l), now);
@@ -198,7 +203,8 @@ static co_objective objective_of(co_level *l) {
 /* ------------------------------------------------------------------------ what the schedule sees of it -- */
 
 static void weigh_spacing(co_level *l) {
-    if (l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN)
+    int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
+    if (wants_even || l->motion == CO_MOTION_SLIDE)
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l), &l->now);
 }
 
@@ -231,7 +237,8 @@ static double value(void *context) {
 
 static co_level_schedule schedule_of(const co_level *l, const co_level_prospect *prospect) {
     const curvopt_options *o = l->objective.run->options;
-    const co_level_facts facts = {.is_last = co_run_context_is_last(l->objective.run, l->number),
+    int is_last = l->motion != CO_MOTION_SLIDE && co_run_context_is_last(l->objective.run, l->number);
+    const co_level_facts facts = {.is_last = is_last,
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
@@ -301,10 +308,10 @@ static int32_t create_room(co_level *l, curvopt_error *error) {
     return co_step_review_create(l->objective.run->tuning, &reviewed, &l->review, error);
 }
 
-/* Nothing follows motion along normals, nor, where spacing is not wanted, the last level. */
+/* Nothing follows motion along normals, nor, but after sliding, where spacing is not wanted, the last level. */
 static int finds_result(const co_run_context *run, co_motion motion, int32_t number) {
-    return motion == CO_MOTION_NORMALS ||
-           (run->options->spacing == CURVOPT_SPACING_FREE && co_run_context_is_last(run, number));
+    return motion == CO_MOTION_NORMALS || (motion == CO_MOTION_ALL && run->options->spacing == CURVOPT_SPACING_FREE &&
+                                           co_run_context_is_last(run, number));
 }
 
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
@@ -400,6 +407,15 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
     co_level_objective_to_user(&l->objective, x, energies->area, xyz);
     scale_areas(l, energies);
     *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
+    return 1;
+}
+
+int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) {
+    co_level_objective_value_of(&l->objective, xyz);
+    co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
+    if (!(energies->area > 0))
+        return 0;
+    scale_areas(l, energies);
     return 1;
 }
 

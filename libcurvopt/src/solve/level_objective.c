@@ -2,6 +2,7 @@
 #include "solve/level_objective.h"
 
 #include "base/memory.h"
+#include "constraints/sliding.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
 
@@ -53,13 +54,13 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
         co_level_objective_restrict(o, at->gradient);
 }
 
-void co_level_objective_weigh_spacing(co_level_objective *o, double part, co_iterate *now) {
+void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
     const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
     double sum = co_spacing_value(&unit, o->positions, NULL);
     o->spacing = unit;
-    o->spacing.weight = sum > 0 ? part * fabs(energy) / sum : 0;
+    o->spacing.weight = sum > 0 ? worth / sum : 0;
     o->spaced_energy = energy;
     co_level_objective_evaluate(o, now);
 }
@@ -112,6 +113,18 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     co_similarity_align(n, o->likeness, xyz);
 }
 
+double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
+    const co_run_context *run = o->run;
+    const co_request request = {.is_normalized = 1};
+    co_values values;
+    for (size_t i = 0; i < 3 * (size_t)o->mesh->info.n_vertices; i++)
+        o->positions[i] = (xyz[i] - run->centroid[i % 3]) / run->radius;
+    co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
+    co_dof_map_variables(&o->reduction, o->positions, o->step);
+    return values.objective + co_spacing_value(&o->spacing, o->positions, NULL) +
+           co_penalty_value(&o->penalty, o->step, NULL);
+}
+
 double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {
     double norm = co_vector_norm(co_level_objective_n(o), now->gradient);
     return norm == 0 ? 0 : norm / fabs(now->value); /* a flat surface has neither */
@@ -157,7 +170,9 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     int32_t status = co_constraints_all(o->mesh, constraints, o->run->options->boundary, &all, error);
     o->gauge = co_gauge_of(o->run->options->weights, &all);
     o->is_framed = all.freedom != NULL;
-    if (motion == CO_MOTION_ALL || status != CURVOPT_OK) {
+    if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
+        co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
+    if (motion != CO_MOTION_NORMALS || status != CURVOPT_OK) {
         o->held = all;
         return status;
     }

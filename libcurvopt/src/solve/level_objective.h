@@ -51,6 +51,7 @@ typedef struct co_level_objective {
 /* What may move. */
 typedef enum co_motion {
     CO_MOTION_ALL,    /* all that constraints and symmetry leave */
+    CO_MOTION_SLIDE,  /* besides, vertices of the constraints' curves along their tangents */
     CO_MOTION_NORMALS /* of that, what changes the shape: the cage's vertices on their normals
                          (co_constraints_to_normals) */
 } co_motion;
@@ -72,8 +73,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
  * motion along the surface: to first order it slides, and the shape stays. So what is left of similarities there is
  * no variable: the gradient has no component along it, and no direction may have one. */
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
-/* An even spacing is to be worth so much of the energy that `now` has; 0: nothing. `now` is evaluated again. */
-void co_level_objective_weigh_spacing(co_level_objective *objective, double part, co_iterate *now);
+/* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
+void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);
 /* Takes from a direction d [n_variables] what the gradient has no component along. */
@@ -93,6 +94,9 @@ void co_level_objective_to_user(const co_level_objective *objective, const doubl
                                 double *xyz);
 /* |gradient| / |value| */
 double co_level_objective_relative_gradient(const co_level_objective *objective, const co_iterate *now);
+/* The value at a cage xyz [3 n_vertices, the user's units] that variables need not reach; of springs what they reach.
+ * Where something is held. */
+double co_level_objective_value_of(co_level_objective *objective, const double *xyz);
 /* The surface's part of the value at `now`. */
 double co_level_objective_energy(const co_level_objective *objective, const co_iterate *now);
 

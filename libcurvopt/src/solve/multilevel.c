@@ -13,6 +13,7 @@
 #include "solve/certificate.h"
 #include "solve/moving_level.h"
 #include "solve/newton_decrement.h"
+#include "solve/slide.h"
 #include "solve/strength.h"
 #include "solve/symmetry_reduction.h"
 
@@ -108,7 +109,12 @@ static int ends_run(const co_run *r, int32_t number) {
 
 static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
     co_level *level = NULL;
-    int32_t status = co_symmetry_reduction_solve(r, number, &level, error);
+    int32_t status = co_slide_level(r, number, error);
+    if (number == 1)
+        r->result->summary.n_sliding = r->sliding.n_sliding;
+    if (status == CURVOPT_OK && !r->is_asked_to_stop)
+        status = co_symmetry_reduction_solve(r, number, &level, error);
+    co_sliding_measure(&r->sliding, r->at.xyz);
     r->result->level[number - 1] = r->at.report;
     if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r))
         status = certify(r, level, error);
@@ -135,6 +141,8 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
     }
     if (status == CURVOPT_OK)
         status = co_symmetry_subdivide(&r->at.symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_sliding_subdivide(r->result->mesh, &r->sliding, error);
     if (status != CURVOPT_OK) {
         free(xyz);
         free(start);
@@ -164,6 +172,7 @@ static void end_run(co_run *r) {
     summary->n_faces = r->result->mesh->info.n_faces;
     summary->method = r->context.options->method;
     summary->symmetry_order = r->at.symmetry.order;
+    summary->curve_deviation = co_sliding_deviation(&r->sliding);
 }
 
 /* A run that was cancelled before the figures of the input cage were known has that cage as its result. */
@@ -276,6 +285,8 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
         status = find_structure(r, mesh, xyz, error);
     if (status == CURVOPT_OK)
         status = co_strength_hold(&r->context, mesh, xyz, &r->constraints, error);
+    if (status == CURVOPT_OK && r->context.options->slide)
+        status = co_sliding_create(mesh, xyz, &r->sliding, error);
     return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
 }
 
@@ -307,6 +318,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     }
     co_level_result_free(&r.at);
     co_constraints_free(&r.constraints);
+    co_sliding_free(&r.sliding);
     co_basis_table_cache_free(&r.tables);
     return status;
 }

@@ -23,15 +23,12 @@ static double shift_of(const co_level *l, const co_step_record *record) {
     return record->shift;
 }
 
-static int report(const co_level *l, const co_step_record *record, void *user) {
-    co_run *r = user;
+/* The callback is told of a step; r->at.xyz is the cage. */
+static int tell(co_run *r, const co_level *l, const co_step_record *record) {
     const co_level_objective *o = &l->objective;
     const curvopt_level_report *before = &r->at.report; /* of earlier turns */
-    if (co_run_context_is_cancelled(&r->context))
-        return 1;
     if (!r->progress || (record->method == CO_METHOD_NONE && before->iterations > 0))
         return 0;
-    co_level_objective_to_user(o, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
     const curvopt_progress progress = {.struct_size = (int32_t)sizeof progress,
                                        .predicted = record->predicted,
                                        .gain_ratio = record->gain_ratio,
@@ -51,7 +48,30 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
                                        .iteration = before->iterations + record->iteration,
                                        .evaluations = before->evaluations + record->evaluations + 1, /* the first */
                                        .n_vertices = o->mesh->info.n_vertices};
-    return r->progress(&progress, r->user) != 0;
+    r->is_asked_to_stop = r->progress(&progress, r->user) != 0;
+    return r->is_asked_to_stop;
+}
+
+/* Longest slide of a turn, in parts of the distance to the next vertex. */
+static const double FARTHEST_SLIDE = 0.5;
+
+static int report(const co_level *l, const co_step_record *record, void *user) {
+    co_run *r = user;
+    double slid = 0;
+    if (co_run_context_is_cancelled(&r->context))
+        return 1;
+    if (!r->progress && l->motion != CO_MOTION_SLIDE)
+        return 0;
+    co_level_objective_to_user(&l->objective, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
+    if (l->motion == CO_MOTION_SLIDE)
+        slid = co_sliding_put_back(&r->sliding, r->at.xyz);
+    return tell(r, l, record) || slid > FARTHEST_SLIDE;
+}
+
+void co_run_watch(co_run *r, co_level *l) {
+    l->report = report;
+    l->user = r;
+    l->spent = r->at.report.iterations;
 }
 
 /* Energies at the level's end, and its cage. The report has the counts already. */
@@ -125,9 +145,7 @@ static int32_t begin_turn(co_run *r, const co_level *before, const double *start
         return status;
     }
     (*out)->objective.likeness = r->at.start;
-    (*out)->report = report;
-    (*out)->user = r;
-    (*out)->spent = r->at.report.iterations;
+    co_run_watch(r, *out);
     return CURVOPT_OK;
 }
 
@@ -160,14 +178,17 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
 }
 
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
-    double started = co_clock_seconds();
+    double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
-    r->at.report = (curvopt_level_report){.level = number, .n_vertices = r->result->mesh->info.n_vertices};
+    r->at.report = (curvopt_level_report){.level = number,
+                                          .n_vertices = r->result->mesh->info.n_vertices,
+                                          .iterations = r->spent.iterations,
+                                          .evaluations = r->spent.evaluations};
+    r->spent = (co_run_work){0};
     int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
                                      r->at.start, number, &l, error);
     if (status == CURVOPT_OK) {
-        l->report = report;
-        l->user = r;
+        co_run_watch(r, l);
         status = co_level_begin(l, error);
     }
     if (status == CURVOPT_OK)

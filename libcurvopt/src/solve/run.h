@@ -4,6 +4,7 @@
 #define CO_SOLVE_RUN_H
 
 #include "constraints/constraints.h"
+#include "constraints/sliding.h"
 #include "constraints/symmetry.h"
 #include "solve/level.h"
 
@@ -26,6 +27,12 @@ typedef struct co_level_result {
     curvopt_level_report report;
 } co_level_result;
 
+/* What a level took before it was solved. */
+typedef struct co_run_work {
+    int32_t iterations, evaluations;
+    double seconds;
+} co_run_work;
+
 typedef struct co_run {
     co_run_context context;
     curvopt_progress_fn progress;
@@ -35,10 +42,17 @@ typedef struct co_run {
     co_cancel cancel;    /* what takes long looks at this */
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
+    co_sliding sliding;         /* the same; nothing without options.slide */
+    co_run_work spent;          /* by sliding on the present level, until that is solved */
+    int is_asked_to_stop;       /* by the callback */
     co_level_prospect prospect; /* of the levels to come */
     co_level_result at;         /* the present level */
     curvopt_result *result;     /* its mesh is the present one */
 } co_run;
+
+/* Tells the caller of the level's steps. On CO_MOTION_SLIDE what it sees is put back on the curves, and the level ends
+ * where a vertex has slid so far that its tangent is no longer that of its curve. */
+void co_run_watch(co_run *run, co_level *level);
 
 /* Solves the present mesh from run->at.start, with the symmetry that is kept, by the level `number`; the figures and
  * positions go into run->at. Where an even spacing is wanted, the

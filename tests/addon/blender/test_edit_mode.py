@@ -478,3 +478,19 @@ def test_the_panels_sentence(sheet, part):
     assert text(sheet) == "Moves 1 selected vertex and their images"
     edit(sheet)
     assert text(sheet) == "Nothing is selected: moves all vertices"
+
+
+def test_slide_moves_boundary_vertices_along_the_boundary(sheet):
+    """The side y = 0, bunched, is straight: it stays straight, and only selected vertices move."""
+    points = positions(sheet)
+    side = np.arange(N + 1)
+    points[side, 2], points[side, 0] = 0, N * (side / N) ** 1.4
+    sheet.data.vertices.foreach_set("co", points.ravel().astype(np.float32))
+    before, selected = positions(sheet), np.zeros((N + 1) ** 2, bool)
+    selected.reshape(N + 1, N + 1)[:4, 1:-1] = True
+    edit(sheet, selected)
+    run(strength=1.0, slide=True)
+    moved = moved_by(sheet, before)
+    assert moved[side[2:-2]].all() and not moved[~selected].any() and not moved[[0, N]].any()
+    assert np.abs(now(sheet)[side, 1:] - before[side, 1:]).max() < 1e-6
+    assert (np.diff(now(sheet)[side, 0]) > 0).all()
