@@ -173,11 +173,12 @@ static void test_faces_add_up_to_the_dense_product(void **state) {
 static void test_discs_add_up_to_the_dense_product(void **state) {
     (void)state;
     const int32_t polynomial = CURVOPT_SURFACE_POLYNOMIAL;
-    setting *s[] = {setting_on(polynomial, cage_shaken(cage_prism(9), 0.1), 0, NULL, 1),
-                    setting_on(polynomial, cage_shaken(cage_trapezohedron(8), 0.05), 0, NULL, 2),
-                    setting_on(polynomial, cage_trapezohedron(20), 1, NULL, 2),
-                    setting_of(cage_shaken(cage_prism(24), 0.02), 0, NULL, 1)};
-    for (size_t i = 0; i < sizeof s / sizeof *s; i++) {
+    enum { N = 4 };
+    setting *s[N] = {setting_on(polynomial, cage_shaken(cage_prism(9), 0.1), 0, NULL, 1),
+                     setting_on(polynomial, cage_shaken(cage_trapezohedron(8), 0.05), 0, NULL, 2),
+                     setting_on(polynomial, cage_trapezohedron(20), 1, NULL, 2),
+                     setting_of(cage_shaken(cage_prism(24), 0.02), 0, NULL, 1)};
+    for (size_t i = 0; i < N; i++) {
         CHECK_INT(s[i]->assembly.patches.wide.n_discs, i == 2 ? 1 : 2); /* symmetry leaves one face */
         check_within(s[i], 1e-12); /* rows of coefficients add up to 19 in absolute value */
     }

@@ -91,7 +91,7 @@ static int32_t add_infinite(const curvopt_mesh *m, const double *xyz, co_excepti
     return status;
 }
 
-/* has_limits: faces of infinite energy are left out. */
+/* has_limits: faces of infinite energy are left out. To be freed whatever is returned. */
 static int32_t find(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, int has_limits,
                     co_exceptions *e, curvopt_error *error) {
     *e = (co_exceptions){.vertex = CO_NEW(int32_t, m->info.n_vertices), .face = CO_NEW(int32_t, m->info.n_faces)};
@@ -106,14 +106,15 @@ static int32_t find(const curvopt_mesh *m, const double *xyz, const curvopt_opti
         status = add_infinite(m, xyz, e, error);
     if (status == CURVOPT_OK)
         add_neighbours(m, e);
-    else
-        co_exceptions_free(e);
     return status;
 }
 
 int32_t co_exceptions_find(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, co_exceptions *e,
                            curvopt_error *error) {
-    return find(m, xyz, o, 1, e, error);
+    int32_t status = find(m, xyz, o, 1, e, error);
+    if (status != CURVOPT_OK)
+        co_exceptions_free(e);
+    return status;
 }
 
 /* Names the vertex that most likely is to be looked at: the first with a reason of its own. */

@@ -116,7 +116,7 @@ static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
         status = co_symmetry_reduction_solve(r, number, &level, error);
     co_sliding_measure(&r->sliding, r->at.xyz);
     r->result->level[number - 1] = r->at.report;
-    if (status == CURVOPT_OK && ends_run(r, number) && wants_certificate(r))
+    if (status == CURVOPT_OK && level && ends_run(r, number) && wants_certificate(r))
         status = certify(r, level, error);
     if (status == CO_CANCELLED) /* there is no verdict */
         status = CURVOPT_OK;
