@@ -89,13 +89,14 @@ static int32_t run_flawed(void *context, curvopt_error *error) {
     const cage *c = context;
     const int32_t hole = 0;
     int32_t sizes[8], vertices[32], vertex[9], face[8];
-    double xyz[27] = {0}, fine_xyz[3 * 64];
+    double plain[27] = {0}, xyz[27], fine_xyz[3 * 64];
     curvopt_options o;
     curvopt_mesh *mesh, *fine = NULL;
     curvopt_problem *problem = NULL;
     curvopt_energies e;
-    memcpy(xyz, c->xyz, 24 * sizeof *xyz);
-    memcpy(xyz, xyz + 3, 3 * sizeof *xyz);
+    memcpy(plain, c->xyz, 24 * sizeof *plain);
+    memcpy(xyz, plain, sizeof xyz);
+    memcpy(xyz, plain + 3, 3 * sizeof *xyz);
     memcpy(vertices, c->vertices, 24 * sizeof *vertices);
     for (int f = 0; f < 8; f++)
         sizes[f] = 4;
@@ -114,9 +115,9 @@ static int32_t run_flawed(void *context, curvopt_error *error) {
     curvopt_mesh_destroy(mesh);
     if (status != CURVOPT_OK || (status = curvopt_mesh_create(9, 6, sizes, vertices, &mesh, error)) != CURVOPT_OK)
         return status;
-    status = curvopt_problem_create(mesh, c->xyz, &o, &problem, error);
+    status = curvopt_problem_create(mesh, plain, &o, &problem, error);
     if (status == CURVOPT_OK)
-        status = curvopt_problem_evaluate(problem, c->xyz, &e, sizeof e, NULL, error);
+        status = curvopt_problem_evaluate(problem, plain, &e, sizeof e, NULL, error);
     curvopt_problem_destroy(problem);
     curvopt_mesh_destroy(mesh);
     return status;
