@@ -67,9 +67,9 @@ static double step_length(void *context, const double *d) {
 
 /* In units of the objective. Where vertices slide, the energy may be next to nothing, and is blind to most of that
  * motion: then a sphere's stiffness counts for it. */
-static double worth_of_spacing(const co_level *l) {
+static double worth_of_spacing(const co_level *l, const co_iterate *at) {
     const co_tuning *t = l->objective.run->tuning;
-    double energy = fabs(co_level_objective_energy(&l->objective, &l->now));
+    double energy = fabs(co_level_objective_energy(&l->objective, at));
     if (l->motion == CO_MOTION_SLIDE)
         return t->spacing_slide * fmax(energy, co_penalty_stiffness(l->objective.run->options->weights));
     double worth = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
@@ -84,7 +84,7 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
     if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || !co_step_stands(verdict) ||
         co_level_objective_energy(o, now) > 0.5 * o->spaced_energy)
         return verdict;
-    co_level_objective_weigh_spacing(o, worth_of_spacing(l), now);
+    co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
     return CO_STEP_CHANGED;
 }
 
@@ -205,7 +205,7 @@ static co_objective objective_of(co_level *l) {
 static void weigh_spacing(co_level *l) {
     int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
     if (wants_even || l->motion == CO_MOTION_SLIDE)
-        co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l), &l->now);
+        co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
 static int32_t run_method(void *context, co_method method, const co_method_options *options, const co_outcome *before,
