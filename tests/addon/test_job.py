@@ -327,7 +327,7 @@ def test_a_cage_that_cannot_move_is_refined_up_to_twice(boundary, levels):
     wanted = job.Request("willmore", 1, boundary=boundary, strength=0.3)
     request = job.freed(quad(), wanted)
     assert (request.levels, request.refined) == (levels, levels - 1)
-    assert dataclasses.replace(request, levels=1, refined=0) == wanted
+    assert all(getattr(request, name) is value for name, value in vars(wanted).items() if name not in ("levels", "refined"))
     assert bool(messages.refined_text(request)) == (levels > 1)
 
 
