@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { RINGS = 3, LARGEST = 48 };
+enum { RINGS = 3, LARGEST = 96 };
 
 #ifdef __SANITIZE_ADDRESS__
 enum { SLOWER = 20 }; /* times that sanitizers may take longer */
@@ -136,7 +136,7 @@ static void check_run(const curvopt_mesh *mesh, const double *xyz, int term, dou
     if (end_time > clock.raised) {
         CHECK_INT(summary.stop, CURVOPT_STOP_CANCELLED);
         CHECK_INT(summary.verdict, CURVOPT_VERDICT_UNKNOWN);
-        CHECK_TRUE(!(end.objective > start.objective));
+        CHECK_TRUE(!(end.objective > start.objective * (1 + 1e-10))); /* but for rounding, where no step was taken */
         CHECK_TRUE(end_time - clock.raised < 0.3 * SLOWER);
     }
     curvopt_result_destroy(result);
