@@ -279,6 +279,20 @@ static void test_discs_of_width_1_change_no_surface(void **state) {
     }
 }
 
+/* Hessians are scattered by co_patches_own_is_used, which knows no rule: every table's points must be among them. */
+static void test_no_rule_has_points_that_no_patch_expects(void **state) {
+    (void)state;
+    const int32_t kind = co_fan_make_wide(2 * CO_STAM_WINDOW + 4, 1, 0, 0); /* the least that leaves points out */
+    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
+        co_basis_table *t;
+        curvopt_error error;
+        CHECK_OK(co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, kind, rule, &t, &error), &error);
+        for (int32_t p = 0; p < t->n_own; p++)
+            CHECK_TRUE(co_patches_own_is_used(kind, t->support[p]));
+        co_basis_table_destroy(t);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_width_is_a_quarter_of_the_distance),
@@ -288,6 +302,7 @@ int main(void) {
         cmocka_unit_test(test_points_of_the_polynomial_are_affine_in_the_disc),
         cmocka_unit_test(test_gradients_go_back_by_the_transpose),
         cmocka_unit_test(test_discs_of_width_1_change_no_surface),
+        cmocka_unit_test(test_no_rule_has_points_that_no_patch_expects),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
