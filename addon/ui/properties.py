@@ -124,7 +124,8 @@ class RunSettings:
     weight_area: _weight("area")
     strength: bpy.props.FloatProperty(
         name="Strength", description="How much of the shape may go, from a touch to the global minimum. Small bumps go "
-        "first, then larger features; what is longer than the length below the slider stays. 0.3 takes bumps away and "
+        "first, then larger features; what is longer than the length below the slider stays, and nothing moves farther than "
+        "a fifth of that. 0.3 takes bumps away and "
         "keeps features. 1 forgets the original and finds the surface of least energy, a ball for a closed shape "
         "without holes", default=_STRENGTH, min=0.01, max=1.0, subtype="FACTOR",
     )

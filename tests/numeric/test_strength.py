@@ -10,10 +10,12 @@ import pytest
 
 import lib
 from ccref import Mesh, mesh_from_faces
+from energy_ref import densities, samples
 from nets import perturbed, read_obj, torus_cage
 
 NONE = 1
 STIFFNESS = {"willmore": 24 * pi, "mvs": 2979.1973808604575}  # penalty.h
+REACH, FIRMEST = 0.2, 0.3  # strength.c
 DENSITY = {"willmore": lambda k, area: k ** 4, "mvs": lambda k, area: area * k ** 6}
 
 
@@ -32,6 +34,17 @@ def vertex_areas(mesh: Mesh) -> np.ndarray:
             triangle = np.linalg.norm(np.cross(p[w] - p[i], p.mean(0) - p[i])) / 2
             area[[v, face[w]]] += triangle / 2
     return area
+
+
+def vertex_energies(mesh: Mesh, energy: str) -> np.ndarray:
+    """Of faces, equal parts to their vertices; quads without extraordinary vertices."""
+    share, whole = np.zeros(mesh.n_faces), 0.0
+    for face, _, _, weight, jets in samples(mesh, 8, 1, 1):
+        density = densities(jets)
+        np.add.at(share, face, density[energy] * density["area"] * weight)
+        whole += float((density["area"] * weight).sum())
+    part = np.repeat(share / 4 * (1 if energy == "willmore" else whole), 4)
+    return np.bincount(mesh.flat, part, minlength=mesh.n_vertices)
 
 
 def strip(n: int, rows: int, height: float, waves: float) -> Mesh:
@@ -85,12 +98,58 @@ def test_forces_balance(energy, strength):
                           gradient_tolerance=1e-15, tolerance=1e-7)
     problem = lib.Problem(result.mesh, lib.options(energy, tolerance=1e-7))
     _, gradient = problem.evaluate(result.mesh.xyz, True)
-    area, size = vertex_areas(mesh), spread(mesh.xyz)
-    whole = area.sum() / size ** 2
-    density = DENSITY[energy](2 * pi * (1 - strength) / strength, whole)
-    pull = 2 * density / size ** 4 * area[:, None] * (result.mesh.xyz - mesh.xyz)
+    area, size, wave = vertex_areas(mesh), spread(mesh.xyz), strength / (1 - strength)
+    density = DENSITY[energy](2 * pi / wave, area.sum() / size ** 2)
+    reach, moved = REACH * wave * size, result.mesh.xyz - mesh.xyz
+    stiffness = 2 * density / size ** 4 * area + 2 * FIRMEST * vertex_energies(mesh, energy) / reach ** 2
+    pull = (stiffness / (1 - (moved ** 2).sum(1) / reach ** 2))[:, None] * moved
     assert np.abs(gradient + pull).max() < 1e-3 * np.abs(pull).max()
-    assert np.linalg.norm(result.mesh.xyz - mesh.xyz, axis=1).max() > 1e-2 * size
+    assert np.linalg.norm(moved, axis=1).max() > 1e-2 * size
+    assert result.verdict == "minimum"
+
+
+def creased_box(sharpness: float) -> Mesh:
+    """A box of 4 x 2 x 2 squares, its twelve edges creased: energies of third order push them far."""
+    index: dict[tuple, int] = {}
+    points, faces, creases = [], [], {}
+    size = np.array([4, 2, 2])
+    for axis in range(3):
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        for side in (0, int(size[axis])):
+            for i in range(size[a]):
+                for j in range(size[b]):
+                    face = []
+                    for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                        at = [0, 0, 0]
+                        at[axis], at[a], at[b] = side, i + u, j + v
+                        if tuple(at) not in index:
+                            index[tuple(at)] = len(points)
+                            points.append(at)
+                        face.append(index[tuple(at)])
+                    faces.append(face if side else face[::-1])
+    on_sides = ((np.array(points) == 0) | (np.array(points) == size)).sum(1)
+    for face in faces:
+        for v, w in zip(face, face[1:] + face[:1]):
+            both = (np.array(points)[[v, w]] == 0).all(0) | (np.array(points)[[v, w]] == size).all(0)
+            if min(on_sides[[v, w]]) > 1 and both.sum() == 2:
+                creases[(min(v, w), max(v, w))] = sharpness
+    return mesh_from_faces(np.array(points, float), faces, creases)
+
+
+@pytest.mark.parametrize("strength, levels", [(0.3, 1), (0.3, 2), (0.5, 1), (0.8, 1)])
+def test_no_point_moves_beyond_the_reach(strength, levels, capsys):
+    """Of the cage, and so of its surface, whatever the energy is: without the end of springs .27 radii at strength .3,
+    where .086 are stated."""
+    mesh = creased_box(3)
+    result = lib.minimize(mesh, "mvs", levels=levels, symmetry=NONE, strength=strength)
+    was = mesh
+    for _ in range(levels - 1):
+        was = lib.refine(was)
+    reach = REACH * strength / (1 - strength) * spread(mesh.xyz)
+    moved = np.linalg.norm(result.mesh.xyz - was.xyz, axis=1).max()
+    with capsys.disabled():
+        print(f"\n  strength {strength}, {levels} levels: {moved / reach:.3f} of the reach")
+    assert 0.3 * reach < moved < reach
     assert result.verdict == "minimum"
 
 

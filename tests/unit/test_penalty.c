@@ -118,6 +118,57 @@ static void test_symmetries_are_those_of_the_weights(void **state) {
     setting_free(&s);
 }
 
+/* Springs at all vertices that end at .2, with symmetries and without: -most ln(1 - |d|^2 / reach^2) vertex by vertex,
+ * its differences, and no value beyond the end of one. */
+static void test_springs_end(void **state) {
+    (void)state;
+    const double reach = 0.2;
+    double stiffness[32];
+    for (int v = 0; v < 32; v++)
+        stiffness[v] = 1;
+    for (int symmetric = 0; symmetric < 2; symmetric++) {
+        setting s = {.v = variables_setting_of(cage_torus(8, 4, 3, 1.2), NULL, symmetric)};
+        curvopt_error error;
+        CHECK_OK(co_constraints_pull_back(s.v.mesh, s.v.c.xyz, stiffness, reach, &s.v.held, &error), &error);
+        CHECK_OK(co_penalty_create(&s.v.held.springs, &s.v.dofs, s.v.centroid, s.v.radius, SCALE, &s.pull, &error),
+                 &error);
+        int n = s.v.dofs.n_variables;
+        double *g = calloc(4 * (size_t)n, sizeof *g), *up = g + n, *down = g + 2 * n, *column = g + 3 * n, sum = 0;
+        co_sparse_hessian hessian = variables_hessian(&s.v);
+        CHECK_TRUE(g);
+        move(&s, 3, 0.02);
+        for (int v = 0; v < 32; v++) {
+            double square = 0;
+            for (int c = 0; c < 3; c++) {
+                double off = s.v.radius * s.v.x[3 * v + c] + s.v.centroid[c] - s.v.c.xyz[3 * v + c];
+                square += off * off;
+            }
+            sum -= SCALE / 2 * reach * reach / (s.v.radius * s.v.radius) * log(1 - square / (reach * reach));
+        }
+        CHECK_NEAR(co_penalty_value(&s.pull, s.v.z, g), sum, 1e-12);
+        co_penalty_add_hessian(&s.pull, s.v.z, &hessian);
+        for (int i = 0; i < n; i++) {
+            const double at = s.v.z[i], h = 1e-6;
+            double value[2];
+            memset(up, 0, 3 * (size_t)n * sizeof *up);
+            s.v.z[i] = at + h;
+            value[0] = co_penalty_value(&s.pull, s.v.z, up);
+            s.v.z[i] = at - h;
+            value[1] = co_penalty_value(&s.pull, s.v.z, down);
+            s.v.z[i] = at;
+            CHECK_NEAR(g[i], (value[0] - value[1]) / (2 * h), 1e-7);
+            variables_hessian_column(&hessian, i, column);
+            for (int j = 0; j < n; j++)
+                CHECK_NEAR(column[j], (up[j] - down[j]) / (2 * h), 1e-6);
+        }
+        move(&s, 4, 2);
+        assert_true(isinf(co_penalty_value(&s.pull, s.v.z, NULL)));
+        co_sparse_hessian_free(&hessian);
+        free(g);
+        setting_free(&s);
+    }
+}
+
 /* The function is quadratic: central differences are exact but for rounding. */
 static void test_gradient_and_hessian_are_its_differences(void **state) {
     (void)state;
@@ -130,7 +181,7 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
         double *g = calloc(4 * (size_t)n, sizeof *g), *up = g + n, *down = g + 2 * n, *column = g + 3 * n;
         co_sparse_hessian hessian = variables_hessian(&s.v);
         CHECK_TRUE(g);
-        co_penalty_add_hessian(&s.pull, &hessian);
+        co_penalty_add_hessian(&s.pull, s.v.z, &hessian);
         move(&s, 9, 0.2);
         co_penalty_value(&s.pull, s.v.z, g);
         for (int i = 0; i < n; i++) {
@@ -229,6 +280,7 @@ int main(void) {
         cmocka_unit_test(test_value_is_its_definition),
         cmocka_unit_test(test_value_with_symmetries_is_its_definition),
         cmocka_unit_test(test_symmetries_are_those_of_the_weights),
+        cmocka_unit_test(test_springs_end),
         cmocka_unit_test(test_gradient_and_hessian_are_its_differences),
         cmocka_unit_test(test_subdivision_keeps_what_a_patch_resists),
         cmocka_unit_test(test_weights_of_0_hold_nothing),

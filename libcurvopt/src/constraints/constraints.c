@@ -163,7 +163,7 @@ int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const cu
     return status;
 }
 
-int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, double stiffness,
+int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, const double *stiffness, double reach,
                                  co_constraints *constraints, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!constraints->freedom) {
@@ -172,7 +172,7 @@ int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, doubl
             memcpy(constraints->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
     }
     if (status == CURVOPT_OK)
-        status = co_soft_constraints_add_all(m, xyz, stiffness, &constraints->springs, error);
+        status = co_soft_constraints_add_all(m, xyz, stiffness, reach, &constraints->springs, error);
     if (status != CURVOPT_OK)
         co_constraints_free(constraints);
     return status;

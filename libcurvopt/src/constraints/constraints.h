@@ -20,7 +20,7 @@ typedef struct co_constraints {
 int32_t co_constraints_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *constraints,
                               co_constraints *out, curvopt_error *error);
 /* Adds springs as co_soft_constraints_add_all. On failure there are no constraints any more. */
-int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, double stiffness,
+int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, const double *stiffness, double reach,
                                  co_constraints *constraints, curvopt_error *error);
 /* Faces that are left out of the energy, from face [n_faces]: those of 0 and more. ERROR_MEMORY. */
 int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, co_constraints *constraints,

@@ -18,7 +18,8 @@ static int32_t allocate(int32_t n_vertices, co_soft_constraints *s, curvopt_erro
                                .freedom = CO_NEW(uint8_t, n),
                                .direction = CO_NEW(double, 3 * n),
                                .anchor = CO_NEW(double, 3 * n),
-                               .original = CO_NEW(double, 3 * n)};
+                               .original = CO_NEW(double, 3 * n),
+                               .reach = (double)INFINITY};
     int is_complete = s->stiffness && s->freedom && s->direction && s->anchor && s->original;
     return is_complete ? CURVOPT_OK : co_status_no_memory(error);
 }
@@ -48,6 +49,7 @@ int32_t co_soft_constraints_copy(const curvopt_mesh *m, const co_soft_constraint
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
     memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
     memcpy(to->original, from->original, 3 * n * sizeof(double));
+    to->reach = from->reach;
     return CURVOPT_OK;
 }
 
@@ -105,27 +107,23 @@ int32_t co_soft_constraints_create(const curvopt_mesh *m, const double *xyz, con
     return CURVOPT_OK;
 }
 
-int32_t co_soft_constraints_add_all(const curvopt_mesh *m, const double *xyz, double stiffness, co_soft_constraints *s,
-                                    curvopt_error *error) {
+int32_t co_soft_constraints_add_all(const curvopt_mesh *m, const double *xyz, const double *stiffness, double reach,
+                                    co_soft_constraints *s, curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
-    double *area = CO_NEW(double, n), whole = 0;
-    int32_t status = !area          ? co_status_no_memory(error)
-                     : s->stiffness ? CURVOPT_OK
-                                    : allocate(m->info.n_vertices, s, error);
-    if (status == CURVOPT_OK) {
-        whole = co_mesh_vertex_areas(m, xyz, area);
-        memcpy(s->anchor, xyz, 3 * n * sizeof(double));
-        memcpy(s->original, xyz, 3 * n * sizeof(double));
+    int32_t status = s->stiffness ? CURVOPT_OK : allocate(m->info.n_vertices, s, error);
+    if (status != CURVOPT_OK) {
+        co_soft_constraints_free(s);
+        return status;
     }
-    for (size_t v = 0; status == CURVOPT_OK && v < n; v++)
+    memcpy(s->anchor, xyz, 3 * n * sizeof(double));
+    memcpy(s->original, xyz, 3 * n * sizeof(double));
+    s->reach = reach;
+    for (size_t v = 0; v < n; v++)
         if (s->stiffness[v] == 0 || s->freedom[v] == CO_FREEDOM_NONE) {
-            s->stiffness[v] += stiffness * area[v] / whole;
+            s->stiffness[v] += stiffness[v];
             s->freedom[v] = CO_FREEDOM_NONE;
         }
-    if (status != CURVOPT_OK)
-        co_soft_constraints_free(s);
-    free(area);
-    return status;
+    return CURVOPT_OK;
 }
 
 int co_soft_constraints_alike(const co_soft_constraints *s, int32_t v, int32_t w) {
@@ -182,7 +180,7 @@ static void distribute(const curvopt_mesh *m, const co_soft_constraints *s, cons
     }
     for (int32_t v = 0; v < n; v++)
         if (!n_faces_of[v] && s->stiffness[v] > 0)
-            inherit(s, v, s->stiffness[v], s->anchor, out, v);
+            inherit(s, v, s->stiffness[v], co_soft_constraints_has_end(s, v) ? out->original : s->anchor, out, v);
 }
 
 int32_t co_soft_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine, const co_sparse_rows *rows,
@@ -197,6 +195,7 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh 
             for (int32_t h = m->face_start[f]; is_constrained_face(m, springs, f) && h < m->face_start[f + 1]; h++)
                 n_faces_of[m->corner_vertex[h]]++;
         co_sparse_rows_apply(rows, springs->original, out.original);
+        out.reach = springs->reach;
         distribute(m, springs, n_faces_of, &out);
         co_soft_constraints_free(springs);
         *springs = out;

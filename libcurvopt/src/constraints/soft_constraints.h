@@ -6,6 +6,8 @@
 #include "linalg/sparse_rows.h"
 #include "mesh/mesh.h"
 
+#include <math.h>
+
 /* Springs that pull vertices back. The term that they add to the objective, with R the radius of the input cage and K
  * the stiffness of the objective (penalty.h), is
  *
@@ -23,6 +25,7 @@ typedef struct co_soft_constraints {
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane */
     double *anchor;    /* [3 n_vertices] a_v, in the user's units */
     double *original;  /* [3 n_vertices] the input cage, subdivided as often as this one */
+    double reach;      /* how far from a_v a vertex gets whose spring leaves no direction free, in the user's units */
 } co_soft_constraints;
 
 /* Makes springs where 0 < weight [n_vertices] < 1, of these freedoms and directions, at xyz [3 n_vertices].
@@ -30,10 +33,9 @@ typedef struct co_soft_constraints {
 int32_t co_soft_constraints_create(const curvopt_mesh *mesh, const double *xyz, const double *weight,
                                    const uint8_t *freedom, const double *direction, co_soft_constraints *out,
                                    curvopt_error *error);
-/* Adds springs that pull every vertex back to xyz [3 n_vertices] from anywhere, of stiffnesses k_v that are as the
- * areas round the vertices and sum up to `stiffness`. Springs that leave a vertex directions to move freely in stay
- * what they are. ERROR_MEMORY. */
-int32_t co_soft_constraints_add_all(const curvopt_mesh *mesh, const double *xyz, double stiffness,
+/* Adds springs of stiffnesses k_v [n_vertices] that pull every vertex back to xyz [3 n_vertices] from anywhere, and end
+ * at `reach`. Springs that leave a vertex directions to move freely in stay what they are. ERROR_MEMORY. */
+int32_t co_soft_constraints_add_all(const curvopt_mesh *mesh, const double *xyz, const double *stiffness, double reach,
                                     co_soft_constraints *springs, curvopt_error *error);
 /* ERROR_MEMORY. */
 int32_t co_soft_constraints_copy(const curvopt_mesh *mesh, const co_soft_constraints *from, co_soft_constraints *to,
@@ -43,9 +45,15 @@ void co_soft_constraints_free(co_soft_constraints *springs);
 /* From a cage to its subdivision `fine` by `rows` (subdivide.h). As with exact constraints (constraints.h), faces all
  * of whose vertices have springs of one kind are constrained as pieces of the surface: their children have springs to
  * the places where subdividing the input puts them, and the stiffness is distributed over them, so that a patch is as
- * stiff as it was. Any other vertex keeps its spring and its first place. ERROR_MEMORY. */
+ * stiff as it was. Any other vertex keeps its spring and its first place, or where springs end the place where
+ * subdividing the input puts it. ERROR_MEMORY. */
 int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                       co_soft_constraints *springs, curvopt_error *error);
+
+/* Whether the spring of vertex v ends at springs->reach. */
+static inline int co_soft_constraints_has_end(const co_soft_constraints *springs, int32_t v) {
+    return springs->freedom[v] == CO_FREEDOM_NONE && springs->reach < (double)INFINITY;
+}
 
 /* Whether the springs of vertices v and w are alike, directions aside. */
 int co_soft_constraints_alike(const co_soft_constraints *springs, int32_t v, int32_t w);

@@ -57,6 +57,14 @@ static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *
         e->error[p] = co_quadrature_error_relative(&measure, &e->used[p], &other[p]);
 }
 
+void co_adaptive_quadrature_by_face(const co_assembly *a, int32_t n_faces, double *energy) {
+    memset(energy, 0, sizeof *energy * (size_t)n_faces);
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        for (int t = 0; t < CURVOPT_N_TERMS; t++)
+            if (a->weights[t] > 0) /* the others may be unknown */
+                energy[a->patches.place[p].face] += a->weights[t] * a->estimates.used[p].term[t];
+}
+
 int32_t co_adaptive_quadrature_evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     co_element_batches_spec spec = {

@@ -35,6 +35,9 @@ typedef struct co_quadrature_goal {
 int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 
+/* The parts of the cage's faces, energy [n_faces], in the objective that was resolved last. */
+void co_adaptive_quadrature_by_face(const co_assembly *assembly, int32_t n_faces, double *energy);
+
 /* All figures become NAN. */
 void co_adaptive_quadrature_leave_unknown(curvopt_energies *energies);
 /* Energies by the rules as they are, whether or not the run is cancelled, with the errors that were estimated last; all

@@ -4,6 +4,7 @@
 #include "base/constants.h"
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 double co_penalty_stiffness(const double weights[CURVOPT_N_TERMS]) {
@@ -28,6 +29,8 @@ void co_penalty_free(co_penalty *p) {
     free(p->rest);
     free(p->slope);
     free(p->matrix);
+    free(p->constant);
+    free(p->most);
     *p = (co_penalty){0};
 }
 
@@ -45,7 +48,9 @@ static int32_t number_nodes(const co_soft_constraints *s, const co_dof_map *r, i
     p->rest = CO_NEW(double, 3 * n);
     p->slope = CO_NEW(double, 3 * n);
     p->matrix = CO_NEW(double, 9 * n);
-    if (!p->first || !p->size || !p->rest || !p->slope || !p->matrix)
+    p->constant = CO_NEW(double, n);
+    p->most = CO_NEW(double, n);
+    if (!p->first || !p->size || !p->rest || !p->slope || !p->matrix || !p->constant || !p->most)
         return co_status_no_memory(error);
     for (int32_t node = 0; node < r->n_nodes; node++)
         if (index[node] >= 0) {
@@ -83,13 +88,19 @@ static void add_vertex(const co_soft_constraints *s, const co_dof_map *r, int32_
             taken[c][3] += q * off[d];
         }
     for (int c = 0; c < 3; c++) {
-        p->constant += stiffness / 2 * taken[c][3] * taken[c][3];
+        p->constant[k] += stiffness / 2 * taken[c][3] * taken[c][3];
         for (int i = 0; i < p->size[k]; i++) {
             p->slope[3 * k + i] += stiffness * taken[c][i] * taken[c][3];
             for (int j = 0; j < p->size[k]; j++)
                 p->matrix[9 * k + 3 * i + j] += stiffness * taken[c][i] * taken[c][j];
         }
     }
+}
+
+/* What the spring of vertex v is worth at its end. */
+static double most_of(const co_soft_constraints *s, int32_t v, double radius, double stiffness) {
+    double reach = s->reach / radius;
+    return co_soft_constraints_has_end(s, v) ? stiffness / 2 * reach * reach : (double)INFINITY;
 }
 
 int32_t co_penalty_create(const co_soft_constraints *s, const co_dof_map *r, const double centroid[3], double radius,
@@ -109,8 +120,10 @@ int32_t co_penalty_create(const co_soft_constraints *s, const co_dof_map *r, con
             for (int j = 0; pass == 0 && j < p->size[k]; j++)
                 for (int c = 0; c < 3; c++)
                     p->rest[3 * k + j] += r->basis[9 * (size_t)v + (size_t)(3 * c + j)] * target[c];
-            if (pass == 1)
+            if (pass == 1) {
                 add_vertex(s, r, v, target, scale * s->stiffness[v], p, k);
+                p->most[k] += most_of(s, v, radius, scale * s->stiffness[v]);
+            }
         }
     free(index);
     if (status != CURVOPT_OK)
@@ -118,27 +131,40 @@ int32_t co_penalty_create(const co_soft_constraints *s, const co_dof_map *r, con
     return status;
 }
 
+/* q of node k at z; `force` [3] gets its gradient. */
+static double quadratic(const co_penalty *p, int32_t k, const double *z, double *force) {
+    const double *matrix = p->matrix + 9 * (size_t)k, *slope = p->slope + 3 * (size_t)k;
+    double y[3] = {0, 0, 0}, q = p->constant[k];
+    for (int i = 0; i < p->size[k]; i++)
+        y[i] = z[p->first[k] + i] - p->rest[3 * (size_t)k + (size_t)i];
+    for (int i = 0; i < p->size[k]; i++) {
+        double turned = matrix[3 * i] * y[0] + matrix[3 * i + 1] * y[1] + matrix[3 * i + 2] * y[2];
+        q += (slope[i] + turned / 2) * y[i];
+        force[i] = slope[i] + turned;
+    }
+    return q;
+}
+
 double co_penalty_value(const co_penalty *p, const double *z, double *gradient) {
-    double value = p->constant;
+    double value = 0, force[3];
     for (int32_t k = 0; k < p->n; k++) {
-        const double *matrix = p->matrix + 9 * (size_t)k, *slope = p->slope + 3 * (size_t)k;
-        double y[3] = {0, 0, 0};
-        for (int i = 0; i < p->size[k]; i++)
-            y[i] = z[p->first[k] + i] - p->rest[3 * (size_t)k + (size_t)i];
-        for (int i = 0; i < p->size[k]; i++) {
-            double force = matrix[3 * i] * y[0] + matrix[3 * i + 1] * y[1] + matrix[3 * i + 2] * y[2];
-            value += (slope[i] + force / 2) * y[i];
-            if (gradient)
-                gradient[p->first[k] + i] += slope[i] + force;
-        }
+        double q = quadratic(p, k, z, force), left = 1 - q / p->most[k];
+        if (!(left > 0))
+            return (double)INFINITY;
+        value += isfinite(p->most[k]) ? -p->most[k] * log1p(-q / p->most[k]) : q;
+        for (int i = 0; gradient && i < p->size[k]; i++)
+            gradient[p->first[k] + i] += force[i] / left;
     }
     return value;
 }
 
-void co_penalty_add_hessian(const co_penalty *p, co_sparse_hessian *h) {
-    for (int32_t k = 0; k < p->n; k++)
+void co_penalty_add_hessian(const co_penalty *p, const double *z, co_sparse_hessian *h) {
+    for (int32_t k = 0; k < p->n; k++) {
+        double force[3], left = 1 - quadratic(p, k, z, force) / p->most[k];
         for (int j = 0; j < p->size[k]; j++) /* a column begins with its own block, from the diagonal on */
             for (int i = j; i < p->size[k]; i++)
                 h->value[h->pattern.column_start[p->first[k] + j] + i - j] +=
-                    p->matrix[9 * (size_t)k + (size_t)(3 * i + j)];
+                    p->matrix[9 * (size_t)k + (size_t)(3 * i + j)] / left +
+                    force[i] * force[j] / (p->most[k] * left * left);
+    }
 }

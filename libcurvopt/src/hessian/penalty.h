@@ -5,15 +5,18 @@
 
 #include "hessian/sparse_hessian.h"
 
-/* The sum over nodes with springs of a quadratic function,  slope . y + y . matrix y / 2  with y = z - rest. */
+/* The sum over nodes with springs of a quadratic function  q(y) = constant + slope . y + y . matrix y / 2,  y = z -
+ * rest, or where a spring ends of the logarithmic barrier  -most ln(1 - q / most),  which is q where q is small and
+ * infinite from `most` on (Fiacco, McCormick, "Nonlinear programming", 1968). */
 typedef struct co_penalty {
-    int32_t n;       /* number of nodes that have springs */
-    int32_t *first;  /* [n] first variable of each */
-    int32_t *size;   /* [n] number of its variables */
-    double *rest;    /* [n][3] variables at which the vertices are as close to their anchors as they can be */
-    double *slope;   /* [n][3] gradient there: 0 unless constraints or symmetry keep vertices from their anchors */
-    double *matrix;  /* [n][3][3] */
-    double constant; /* value of the whole function at rest */
+    int32_t n;        /* number of nodes that have springs */
+    int32_t *first;   /* [n] first variable of each */
+    int32_t *size;    /* [n] number of its variables */
+    double *rest;     /* [n][3] variables at which the vertices are as close to their anchors as they can be */
+    double *slope;    /* [n][3] gradient there: 0 unless constraints or symmetry keep vertices from their anchors */
+    double *matrix;   /* [n][3][3] */
+    double *constant; /* [n] value at rest: 0 unless slope is not */
+    double *most;     /* [n] value that springs do not reach, INFINITY where they have no end */
 } co_penalty;
 
 /* Stiffness of an objective with these weights (curvopt_term): that of the unit sphere at a point, in units of the
@@ -32,9 +35,10 @@ double co_penalty_stiffness(const double weights[CURVOPT_N_TERMS]);
 int32_t co_penalty_create(const co_soft_constraints *springs, const co_dof_map *dofs, const double centroid[3],
                           double radius, double scale, co_penalty *out, curvopt_error *error);
 void co_penalty_free(co_penalty *penalty);
-/* The value at z [n_variables]; gradient [n_variables] += the gradient, unless NULL. */
+/* The value at z [n_variables], INFINITY where a spring is beyond its end; gradient [n_variables] += the gradient,
+ * unless NULL. */
 double co_penalty_value(const co_penalty *penalty, const double *z, double *gradient);
-/* hessian += the second derivatives. */
-void co_penalty_add_hessian(const co_penalty *penalty, co_sparse_hessian *hessian);
+/* hessian += the second derivatives at z [n_variables]. */
+void co_penalty_add_hessian(const co_penalty *penalty, const double *z, co_sparse_hessian *hessian);
 
 #endif

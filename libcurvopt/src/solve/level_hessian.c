@@ -34,10 +34,10 @@ double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
     return tuning_of(h)->shift_least * fabs(value) / h->objective->mesh->info.n_vertices;
 }
 
-/* What springs and spacing add, at the positions that were placed last. */
-static void add_to_energy(co_level_hessian *h) {
+/* What springs and spacing add at z, which was placed last. */
+static void add_to_energy(co_level_hessian *h, const double *z) {
     const co_level_objective *o = h->objective;
-    co_penalty_add_hessian(&o->penalty, &h->system.hessian);
+    co_penalty_add_hessian(&o->penalty, z, &h->system.hessian);
     co_spacing_add_hessian(&o->spacing, o->positions, &h->system.hessian);
 }
 
@@ -54,7 +54,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     if (status == CURVOPT_OK)
         status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
     if (status == CURVOPT_OK)
-        add_to_energy(h);
+        add_to_energy(h, z);
     return status;
 }
 
@@ -108,7 +108,7 @@ static int32_t mix_with_gauss_newton(co_level_hessian *h, double mix, curvopt_er
         int32_t status = co_newton_system_begin_gauss_newton(&h->system, h->objective->positions, error);
         if (status != CURVOPT_OK)
             return status;
-        add_to_energy(h);
+        add_to_energy(h, h->assembled);
         co_newton_system_end_gauss_newton(&h->system);
         h->has_gauss_newton = 1;
     }

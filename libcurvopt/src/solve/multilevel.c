@@ -47,6 +47,8 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
         status = CO_CANCELLED;
     if (status == CURVOPT_OK && !r->context.options->joshi_sequin)
         status = co_adaptive_quadrature_check(&assembly, start, error);
+    if (status == CURVOPT_OK)
+        status = co_strength_hold(&r->context, mesh, r->at.xyz, &assembly, &r->constraints, error);
     r->start_energy = start->objective;
     r->context.area = start->area;
     co_assembly_free(&assembly);
@@ -283,8 +285,6 @@ static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz,
     int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
     if (status == CURVOPT_OK)
         status = find_structure(r, mesh, xyz, error);
-    if (status == CURVOPT_OK)
-        status = co_strength_hold(&r->context, mesh, xyz, &r->constraints, error);
     if (status == CURVOPT_OK && r->context.options->slide)
         status = co_sliding_create(mesh, xyz, &r->sliding, error);
     return status == CURVOPT_OK ? report_start(r, mesh, error) : status;

@@ -5,30 +5,60 @@
  * energy, for which f(k) = k^4, it is the smoothing spline (Reinsch, "Smoothing by spline functions", 1967).
  *
  * Third-order terms have the area of the faces that count as a factor, so that f has it, too. Springs are on all
- * vertices.
+ * vertices, and end at a part of the wave's length: what is higher is no wave but a feature. Round creases and poles
+ * the objective is many times that of any wave; springs there are stiffer in proportion, or so many of them would be at
+ * their ends that steps get short (libcurvopt/notes/83-staying-near-the-input.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/strength.h"
 
 #include "base/constants.h"
+#include "base/memory.h"
 #include "energy/functional.h"
 #include "hessian/penalty.h"
 
-/* Wave number of the wave of which half the height stays, at radius 1. */
-static double wave_number(double strength) {
-    return 2 * CO_PI * (1 - strength) / strength;
+#include <stdlib.h>
+
+/* Where springs end, in lengths of the wave of which half the height stays. */
+static const double REACH = 0.2;
+/* What a spring is worth there at least, in parts of the objective round the vertex. */
+static const double FIRMEST = 0.3;
+
+/* stiffness [n_vertices]: in proportion to the areas round the vertices, of this sum. */
+static void set_by_area(const curvopt_mesh *m, const double *xyz, double sum, double *stiffness) {
+    double whole = co_mesh_vertex_areas(m, xyz, stiffness);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        stiffness[v] *= sum / whole;
+}
+
+/* stiffness [n_vertices] += factor times the objective's part round each vertex; energy [n_faces]: the faces' parts. */
+static void add_by_energy(const curvopt_mesh *m, const double *energy, double factor, double *stiffness) {
+    for (int32_t h = 0; h < m->info.n_corners; h++) {
+        int32_t f = m->corner_face[h];
+        stiffness[m->corner_vertex[h]] += factor * energy[f] / (m->face_start[f + 1] - m->face_start[f]);
+    }
 }
 
 int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, const double *xyz,
-                         co_constraints *constraints, curvopt_error *error) {
+                         const co_assembly *assembly, co_constraints *constraints, curvopt_error *error) {
     const curvopt_options *o = run->options;
     if (o->strength == 1)
         return CURVOPT_OK;
     const co_functional f = co_functional_of_weights(o->weights);
-    const double unit = run->radius * run->radius;
-    double whole = co_mesh_area(mesh, NULL, xyz) / unit;
-    double counted = co_mesh_area(mesh, constraints->left_out, xyz) / unit;
-    double density = co_functional_of_wave(&f, wave_number(o->strength), counted);
-    return co_constraints_pull_back(mesh, xyz, 2 * whole * density / co_penalty_stiffness(o->weights), constraints,
-                                    error);
+    const double square = run->radius * run->radius, wave = o->strength / (1 - o->strength), reach = REACH * wave;
+    const double unit = 2 / co_penalty_stiffness(o->weights); /* stiffness of a spring that is worth 1 at length 1 */
+    double *stiffness = CO_NEW(double, mesh->info.n_vertices), *energy = CO_NEW(double, mesh->info.n_faces);
+    int32_t status = stiffness && energy ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        double counted = co_mesh_area(mesh, constraints->left_out, xyz) / square;
+        double whole = co_mesh_area(mesh, NULL, xyz) / square;
+        double density = co_functional_of_wave(&f, 2 * CO_PI / wave, counted);
+        set_by_area(mesh, xyz, unit * whole * density, stiffness);
+        co_adaptive_quadrature_by_face(assembly, mesh->info.n_faces, energy);
+        add_by_energy(mesh, energy, unit * FIRMEST / (reach * reach), stiffness);
+        status = co_constraints_pull_back(mesh, xyz, stiffness, reach * run->radius, constraints, error);
+    }
+    free(stiffness);
+    free(energy);
+    return status;
 }

@@ -3,11 +3,12 @@
 #define CO_SOLVE_STRENGTH_H
 
 #include "constraints/constraints.h"
+#include "energy/adaptive_quadrature.h"
 #include "solve/run_context.h"
 
 /* Adds to the constraints of the input cage xyz [3 n_vertices] the springs that options.strength asks for; none at 1.
- * On failure there are no constraints any more. ERROR_MEMORY. */
+ * `assembly` is the cage's, and has been resolved there. On failure there are no constraints any more. ERROR_MEMORY. */
 int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, const double *xyz,
-                         co_constraints *constraints, curvopt_error *error);
+                         const co_assembly *assembly, co_constraints *constraints, curvopt_error *error);
 
 #endif
