@@ -443,9 +443,9 @@ typedef struct curvopt_options {
      * in proportion to the area round it, so firmly that of a wave of length L = strength / (1 - strength), times the
      * input cage's root mean square radius, half the height stays. Shorter waves go, longer ones stay. No vertex that a
      * spring holds, and so no point of the surface, gets farther than L / 5 from where it was, and where the energy
-     * round a vertex is much more than that of such waves, at creases and poles, its spring is stiffer. Then AUTO is the
-     * spacing FREE, for the springs hold the spacing, and the symmetry KEEP. Springs are not in the energies that are
-     * reported, but in decrements and verdicts. 1: the objective's minimum. 0.001..1, default 1. */
+     * round a vertex is much more than that of such waves, at creases and poles, its spring is stiffer. Then AUTO is
+     * the spacing FREE, for the springs hold the spacing, and the symmetry KEEP. Springs are not in the energies that
+     * are reported, but in decrements and verdicts. 1: the objective's minimum. 0.001..1, default 1. */
     double strength;
     /* Faces that are not there for whoever looks: they are left out of the energy, and their vertices are held
      * (curvopt_exception). [n_holes] indices of faces, or NULL; default NULL. */
