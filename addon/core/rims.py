@@ -52,11 +52,16 @@ def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndar
     none = np.zeros(len(cage.positions), bool)
     if boundary != "position":
         return none
-    on_curve = _infinitely_sharp(cage)
-    ends, n_faces, _, _ = _edges(cage, part, _every_corner(cage, part.selected))
-    on_curve[ends[n_faces == 1]] = True
     moving = moving_vertices(cage, part, rim, boundary)
-    return none if (moving & on_curve).any() else moving_vertices(cage, part, rim, "free") & ~moving
+    return none if (moving & _on_curves(cage)).any() else moving_vertices(cage, part, rim, "free") & ~moving
+
+
+def has_curves(cage: Cage, boundary: str) -> bool:
+    """Whether the library has curves along which vertices slide that `boundary` holds. It may still hold their
+    vertices for another reason."""
+    if boundary == "free":
+        return False
+    return bool((_on_curves(cage) if boundary == "position" else _infinitely_sharp(cage)).any())
 
 
 def changing_faces(cage: Cage, moving: np.ndarray) -> np.ndarray:
@@ -121,6 +126,15 @@ def _beside(cage: Cage, selected: np.ndarray, inside: np.ndarray, rim: np.ndarra
     on_rim = np.zeros(len(selected), bool)
     on_rim[rim] = True
     return selected & (~within | (without & ~on_rim))
+
+
+def _on_curves(cage: Cage) -> np.ndarray:
+    """Vertices (n,) on boundaries and infinitely sharp creases."""
+    found, n = _infinitely_sharp(cage), len(cage.positions)
+    pairs = sides(cage.face_sizes, cage.face_vertices)
+    _, which, count = np.unique(edge_keys(pairs, n), return_inverse=True, return_counts=True)
+    found[pairs[count[which.reshape(-1)] == 1]] = True  # numpy 2.0 gives `which` another shape
+    return found
 
 
 def _infinitely_sharp(cage: Cage) -> np.ndarray:

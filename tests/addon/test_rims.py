@@ -261,3 +261,14 @@ def test_what_only_position_holds_may_slide():
     assert not any(rims.sliding_vertices(cage, part, "free", name).any() for name in ("tangent", "curvature", "free"))
     marked = part_of(block(0, 5), {(1, 2): "free", (0, 1): "free", (2, 3): "free"})
     assert not rims.sliding_vertices(cage, marked, "free", "position").any()
+
+
+def test_curves_along_which_vertices_slide():
+    """A boundary that Position holds, or a crease that any boundary but Free holds."""
+    names = ("free", "position", "tangent", "curvature")
+    assert [rims.has_curves(grid(), name) for name in names] == [False, True, False, False]
+    closed = cage_of(*shapes.torus())
+    assert not any(rims.has_curves(closed, name) for name in names)
+    for sharpness, there in ((10.0, True), (2.0, False)):
+        creased = replace(closed, creases=Creases(np.array([[0, 4]]), np.array([sharpness])))
+        assert [rims.has_curves(creased, name) for name in names] == [False, there, there, there]
