@@ -190,9 +190,10 @@ def test_verdicts_below_full_strength_are_of_energy_and_nearness(torus, part, ve
     assert "nearness" not in full and full.startswith("Checked: ")
 
 
-def test_manual_has_the_picture():
+@pytest.mark.parametrize("name", ["12_strength.png", "15_slide.png"])
+def test_manual_has_the_picture(name):
     manual = Path(__file__).resolve().parents[3] / "addon" / "manual"
-    picture = manual / "pictures" / "12_strength.png"
-    assert "pictures/12_strength.png" in (manual / "README.md").read_text()
+    picture = manual / "pictures" / name
+    assert f"(pictures/{name})" in (manual / "README.md").read_text()
     data = picture.read_bytes()
     assert len(data) < 300_000 and not any(chunk in data for chunk in (b"tEXt", b"iTXt", b"zTXt"))
