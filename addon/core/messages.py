@@ -81,6 +81,13 @@ def refined_text(request: Request) -> str:
     return f"The cage was refined {often}, because all of its own vertices are held by boundary, creases or pins"
 
 
+def marks_text(request: Request) -> str:
+    """That marks counted, in a sentence; empty if there are none on the boundary."""
+    if not request.marked:
+        return ""
+    return f"Of {_counted(request.marked, 'edge', 'edges')} of the boundary the marks say what stays"
+
+
 _MOST_NAMED = 3
 
 

@@ -46,6 +46,35 @@ def moving_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarr
     return part.selected & ~held & (np.bincount(cage.face_vertices, minlength=len(held)) > 0)
 
 
+@dataclass(frozen=True)
+class MarkedBoundary:
+    """The boundary of a whole cage of n vertices, some of whose edges are marked: the library is to hold `boundary`, of
+    ROWS, everywhere, and the vertices `held` (n,) beside that; `count` boundary edges are marked. Unless it is
+    `refinable`, one row of vertices keeps a curve, and does so on the cage's own level alone."""
+
+    boundary: str
+    held: np.ndarray
+    count: int
+    refinable: bool
+
+
+def marked_boundary(cage: Cage, edges: np.ndarray, marks: np.ndarray, boundary: str) -> MarkedBoundary:
+    """What marked edges (k, 2) with their marks (k,) hold; `boundary` is for those without one, and for creases."""
+    everything = np.ones(len(cage.face_sizes), bool)
+    part = Part(np.ones(len(cage.positions), bool), edges, marks)
+    ends, n_faces, _, mark = _edges(cage, part, everything)
+    ends, mark = ends[n_faces == 1], mark[n_faces == 1]
+    count = int(((mark > 0) & (mark < len(MARKS))).sum())
+    if not count:
+        return MarkedBoundary(boundary, np.zeros_like(part.selected), 0, True)
+    rows = _rows(mark, boundary)
+    least = 0 if boundary == "free" else int(rows.min())
+    held = _held_rows(cage, ends, np.where(rows > least, rows, 0), everything)
+    sharp = _infinitely_sharp(cage) & (boundary != "free" and least == 0)
+    refinable = least > 0 or not ((rows == 1).any() or sharp.any())
+    return MarkedBoundary(list(ROWS)[least], held | sharp, count, refinable)
+
+
 def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarray:
     """Vertices (n,) that only the boundary `position` holds, for the sake of the curve. None if another boundary is
     chosen, or a mark lets vertices on boundaries or creases move freely."""

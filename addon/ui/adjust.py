@@ -84,7 +84,8 @@ strength, or with Slide"""
             request, solution = _with(strength, slide)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            _remark = ". ".join(part for part in (messages.refined_text(request), held, remark) if part)
+            parts = messages.refined_text(request), messages.marks_text(request), held, remark
+            _remark = ". ".join(part for part in parts if part)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)
             display.show(context, text, is_undone=partial(_is_gone, obj.name))

@@ -137,8 +137,8 @@ class RunSettings:
         "each level has four times the faces of the one before", default=DEFAULTS.levels, min=1, max=12, soft_max=6,
     )
     boundary: bpy.props.EnumProperty(
-        name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
-        default=DEFAULTS.boundary.upper(),
+        name="Boundary", description="What an open surface keeps at its boundary. Edges of Mark Rim, in Edit Mode, say it "
+        "for themselves", items=BOUNDARIES, default=DEFAULTS.boundary.upper(),
     )
     slide: bpy.props.BoolProperty(
         name="Slide", description="Vertices on a boundary or an infinitely sharp crease that Boundary keeps move along "
