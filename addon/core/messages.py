@@ -63,11 +63,15 @@ def part_text(request: Request, solution: Solution, n_moved: int, remark: str = 
 
 def _report(request: Request, solution: Solution, of_what: str, counted: str, remark: str) -> str:
     before, after = (number_text(energies.objective) for energies in (solution.start, solution.end))
+    if before == after == "0":
+        outcome = f"{request.label}{of_what} is 0 already, the least that there is ({counted}, {solution.seconds:.1f} s)"
+        return f"{outcome}{f'. {remark}' if remark else ''}"
+    change = f"is {after} as before" if before == after else f"{before} to {after}"
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
     near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     return (
-        f"{request.label}{of_what} {before} to {after}, {near}{_STOP_WORDS[solution.stop]} "
+        f"{request.label}{of_what} {change}, {near}{_STOP_WORDS[solution.stop]} "
         f"({counted}{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
@@ -86,6 +90,19 @@ def marks_text(request: Request) -> str:
     if not request.marked:
         return ""
     return f"Of {_counted(request.marked, 'edge', 'edges')} of the boundary the marks say what stays"
+
+
+def smoothed_text(name: str, in_place: bool) -> str:
+    """That a result looks smoother than object `name`, which had no Subdivision Surface modifier, for that reason
+    alone."""
+    if in_place:
+        return f"Object '{name}' got a Subdivision Surface modifier, because its smooth surface was optimized"
+    return f"The result has a Subdivision Surface modifier: give '{name}' one as well to compare them"
+
+
+def not_smooth_text(name: str) -> str:
+    """That object `name`, which has no Subdivision Surface modifier, shows its cage after a run in Edit Mode."""
+    return f"Object '{name}' shows its cage: give it a Subdivision Surface modifier to see the surface that was optimized"
 
 
 _MOST_NAMED = 3

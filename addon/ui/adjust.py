@@ -27,12 +27,12 @@ from .reports import NOT_THE_LAST, call_operator, report_failure
 
 # With its number; runs by strength and slide; whether Slide is offered.
 _finished: tuple[int, Source, Variants, bool] | None = None
-_remark = ""  # of the last execution
+_remark, _warns = "", False  # of the last execution: what else the user should know, and whether as a warning
 
 
-def apply(source: Source, request: Request, solution: Solution, where: str) -> str:
+def apply(source: Source, request: Request, solution: Solution, where: str) -> tuple[str, bool]:
     """Write a solution as `where`, of properties.OUTCOMES, says, as an undo step that can be adjusted; what else the
-    user should know, or "". UserError if it cannot be written there."""
+    user should know, or "", and whether that is a warning. UserError if it cannot be written there."""
     global _finished
     slide = bool(request.options.get("slide"))
     variants = Variants(source.cage, (request.strength, slide), request, solution)
@@ -40,7 +40,7 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> s
     _finished = (1 if _finished is None else _finished[0] + 1, source, variants, may_slide)
     chosen = {"outcome": where, "strength": request.strength, "slide": slide, "amount": 1.0}
     call_operator(bpy.ops.curvopt.apply_result, number=_finished[0], **chosen)
-    return _remark
+    return _remark, _warns
 
 
 def _with(strength: float, slide: bool) -> tuple[Request, Solution]:
@@ -72,7 +72,7 @@ strength, or with Slide"""
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Write the last solution, or one of another strength or slide. An error is reported, and the result of before
         stays."""
-        global _remark
+        global _remark, _warns
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
@@ -82,10 +82,13 @@ strength, or with Slide"""
             strength = properties.strength_of(self.strength) if given("strength") else first.strength
             slide = self.slide if given("slide") else bool(first.options.get("slide"))
             request, solution = _with(strength, slide)
+            is_shown_smooth = placement.is_shown_smooth(source.name)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            parts = messages.refined_text(request), messages.marks_text(request), held, remark
-            _remark = ". ".join(part for part in parts if part)
+            warnings = messages.refined_text(request), held, remark
+            smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
+            parts = *warnings, messages.marks_text(request), smoothed
+            _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)
             display.show(context, text, is_undone=partial(_is_gone, obj.name))

@@ -13,6 +13,7 @@ import bpy
 from ..core import messages, rims
 from ..core.job import Request, Solution
 from ..core.variants import Variants
+from ..scene.placement import is_shown_smooth
 from ..scene.read_edit import Edit
 from ..scene.write_edit import write_edit
 from . import display, properties
@@ -71,7 +72,9 @@ class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
             request, solution = _with(properties.strength_of(self.strength), self.rim.lower(), self.slide)
             moved = write_edit(edit, request, solution, self.amount)
             held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            remark = ". ".join(part for part in (held, moved.remark) if part)
+            name = edit.source.name
+            smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
+            remark = ". ".join(part for part in (held, moved.remark, smooth) if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"
             display.show(context, text, is_undone=moved.is_undone)

@@ -156,8 +156,8 @@ Edit Mode the selected vertices move, and all others stay"""
             text = adjust_edit.apply(self._edit, self._base, self._rim, self._request, solution)
             self.report({"WARNING" if solution.exceptions.n_held else "INFO"}, text)
             return {"FINISHED"}
-        remark = adjust.apply(self._source, self._request, solution, self._outcome)
-        self.report({"WARNING" if remark else "INFO"}, messages.solution_text(self._request, solution, remark))
+        remark, warns = adjust.apply(self._source, self._request, solution, self._outcome)
+        self.report({"WARNING" if warns else "INFO"}, messages.solution_text(self._request, solution, remark))
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:

@@ -419,6 +419,15 @@ def test_adjusting_amount_strength_and_rim(sheet, part, monkeypatch):
     assert np.array_equal(again(rim="TANGENT"), tangent) and len(calls) == 2
 
 
+def test_an_object_that_shows_its_cage_is_told_so(sheet, part):
+    edit(sheet, block(3, 8))
+    run()
+    assert "Subdivision" not in part("ui.properties").state.message
+    sheet.modifiers.clear()
+    run()
+    assert "Object 'Sheet' shows its cage: give it a Subdivision Surface modifier" in part("ui.properties").state.message
+
+
 def test_slide_can_be_switched_afterwards(sheet, part):
     """A selection at the boundary; one inside has nothing that slides."""
     edit(sheet, block(3, 8))
