@@ -61,7 +61,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-    parts = messages.solution_text(request, solution), messages.marks_text(request), held, verdict
+    counted = messages.marks_text(request), messages.sliding_text(request, solution)
+    parts = messages.solution_text(request, solution), *counted, held, verdict
     return "\n".join(part for part in parts if part)
 
 

@@ -64,7 +64,7 @@ class Request:
 @dataclass(frozen=True)
 class Solution:
     """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
-    that no symmetries were kept. start_positions (n, 3) are vertices of the optimized cage that show the first one's
+    that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices of the optimized cage that show the first one's
     surface: the first cage, subdivided as often."""
 
     cage: Cage
@@ -78,6 +78,7 @@ class Solution:
     levels: tuple[LevelReport, ...]
     symmetry_order: int
     exceptions: Exceptions = Exceptions()
+    n_sliding: int = 0
 
 
 OnProgress = Callable[[Progress], object]
@@ -201,6 +202,7 @@ def _solve(
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
+                summary.n_sliding,
             )  # fmt: skip
 
 

@@ -92,6 +92,16 @@ def marks_text(request: Request) -> str:
     return f"Of {_counted(request.marked, 'edge', 'edges')} of the boundary the marks say what stays"
 
 
+def sliding_text(request: Request, solution: Solution) -> str:
+    """How many vertices Slide lets move, in a sentence; empty without it."""
+    if not request.options.get("slide"):
+        return ""
+    if not solution.n_sliding:
+        return "Slide moves nothing: no vertex may move along a boundary or a crease"
+    little = "" if request.strength == 1 else ", but little at strengths below 1"
+    return f"Slide lets {_counted(solution.n_sliding, 'vertex', 'vertices')} move along boundaries and creases{little}"
+
+
 def smoothed_text(name: str, in_place: bool) -> str:
     """That a result looks smoother than object `name`, which had no Subdivision Surface modifier, for that reason
     alone."""

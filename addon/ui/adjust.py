@@ -87,7 +87,7 @@ strength, or with Slide"""
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             warnings = messages.refined_text(request), held, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
-            parts = *warnings, messages.marks_text(request), smoothed
+            parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)

@@ -446,6 +446,7 @@ def test_slide_can_be_switched_afterwards(sheet, part):
         chosen = {"strength": 1.0, "rim": "FREE", "slide": slide}
         assert bpy.ops.curvopt.apply_edit("EXEC_DEFAULT", True, number=finished[0], **chosen) == {"FINISHED"}
         after = now(bpy.context.object)
+        assert ("Slide lets " in part("ui.properties").state.message) == slide
         assert (after[side] != before[side]).any() == slide and (slide or np.array_equal(after, held))
 
 

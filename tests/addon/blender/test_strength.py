@@ -139,16 +139,20 @@ def test_adjusting_slide_runs_again(newcomer, add, part, monkeypatch):
         assert bpy.ops.curvopt.apply_result(number=adjust._finished[0], **chosen) == {"FINISHED"}
         return positions(bpy.data.objects["Sheet Willmore"])
 
+    assert "Slide" not in part("ui.properties").state.message
     slid = again(slide=True)
+    said = part("ui.properties").state.message
+    assert f"Slide lets {4 * (n - 1)} vertices move along boundaries and creases" in said and "below 1" not in said
     steps = np.diff(slid[side, 0])
     assert np.ptp(steps) < 0.7 * np.ptp(np.diff(first[side, 0])) and (steps > 0).all()
     assert np.abs(slid[side, 1:] - first[side, 1:]).max() < 1e-6
     assert np.array_equal(again(slide=False), first) and len(calls) == 1
     assert np.array_equal(again(slide=True), slid) and len(calls) == 1
     assert not np.array_equal(again(slide=True, strength=0.5), slid) and len(calls) == 2
+    assert "creases, but little at strengths below 1" in part("ui.properties").state.message
     add(*shapes.torus())
-    press()
-    assert not adjust._finished[-1]
+    press(slide=True)
+    assert not adjust._finished[-1] and "Slide moves nothing: no vertex may" in part("ui.properties").state.message
 
 
 # ------------------------------------------------------------------------------------------------ the panel's line --
