@@ -31,6 +31,7 @@ scene/              between Blender's data and arrays
     frame           where a cage is in the world
     read_cage       mesh object -> arrays, and every reason to refuse one
     amount          the slider from original to optimum
+    read_marks      what single edges hold where they are a boundary, or a rim
     read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original
     placement       new object, the object's own mesh, or a shape key

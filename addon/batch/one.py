@@ -25,7 +25,7 @@ from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
 from ..core import job, messages
 from ..core.energy import number_text
 from ..render import before_after
-from ..scene import read_cage, write_result
+from ..scene import read_cage, read_marks, write_result
 
 
 class BatchError(messages.UserError):
@@ -48,6 +48,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength
         )
         request = source.fitted(request)
+        request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
         with _progress_on_terminal() as show:
             solution = _solve(source, request, show)
         new = write_result.add_result(bpy.context, source, request, solution)
@@ -60,7 +61,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-    return "\n".join(part for part in (messages.solution_text(request, solution), held, verdict) if part)
+    counted = messages.marks_text(request), messages.sliding_text(request, solution)
+    parts = messages.solution_text(request, solution), *counted, held, verdict
+    return "\n".join(part for part in parts if part)
 
 
 def _solve(

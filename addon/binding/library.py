@@ -467,7 +467,7 @@ class Result(_Handle):
             Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
             Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
             raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
-            raw.free_negative_directions, raw.all_negative_directions,
+            raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
         )  # fmt: skip
 
     def level(self, index: int) -> LevelReport:

@@ -145,8 +145,8 @@ class Verification:
 
 @dataclass(frozen=True)
 class Summary:
-    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the last two are -1 without
-    options.verify."""
+    """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the negative directions are -1
+    without options.verify; `n_sliding` vertices of the input cage may slide."""
 
     start: Energies
     end: Energies
@@ -159,3 +159,4 @@ class Summary:
     symmetry_order: int
     free_negative_directions: int
     all_negative_directions: int
+    n_sliding: int

@@ -19,6 +19,7 @@ from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Prog
 from .crop import Crop
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
+from .rims import marked_boundary
 from .snapshot import Watcher
 
 
@@ -33,7 +34,8 @@ class Request:
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
     `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
-    energy; their vertices are held. `refined` of the levels were not asked for: `freed` added them."""
+    energy; their vertices are held. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
+    the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -44,6 +46,8 @@ class Request:
     strength: float = DEFAULTS.strength
     holes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
     refined: int = 0
+    marked: int = 0
+    refinable: bool = True
 
     @property
     def label(self) -> str:
@@ -60,7 +64,7 @@ class Request:
 @dataclass(frozen=True)
 class Solution:
     """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
-    that no symmetries were kept. start_positions (n, 3) are vertices of the optimized cage that show the first one's
+    that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices of the optimized cage that show the first one's
     surface: the first cage, subdivided as often."""
 
     cage: Cage
@@ -74,6 +78,7 @@ class Solution:
     levels: tuple[LevelReport, ...]
     symmetry_order: int
     exceptions: Exceptions = Exceptions()
+    n_sliding: int = 0
 
 
 OnProgress = Callable[[Progress], object]
@@ -116,12 +121,30 @@ def solve(
     return replace(found, cage=whole, start_positions=start, euler=crop.euler(), exceptions=exceptions)
 
 
+def with_marks(cage: Cage, request: Request, edges: np.ndarray, marks: np.ndarray) -> Request:
+    """The request; at marked edges (k, 2) of the boundary, what their marks (k,) say is held in place of `boundary`.
+    ValueError where that is not possible on so many levels."""
+    found, n = marked_boundary(cage, edges, marks, request.boundary), len(cage.positions)
+    if not found.count:
+        return request
+    if request.levels > 1 and not found.refinable:
+        raise ValueError(
+            "Some edges of the boundary are free and others keep their position, by marks or by Boundary: a refined cage "
+            "cannot do both. Use the cage's own vertices (Same Vertices, one level), or mark Tangent in place of Position."
+        )
+    weights = np.zeros(n)
+    weights[request.held.vertices] = request.held.weights
+    weights[found.held] = 1
+    held = Held(np.flatnonzero(weights).astype(np.int32), weights[weights > 0])
+    return replace(request, boundary=found.boundary, held=held, marked=found.count, refinable=found.refinable)
+
+
 def freed(cage: Cage, request: Request) -> Request:
     """The request; where it is for the cage's own vertices, one level, and all of these are held, with the least number of
     levels at which one may move, up to two more. If there is none it stays as it is, and the run says so.
 
     LibraryError, CurvoptError, ValueError."""
-    if request.levels > 1:
+    if request.levels > 1 or not request.refinable:
         return request
     lib = library.load()
     check_cage(len(cage.positions))
@@ -179,6 +202,7 @@ def _solve(
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
+                summary.n_sliding,
             )  # fmt: skip
 
 

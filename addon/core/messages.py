@@ -63,11 +63,15 @@ def part_text(request: Request, solution: Solution, n_moved: int, remark: str = 
 
 def _report(request: Request, solution: Solution, of_what: str, counted: str, remark: str) -> str:
     before, after = (number_text(energies.objective) for energies in (solution.start, solution.end))
+    if before == after == "0":
+        outcome = f"{request.label}{of_what} is 0 already, the least that there is ({counted}, {solution.seconds:.1f} s)"
+        return f"{outcome}{f'. {remark}' if remark else ''}"
+    change = f"is {after} as before" if before == after else f"{before} to {after}"
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
     near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     return (
-        f"{request.label}{of_what} {before} to {after}, {near}{_STOP_WORDS[solution.stop]} "
+        f"{request.label}{of_what} {change}, {near}{_STOP_WORDS[solution.stop]} "
         f"({counted}{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
@@ -79,6 +83,36 @@ def refined_text(request: Request) -> str:
         return ""
     often = {1: "once", 2: "twice"}.get(request.refined, f"{request.refined} times")
     return f"The cage was refined {often}, because all of its own vertices are held by boundary, creases or pins"
+
+
+def marks_text(request: Request) -> str:
+    """That marks counted, in a sentence; empty if there are none on the boundary."""
+    if not request.marked:
+        return ""
+    return f"Of {_counted(request.marked, 'edge', 'edges')} of the boundary the marks say what stays"
+
+
+def sliding_text(request: Request, solution: Solution) -> str:
+    """How many vertices Slide lets move, in a sentence; empty without it."""
+    if not request.options.get("slide"):
+        return ""
+    if not solution.n_sliding:
+        return "Slide moves nothing: no vertex may move along a boundary or a crease"
+    little = "" if request.strength == 1 else ", but little at strengths below 1"
+    return f"Slide lets {_counted(solution.n_sliding, 'vertex', 'vertices')} move along boundaries and creases{little}"
+
+
+def smoothed_text(name: str, in_place: bool) -> str:
+    """That a result looks smoother than object `name`, which had no Subdivision Surface modifier, for that reason
+    alone."""
+    if in_place:
+        return f"Object '{name}' got a Subdivision Surface modifier, because its smooth surface was optimized"
+    return f"The result has a Subdivision Surface modifier: give '{name}' one as well to compare them"
+
+
+def not_smooth_text(name: str) -> str:
+    """That object `name`, which has no Subdivision Surface modifier, shows its cage after a run in Edit Mode."""
+    return f"Object '{name}' shows its cage: give it a Subdivision Surface modifier to see the surface that was optimized"
 
 
 _MOST_NAMED = 3

@@ -46,17 +46,51 @@ def moving_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarr
     return part.selected & ~held & (np.bincount(cage.face_vertices, minlength=len(held)) > 0)
 
 
+@dataclass(frozen=True)
+class MarkedBoundary:
+    """The boundary of a whole cage of n vertices, some of whose edges are marked: the library is to hold `boundary`, of
+    ROWS, everywhere, and the vertices `held` (n,) beside that; `count` boundary edges are marked. Unless it is
+    `refinable`, one row of vertices keeps a curve, and does so on the cage's own level alone."""
+
+    boundary: str
+    held: np.ndarray
+    count: int
+    refinable: bool
+
+
+def marked_boundary(cage: Cage, edges: np.ndarray, marks: np.ndarray, boundary: str) -> MarkedBoundary:
+    """What marked edges (k, 2) with their marks (k,) hold; `boundary` is for those without one, and for creases."""
+    everything = np.ones(len(cage.face_sizes), bool)
+    part = Part(np.ones(len(cage.positions), bool), edges, marks)
+    ends, n_faces, _, mark = _edges(cage, part, everything)
+    ends, mark = ends[n_faces == 1], mark[n_faces == 1]
+    count = int(((mark > 0) & (mark < len(MARKS))).sum())
+    if not count:
+        return MarkedBoundary(boundary, np.zeros_like(part.selected), 0, True)
+    rows = _rows(mark, boundary)
+    least = 0 if boundary == "free" else int(rows.min())
+    held = _held_rows(cage, ends, np.where(rows > least, rows, 0), everything)
+    sharp = _infinitely_sharp(cage) & (boundary != "free" and least == 0)
+    refinable = least > 0 or not ((rows == 1).any() or sharp.any())
+    return MarkedBoundary(list(ROWS)[least], held | sharp, count, refinable)
+
+
 def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndarray:
     """Vertices (n,) that only the boundary `position` holds, for the sake of the curve. None if another boundary is
     chosen, or a mark lets vertices on boundaries or creases move freely."""
     none = np.zeros(len(cage.positions), bool)
     if boundary != "position":
         return none
-    on_curve = _infinitely_sharp(cage)
-    ends, n_faces, _, _ = _edges(cage, part, _every_corner(cage, part.selected))
-    on_curve[ends[n_faces == 1]] = True
     moving = moving_vertices(cage, part, rim, boundary)
-    return none if (moving & on_curve).any() else moving_vertices(cage, part, rim, "free") & ~moving
+    return none if (moving & _on_curves(cage)).any() else moving_vertices(cage, part, rim, "free") & ~moving
+
+
+def has_curves(cage: Cage, boundary: str) -> bool:
+    """Whether the library has curves along which vertices slide that `boundary` holds. It may still hold their
+    vertices for another reason."""
+    if boundary == "free":
+        return False
+    return bool((_on_curves(cage) if boundary == "position" else _infinitely_sharp(cage)).any())
 
 
 def changing_faces(cage: Cage, moving: np.ndarray) -> np.ndarray:
@@ -121,6 +155,15 @@ def _beside(cage: Cage, selected: np.ndarray, inside: np.ndarray, rim: np.ndarra
     on_rim = np.zeros(len(selected), bool)
     on_rim[rim] = True
     return selected & (~within | (without & ~on_rim))
+
+
+def _on_curves(cage: Cage) -> np.ndarray:
+    """Vertices (n,) on boundaries and infinitely sharp creases."""
+    found, n = _infinitely_sharp(cage), len(cage.positions)
+    pairs = sides(cage.face_sizes, cage.face_vertices)
+    _, which, count = np.unique(edge_keys(pairs, n), return_inverse=True, return_counts=True)
+    found[pairs[count[which.reshape(-1)] == 1]] = True  # numpy 2.0 gives `which` another shape
+    return found
 
 
 def _infinitely_sharp(cage: Cage) -> np.ndarray:

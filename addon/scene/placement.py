@@ -56,6 +56,12 @@ def is_possible(outcome: str, levels: int) -> bool:
     return outcome != "SHAPE_KEY" or levels == 1
 
 
+def is_shown_smooth(name: str) -> bool:
+    """Whether an object has a Subdivision Surface modifier, or is no longer there."""
+    obj = local_object(name)
+    return obj is None or obj.type != "MESH" or subdivision(obj) is not None
+
+
 def set_amount(obj: bpy.types.Object, amount: float) -> None:
     """Show so much of a result that write() has put there."""
     key = active_key(obj)

@@ -24,6 +24,10 @@ from .frame import Space, space_of
 from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
 
 
+# Objects that Blender can convert to meshes, and what people call them.
+_KINDS = {"CURVE": "curve", "SURFACE": "NURBS surface", "META": "metaball", "FONT": "text"}
+
+
 @dataclass(frozen=True)
 class Source:
     """An object's mesh and the cage that it stands for, holding no reference to Blender's data.
@@ -136,8 +140,9 @@ def check_object(obj: bpy.types.Object | None, with_keys: bool = False, mode: st
     """CageError unless `obj` is a local mesh object in that mode whose mesh is the cage that is shown, or its first
     shape key `with_keys`. Quick enough for every redraw of a panel."""
     if obj is None or obj.type != "MESH":
-        found = "nothing is active" if obj is None else f"'{obj.name}' is a {obj.type.lower()}"
-        raise CageError(f"Select a mesh object first: {found}.")
+        found = "nothing is active" if obj is None else f"'{obj.name}' is a {_KINDS.get(obj.type, obj.type.lower())}"
+        convert = ", which Object > Convert > Mesh makes a mesh of" if obj is not None and obj.type in _KINDS else ""
+        raise CageError(f"Select a mesh object first: {found}{convert}.")
     if obj.library or obj.override_library or obj.data.library or obj.data.override_library:
         raise CageError(f"Object '{obj.name}' or its mesh is linked from another file: make it local first.")
     if obj.mode != mode:

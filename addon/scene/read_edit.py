@@ -20,8 +20,7 @@ from ..core.partners import Pairs, is_symmetric, with_partners
 from ..core.rims import Part, changing_faces, moving_vertices, sliding_vertices
 from .modifiers import CageError
 from .read_cage import Source, check_object, source_of
-
-MARK = "curvopt_rim"  # attribute of edges, INT; its values are indices of core.rims.MARKS
+from .read_marks import read_marks
 
 
 @dataclass(frozen=True)
@@ -89,14 +88,9 @@ def read_edit(context: bpy.types.Context, obj: bpy.types.Object | None) -> Edit:
         source = source_of(context, obj, mesh)
         pairs = _pairs(obj, mesh, source)
         chosen = with_partners(_selected(mesh), pairs) & ~_flags(mesh.vertices, "hide")
-        marks = _marks(mesh)
-    layout, marked = source.layout, np.flatnonzero(marks)
-    edges, values = source.mesh.edges[marked], marks[marked]
-    tight = ~source.mesh.loose[marked]
-    number = np.zeros(len(chosen), np.int32)
-    number[layout.kept] = np.arange(len(layout.kept))
-    of_cage = layout.halves.edges(number[edges[tight]], values[tight])
-    return Edit(source, Part(chosen[layout.kept][layout.halves.origin], *of_cage), pairs)
+        marks = read_marks(mesh, source)
+    layout = source.layout
+    return Edit(source, Part(chosen[layout.kept][layout.halves.origin], *marks), pairs)
 
 
 def selection_text(obj: bpy.types.Object | None) -> str:
@@ -129,17 +123,6 @@ def _selected(mesh: bpy.types.Mesh) -> np.ndarray:
     """The vertices (n,) that are selected; all, if none is."""
     selected = _flags(mesh.vertices, "select") & ~_flags(mesh.vertices, "hide")
     return selected if selected.any() else np.ones_like(selected)
-
-
-def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
-    """The marks (e,) of edges. CageError for an attribute of that name that is something else."""
-    values, attribute = np.zeros(len(mesh.edges), np.int32), mesh.attributes.get(MARK)
-    if attribute is None:
-        return values
-    if (attribute.domain, attribute.data_type) != ("EDGE", "INT"):
-        raise CageError(f"Attribute '{MARK}' is no integer of edges: delete it, and mark edges with Mark Rim again.")
-    attribute.data.foreach_get("value", values)
-    return values
 
 
 def _pairs(obj: bpy.types.Object, mesh: bpy.types.Mesh, source: Source) -> tuple[Pairs, ...]:

@@ -5,7 +5,8 @@ To adjust an operation, Blender undoes it and runs `execute` again with other pr
 freeze Blender for minutes. Hence this operator, which writes a finished solution, is the one that registers and
 that can be undone. This module holds the latest solution as arrays; Blender remembers its number.
 
-Another strength is another run. It is offered where the first one was quick, and ends without a result where it is not.
+Another strength, or *Slide*, is another run. It is offered where the first one was quick, and ends without a result where
+it is not.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from functools import partial
 
 import bpy
 
-from ..core import messages
+from ..core import messages, rims
 from ..core.job import Request, Solution
 from ..core.variants import Variants
 from ..scene import placement
@@ -24,25 +25,30 @@ from ..scene.write_result import stored_verdict
 from . import display, properties
 from .reports import NOT_THE_LAST, call_operator, report_failure
 
-_finished: tuple[int, Source, Variants] | None = None  # with its number; runs by their strength
-_remark = ""  # of the last execution
+# With its number; runs by strength and slide; whether Slide is offered.
+_finished: tuple[int, Source, Variants, bool] | None = None
+_remark, _warns = "", False  # of the last execution: what else the user should know, and whether as a warning
 
 
-def apply(source: Source, request: Request, solution: Solution, where: str) -> str:
+def apply(source: Source, request: Request, solution: Solution, where: str) -> tuple[str, bool]:
     """Write a solution as `where`, of properties.OUTCOMES, says, as an undo step that can be adjusted; what else the
-    user should know, or "". UserError if it cannot be written there."""
+    user should know, or "", and whether that is a warning. UserError if it cannot be written there."""
     global _finished
-    variants = Variants(source.cage, request.strength, request, solution)
-    _finished = (1 if _finished is None else _finished[0] + 1, source, variants)
-    chosen = {"outcome": where, "strength": request.strength, "amount": 1.0}
+    slide = bool(request.options.get("slide"))
+    variants = Variants(source.cage, (request.strength, slide), request, solution)
+    may_slide = rims.has_curves(source.cage, request.boundary)
+    _finished = (1 if _finished is None else _finished[0] + 1, source, variants, may_slide)
+    chosen = {"outcome": where, "strength": request.strength, "slide": slide, "amount": 1.0}
     call_operator(bpy.ops.curvopt.apply_result, number=_finished[0], **chosen)
-    return _remark
+    return _remark, _warns
 
 
-def _with_strength(strength: float) -> tuple[Request, Solution]:
-    """The last run, or one like it with another strength. UserError if that takes too long."""
+def _with(strength: float, slide: bool) -> tuple[Request, Solution]:
+    """The last run, or one like it with another strength or slide. UserError if that takes too long."""
     variants = _finished[2]
-    return variants.get(strength, lambda: replace(variants.first[0], strength=strength), f"Strength {strength:.3g}")
+    wanted = properties.with_slide(replace(variants.first[0], strength=strength), slide)
+    name = f"Strength {strength:.3g}" if strength != variants.first[0].strength else "Slide"
+    return variants.get((strength, slide), lambda: wanted, name)
 
 
 def _is_gone(name: str) -> bool:
@@ -52,7 +58,7 @@ def _is_gone(name: str) -> bool:
 
 class CURVOPT_OT_apply_result(properties.AdjustSettings, bpy.types.Operator):
     """Put the result of the last run into a new object, in place, or into a shape key, or run again with another \
-strength"""
+strength, or with Slide"""
 
     bl_idname = "curvopt.apply_result"
     bl_label = "Minimized"
@@ -64,19 +70,25 @@ strength"""
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Write the last solution, or one of another strength. An error is reported, and the result of before stays."""
-        global _remark
+        """Write the last solution, or one of another strength or slide. An error is reported, and the result of before
+        stays."""
+        global _remark, _warns
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
         try:
-            given = self.properties.is_property_set("strength")
-            strength = properties.strength_of(self.strength) if given else _finished[2].first[0].strength
-            request, solution = _with_strength(strength)
-            source = _finished[1]
+            _, source, variants, _ = _finished
+            first, given = variants.first[0], self.properties.is_property_set
+            strength = properties.strength_of(self.strength) if given("strength") else first.strength
+            slide = self.slide if given("slide") else bool(first.options.get("slide"))
+            request, solution = _with(strength, slide)
+            is_shown_smooth = placement.is_shown_smooth(source.name)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            _remark = ". ".join(part for part in (messages.refined_text(request), held, remark) if part)
+            warnings = messages.refined_text(request), held, remark
+            smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
+            parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed
+            _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)
             display.show(context, text, is_undone=partial(_is_gone, obj.name))
@@ -91,9 +103,11 @@ strength"""
             row = column.row(align=True)
             row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].first[0].levels)
             row.prop_enum(self, "outcome", identifier)
-        row = layout.row()
-        row.enabled = _finished is not None and _finished[2].is_quick
-        row.prop(self, "strength", slider=True)
+        again = layout.column()
+        again.enabled = _finished is not None and _finished[2].is_quick
+        again.prop(self, "strength", slider=True)
+        if _finished is not None and _finished[3]:
+            again.prop(self, "slide")
         layout.prop(self, "amount", slider=True)
 
 

@@ -7,7 +7,7 @@ import bmesh
 import bpy
 
 from ..core.rims import MARKS
-from ..scene.read_edit import MARK
+from ..scene.read_marks import MARK
 from . import properties
 
 _CLEAR = ("CLEAR", "Clear", "Takes the marks away: Rim and Boundary say what stays")

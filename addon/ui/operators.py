@@ -17,7 +17,7 @@ import bpy
 
 from ..binding.values import Held
 from ..core import job, messages
-from ..scene import placement, read_cage, read_edit
+from ..scene import placement, read_cage, read_edit, read_marks
 from . import adjust, adjust_edit, display, properties
 from .reports import report_failure
 
@@ -139,7 +139,9 @@ Edit Mode the selected vertices move, and all others stay"""
         self._outcome = values["outcome"]
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
-        self._request = job.freed(self._source.cage, self._source.fitted(properties.request_of(values, held)))
+        request, cage = self._source.fitted(properties.request_of(values, held)), self._source.cage
+        marks = read_marks.read_marks(obj.data, self._source)
+        self._request = job.freed(cage, job.with_marks(cage, request, *marks))
         placement.check_outcome(self._outcome, self._request, obj)
 
     def _read_edit(self, context: bpy.types.Context, obj: bpy.types.Object, values: dict[str, object]) -> None:
@@ -154,8 +156,8 @@ Edit Mode the selected vertices move, and all others stay"""
             text = adjust_edit.apply(self._edit, self._base, self._rim, self._request, solution)
             self.report({"WARNING" if solution.exceptions.n_held else "INFO"}, text)
             return {"FINISHED"}
-        remark = adjust.apply(self._source, self._request, solution, self._outcome)
-        self.report({"WARNING" if remark else "INFO"}, messages.solution_text(self._request, solution, remark))
+        remark, warns = adjust.apply(self._source, self._request, solution, self._outcome)
+        self.report({"WARNING" if warns else "INFO"}, messages.solution_text(self._request, solution, remark))
         return {"FINISHED"}
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:

@@ -3,7 +3,7 @@
 neither saving nor undo touches."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
@@ -138,8 +138,8 @@ class RunSettings:
         "each level has four times the faces of the one before", default=DEFAULTS.levels, min=1, max=12, soft_max=6,
     )
     boundary: bpy.props.EnumProperty(
-        name="Boundary", description="What an open surface keeps at its boundary", items=BOUNDARIES,
-        default=DEFAULTS.boundary.upper(),
+        name="Boundary", description="What an open surface keeps at its boundary. Edges of Mark Rim, in Edit Mode, say it "
+        "for themselves", items=BOUNDARIES, default=DEFAULTS.boundary.upper(),
     )
     slide: bpy.props.BoolProperty(
         name="Slide", description="Vertices on a boundary or an infinitely sharp crease that Boundary keeps move along "
@@ -197,6 +197,11 @@ class CURVOPT_PG_settings(RunSettings, bpy.types.PropertyGroup):
     """Settings of the next run."""
 
 
+def with_slide(request: Request, slide: bool) -> Request:
+    """The same request with or without Slide."""
+    return replace(request, options={**request.options, "slide": int(slide)})
+
+
 class AdjustSettings:
     """The controls of a finished run in the adjust panel, whatever mode it was in; `number` says of which run."""
 
@@ -205,6 +210,10 @@ class AdjustSettings:
     strength: bpy.props.FloatProperty(
         name="Strength", description="How much of the shape may go, from a touch to the global minimum: runs again",
         min=0.01, max=1.0, default=1.0, subtype="FACTOR", options={"SKIP_SAVE"},
+    )
+    slide: bpy.props.BoolProperty(
+        name="Slide", description="Vertices on a boundary or an infinitely sharp crease that Boundary keeps move along "
+        "it: runs again", default=False, options={"SKIP_SAVE"},
     )
     amount: bpy.props.FloatProperty(
         name="Amount", description="0 is the surface of the original, 1 the result", min=0.0, max=1.0, default=1.0,

@@ -37,6 +37,19 @@ def grid(n: int = 4) -> tuple[np.ndarray, list[list[int]]]:
     return np.array(points, float), [[i, i + 1, i + n + 2, i + n + 1] for i in starts]
 
 
+def dome(n: int = 16, rings: int = 4, bunched: float = 0.8) -> tuple[np.ndarray, list[list[int]]]:
+    """A dome over a wavy boundary of n vertices, bunched on one side; its top, then rings, the last one the boundary."""
+    angle = 2 * np.pi * np.arange(n) / n
+    angles = np.tile(angle + bunched * np.sin(angle), rings)
+    radius = np.repeat(np.arange(1, rings + 1) / rings, n)
+    height = 0.6 * (1 - radius**2) + 0.3 * radius**2 * np.cos(2 * angles)
+    points = np.stack([radius * np.cos(angles), radius * np.sin(angles), height], -1)
+    first = [[1 + i, 1 + (i + 1) % n] for i in range(n)]
+    faces = [[0, *first[i], first[i + 1][1]] for i in range(0, n, 2)]
+    faces += [[a + r * n, a + (r + 1) * n, b + (r + 1) * n, b + r * n] for r in range(rings - 1) for a, b in first]
+    return np.vstack([[(0, 0, 0.6)], points]), faces
+
+
 def prism() -> tuple[np.ndarray, list[list[int]]]:
     """Two triangles and three quads."""
     points = [(0, 0, 0), (2, 0, 0), (1, 2, 0), (0, 0, 2), (2, 0, 2.5), (1, 2, 2)]

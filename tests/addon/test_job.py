@@ -147,6 +147,19 @@ def test_solve_carries_everything_that_the_result_object_needs():
     assert text.startswith("Willmore ") and "128 vertices" in text
 
 
+def test_an_energy_that_could_not_fall_is_said_once():
+    """Of a flat cage it is 0; of a cube, with its symmetries, it is that of the input."""
+    flat = library.Cage(np.array([(x, y, 0) for y in range(3) for x in range(3)], float), np.full(4, 4),
+                        np.array([0, 1, 4, 3, 1, 2, 5, 4, 3, 4, 7, 6, 4, 5, 8, 7]))  # fmt: skip
+    request = job.Request("willmore", 1, strength=0.3)
+    text = messages.solution_text(request, job.solve(flat, request), "Remark")
+    assert text.startswith("Willmore is 0 already, the least that there is (9 vertices, ") and text.endswith(" s). Remark")
+    points, faces = shapes.cube()
+    cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
+    text = messages.solution_text(request, job.solve(cube, request))
+    assert text.startswith("Willmore is 25.499 as before, stayed near the original (strength 0.3), converged ")
+
+
 def test_strength_below_1_stays_near_the_cage_and_says_so():
     points = torus_cage().positions + 0.05 * np.random.default_rng(1).normal(size=(32, 3))
     cage = dataclasses.replace(torus_cage(), positions=points)

@@ -261,3 +261,99 @@ def test_what_only_position_holds_may_slide():
     assert not any(rims.sliding_vertices(cage, part, "free", name).any() for name in ("tangent", "curvature", "free"))
     marked = part_of(block(0, 5), {(1, 2): "free", (0, 1): "free", (2, 3): "free"})
     assert not rims.sliding_vertices(cage, marked, "free", "position").any()
+
+
+def test_curves_along_which_vertices_slide():
+    """A boundary that Position holds, or a crease that any boundary but Free holds."""
+    names = ("free", "position", "tangent", "curvature")
+    assert [rims.has_curves(grid(), name) for name in names] == [False, True, False, False]
+    closed = cage_of(*shapes.torus())
+    assert not any(rims.has_curves(closed, name) for name in names)
+    for sharpness, there in ((10.0, True), (2.0, False)):
+        creased = replace(closed, creases=Creases(np.array([[0, 4]]), np.array([sharpness])))
+        assert [rims.has_curves(creased, name) for name in names] == [False, there, there, there]
+
+
+# ----------------------------------------------------------------------------------------- marks of a whole cage --
+
+
+def side(y, rim):
+    """Marks of the grid's edges over that y."""
+    return {(y * (N + 1) + x, y * (N + 1) + x + 1): rim for x in range(N)}
+
+
+def marked(boundary, marks, levels=1, cage=None, held=None, **more):
+    part = part_of(np.ones((N + 1) ** 2, bool), marks)
+    request = job.Request("willmore", levels, boundary=boundary, held=held or Held(), symmetry="none", **more)
+    return job.with_marks(cage or grid(), request, part.edges, part.marks)
+
+
+@pytest.mark.parametrize("boundary", rims.ROWS)
+@pytest.mark.parametrize("first", ["free", "position", "tangent", "curvature"])
+@pytest.mark.parametrize("second", ["", "free", "curvature"])
+def test_without_a_selection_marks_hold_what_they_hold_in_edit_mode(boundary, first, second):
+    """On one level, for marks on one side of the grid and on two."""
+    cage, marks = grid(), {**side(0, first), **({**side(N, second)} if second else {})}
+    request = marked(boundary, marks)
+    assert request.marked == len(marks)
+    solution = job.solve(cage, replace(request, options={"max_iterations": 5}))
+    moved = (solution.cage.positions != cage.positions).any(axis=1)
+    expected = moving(np.ones((N + 1) ** 2, bool), "free", boundary, marks)
+    if not expected.all():  # else all of it is put back in place, by rounding
+        assert np.array_equal(moved, expected)
+
+
+def test_creases_stay_as_boundary_says_whatever_marks_free():
+    crease = Creases(np.array([[60, 61]]), np.array([10.0]))
+    for boundary, stays in (("position", True), ("free", False)):
+        free = marked(boundary, side(0, "free"), cage=grid(crease)).free((N + 1) ** 2)
+        assert not free[[60, 61]].any() if stays else free[[60, 61]].all()
+
+
+def test_marks_elsewhere_and_other_pins_stay_as_they_are():
+    pins = Held(np.array([30, 5]), np.array([0.5, 0.25]))
+    inside = {(60, 61): "curvature"}
+    assert marked("tangent", inside, held=pins).held is pins and marked("tangent", inside).marked == 0
+    request = marked("position", {**side(0, "tangent"), **inside}, held=pins)
+    weights = dict(zip(request.held.vertices.tolist(), request.held.weights.tolist()))
+    assert weights[30] == 0.5 and weights[5] == weights[16] == 1 and len(weights) == 2 * (N + 1) + 1
+
+
+@pytest.mark.parametrize("boundary", ["position", "free"])
+@pytest.mark.parametrize("rim, rows", [("tangent", 2), ("curvature", 4)])
+def test_a_refined_cage_keeps_curves_and_what_is_asked_for_beside_them(boundary, rim, rows):
+    """The rows of the finer cage that depend on rows that are held of the first one are where the original has them."""
+    cage = grid()
+    points = cage.positions.copy()
+    points[:, 2] += 0.1 * np.random.default_rng(4).normal(size=len(points))
+    cage = replace(cage, positions=points)
+    request = marked(boundary, side(0, rim), levels=2, cage=cage)
+    solution = job.solve(cage, request)
+    start, end = solution.start_positions, solution.cage.positions
+    size = np.ptp(start, axis=0).max()
+    gone = np.linalg.norm(end - start, axis=1) / size
+    strip = start[:, 1] < 0.5 * (rows - 1) + 0.1  # y of the first one's rows is 0, 1, 2
+    inner = (start[:, 0] > 2) & (start[:, 0] < N - 2)
+    assert gone[strip & inner].max() < 1e-9 < 1e-4 < gone[~strip & inner & (start[:, 1] < rows / 2 + 0.1)].max()
+    last = inner & (start[:, 1] > N - 0.1)
+    assert (gone[last].max() < 1e-9) == (boundary == "position")
+
+
+@pytest.mark.parametrize("boundary, rim", [("position", "free"), ("free", "position"), ("curvature", "free")])
+def test_a_refined_cage_cannot_free_some_edges_and_keep_curves(boundary, rim):
+    if boundary != "curvature":
+        with pytest.raises(ValueError, match="a refined cage cannot do both. Use the cage's own vertices"):
+            marked(boundary, side(0, rim), levels=2)
+    else:
+        assert marked(boundary, side(0, rim), levels=2).boundary == "free"
+    assert marked(boundary, side(0, rim)).refinable == (boundary == "curvature")
+
+
+def test_a_cage_all_of_which_marks_hold_is_refined_where_that_frees_some():
+    strip = cage_of([(0, 0, 0), (1, 0, 0), (3, 0, 0), (0, 1, 0), (1, 1, 0.2), (3, 1, 0.6)], [[0, 1, 4, 3], [1, 2, 5, 4]])
+    request = job.Request("willmore", 1, boundary="free")
+    pairs = np.array([(0, 1), (1, 2), (2, 5), (5, 4), (4, 3), (3, 0)])
+    kept = job.with_marks(strip, request, pairs, np.full(6, rims.MARKS.index("position")))
+    assert not kept.free(6).any() and job.freed(strip, kept) is kept
+    with pytest.raises(library.CurvoptError, match="nothing may move"):
+        job.solve(strip, kept)

@@ -61,7 +61,8 @@ static void test_tables_that_are_there_outlive_the_flag(void **state) {
     cache.cancel = &cancel;
     CHECK_OK(co_basis_table_cache_get(&cache, 7, 0, &table, &error), &error);
     curvopt_cancel_request(flag);
-    CHECK_OK(co_basis_table_cache_get(&cache, 5, 0, &again, &error), &error); /* within the grace */
+    atomic_store(&cancel.seen, INT64_MAX); /* within the grace, however long the next line takes */
+    CHECK_OK(co_basis_table_cache_get(&cache, 5, 0, &again, &error), &error);
     atomic_store(&cancel.seen, 1);
     CHECK_OK(co_basis_table_cache_get(&cache, 7, 0, &again, &error), &error);
     CHECK_TRUE(again == table);
@@ -88,10 +89,11 @@ static void test_threads_do_not_change_a_table(void **state) {
     co_basis_table_cache_free(&two);
 }
 
-/* A thread that raises the flag when the process has used so much CPU time. */
+/* A thread that raises the flag when the process has used so much CPU time. On a busy machine it may be put aside
+ * just before that or just after it, while the run goes on. */
 typedef struct alarm_clock {
     curvopt_cancel *cancel;
-    double at, raised; /* CPU seconds */
+    double at, raised; /* CPU seconds; raised: just after it */
     atomic_int done;
 } alarm_clock;
 
@@ -99,10 +101,13 @@ static void *ring(void *of) {
     alarm_clock *clock = of;
     while (!atomic_load(&clock->done) && cpu_seconds() < clock->at)
         nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
-    clock->raised = cpu_seconds();
     curvopt_cancel_request(clock->cancel);
+    clock->raised = cpu_seconds();
     return NULL;
 }
+
+/* CPU seconds at the end of a run in which it no longer looks at the flag. */
+static const double LAST_STRETCH = 0.1;
 
 /* A run that is cancelled after so many CPU seconds has a result, no worse than its start, and soon. */
 static void check_run(const curvopt_mesh *mesh, const double *xyz, int term, double seconds) {
@@ -133,8 +138,9 @@ static void check_run(const curvopt_mesh *mesh, const double *xyz, int term, dou
     for (int32_t i = 0; i < 3 * curvopt_result_mesh(result)->info.n_vertices; i++)
         CHECK_TRUE(isfinite(positions[i]));
     CHECK_INT(summary.n_levels, 1);
-    if (end_time > clock.raised) {
+    if (seconds <= 0 || end_time > clock.raised + LAST_STRETCH * SLOWER)
         CHECK_INT(summary.stop, CURVOPT_STOP_CANCELLED);
+    if (summary.stop == CURVOPT_STOP_CANCELLED) {
         CHECK_INT(summary.verdict, CURVOPT_VERDICT_UNKNOWN);
         CHECK_TRUE(!(end.objective > start.objective * (1 + 1e-10))); /* but for rounding, where no step was taken */
         CHECK_TRUE(end_time - clock.raised < 0.3 * SLOWER);

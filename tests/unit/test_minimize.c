@@ -1,4 +1,5 @@
 /* Minimizing through the API: reports, progress, cancelling. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/cancel.h"
 #include "cages.h"
 #include "check.h"
 
@@ -8,7 +9,7 @@
 typedef struct watcher {
     curvopt_cancel *cancel;
     pthread_t thread;
-    double last_energy, last_seconds;
+    double last_energy, last_seconds, asked, ended; /* asked: when the flag was raised; by the library's clock */
     double *last_xyz;
     int32_t calls, cancel_at, last_level, last_iteration, last_evaluations, last_vertices;
 } watcher;
@@ -70,6 +71,7 @@ static void run(outcome *o, curvopt_progress_fn progress) {
     curvopt_mesh *mesh = cage_mesh(&o->c);
     curvopt_error error;
     CHECK_OK(curvopt_minimize(mesh, o->c.xyz, &o->options, progress, &o->w, o->w.cancel, &o->result, &error), &error);
+    o->w.ended = co_clock_seconds();
     curvopt_mesh_destroy(mesh); /* the result has its own */
     curvopt_result_get_summary(o->result, &o->summary, sizeof o->summary);
     curvopt_result_get_energies(o->result, &o->start, &o->end, sizeof o->end);
@@ -105,6 +107,23 @@ static void check_result(const outcome *o) {
     CHECK_TRUE(o->summary.seconds >= 0);
     curvopt_problem_destroy(problem);
     free(xyz);
+}
+
+/* What a run's result must be whose flag was raised. On a busy machine a run may not have its figures within the grace
+ * that it has on the clock; it is then cut off, rightly, and figures may be missing. */
+static void check_flagged(const outcome *o) {
+    double xyz[3 * 24];
+    CHECK_INT(o->summary.stop, CURVOPT_STOP_CANCELLED);
+    CHECK_INT(o->summary.n_levels, 1);
+    CHECK_INT(o->summary.n_vertices, 24);
+    if (o->w.ended - o->w.asked < CO_CANCEL_GRACE) {
+        check_result(o);
+        return;
+    }
+    curvopt_result_get_positions(o->result, xyz);
+    for (int i = 0; i < 3 * 24; i++)
+        CHECK_TRUE(isfinite(xyz[i]));
+    CHECK_TRUE(!(o->end.objective > o->start.objective * (1 + 1e-3)));
 }
 
 static void test_levels_are_reported_one_by_one(void **state) {
@@ -231,15 +250,11 @@ static void test_cancel_raised_before_the_start_stops_it(void **state) {
     outcome o = torus_outcome(3);
     curvopt_error error;
     CHECK_OK(curvopt_cancel_create(&o.w.cancel, &error), &error);
+    o.w.asked = co_clock_seconds();
     curvopt_cancel_request(o.w.cancel);
     run(&o, watch);
-    CHECK_INT(o.summary.stop, CURVOPT_STOP_CANCELLED);
-    CHECK_INT(o.summary.n_levels, 1);
     CHECK_INT(o.w.calls, 0);
-    if (isnan(o.start.objective)) /* a machine so busy that even these figures took longer than the grace */
-        CHECK_TRUE(isnan(o.end.objective));
-    else
-        check_result(&o);
+    check_flagged(&o);
     outcome_free(&o);
 }
 
@@ -253,6 +268,7 @@ static int32_t watch_and_request(const curvopt_progress *p, void *user) {
     watcher *w = user;
     int32_t result = watch(p, user);
     if (w->calls == 3) {
+        w->asked = co_clock_seconds();
         CHECK_INT(pthread_create(&w->thread, NULL, request, w->cancel), 0);
         CHECK_INT(pthread_join(w->thread, NULL), 0);
     }
@@ -265,10 +281,8 @@ static void test_cancel_from_another_thread_stops_at_the_next_step(void **state)
     curvopt_error error;
     CHECK_OK(curvopt_cancel_create(&o.w.cancel, &error), &error);
     run(&o, watch_and_request);
-    CHECK_INT(o.summary.stop, CURVOPT_STOP_CANCELLED);
     CHECK_INT(o.w.calls, 3);
-    CHECK_INT(o.summary.n_levels, 1);
-    check_result(&o);
+    check_flagged(&o);
     outcome_free(&o);
 }
 

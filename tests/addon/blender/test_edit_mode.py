@@ -419,6 +419,37 @@ def test_adjusting_amount_strength_and_rim(sheet, part, monkeypatch):
     assert np.array_equal(again(rim="TANGENT"), tangent) and len(calls) == 2
 
 
+def test_an_object_that_shows_its_cage_is_told_so(sheet, part):
+    edit(sheet, block(3, 8))
+    run()
+    assert "Subdivision" not in part("ui.properties").state.message
+    sheet.modifiers.clear()
+    run()
+    assert "Object 'Sheet' shows its cage: give it a Subdivision Surface modifier" in part("ui.properties").state.message
+
+
+def test_slide_can_be_switched_afterwards(sheet, part):
+    """A selection at the boundary; one inside has nothing that slides."""
+    edit(sheet, block(3, 8))
+    run()
+    assert not part("ui.adjust_edit")._finished[-1]
+    at_the_side = np.zeros((N + 1) ** 2, bool)
+    at_the_side.reshape(N + 1, N + 1)[:4, 1:-1] = True
+    edit(sheet, at_the_side)
+    bpy.ops.ed.undo_push(message="Selected")
+    before, side = now(sheet), np.arange(3, N - 2)
+    run(strength=1.0)
+    held, finished = now(sheet), part("ui.adjust_edit")._finished
+    assert finished[-1] and np.array_equal(held[side], before[side])
+    for slide in (True, False):
+        bpy.ops.ed.undo()
+        chosen = {"strength": 1.0, "rim": "FREE", "slide": slide}
+        assert bpy.ops.curvopt.apply_edit("EXEC_DEFAULT", True, number=finished[0], **chosen) == {"FINISHED"}
+        after = now(bpy.context.object)
+        assert ("Slide lets " in part("ui.properties").state.message) == slide
+        assert (after[side] != before[side]).any() == slide and (slide or np.array_equal(after, held))
+
+
 def test_a_mesh_that_was_edited_meanwhile_is_left_alone(sheet, part):
     edited = edit(sheet, block(3, 8))
     run()

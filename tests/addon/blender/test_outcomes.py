@@ -135,6 +135,24 @@ def test_where_refining_twice_frees_nothing_it_is_refused(newcomer):
         bpy.ops.curvopt.minimize(energy="WILLMORE", boundary="CURVATURE")
 
 
+@pytest.mark.parametrize("outcome, sentence", [
+    ("NEW", "The result has a Subdivision Surface modifier: give 'Torus' one as well to compare them"),
+    ("REPLACE", "Object 'Torus' got a Subdivision Surface modifier, because its smooth surface was optimized"),
+    ("SHAPE_KEY", "Object 'Torus' got a Subdivision Surface modifier, because its smooth surface was optimized"),
+])  # fmt: skip
+def test_a_modifier_that_only_the_result_has_is_named(torus, part, outcome, sentence, capfd):
+    """It is information and no warning; with the modifier on the object nothing is said."""
+    minimize(outcome=outcome, resolution="SAME")
+    assert sentence in part("ui.properties").state.message
+    printed = capfd.readouterr().out
+    assert f"Info: {part('ui.properties').state.message.split(sentence)[0]}" in printed and "Warning" not in printed
+    bpy.context.view_layer.objects.active = torus
+    if outcome == "NEW":
+        torus.modifiers.new("Smooth", "SUBSURF")
+    minimize(outcome=outcome, resolution="SAME")
+    assert "Subdivision" not in part("ui.properties").state.message
+
+
 def test_a_shape_key_has_no_more_vertices(newcomer, contents):
     bent_plane()
     before = contents()

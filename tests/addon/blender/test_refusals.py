@@ -35,6 +35,13 @@ def test_active_object_is_no_mesh(refused):
     refused("Select a mesh object first: 'Cam' is a camera")
 
 
+def test_active_object_can_be_made_a_mesh(refused):
+    text = bpy.data.objects.new("Word", bpy.data.curves.new("Word", "FONT"))
+    bpy.context.scene.collection.objects.link(text)
+    bpy.context.view_layer.objects.active = text
+    refused("'Word' is a text, which Object > Convert > Mesh makes a mesh of")
+
+
 def test_sculpt_mode(torus, refused):
     bpy.ops.object.mode_set(mode="SCULPT")
     refused("'Torus' is in Sculpt Mode")

@@ -85,6 +85,7 @@ def test_strength_of_the_scene_is_used_when_the_call_gives_none(newcomer, torus)
 
 
 def test_adjusting_runs_again_with_another_strength(newcomer, bottle, part, monkeypatch):
+    monkeypatch.setattr(part("core.variants"), "_LONGEST", 600.0)  # a busy machine takes long
     first = positions(press())
     adjust, job, calls = part("ui.adjust"), part("core.job"), []
     solve = job.solve
@@ -114,6 +115,44 @@ def test_adjusting_gives_up_what_takes_too_long(newcomer, bottle, part, contents
     with pytest.raises(RuntimeError, match="Strength 0.7 takes over 0 s: set it in the sidebar and press Minimize"):
         bpy.ops.curvopt.apply_result(number=adjust._finished[0], strength=0.7)
     assert contents() == before and part("ui.properties").state.message == message
+
+
+def test_adjusting_slide_runs_again(newcomer, add, part, monkeypatch):
+    """A waved sheet whose boundary is bunched on one side, which is straight: vertices move along that. With strength,
+    each is a run of its own; a shape without curves is not offered it."""
+    n = 6
+    points, faces = shapes.grid(n)
+    side = np.arange(n + 1)
+    points[side, 0], points[side, 2] = n * (side / n) ** 1.5, 0
+    sheet = add(points, faces, name="Sheet")
+    sheet.modifiers.new("Limit", "SUBSURF").boundary_smooth = "PRESERVE_CORNERS"
+    monkeypatch.setattr(part("core.variants"), "_LONGEST", 600.0)  # a busy machine takes long
+    first = positions(press(strength=1.0))
+    adjust, job, calls = part("ui.adjust"), part("core.job"), []
+    assert adjust._finished[-1] and np.array_equal(first[side], positions(sheet)[side])
+    solve = job.solve
+    monkeypatch.setattr(job, "solve", lambda *arguments: calls.append(arguments) or solve(*arguments))
+
+    def again(**chosen):
+        bpy.data.objects.remove(bpy.data.objects["Sheet Willmore"])
+        bpy.context.view_layer.objects.active = sheet
+        assert bpy.ops.curvopt.apply_result(number=adjust._finished[0], **chosen) == {"FINISHED"}
+        return positions(bpy.data.objects["Sheet Willmore"])
+
+    assert "Slide" not in part("ui.properties").state.message
+    slid = again(slide=True)
+    said = part("ui.properties").state.message
+    assert f"Slide lets {4 * (n - 1)} vertices move along boundaries and creases" in said and "below 1" not in said
+    steps = np.diff(slid[side, 0])
+    assert np.ptp(steps) < 0.7 * np.ptp(np.diff(first[side, 0])) and (steps > 0).all()
+    assert np.abs(slid[side, 1:] - first[side, 1:]).max() < 1e-6
+    assert np.array_equal(again(slide=False), first) and len(calls) == 1
+    assert np.array_equal(again(slide=True), slid) and len(calls) == 1
+    assert not np.array_equal(again(slide=True, strength=0.5), slid) and len(calls) == 2
+    assert "creases, but little at strengths below 1" in part("ui.properties").state.message
+    add(*shapes.torus())
+    press(slide=True)
+    assert not adjust._finished[-1] and "Slide moves nothing: no vertex may" in part("ui.properties").state.message
 
 
 # ------------------------------------------------------------------------------------------------ the panel's line --
@@ -155,9 +194,10 @@ def test_verdicts_below_full_strength_are_of_energy_and_nearness(torus, part, ve
     assert "nearness" not in full and full.startswith("Checked: ")
 
 
-def test_manual_has_the_picture():
+@pytest.mark.parametrize("name", ["12_strength.png", "15_slide.png"])
+def test_manual_has_the_picture(name):
     manual = Path(__file__).resolve().parents[3] / "addon" / "manual"
-    picture = manual / "pictures" / "12_strength.png"
-    assert "pictures/12_strength.png" in (manual / "README.md").read_text()
+    picture = manual / "pictures" / name
+    assert f"(pictures/{name})" in (manual / "README.md").read_text()
     data = picture.read_bytes()
     assert len(data) < 300_000 and not any(chunk in data for chunk in (b"tEXt", b"iTXt", b"zTXt"))

@@ -27,6 +27,7 @@ from driver import (  # noqa: E402
     press,
     screenshot,
     setup,
+    shapes,
     start,
     state,
     subpanels,
@@ -138,6 +139,30 @@ def adjusting_the_strength_runs_again():
     yield lambda: "Torus Willmore" not in bpy.data.objects
     assert set(contents()) == {"Torus"} and np.array_equal(coordinates("Torus"), start)
     part("core.job").solve = solve
+
+
+@check
+def adjusting_slide_runs_again():
+    """On a sheet whose boundary is bunched. A torus has no boundary and is not offered it."""
+    setup()
+    torus = bpy.data.objects["Torus"]
+    points, faces = shapes.grid(6)
+    points[:7, 0], points[:7, 2] = 6 * (np.arange(7) / 6) ** 1.5, 0
+    torus.data = bpy.data.meshes.new("Sheet")
+    torus.data.from_pydata(points.tolist(), [], faces)
+    bpy.ops.ed.undo_push(message="Sheet")
+    assert not part("ui.adjust")._finished[-1]  # of the torus of the check before
+    assert invoke(energy="WILLMORE", resolution="SAME", strength=1.0) == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    start, held = coordinates("Torus"), coordinates("Torus Willmore")
+    assert part("ui.adjust")._finished[-1] and np.array_equal(held[1:6], start[1:6])
+    assert adjust(slide=True) == {"FINISHED"}
+    yield lambda: np.abs(coordinates("Torus Willmore")[2:5, 0] - start[2:5, 0]).min() > 0.05
+    assert set(contents()) == {"Torus", "Torus Willmore"} and np.array_equal(coordinates("Torus"), start)
+    assert adjust(slide=False) == {"FINISHED"}
+    yield lambda: np.array_equal(coordinates("Torus Willmore"), held)
+    press("Z", ctrl=True)
+    yield lambda: "Torus Willmore" not in bpy.data.objects
 
 
 @check

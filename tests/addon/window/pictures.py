@@ -6,6 +6,7 @@ import traceback
 from pathlib import Path
 
 import bpy
+from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import driver  # noqa: E402
@@ -18,6 +19,7 @@ from driver import (  # noqa: E402
     press,
     screenshot,
     setup,
+    shapes,
     start,
     state,
     turns,
@@ -169,9 +171,51 @@ def cancel_and_refusal():
     screenshot("9_refused")
 
 
+def label(text, place):
+    """Words in the view, above this place (x, y)."""
+    empty = bpy.data.objects.new(text, None)
+    empty.location, empty.empty_display_size, empty.show_name = (*place, 0), 0.01, True
+    bpy.context.scene.collection.objects.link(empty)
+    empty.select_set(True)  # for a bright colour
+
+
+def slide():
+    """A dome whose boundary is bunched, and what Minimize makes of it without and with Slide."""
+    setup()
+    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    points, faces = shapes.dome()
+    dome = bpy.data.objects.new("Dome", bpy.data.meshes.new("Dome"))
+    dome.data.from_pydata(points.tolist(), [], faces)
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    bpy.context.scene.collection.objects.link(dome)
+    dome.modifiers.new("Subdivision", "SUBSURF").levels = 3
+    dome.rotation_euler.z = 1.4  # the bunched side to the front
+    settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "SAME", "AUTO"
+    shown = [dome]
+    for slides in (False, True):
+        in_viewport(bpy.ops.object.select_all, action="DESELECT")
+        bpy.context.view_layer.objects.active = dome
+        settings.slide = slides
+        assert invoke() == {"RUNNING_MODAL"}
+        yield lambda: not state().running
+        shown.append(bpy.context.object)
+        print(state().message, flush=True)
+    places = (1.2, 2.3), (0, 0), (2.4, 0)
+    in_viewport(bpy.ops.object.select_all, action="DESELECT")
+    for obj, (x, y), text in zip(shown, places, ("Original", "Without Slide", "With Slide")):
+        obj.location, obj.show_wire = (x, y, 0), True
+        label(text, (x - 0.35, y - 1.2))
+    view.view_perspective, view.view_rotation = "ORTHO", Euler((0.7, 0, 0)).to_quaternion()
+    view.view_location, view.view_distance = (1.9, 1, 0), 5.6
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    yield from open_sidebar_tab()
+    yield from settled()
+    screenshot("15_slide")
+
+
 def everything():
     try:
-        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes):
+        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide):
             yield from act()
             log(f"PASS {act.__name__}")
     except Exception as error:
