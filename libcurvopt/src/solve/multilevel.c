@@ -36,7 +36,7 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
         return co_status_no_memory(error);
     for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
         weight[f] = !left_out[f];
-    int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, weight, &assembly, error);
+    int32_t status = co_assembly_create(mesh, r->at.xyz, r->context.options, r->context.tables, weight, &assembly, error);
     free(weight);
     if (status != CURVOPT_OK)
         return status;

@@ -1,0 +1,46 @@
+/* The fit of the surface `polynomial` on half discs: m x m faces, m > 1, of each of the n sectors on one side of a
+ * boundary or crease that runs smoothly through a vertex (blend_fit_cut.h has m = 1).
+ *
+ * The map is the natural net: n equal parts of a half turn, the curve along y = 0 with its points at x = -(m + 1) ..
+ * m + 1. P, of degree 5, is the least-squares fit of S on all faces; along the curve it is p(x), which is not the
+ * B-spline c(x) that may not change. What is missing is added in the faces along the curve alone:
+ *     S' = (1 - W) S + W (P + E),   W = w(u / m) w(v / m),
+ *     E = w(u) w(v) (q(x) + j |(x, y)|^3 - p(x))      in the faces at the vertex, where c is q(x) + j |x|^3,
+ *       + (1 - w(u)) w(v) (c(u) - p(u))               in the first sector's faces along the curve, u = x there, w(u) = 0
+ *                                                     for u > 1; in the last sector's alike with v for u, c(-v), p(-v)
+ * Along the curve these add up to c - p. E is as small as the error of a fit of degree 5, or as the points' noise: not
+ * multiplied by m^2 or m^3, as q(x) is when it is prescribed as far as x = m. It has square integrable third derivatives,
+ * and breaks only between faces, where quadrature expects it. One face (n = 1) stays at width 1: there y falls by 4 and
+ * x by 2 from ring to ring, and functions of u alone have no bounded derivatives by y.
+ *
+ * Points: those at places 0 <= x, y <= m + 1 of each sector, numbered as a fan's two-ring (fan.h): each sector owns
+ * those with x > 0, row by row, and the curve's m + 1 at the far end come last.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SURFACE_BLEND_FIT_HALF_H
+#define CO_SURFACE_BLEND_FIT_HALF_H
+
+#include "surface/blend_fit.h"
+
+#include <math.h>
+
+static inline int32_t co_blend_fit_half_n_points(int32_t n_sectors, int width) {
+    return 1 + (width + 1) * (n_sectors * (width + 2) + 1);
+}
+/* Index of the point at place (x, y) of a sector, 0 <= x, y <= width + 1. */
+int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y);
+/* The point at place (x, y), -1 <= x, y <= width + 1, not both negative, as a combination of points; beyond the curve
+ * it is a phantom 2 P - Q (ring.h). Returns how many. */
+int co_blend_fit_half_point(int32_t n_sectors, int width, int32_t sector, int x, int y, int32_t index[2],
+                            co_real weight[2]);
+
+/* What the natural net is multiplied by in the map, so that its farthest point is at 1. */
+static inline co_real co_blend_fit_half_scale(int width) {
+    return 1 / (sqrtl(2) * (width + 1));
+}
+/* Makes the map alone, without fit; n_sectors, width > 1. ERROR_MEMORY. */
+int32_t co_blend_fit_create_half_map(int32_t n_sectors, int width, co_blend_fit *out, curvopt_error *error);
+/* Makes map and fit, of as many samples a face as on closed discs. Linear in the faces. ERROR_MEMORY. */
+int32_t co_blend_fit_create_half(int32_t n_sectors, int width, co_blend_fit *out, curvopt_error *error);
+
+#endif
