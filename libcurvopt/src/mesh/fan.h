@@ -5,7 +5,7 @@
  *
  *     bits 28 .. 30   type
  *     bits 14 .. 27   sector of the patch; in a wide disc 0 0 width i j, four bits each for the last three;
- *                     in a half disc sector, width - 1, i, j: five bits and three times three
+ *                     in a half disc sector, log2 width, steps, i, j: 4, 2, 2, 3 and 3 bits
  *     bits  0 .. 13   number of sectors
  *
  * A closed fan of smooth rules is therefore its valence alone: 5 is a face at a smooth vertex of valence 5, whichever
@@ -38,7 +38,8 @@ enum {
     CO_FAN_MAX = (1 << CO_FAN_BITS) - 1, /* largest number of sectors */
     CO_FAN_REGULAR = 4,                  /* kind of every patch that is one bicubic: the closed fan of four quads */
     CO_FAN_SECTOR_POINTS = 6,            /* points of the two-ring that a sector owns */
-    CO_FAN_MOST_HALF = 31                /* largest number of sectors of a wide half disc */
+    CO_FAN_MOST_HALF = 16,               /* largest number of sectors of a wide half disc */
+    CO_FAN_MOST_STEPS = 3                /* largest number of steps of its map (blend_fit_half.h) */
 };
 
 static inline int32_t co_fan_make(co_fan_type type, int32_t sectors, int32_t sector) {
@@ -67,12 +68,14 @@ static inline int co_fan_is_smooth(int32_t fan) {
 static inline int32_t co_fan_make_wide(int32_t valence, int width, int i, int j) {
     return co_fan_make(CO_FAN_WIDE, valence, width << 8 | i << 4 | j);
 }
-/* The same of a half disc; sectors <= CO_FAN_MOST_HALF, width <= 8. */
-static inline int32_t co_fan_make_half(int32_t sectors, int32_t sector, int width, int i, int j) {
-    return co_fan_make(CO_FAN_HALF, sectors, sector << 9 | (width - 1) << 6 | i << 3 | j);
+/* The same of a half disc, whose map has so many steps (blend_fit_half.h). sectors <= CO_FAN_MOST_HALF, width 2, 4 or 8.
+ */
+static inline int32_t co_fan_make_half(int32_t sectors, int32_t sector, int width, int steps, int i, int j) {
+    const int log2_width = width == 8 ? 3 : width / 2;
+    return co_fan_make(CO_FAN_HALF, sectors, sector << 10 | log2_width << 8 | steps << 6 | i << 3 | j);
 }
 static inline int co_fan_wide_width(int32_t fan) {
-    return co_fan_is_half(fan) ? (co_fan_sector(fan) >> 6 & 7) + 1 : co_fan_sector(fan) >> 8;
+    return co_fan_is_half(fan) ? 1 << (co_fan_sector(fan) >> 8 & 3) : co_fan_sector(fan) >> 8;
 }
 static inline int co_fan_wide_i(int32_t fan) {
     return co_fan_is_half(fan) ? co_fan_sector(fan) >> 3 & 7 : co_fan_sector(fan) >> 4 & 15;
@@ -80,9 +83,12 @@ static inline int co_fan_wide_i(int32_t fan) {
 static inline int co_fan_wide_j(int32_t fan) {
     return co_fan_sector(fan) & (co_fan_is_half(fan) ? 7 : 15);
 }
+static inline int co_fan_half_steps(int32_t fan) {
+    return co_fan_sector(fan) >> 6 & 3;
+}
 /* The sector of a face of a disc; of closed ones always 0. */
 static inline int32_t co_fan_wide_sector(int32_t fan) {
-    return co_fan_is_half(fan) ? co_fan_sector(fan) >> 9 : 0;
+    return co_fan_is_half(fan) ? co_fan_sector(fan) >> 10 : 0;
 }
 /* The fan at the vertex of a kind of patch: of faces of discs that of the disc's vertex, seen from their sector. */
 static inline int32_t co_fan_at_vertex(int32_t kind) {

@@ -152,11 +152,12 @@ static int32_t window_of(const co_basis_table *t, int n_rings) {
 static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *error) {
     int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind), fan = co_fan_at_vertex(t->kind);
     int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->kind); /* the fit, into rows */
+    int n_terms = co_fan_is_half(t->kind) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
     t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n ? i - n < CO_BLEND_FIT_TERMS || window
+        if (i >= n ? i - n < n_terms || window
                    : folded || is_one_piece(t->kind) || co_patches_is_of_curve(t->kind, i) ||
                          (co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i))))
             t->support[t->n_points++] = i;
@@ -238,15 +239,15 @@ struct co_cached_table {
 };
 
 struct co_cached_fit {
-    int32_t key, width; /* what the fit is for: kind without sector or place, width */
+    int32_t key, width; /* what the fit is for: kind with steps of a map, but no sector or place; width */
     co_blend_fit polynomial;
 };
 
 /* The polynomial of a kind of patch; the fit only where it is folded into rows. */
 static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blend_fit *out, curvopt_error *error) {
-    const int width = co_fan_wide_width(kind);
-    return co_fan_is_half(kind)  ? co_blend_fit_create_half_map(co_fan_sectors(kind), width, out, error)
-           : co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, width, out, error)
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(kind);
+    return co_fan_is_half(kind)  ? co_blend_fit_create_half_map(&half, out, error)
+           : co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
            : co_fan_is_cut(kind) ? co_blend_fit_create_cut(disc->fan, out, error)
                                  : co_blend_fit_create(disc, 1, out, error);
 }
@@ -254,7 +255,8 @@ static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blen
 /* The polynomial fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
     int32_t type = co_fan_type_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
-    int32_t key = co_fan_make(type, co_fan_sectors(kind), 0); /* all sectors' */
+    const int steps = co_fan_is_half(kind) ? co_fan_half_steps(kind) : 0;
+    int32_t key = co_fan_make(type, co_fan_sectors(kind), steps); /* all sectors' */
     int32_t fan = co_fan_is_wide(kind) ? co_fan_at_vertex(kind) : key;
     for (int32_t i = 0; i < cache->n_fits; i++)
         if (cache->fit[i].key == key && cache->fit[i].width == width) {

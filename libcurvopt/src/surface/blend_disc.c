@@ -125,8 +125,9 @@ static void fill_turns(co_blend_disc_fit *f) {
 
 static int32_t create_polynomial(const co_blend_disc_fit *f, co_blend_fit *out, curvopt_error *error) {
     co_stam_disc disc = {0};
+    const co_blend_fit_half_kind half = {f->valence, f->width, f->steps};
     if (f->is_half)
-        return co_blend_fit_create_half(f->valence, f->width, out, error);
+        return co_blend_fit_create_half(&half, out, error);
     int32_t status = co_stam_disc_create(f->valence, &disc, error);
     if (status == CURVOPT_OK)
         status = co_blend_fit_create(&disc, f->width, out, error);
@@ -138,8 +139,9 @@ static int32_t create_polynomial(const co_blend_disc_fit *f, co_blend_fit *out, 
 static int32_t fill_polynomial(co_blend_disc_fit *f, curvopt_error *error) {
     co_blend_fit polynomial = {0};
     int32_t status = create_polynomial(f, &polynomial, error);
+    const int n_terms = f->is_half ? CO_BLEND_FIT_FUNCTIONS : FIT;
     for (int32_t i = 0; status == CURVOPT_OK && i < f->n_points; i++)
-        for (int a = 0; a < FIT; a++)
+        for (int a = 0; a < n_terms; a++)
             f->matrix[a * f->n_points + i] =
                 (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
     co_blend_fit_free(&polynomial);
@@ -168,18 +170,20 @@ static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
     return fill_polynomial(f, error);
 }
 
-int32_t co_blend_discs_fit(int is_half, int32_t valence, int width, co_blend_discs *discs, int32_t *index,
+int32_t co_blend_discs_fit(const co_blend_disc_fit *wanted, co_blend_discs *discs, int32_t *index,
                            curvopt_error *error) {
     for (*index = 0; *index < discs->n_fits; ++*index) {
         const co_blend_disc_fit *at = &discs->fit[*index];
-        if (at->is_half == is_half && at->valence == valence && at->width == width)
+        if (at->is_half == wanted->is_half && at->steps == wanted->steps && at->valence == wanted->valence &&
+            at->width == wanted->width)
             return CURVOPT_OK;
     }
     co_blend_disc_fit *fit = CO_RESIZED(discs->fit, (size_t)discs->n_fits + 1);
     if (!fit)
         return co_status_no_memory(error);
     discs->fit = fit;
-    fit[discs->n_fits] = (co_blend_disc_fit){.is_half = is_half, .valence = valence, .width = width};
+    fit[discs->n_fits] = (co_blend_disc_fit){
+        .is_half = wanted->is_half, .steps = wanted->steps, .valence = wanted->valence, .width = wanted->width};
     return fill_fit(&fit[discs->n_fits++], error);
 }
 
@@ -201,7 +205,8 @@ int32_t co_blend_discs_add_of_fit(int32_t fit, co_blend_discs *discs, curvopt_er
 }
 
 int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t fit, status = co_blend_discs_fit(0, valence, width, discs, &fit, error);
+    const co_blend_disc_fit wanted = {.valence = valence, .width = width};
+    int32_t fit, status = co_blend_discs_fit(&wanted, discs, &fit, error);
     return status == CURVOPT_OK ? co_blend_discs_add_of_fit(fit, discs, error) : status;
 }
 

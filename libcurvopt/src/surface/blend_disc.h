@@ -34,7 +34,9 @@
 
 enum {
     CO_BLEND_DISC_LARGEST = CURVOPT_MAX_BLEND_WIDTH, /* largest width (notes/12-widest-blend.md) */
-    /* coefficients, which are points of a sector: P's, and in discs of width 1 means of neighbours */
+    /* coefficients, which are points of a sector: P's, in discs of width 1 means of neighbours, in half discs the
+       cusp's */
+    CO_BLEND_DISC_CUSP = CO_BLEND_FIT_CUSP,
     CO_BLEND_DISC_EDGE_MEAN = CO_BLEND_FIT_TERMS,
     CO_BLEND_DISC_FACE_MEAN,
     CO_BLEND_DISC_TERMS
@@ -46,7 +48,8 @@ int32_t co_blend_disc_least_valence(int32_t surface);
 /* The fit that all discs of one valence and width share. */
 typedef struct co_blend_disc_fit {
     int32_t valence, width, n_points;
-    int is_half;    /* of a half disc (blend_disc_half.h) */
+    int is_half;    /* of a half disc (blend_disc_half.h), */
+    int steps;      /* whose map has so many steps */
     int32_t n_sets; /* sets of coefficients: one a sector; one in all of half discs, whose sectors differ anyway */
     double *matrix; /* [CO_BLEND_DISC_TERMS][n_points] set 0's points over the disc's; each row sums to 1 */
     double *turn;   /* [n_sets][CO_BLEND_DISC_TERMS][CO_BLEND_DISC_TERMS] other sets' points over set 0's */
@@ -82,8 +85,9 @@ int32_t co_blend_discs_find(const curvopt_mesh *mesh, const uint8_t *kind, int w
                             curvopt_error *error);
 /* Starts discs->face, if it is not there yet. ERROR_MEMORY. */
 int32_t co_blend_discs_start_faces(const curvopt_mesh *mesh, co_blend_discs *discs, curvopt_error *error);
-/* Finds the fit of discs, or makes it: *index in discs->fit. ERROR_MEMORY. */
-int32_t co_blend_discs_fit(int is_half, int32_t valence, int width, co_blend_discs *discs, int32_t *index,
+/* Finds the fit of discs of the valence, width, is_half and steps of `wanted`, or makes it: *index in discs->fit.
+ * ERROR_MEMORY. */
+int32_t co_blend_discs_fit(const co_blend_disc_fit *wanted, co_blend_discs *discs, int32_t *index,
                            curvopt_error *error);
 /* Adds a disc of a fit; its points are left as in co_blend_discs_add. ERROR_MEMORY. */
 int32_t co_blend_discs_add_of_fit(int32_t fit, co_blend_discs *discs, curvopt_error *error);

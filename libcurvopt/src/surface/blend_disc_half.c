@@ -163,11 +163,11 @@ static double distance(const double a[3], const double b[3]) {
 
 /* The largest distance of P from the limit surface at the disc's vertices, in units of the shortest edge there. */
 static double misfit(const finder *f, const co_blend_disc_fit *fit, const co_real *map) {
-    double worst = 0, p[CO_BLEND_FIT_TERMS][3] = {{0}};
+    double worst = 0, p[CO_BLEND_FIT_FUNCTIONS][3] = {{0}};
     for (int32_t i = 0; i < fit->n_points; i++)
         for (int c = 0; c < 3; c++) {
             f->place[i][c] = f->xyz[3 * (size_t)f->column[i] + (size_t)c];
-            for (int a = 0; a < CO_BLEND_FIT_TERMS; a++)
+            for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
                 p[a][c] += (fit->matrix[a * fit->n_points + i] - (a ? fit->matrix[i] : 0)) * f->place[i][c];
         }
     double(*flat)[3] = f->place + fit->n_points;
@@ -179,11 +179,12 @@ static double misfit(const finder *f, const co_blend_disc_fit *fit, const co_rea
         for (int y = 0; y <= fit->width; y++)
             for (int x = 0; x <= fit->width; x++) {
                 double at[3], over[3], image[3] = {0}, edge = INFINITY;
-                co_real value[CO_BLEND_FIT_TERMS];
+                co_real value[CO_BLEND_FIT_FUNCTIONS];
                 limit_point(fit, s, x, y, place, at);
                 limit_point(fit, s, x, y, chi, over);
                 co_blend_fit_values(over[0], over[1], value);
-                for (int a = 0; a < CO_BLEND_FIT_TERMS; a++)
+                value[CO_BLEND_FIT_CUSP] = pow(hypot(over[0], over[1]), 3);
+                for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
                     for (int c = 0; c < 3; c++)
                         image[c] += (double)value[a] * p[a][c];
                 const int32_t here = co_blend_fit_half_index(fit->width, s, x, y);
@@ -197,39 +198,61 @@ static double misfit(const finder *f, const co_blend_disc_fit *fit, const co_rea
 
 /* ---------------------------------------------------------------------------------------------------- finding -- */
 
+static void unmark_faces(const finder *f, int32_t disc, co_blend_disc_face *face) {
+    for (int32_t i = 0; i < f->mesh->info.n_faces; i++)
+        face[i].disc = face[i].disc == disc ? -1 : face[i].disc;
+}
+
 /* Adds the half disc at a pole, as wide as it can be. */
 static int32_t add_half(finder *f, int32_t pole, int32_t n, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t fit = 0, status = co_blend_discs_start_faces(f->mesh, discs, error);
-    for (; status == CURVOPT_OK && width > 1; width--) {
+    int32_t best_fit = -1, status = co_blend_discs_start_faces(f->mesh, discs, error);
+    for (; status == CURVOPT_OK && width > 1; width /= 2) {
+        double best = INFINITY;
         if (!mark_faces(f->mesh, pole, n, width, discs->n_discs, discs->face))
             continue;
-        status = co_blend_discs_fit(1, n, width, discs, &fit, error);
-        if (status != CURVOPT_OK)
-            return status;
-        co_blend_fit map;
-        status = co_blend_fit_create_half_map(n, width, &map, error);
-        if (status != CURVOPT_OK)
-            return status;
         list_points(f->mesh, pole, n, width, f->column);
-        double found = misfit(f, &discs->fit[fit], map.map);
-        co_blend_fit_free(&map);
-        if (getenv("CO_MISFIT")) {
-            LARGEST_MISFIT = atof(getenv("CO_MISFIT"));
-            extern int printf(const char *, ...);
-            printf("pole %d n %d width %d misfit %g\n", f->mesh->corner_vertex[pole], n, width, found);
+        for (int steps = 0; status == CURVOPT_OK && steps <= CO_FAN_MOST_STEPS; steps++) {
+            int32_t fit;
+            co_blend_fit map;
+            const co_blend_disc_fit wanted = {.is_half = 1, .valence = n, .width = width, .steps = steps};
+            const co_blend_fit_half_kind half = {n, width, steps};
+            status = co_blend_discs_fit(&wanted, discs, &fit, error);
+            if (status == CURVOPT_OK)
+                status = co_blend_fit_create_half_map(&half, &map, error);
+            if (status != CURVOPT_OK)
+                return status;
+            double found = misfit(f, &discs->fit[fit], map.map);
+            co_blend_fit_free(&map);
+            if (getenv("CO_MISFIT")) {
+                LARGEST_MISFIT = atof(getenv("CO_MISFIT"));
+                extern int printf(const char *, ...);
+                printf("pole %d n %d width %d steps %d misfit %g\n", f->mesh->corner_vertex[pole], n, width, steps, found);
+            }
+            if (getenv("CO_STEPS") && atoi(getenv("CO_STEPS")) != steps)
+                continue;
+            if (found < best) {
+                best = found;
+                best_fit = fit;
+            }
         }
-        if (found <= LARGEST_MISFIT)
+        if (best <= LARGEST_MISFIT)
             break;
-        for (int32_t i = 0; i < f->mesh->info.n_faces; i++)
-            if (discs->face[i].disc == discs->n_discs)
-                discs->face[i].disc = -1;
+        unmark_faces(f, discs->n_discs, discs->face);
     }
     if (status != CURVOPT_OK || width < 2)
         return status;
-    status = co_blend_discs_add_of_fit(fit, discs, error);
+    status = co_blend_discs_add_of_fit(best_fit, discs, error);
     if (status == CURVOPT_OK)
         list_points(f->mesh, pole, n, width, discs->column + discs->disc[discs->n_discs - 1].column);
     return status;
+}
+
+/* The largest power of 2 that is not above. */
+static int power_of_2(int width) {
+    int power = 1;
+    while (2 * power <= width)
+        power *= 2;
+    return power;
 }
 
 int32_t co_blend_disc_half_find(const curvopt_mesh *m, const uint8_t *kind, const double *xyz, int widest,
@@ -254,7 +277,7 @@ int32_t co_blend_disc_half_find(const curvopt_mesh *m, const uint8_t *kind, cons
             continue;
         const int width = distance_to_others(&f, h, sectors, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH;
         if (width > 1)
-            status = add_half(&f, h, sectors, width, discs, error);
+            status = add_half(&f, h, sectors, power_of_2(width), discs, error);
     }
     free(f.seen);
     free(f.curve);

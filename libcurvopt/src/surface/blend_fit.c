@@ -10,12 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
 enum {
-    FIT_GAUSS = 4, /* Gauss points a side of each cell or face */
-    FIT_RINGS = 5  /* rings of cells of the face at the vertex */
+    FIT_GAUSS = CO_BLEND_FIT_GAUSS,
+    FIT_RINGS = 5 /* rings of cells of the face at the vertex (notes/10-blend-degree-and-weight.md) */
 };
-static const co_real FAR_WEIGHT = 1e-3L; /* added to the weight w, which is 0 at the far sides */
 
 enum { TERMS = CO_BLEND_FIT_TERMS };
 
@@ -218,7 +216,7 @@ static void sample_cell(const co_stam_disc *d, int c, int width, co_real *work, 
                 for (int k = 0; k < 16; k++)
                     row[q] += basis[k][0] * point[k * d->n_points + q];
             }
-            add(user, row, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT));
+            add(user, row, gauss[i] * gauss[j] * side * side * (w[0] + co_blend_fit_far_weight));
         }
 }
 
@@ -239,7 +237,7 @@ void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, vo
         co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / width, (j + t) / width, w);
         for (int k = 0; k < 16; k++)
             row[k] = basis[k][0];
-        add(user, row, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + FAR_WEIGHT));
+        add(user, row, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + co_blend_fit_far_weight));
     }
 }
 

@@ -32,7 +32,9 @@ enum { CO_BLEND_FIT_UNRESOLVED = 12 };
  * two-ring (fan.h), which is that of m = 1; each sector owns those with x > 0, row by row. */
 typedef struct co_blend_fit {
     int32_t valence, width;
-    int is_half;      /* of a half disc (blend_fit_half.h) */
+    int is_half;      /* of a half disc (blend_fit_half.h), */
+    int steps;        /* whose map has so many steps, and */
+    co_real unit;     /* so long a face along the curve */
     int32_t n_points; /* of the disc */
     int has_cusp;     /* whether the fit has coefficients of CO_BLEND_FIT_CUSP, not 0 */
     co_real *map;     /* [2 n_points] control points of chi; if width > 1 the farthest is at 1 */
@@ -71,6 +73,10 @@ static inline int co_blend_fit_term(int a, int b) {
 }
 /* Jet of |chi|^3 from the jets x, y, not both of value 0. */
 void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double out[CO_JET]);
+
+/* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
+enum { CO_BLEND_FIT_GAUSS = 4 /* Gauss points a side of each cell or face */ };
+static const co_real co_blend_fit_far_weight = 1e-3L; /* added to the weight w, which is 0 at the far sides */
 
 /* The steps of a fit, for blend_fit_cut.c and blend_fit_half.c. One: calls `add` for the samples of the face at the disc's vertex, with the
  * row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */

@@ -1,8 +1,11 @@
 /* The fit of the surface `polynomial` on half discs: m x m faces, m > 1, of each of the n sectors on one side of a
  * boundary or crease that runs smoothly through a vertex (blend_fit_cut.h has m = 1).
  *
- * The map is the natural net: n equal parts of a half turn, the curve along y = 0 with its points at x = -(m + 1) ..
- * m + 1. P, of degree 5, is the least-squares fit of S on all faces; along the curve it is p(x), which is not the
+ * The map is made of the natural net: n equal parts of a half turn, the curve along y = 0 with its points at whole x.
+ * Subdivision does not keep that shape: round the vertex y shrinks by .58 a step at n = 3, and by .635 at n = 6, but x by
+ * 1/2. A net that was natural some steps ago has a map of its own, the natural net subdivided as many times; which
+ * one suits a net best is decided by its positions (blend_disc_half.h). x is uniform along the curve in all of them.
+ * P, of degree 5, is the least-squares fit of S on all faces; along the curve it is p(x), which is not the
  * B-spline c(x) that may not change. What is missing is added in the faces along the curve alone:
  *     S' = (1 - W) S + W (P + E),   W = w(u / m) w(v / m),
  *     E = w(u) w(v) (q(x) + j |(x, y)|^3 - p(x))      in the faces at the vertex, where c is q(x) + j |x|^3,
@@ -22,8 +25,6 @@
 
 #include "surface/blend_fit.h"
 
-#include <math.h>
-
 static inline int32_t co_blend_fit_half_n_points(int32_t n_sectors, int width) {
     return 1 + (width + 1) * (n_sectors * (width + 2) + 1);
 }
@@ -34,13 +35,19 @@ int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y);
 int co_blend_fit_half_point(int32_t n_sectors, int width, int32_t sector, int x, int y, int32_t index[2],
                             co_real weight[2]);
 
-/* What the natural net is multiplied by in the map, so that its farthest point is at 1. */
-static inline co_real co_blend_fit_half_scale(int width) {
-    return 1 / (sqrtl(2) * (width + 1));
+/* What a map, and a fit, are for. */
+typedef struct co_blend_fit_half_kind {
+    int32_t n_sectors;
+    int width; /* > 1 */
+    int steps; /* of the map */
+} co_blend_fit_half_kind;
+static inline co_blend_fit_half_kind co_blend_fit_half_kind_of(int32_t patch_kind) {
+    return (co_blend_fit_half_kind){co_fan_sectors(patch_kind), co_fan_wide_width(patch_kind),
+                                    co_fan_half_steps(patch_kind)};
 }
-/* Makes the map alone, without fit; n_sectors, width > 1. ERROR_MEMORY. */
-int32_t co_blend_fit_create_half_map(int32_t n_sectors, int width, co_blend_fit *out, curvopt_error *error);
+/* Makes the map alone, without fit. ERROR_MEMORY. */
+int32_t co_blend_fit_create_half_map(const co_blend_fit_half_kind *kind, co_blend_fit *out, curvopt_error *error);
 /* Makes map and fit, of as many samples a face as on closed discs. Linear in the faces. ERROR_MEMORY. */
-int32_t co_blend_fit_create_half(int32_t n_sectors, int width, co_blend_fit *out, curvopt_error *error);
+int32_t co_blend_fit_create_half(const co_blend_fit_half_kind *kind, co_blend_fit *out, curvopt_error *error);
 
 #endif

@@ -56,9 +56,8 @@ static int32_t fill_face(co_boundary_turning_table *t, curvopt_error *error) {
     co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points);
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
-    int32_t status = all && rows ? co_blend_fit_create_half_map(co_fan_sectors(t->kind), co_fan_wide_width(t->kind),
-                                                                &map, error)
-                                 : co_status_no_memory(error);
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(t->kind);
+    int32_t status = all && rows ? co_blend_fit_create_half_map(&half, &map, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_ring_cell_create_face(&map, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
                                           co_fan_wide_j(t->kind), &cell, error);
@@ -99,6 +98,7 @@ static void fill_regular(co_boundary_turning_table *t) {
  * blend's map, where angles do not vanish towards the vertex. */
 static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface, curvopt_error *error) {
     const int is_blended = co_blend_fit_surface(surface, t->kind) == CURVOPT_SURFACE_POLYNOMIAL;
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(t->kind);
     co_blend_fit blend = {0};
     co_stam_disc disc = {0};
     co_ring_cell cell = {0};
@@ -108,8 +108,7 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
     int32_t status = all && rows ? co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK && is_blended)
-        status = co_fan_is_half(t->kind) ? co_blend_fit_create_half_map(co_fan_sectors(t->kind),
-                                                                        co_fan_wide_width(t->kind), &blend, error)
+        status = co_fan_is_half(t->kind) ? co_blend_fit_create_half_map(&half, &blend, error)
                                          : co_blend_fit_create_cut(t->kind, &blend, error);
     if (status == CURVOPT_OK)
         status = co_ring_cell_create(&disc, is_blended ? &blend : NULL, blend.map, &cell, error);

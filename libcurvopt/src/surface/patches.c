@@ -102,7 +102,7 @@ static int32_t patch_kind(const level *l, int32_t f, int32_t h, int32_t *first) 
         const co_blend_disc_fit *fit = co_blend_disc_fit_of(l->discs, &l->discs->disc[on->disc]);
         if (fit->is_half && on->i == 0 && on->j == 0)
             co_ring_fan(l->mesh, h, first);
-        return fit->is_half ? co_fan_make_half(fit->valence, on->sector, fit->width, on->i, on->j)
+        return fit->is_half ? co_fan_make_half(fit->valence, on->sector, fit->width, fit->steps, on->i, on->j)
                             : co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
     }
     int32_t kind = l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;

@@ -238,12 +238,13 @@ static void weighted_row(const co_ring_cell *cell, co_ring_cell_generators g, co
 
 /* Row of a disc's coefficient. */
 static void term_row(const co_ring_cell *cell, co_ring_cell_generators g, int term, double *row) {
-    if (term >= CO_BLEND_FIT_TERMS) {
+    const int n_terms = is_half(cell) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
+    if (term >= n_terms) {
         weighted_row(cell, g, cell->mean[term - CO_BLEND_FIT_TERMS], row);
         return;
     }
     memcpy(row, g[CO_RING_CELL_TERM + term], CO_JET * sizeof *row);
-    for (int i = 1; term == 0 && i < CO_BLEND_FIT_TERMS; i++)
+    for (int i = 1; term == 0 && i < n_terms; i++)
         for (int k = 0; k < CO_JET; k++)
             row[k] -= g[CO_RING_CELL_TERM + i][k];
 }

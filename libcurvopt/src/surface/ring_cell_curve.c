@@ -7,8 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { POWERS = CO_BLEND_FIT_DEGREE + 1 };
-
 /* The parameter along the curve in which a cell's face borders on it: 0 for u, 1 for v, -1 for none. */
 static int along(const co_ring_cell *cell) {
     const int32_t last = cell->polynomial->valence - 1;
@@ -24,14 +22,12 @@ void co_ring_cell_curve_weights(co_ring_cell *cell) {
             cell->weights[(size_t)(along(cell) ? 4 * k + 1 : 4 + k) * stride + CO_RING_CELL_CURVE + (size_t)k] = 1;
         return;
     }
-    const co_real unit = 1 / co_blend_fit_half_scale(cell->polynomial->width);
+    const co_real per_unit = 1 / cell->polynomial->unit;
     int32_t point[CO_BLEND_FIT_CURVE];
     co_blend_fit_curve_points(co_fan_make(CO_FAN_CREASE, cell->polynomial->valence, 0), point);
     for (int a = 0; a < CO_BLEND_FIT_CURVE; a++) /* of x^a, and of |x|^3 */
         for (int i = 0; i < CO_BLEND_FIT_CURVE; i++)
-            cell->weights[(size_t)point[i] * stride +
-                          (size_t)(a < 4 ? CO_RING_CELL_CURVE + a : CO_RING_CELL_TERM + CO_BLEND_FIT_CUSP)] =
-                (double)(co_blend_fit_curve_weight[a][i] * powl(unit, a < 4 ? a : 3));
+            cell->weights[(size_t)point[i] * stride + CO_RING_CELL_CURVE + (size_t)a] = (double)(co_blend_fit_curve_weight[a][i] * powl(per_unit, a < 4 ? a : 3));
 }
 
 /* Jet of w(u) w(v) over the faces at the vertex; with `only` 0 or 1 that of w(u) or w(v) alone. */
@@ -72,23 +68,11 @@ static void find_weights(const co_ring_cell *cell, co_real s, co_real t, const d
     if (chart)
         co_chart_apply(chart, product);
     co_jet_multiply(w, product, e->beside);
-    const co_real scale = (axis ? -1 : 1) * co_blend_fit_half_scale(cell->polynomial->width);
+    const co_real scale = (axis ? -1 : 1) * cell->polynomial->unit;
     e->xi[0] = (double)(scale * (cell->origin[axis] + cell->side * (axis ? t : s)));
     e->xi[1 + axis] = (double)(scale * cell->side);
     if (chart)
         co_chart_apply(chart, e->xi);
-}
-
-/* out[a] = weight x^a. */
-static void add_powers(const double weight[CO_JET], const double x[CO_JET], double out[POWERS][CO_JET]) {
-    double power[CO_JET], next[CO_JET];
-    memcpy(power, weight, sizeof power);
-    for (int a = 0; a < POWERS; a++) {
-        for (int k = 0; k < CO_JET; k++)
-            out[a][k] += power[k];
-        co_jet_multiply(power, x, next);
-        memcpy(power, next, sizeof power);
-    }
 }
 
 /* The four cubics of the curve's segment. */
@@ -104,31 +88,46 @@ static void fill_segment(const double weight[CO_JET], int axis, co_real along_cu
     }
 }
 
+/* weight c, for each function c of the curve's polynomial p: powers of x, and the cube whose jet is given. */
+enum { P_FUNCTIONS = CO_BLEND_FIT_DEGREE + 2 };
+static void fill_functions(const double weight[CO_JET], const double x[CO_JET], const double cube[CO_JET],
+                           double out[P_FUNCTIONS][CO_JET]) {
+    memcpy(out[0], weight, sizeof out[0]);
+    for (int a = 1; a < P_FUNCTIONS - 1; a++)
+        co_jet_multiply(out[a - 1], x, out[a]);
+    co_jet_multiply(weight, cube, out[P_FUNCTIONS - 1]);
+}
+
+static void cube_of(const double x[CO_JET], double sign, double out[CO_JET]) {
+    double square[CO_JET];
+    co_jet_multiply(x, x, square);
+    co_jet_multiply(square, x, out);
+    for (int k = 0; k < CO_JET; k++)
+        out[k] *= sign;
+}
+
 void co_ring_cell_curve_apply(const co_ring_cell *cell, co_real s, co_real t, const co_chart *chart,
                               const double w[CO_JET], double chi[2][CO_JET], co_ring_cell_generators g) {
     curve_part e;
-    double power[POWERS][CO_JET] = {{0}}, cusp[CO_JET], cube[CO_JET];
+    double cube[CO_JET], part[P_FUNCTIONS][CO_JET] = {{0}}, beside[P_FUNCTIONS][CO_JET];
     find_weights(cell, s, t, w, chart, &e);
-    add_powers(e.at_vertex, chi[0], power);
-    memset(cusp, 0, sizeof cusp);
     if (!cell->is_face) {
         co_blend_fit_cusp(chi[0], chi[1], cube);
-        co_jet_multiply(e.at_vertex, cube, cusp);
+        fill_functions(e.at_vertex, chi[0], cube, part);
     }
-    double beside[POWERS][CO_JET] = {{0}};
-    add_powers(e.beside, e.xi, beside);
-    for (int a = 0; a < POWERS; a++)
-        for (int k = 0; k < CO_JET; k++)
-            power[a][k] += beside[a][k];
-    for (int k = 0; k < CO_JET; k++) /* |xi|^3 */
-        cusp[k] += (along(cell) == 1 ? -1 : 1) * beside[3][k];
-    for (int a = 0; a < POWERS; a++)
-        for (int k = 0; k < CO_JET; k++)
-            g[CO_RING_CELL_TERM + co_blend_fit_term(a, 0)][k] -= power[a][k];
-    memcpy(g[CO_RING_CELL_TERM + CO_BLEND_FIT_CUSP], cusp, sizeof cusp);
-    memset(g[CO_RING_CELL_CURVE], 0, 4 * sizeof *g);
-    if (!cell->is_face)
-        memcpy(g[CO_RING_CELL_CURVE], power, 4 * sizeof *g);
-    else if (along(cell) >= 0)
+    cube_of(e.xi, along(cell) == 1 ? -1 : 1, cube); /* |xi|^3 */
+    fill_functions(e.beside, e.xi, cube, beside);
+    for (int a = 0; a < P_FUNCTIONS; a++)
+        for (int k = 0; k < CO_JET; k++) {
+            part[a][k] += beside[a][k];
+            g[CO_RING_CELL_TERM + (a < P_FUNCTIONS - 1 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP)][k] -=
+                part[a][k];
+        }
+    memset(g[CO_RING_CELL_CURVE], 0, CO_BLEND_FIT_CURVE * sizeof *g);
+    if (cell->is_face && along(cell) >= 0)
         fill_segment(e.beside, along(cell), along(cell) ? t : s, g + CO_RING_CELL_CURVE);
+    if (cell->is_face)
+        return;
+    memcpy(g[CO_RING_CELL_CURVE], part, 4 * sizeof *g);
+    memcpy(g[CO_RING_CELL_CURVE + 4], part[P_FUNCTIONS - 1], sizeof *g);
 }
