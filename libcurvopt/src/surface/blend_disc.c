@@ -24,6 +24,7 @@ int32_t co_blend_disc_least_valence(int32_t surface) {
 
 void co_blend_discs_free(co_blend_discs *discs) {
     for (int32_t i = 0; i < discs->n_fits; i++) {
+        free(discs->fit[i].map);
         free(discs->fit[i].matrix);
         free(discs->fit[i].turn);
     }
@@ -144,6 +145,8 @@ static int32_t fill_polynomial(co_blend_disc_fit *f, curvopt_error *error) {
         for (int a = 0; a < n_terms; a++)
             f->matrix[a * f->n_points + i] =
                 (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
+    for (int32_t i = 0; status == CURVOPT_OK && f->map && i < 2 * f->n_points; i++)
+        f->map[i] = (double)polynomial.map[i];
     co_blend_fit_free(&polynomial);
     return status;
 }
@@ -161,9 +164,10 @@ static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
     f->n_points = f->is_half ? co_blend_fit_half_n_points(f->valence, f->width)
                              : co_blend_fit_n_points(f->valence, f->width);
     f->n_sets = f->is_half ? 1 : f->valence;
+    f->map = f->is_half ? CO_NEW(double, 2 * (size_t)f->n_points) : NULL;
     f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
     f->turn = CO_NEW(double, (size_t)f->n_sets *TERMS *TERMS);
-    if (!f->matrix || !f->turn)
+    if (!f->matrix || !f->turn || (f->is_half && !f->map))
         return co_status_no_memory(error);
     fill_means(f);
     fill_turns(f);

@@ -51,6 +51,7 @@ typedef struct co_blend_disc_fit {
     int is_half;    /* of a half disc (blend_disc_half.h), */
     int steps;      /* whose map has so many steps */
     int32_t n_sets; /* sets of coefficients: one a sector; one in all of half discs, whose sectors differ anyway */
+    double *map;    /* [2 n_points] of half discs its control points; NULL of others */
     double *matrix; /* [CO_BLEND_DISC_TERMS][n_points] set 0's points over the disc's; each row sums to 1 */
     double *turn;   /* [n_sets][CO_BLEND_DISC_TERMS][CO_BLEND_DISC_TERMS] other sets' points over set 0's */
 } co_blend_disc_fit;

@@ -10,8 +10,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DISTANCE_PER_WIDTH = 4 /* notes/11-blend-width.md */ };
-static double LARGEST_MISFIT = 0.1; /* notes/16-blends-at-boundaries.md */
+enum {
+    DISTANCE_PER_WIDTH = 4, /* notes/11-blend-width.md */
+    MOST_PARTS = 18         /* points that a limit position is made of: 9, twice with phantoms */
+};
+/* notes/16-blends-at-boundaries.md. The billionth is for ties: mirrored half discs differ by rounding. */
+static const double LARGEST_MISFIT = 1 + 1e-9;           /* in units of the shorter edge at a vertex */
+static const double LARGEST_RATIO = 1.8 * (1 + 1e-9); /* longest to shortest edge of the curve */
+
+/* A half disc that is tried. */
+typedef struct half_disc {
+    int32_t pole; /* half-edge that begins its fan */
+    int32_t n_sectors;
+    int width;
+} half_disc;
 
 typedef struct finder {
     const curvopt_mesh *mesh;
@@ -21,8 +33,8 @@ typedef struct finder {
     int32_t *curve; /* [n_corners] the last pole on whose curve each corner was found, */
     int32_t *ring;  /* [n_corners] and how many edges from it */
     int32_t *queue; /* [n_corners] half-edges, one a fan, in the order in which they were reached */
-    int32_t *column;
-    double (*place)[3]; /* [n_points] of a disc */
+    int32_t *column;    /* [n_points] vertices of the half disc that is tried */
+    double (*place)[3]; /* [n_points] their positions */
 } finder;
 
 /* --------------------------------------------------------------------------------------- room on the mesh -- */
@@ -102,148 +114,161 @@ static int distance_to_others(finder *f, int32_t pole, int32_t n_sectors, int li
     return limit;
 }
 
-/* Marks the half disc's faces; 0, and none marked, if it would meet itself. */
-static int mark_faces(const curvopt_mesh *m, int32_t pole, int32_t n_sectors, int width, int32_t disc,
-                      co_blend_disc_face *face) {
-    int fits = 1;
-    for (int pass = 0; pass < 2 && (pass == 0 || !fits); pass++)
-        for (int32_t s = 0, h = pole; s < n_sectors; s++, h = co_mesh_rotate(m, h))
-            for (int32_t j = 0, row = h; j < width; j++, row = co_blend_disc_beside(m, row))
-                for (int32_t i = 0, g = row; i < width; i++, g = co_blend_disc_further(m, g)) {
-                    co_blend_disc_face *at = &face[m->corner_face[g]];
-                    fits &= pass > 0 || at->disc < 0;
-                    if (pass == 0 && at->disc < 0)
-                        *at = (co_blend_disc_face){disc, g, s, i, j};
-                    else if (pass > 0 && at->disc == disc)
-                        at->disc = -1;
-                }
-    return fits;
-}
-
-static void list_points(const curvopt_mesh *m, int32_t pole, int32_t n_sectors, int width, int32_t *column) {
-    for (int32_t s = 0, h = pole; s < n_sectors; s++, h = co_mesh_rotate(m, h))
-        for (int32_t y = 0, row = h; y <= width + 1; y++, row = co_blend_disc_beside(m, row))
-            for (int32_t x = 0, g = row; x <= width + 1; x++, g = co_blend_disc_further(m, g))
-                column[co_blend_fit_half_index(width, s, x, y)] = m->corner_vertex[g];
-}
-
-/* ----------------------------------------------------------------------------------------- fit of positions -- */
-
-/* Point (x, y) of the limit surface, of points with dim coordinates each. */
-static void limit_point(const co_blend_disc_fit *fit, int32_t s, int x, int y, const double (*place)[3], double at[3]) {
-    static const double mask[3] = {1 / 6.0, 4 / 6.0, 1 / 6.0};
-    const int on_curve = (s == 0 && y == 0) || (s == fit->valence - 1 && x == 0);
-    at[0] = at[1] = at[2] = 0;
-    for (int j = -1; j <= 1; j++)
-        for (int i = -1; i <= 1; i++) {
-            int32_t index[2];
-            co_real part[2];
-            double weight = mask[i + 1] * mask[j + 1];
-            if (x == 0 && y == 0) { /* along the curve */
-                if (i && j)
-                    continue;
-                const int end = i ? i : j;
-                weight = i == 0 && j == 0 ? mask[1] : i == 0 ? 0 : mask[0];
-                index[0] = end == 0 ? 0 : co_blend_fit_half_index(fit->width, end > 0 ? 0 : fit->valence, 1, 0);
-                for (int c = 0; c < 3; c++)
-                    at[c] += weight * place[index[0]][c];
-                continue;
+/* Sets the disc of the half disc's faces to `to` where it is `from`; whether it was that on all of them, no face twice. */
+static int set_faces(const curvopt_mesh *m, const half_disc *d, int32_t from, int32_t to, co_blend_disc_face *face) {
+    int all = 1;
+    for (int32_t s = 0, h = d->pole; s < d->n_sectors; s++, h = co_mesh_rotate(m, h))
+        for (int32_t j = 0, row = h; j < d->width; j++, row = co_blend_disc_beside(m, row))
+            for (int32_t i = 0, g = row; i < d->width; i++, g = co_blend_disc_further(m, g)) {
+                co_blend_disc_face *at = &face[m->corner_face[g]];
+                all &= at->disc == from;
+                if (at->disc == from)
+                    *at = (co_blend_disc_face){to, g, s, i, j};
             }
-            const int n = co_blend_fit_half_point(fit->valence, fit->width, s, x + i, y + j, index, part);
-            for (int k = 0; k < n; k++)
-                for (int c = 0; c < 3; c++)
-                    at[c] += weight * (double)part[k] * place[index[k]][c];
-        }
-    (void)on_curve;
+    return all;
+}
+
+static void list_points(const curvopt_mesh *m, const half_disc *d, int32_t *column) {
+    for (int32_t s = 0, h = d->pole; s < d->n_sectors; s++, h = co_mesh_rotate(m, h))
+        for (int32_t y = 0, row = h; y <= d->width + 1; y++, row = co_blend_disc_beside(m, row))
+            for (int32_t x = 0, g = row; x <= d->width + 1; x++, g = co_blend_disc_further(m, g))
+                column[co_blend_fit_half_index(d->width, s, x, y)] = m->corner_vertex[g];
+}
+
+/* ---------------------------------------------------------------------------------------- fit of positions -- */
+
+/* A point of the limit surface over a half disc's points. */
+typedef struct limit_row {
+    int32_t n, index[MOST_PARTS];
+    double weight[MOST_PARTS];
+} limit_row;
+
+/* The row of the vertex at place (x, y), not both 0. */
+static limit_row row_of_vertex(const co_blend_disc_fit *fit, int32_t s, int x, int y) {
+    static const double mask[3] = {1 / 6.0, 4 / 6.0, 1 / 6.0};
+    limit_row row = {0};
+    for (int k = 0; k < 9; k++) {
+        co_real part[2];
+        int n = co_blend_fit_half_point(fit->valence, fit->width, s, x + k % 3 - 1, y + k / 3 - 1, row.index + row.n,
+                                        part);
+        for (int i = 0; i < n; i++)
+            row.weight[row.n++] = mask[k % 3] * mask[k / 3] * (double)part[i];
+    }
+    return row;
+}
+
+static void point_of(const limit_row *row, const double (*place)[3], double at[3]) {
+    at[0] = at[1] = at[2] = 0;
+    for (int32_t k = 0; k < row->n; k++)
+        for (int c = 0; c < 3; c++)
+            at[c] += row->weight[k] * place[row->index[k]][c];
 }
 
 static double distance(const double a[3], const double b[3]) {
-    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-/* The largest distance of P from the limit surface at the disc's vertices, in units of the shortest edge there. */
-static double misfit(const finder *f, const co_blend_disc_fit *fit, const co_real *map) {
-    double worst = 0, p[CO_BLEND_FIT_FUNCTIONS][3] = {{0}};
+/* The coefficients of P at the positions, each as it multiplies its function. */
+static void coefficients(const finder *f, const co_blend_disc_fit *fit, double p[CO_BLEND_FIT_FUNCTIONS][3]) {
+    memset(p, 0, CO_BLEND_FIT_FUNCTIONS * sizeof *p);
     for (int32_t i = 0; i < fit->n_points; i++)
-        for (int c = 0; c < 3; c++) {
-            f->place[i][c] = f->xyz[3 * (size_t)f->column[i] + (size_t)c];
-            for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
-                p[a][c] += (fit->matrix[a * fit->n_points + i] - (a ? fit->matrix[i] : 0)) * f->place[i][c];
+        for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++) {
+            const double weight = fit->matrix[a * fit->n_points + i] - (a > 0 ? fit->matrix[i] : 0);
+            for (int c = 0; c < 3; c++)
+                p[a][c] += weight * f->place[i][c];
         }
-    double(*flat)[3] = f->place + fit->n_points;
-    for (int32_t i = 0; i < fit->n_points; i++)
+}
+
+/* Distance of P from the limit surface at the vertex at place (x, y), in units of its shorter edge further on. */
+static double misfit_at(const finder *f, const co_blend_disc_fit *fit, double p[CO_BLEND_FIT_FUNCTIONS][3], int32_t s,
+                        int x, int y) {
+    const limit_row row = row_of_vertex(fit, s, x, y);
+    const double(*place)[3] = (const double(*)[3])f->place;
+    co_real value[CO_BLEND_FIT_FUNCTIONS];
+    double chi[2] = {0}, at[3], image[3] = {0};
+    for (int32_t k = 0; k < row.n; k++)
+        for (int c = 0; c < 2; c++)
+            chi[c] += row.weight[k] * fit->map[2 * row.index[k] + c];
+    point_of(&row, place, at);
+    co_blend_fit_values(chi[0], chi[1], value);
+    value[CO_BLEND_FIT_CUSP] = powl(hypotl(chi[0], chi[1]), 3);
+    for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
         for (int c = 0; c < 3; c++)
-            flat[i][c] = c < 2 ? (double)map[2 * i + c] : 0;
-    const double(*place)[3] = (const double(*)[3])f->place, (*chi)[3] = (const double(*)[3])flat;
+            image[c] += (double)value[a] * p[a][c];
+    const double *here = place[co_blend_fit_half_index(fit->width, s, x, y)],
+                 *right = place[co_blend_fit_half_index(fit->width, s, x + 1, y)],
+                 *above = place[co_blend_fit_half_index(fit->width, s, x, y + 1)];
+    return distance(image, at) / fmin(distance(here, right), distance(here, above));
+}
+
+/* The largest of these, the vertex itself left out, which stays where it is. */
+static double misfit(const finder *f, const co_blend_disc_fit *fit) {
+    double worst = 0, p[CO_BLEND_FIT_FUNCTIONS][3];
+    for (int32_t i = 0; i < fit->n_points; i++)
+        memcpy(f->place[i], f->xyz + 3 * (size_t)f->column[i], sizeof *f->place);
+    coefficients(f, fit, p);
     for (int32_t s = 0; s < fit->valence; s++)
         for (int y = 0; y <= fit->width; y++)
-            for (int x = 0; x <= fit->width; x++) {
-                double at[3], over[3], image[3] = {0}, edge = INFINITY;
-                co_real value[CO_BLEND_FIT_FUNCTIONS];
-                limit_point(fit, s, x, y, place, at);
-                limit_point(fit, s, x, y, chi, over);
-                co_blend_fit_values(over[0], over[1], value);
-                value[CO_BLEND_FIT_CUSP] = pow(hypot(over[0], over[1]), 3);
-                for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
-                    for (int c = 0; c < 3; c++)
-                        image[c] += (double)value[a] * p[a][c];
-                const int32_t here = co_blend_fit_half_index(fit->width, s, x, y);
-                const int32_t right = co_blend_fit_half_index(fit->width, s, x + 1, y);
-                const int32_t above = co_blend_fit_half_index(fit->width, s, x, y + 1);
-                edge = fmin(distance(place[here], place[right]), distance(place[here], place[above]));
-                worst = fmax(worst, distance(image, at) / edge);
+            for (int x = y == 0; x <= fit->width; x++) {
+                const double found = misfit_at(f, fit, p, s, x, y);
+                worst = found > worst || isnan(found) ? found : worst; /* NAN, of edges of length 0, stays */
             }
     return worst;
 }
 
-/* ---------------------------------------------------------------------------------------------------- finding -- */
-
-static void unmark_faces(const finder *f, int32_t disc, co_blend_disc_face *face) {
-    for (int32_t i = 0; i < f->mesh->info.n_faces; i++)
-        face[i].disc = face[i].disc == disc ? -1 : face[i].disc;
+/* Whether the edges along the curve are about as long as each other: x is uniform along the curve in every map. */
+static int is_even(const finder *f, const half_disc *d) {
+    double shortest = INFINITY, longest = 0;
+    for (int side = 0; side < 2; side++)
+        for (int k = 0; k <= d->width; k++) {
+            const int32_t sector = side ? d->n_sectors : 0;
+            const int32_t a = f->column[co_blend_fit_half_index(d->width, k ? sector : 0, k, 0)];
+            const int32_t b = f->column[co_blend_fit_half_index(d->width, sector, k + 1, 0)];
+            const double length = distance(f->xyz + 3 * (size_t)a, f->xyz + 3 * (size_t)b);
+            shortest = fmin(shortest, length);
+            longest = fmax(longest, length);
+        }
+    return longest <= LARGEST_RATIO * shortest;
 }
 
-/* Adds the half disc at a pole, as wide as it can be. */
-static int32_t add_half(finder *f, int32_t pole, int32_t n, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t best_fit = -1, status = co_blend_discs_start_faces(f->mesh, discs, error);
-    for (; status == CURVOPT_OK && width > 1; width /= 2) {
-        double best = INFINITY;
-        if (!mark_faces(f->mesh, pole, n, width, discs->n_discs, discs->face))
-            continue;
-        list_points(f->mesh, pole, n, width, f->column);
-        for (int steps = 0; status == CURVOPT_OK && steps <= CO_FAN_MOST_STEPS; steps++) {
-            int32_t fit;
-            co_blend_fit map;
-            const co_blend_disc_fit wanted = {.is_half = 1, .valence = n, .width = width, .steps = steps};
-            const co_blend_fit_half_kind half = {n, width, steps};
-            status = co_blend_discs_fit(&wanted, discs, &fit, error);
-            if (status == CURVOPT_OK)
-                status = co_blend_fit_create_half_map(&half, &map, error);
-            if (status != CURVOPT_OK)
-                return status;
-            double found = misfit(f, &discs->fit[fit], map.map);
-            co_blend_fit_free(&map);
-            if (getenv("CO_MISFIT")) {
-                LARGEST_MISFIT = atof(getenv("CO_MISFIT"));
-                extern int printf(const char *, ...);
-                printf("pole %d n %d width %d steps %d misfit %g\n", f->mesh->corner_vertex[pole], n, width, steps, found);
-            }
-            if (getenv("CO_STEPS") && atoi(getenv("CO_STEPS")) != steps)
-                continue;
-            if (found < best) {
-                best = found;
-                best_fit = fit;
-            }
-        }
-        if (best <= LARGEST_MISFIT)
+/* ------------------------------------------------------------------------------------------------ finding -- */
+
+/* Chooses the steps of the map, and makes the fit: *fit in discs->fit, -1 if none is good enough. Steps are tried from 0
+ * on, as long as they make it better. */
+static int32_t choose_fit(finder *f, const half_disc *d, co_blend_discs *discs, int32_t *fit, curvopt_error *error) {
+    double best = INFINITY;
+    *fit = -1;
+    list_points(f->mesh, d, f->column);
+    for (int steps = 0; is_even(f, d) && steps <= CO_FAN_MOST_STEPS; steps++) {
+        const co_blend_disc_fit wanted = {
+            .is_half = 1, .valence = d->n_sectors, .width = d->width, .steps = steps};
+        int32_t index, status = co_blend_discs_fit(&wanted, discs, &index, error);
+        if (status != CURVOPT_OK)
+            return status;
+        const double found = misfit(f, &discs->fit[index]);
+        if (!(found < best))
             break;
-        unmark_faces(f, discs->n_discs, discs->face);
+        best = found;
+        *fit = best <= LARGEST_MISFIT ? index : -1;
     }
-    if (status != CURVOPT_OK || width < 2)
+    return CURVOPT_OK;
+}
+
+/* Adds the half disc at a pole, of width d->width or the largest power of 2 below that is good. */
+static int32_t add_half(finder *f, half_disc *d, co_blend_discs *discs, curvopt_error *error) {
+    int32_t fit = -1, status = co_blend_discs_start_faces(f->mesh, discs, error);
+    for (; status == CURVOPT_OK && fit < 0 && d->width > 1; d->width /= fit < 0 ? 2 : 1) {
+        if (set_faces(f->mesh, d, -1, discs->n_discs, discs->face))
+            status = choose_fit(f, d, discs, &fit, error);
+        if (fit < 0)
+            set_faces(f->mesh, d, discs->n_discs, -1, discs->face);
+    }
+    if (status != CURVOPT_OK || fit < 0)
         return status;
-    status = co_blend_discs_add_of_fit(best_fit, discs, error);
+    status = co_blend_discs_add_of_fit(fit, discs, error);
     if (status == CURVOPT_OK)
-        list_points(f->mesh, pole, n, width, discs->column + discs->disc[discs->n_discs - 1].column);
+        list_points(f->mesh, d, discs->column + discs->disc[discs->n_discs - 1].column);
     return status;
 }
 
@@ -255,30 +280,36 @@ static int power_of_2(int width) {
     return power;
 }
 
+static int32_t find(finder *f, int widest, co_blend_discs *discs, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    for (int32_t h = 0; h < f->mesh->info.n_corners; h++)
+        f->seen[h] = f->curve[h] = -1;
+    for (int32_t h = 0; status == CURVOPT_OK && h < f->mesh->info.n_corners; h++) {
+        half_disc d = {.pole = h, .n_sectors = sectors_of_pole(f, h)};
+        if (d.n_sectors == 0)
+            continue;
+        d.width = power_of_2(distance_to_others(f, h, d.n_sectors, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH);
+        if (d.width > 1)
+            status = add_half(f, &d, discs, error);
+    }
+    return status;
+}
+
 int32_t co_blend_disc_half_find(const curvopt_mesh *m, const uint8_t *kind, const double *xyz, int widest,
                                 co_blend_discs *discs, curvopt_error *error) {
-    const int32_t n = m->info.n_corners;
-    finder f = {m,
-                kind,
-                xyz,
-                CO_NEW(int32_t, n),
-                CO_NEW(int32_t, n),
-                CO_NEW(int32_t, n),
-                CO_NEW(int32_t, n),
-                CO_NEW(int32_t, 10000),
-                co_memory_zeroed(20000, sizeof *f.place)};
-    int32_t status =
-        f.seen && f.curve && f.ring && f.queue && f.column && f.place ? CURVOPT_OK : co_status_no_memory(error);
-    for (int32_t h = 0; status == CURVOPT_OK && h < n; h++)
-        f.seen[h] = f.curve[h] = -1;
-    for (int32_t h = 0; status == CURVOPT_OK && h < n; h++) {
-        const int32_t sectors = sectors_of_pole(&f, h);
-        if (sectors == 0)
-            continue;
-        const int width = distance_to_others(&f, h, sectors, DISTANCE_PER_WIDTH * widest) / DISTANCE_PER_WIDTH;
-        if (width > 1)
-            status = add_half(&f, h, sectors, power_of_2(width), discs, error);
-    }
+    const size_t n = (size_t)m->info.n_corners,
+                 n_points = (size_t)co_blend_fit_half_n_points(CO_FAN_MOST_HALF, CO_BLEND_DISC_LARGEST);
+    finder f = {.mesh = m,
+                .kind = kind,
+                .xyz = xyz,
+                .seen = CO_NEW(int32_t, n),
+                .curve = CO_NEW(int32_t, n),
+                .ring = CO_NEW(int32_t, n),
+                .queue = CO_NEW(int32_t, n),
+                .column = CO_NEW(int32_t, n_points),
+                .place = co_memory_zeroed(n_points, sizeof *f.place)};
+    int32_t status = f.seen && f.curve && f.ring && f.queue && f.column && f.place ? find(&f, widest, discs, error)
+                                                                                    : co_status_no_memory(error);
     free(f.seen);
     free(f.curve);
     free(f.ring);
