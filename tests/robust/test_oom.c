@@ -107,7 +107,8 @@ static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error
     co_dof_map reduction = {0};
     co_basis_table *table[2] = {NULL, NULL};
     (void)c;
-    int32_t status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
+    int32_t status =
+        co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     CHECK_INT(patches.wide.n_discs, 8);

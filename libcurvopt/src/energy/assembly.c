@@ -122,7 +122,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const cu
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
+    int32_t status =
+        co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);

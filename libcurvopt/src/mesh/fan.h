@@ -68,7 +68,8 @@ static inline int co_fan_is_smooth(int32_t fan) {
 static inline int32_t co_fan_make_wide(int32_t valence, int width, int i, int j) {
     return co_fan_make(CO_FAN_WIDE, valence, width << 8 | i << 4 | j);
 }
-/* The same of a half disc, whose map has so many steps (blend_fit_half.h). sectors <= CO_FAN_MOST_HALF, width 2, 4 or 8.
+/* The same of a half disc, whose map has so many steps (blend_fit_half.h). sectors <= CO_FAN_MOST_HALF, width 2, 4
+ * or 8.
  */
 static inline int32_t co_fan_make_half(int32_t sectors, int32_t sector, int width, int steps, int i, int j) {
     const int log2_width = width == 8 ? 3 : width / 2;

@@ -246,10 +246,10 @@ struct co_cached_fit {
 /* The polynomial of a kind of patch; the fit only where it is folded into rows. */
 static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blend_fit *out, curvopt_error *error) {
     const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(kind);
-    return co_fan_is_half(kind)  ? co_blend_fit_create_half_map(&half, out, error)
+    return co_fan_is_half(kind)   ? co_blend_fit_create_half_map(&half, out, error)
            : co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
-           : co_fan_is_cut(kind) ? co_blend_fit_create_cut(disc->fan, out, error)
-                                 : co_blend_fit_create(disc, 1, out, error);
+           : co_fan_is_cut(kind)  ? co_blend_fit_create_cut(disc->fan, out, error)
+                                  : co_blend_fit_create(disc, 1, out, error);
 }
 
 /* The polynomial fitted at this kind's vertex, kept for the next table or point. */

@@ -161,8 +161,8 @@ static void fill_means(co_blend_disc_fit *f) {
 }
 
 static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
-    f->n_points = f->is_half ? co_blend_fit_half_n_points(f->valence, f->width)
-                             : co_blend_fit_n_points(f->valence, f->width);
+    f->n_points =
+        f->is_half ? co_blend_fit_half_n_points(f->valence, f->width) : co_blend_fit_n_points(f->valence, f->width);
     f->n_sets = f->is_half ? 1 : f->valence;
     f->map = f->is_half ? CO_NEW(double, 2 * (size_t)f->n_points) : NULL;
     f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);

@@ -15,7 +15,7 @@ enum {
     MOST_PARTS = 18         /* points that a limit position is made of: 9, twice with phantoms */
 };
 /* notes/16-blends-at-boundaries.md. The billionth is for ties: mirrored half discs differ by rounding. */
-static const double LARGEST_MISFIT = 1 + 1e-9;           /* in units of the shorter edge at a vertex */
+static const double LARGEST_MISFIT = 1 + 1e-9;        /* in units of the shorter edge at a vertex */
 static const double LARGEST_RATIO = 1.8 * (1 + 1e-9); /* longest to shortest edge of the curve */
 
 /* A half disc that is tried. */
@@ -29,10 +29,10 @@ typedef struct finder {
     const curvopt_mesh *mesh;
     const uint8_t *kind;
     const double *xyz;
-    int32_t *seen;  /* [n_corners] the last pole from whose half-edge each corner was reached */
-    int32_t *curve; /* [n_corners] the last pole on whose curve each corner was found, */
-    int32_t *ring;  /* [n_corners] and how many edges from it */
-    int32_t *queue; /* [n_corners] half-edges, one a fan, in the order in which they were reached */
+    int32_t *seen;      /* [n_corners] the last pole from whose half-edge each corner was reached */
+    int32_t *curve;     /* [n_corners] the last pole on whose curve each corner was found, */
+    int32_t *ring;      /* [n_corners] and how many edges from it */
+    int32_t *queue;     /* [n_corners] half-edges, one a fan, in the order in which they were reached */
     int32_t *column;    /* [n_points] vertices of the half disc that is tried */
     double (*place)[3]; /* [n_points] their positions */
 } finder;
@@ -114,7 +114,8 @@ static int distance_to_others(finder *f, int32_t pole, int32_t n_sectors, int li
     return limit;
 }
 
-/* Sets the disc of the half disc's faces to `to` where it is `from`; whether it was that on all of them, no face twice. */
+/* Sets the disc of the half disc's faces to `to` where it is `from`; whether it was that on all of them, no face twice.
+ */
 static int set_faces(const curvopt_mesh *m, const half_disc *d, int32_t from, int32_t to, co_blend_disc_face *face) {
     int all = 1;
     for (int32_t s = 0, h = d->pole; s < d->n_sectors; s++, h = co_mesh_rotate(m, h))
@@ -149,8 +150,8 @@ static limit_row row_of_vertex(const co_blend_disc_fit *fit, int32_t s, int x, i
     limit_row row = {0};
     for (int k = 0; k < 9; k++) {
         co_real part[2];
-        int n = co_blend_fit_half_point(fit->valence, fit->width, s, x + k % 3 - 1, y + k / 3 - 1, row.index + row.n,
-                                        part);
+        int n =
+            co_blend_fit_half_point(fit->valence, fit->width, s, x + k % 3 - 1, y + k / 3 - 1, row.index + row.n, part);
         for (int i = 0; i < n; i++)
             row.weight[row.n++] = mask[k % 3] * mask[k / 3] * (double)part[i];
     }
@@ -234,15 +235,14 @@ static int is_even(const finder *f, const half_disc *d) {
 
 /* ------------------------------------------------------------------------------------------------ finding -- */
 
-/* Chooses the steps of the map, and makes the fit: *fit in discs->fit, -1 if none is good enough. Steps are tried from 0
- * on, as long as they make it better. */
+/* Chooses the steps of the map, and makes the fit: *fit in discs->fit, -1 if none is good enough. Steps are tried from
+ * 0 on, as long as they make it better. */
 static int32_t choose_fit(finder *f, const half_disc *d, co_blend_discs *discs, int32_t *fit, curvopt_error *error) {
     double best = INFINITY;
     *fit = -1;
     list_points(f->mesh, d, f->column);
     for (int steps = 0; is_even(f, d) && steps <= CO_FAN_MOST_STEPS; steps++) {
-        const co_blend_disc_fit wanted = {
-            .is_half = 1, .valence = d->n_sectors, .width = d->width, .steps = steps};
+        const co_blend_disc_fit wanted = {.is_half = 1, .valence = d->n_sectors, .width = d->width, .steps = steps};
         int32_t index, status = co_blend_discs_fit(&wanted, discs, &index, error);
         if (status != CURVOPT_OK)
             return status;
@@ -309,7 +309,7 @@ int32_t co_blend_disc_half_find(const curvopt_mesh *m, const uint8_t *kind, cons
                 .column = CO_NEW(int32_t, n_points),
                 .place = co_memory_zeroed(n_points, sizeof *f.place)};
     int32_t status = f.seen && f.curve && f.ring && f.queue && f.column && f.place ? find(&f, widest, discs, error)
-                                                                                    : co_status_no_memory(error);
+                                                                                   : co_status_no_memory(error);
     free(f.seen);
     free(f.curve);
     free(f.ring);
@@ -319,4 +319,22 @@ int32_t co_blend_disc_half_find(const curvopt_mesh *m, const uint8_t *kind, cons
     if (status != CURVOPT_OK)
         co_blend_discs_free(discs);
     return status;
+}
+
+/* The number of the next half disc from k on. */
+static int32_t next_half(const co_blend_discs *discs, int32_t k) {
+    while (k < discs->n_discs && !co_blend_disc_fit_of(discs, &discs->disc[k])->is_half)
+        k++;
+    return k;
+}
+
+int co_blend_disc_half_are_same(const co_blend_discs *a, const co_blend_discs *b) {
+    int32_t i = next_half(a, 0), j = next_half(b, 0);
+    for (; i < a->n_discs && j < b->n_discs; i = next_half(a, i + 1), j = next_half(b, j + 1)) {
+        const co_blend_disc_fit *f = co_blend_disc_fit_of(a, &a->disc[i]), *g = co_blend_disc_fit_of(b, &b->disc[j]);
+        if (f->width != g->width || f->steps != g->steps ||
+            a->column[a->disc[i].column] != b->column[b->disc[j].column])
+            return 0;
+    }
+    return i == a->n_discs && j == b->n_discs;
 }

@@ -11,7 +11,9 @@
  *
  * Positions count, too. P is a polynomial over the natural net; where the cage's net is far from that, as where points
  * crowd at the pole, no polynomial is near the limit surface, and a narrow blend is better than a wide one. Hence the
- * guard: half discs are only as wide as P is near, in units of the faces (notes/16-blends-at-boundaries.md).
+ * guard: the largest width 8, 4 or 2 is taken where the curve's edges are about as long as each other and P is near the
+ * limit surface, in units of edges; if none is, 1 (notes/16-blends-at-boundaries.md). So the surface is a linear
+ * function of the cage only once its half discs are chosen; who compares positions must choose once.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_BLEND_DISC_HALF_H
@@ -23,5 +25,7 @@
  * co_blend_discs_find. Makes the fits that it tries. ERROR_MEMORY. */
 int32_t co_blend_disc_half_find(const curvopt_mesh *mesh, const uint8_t *kind, const double *xyz, int widest,
                                 co_blend_discs *discs, curvopt_error *error);
+/* Whether two cages of one mesh have the same half discs, as to width and map. */
+int co_blend_disc_half_are_same(const co_blend_discs *a, const co_blend_discs *b);
 
 #endif

@@ -78,8 +78,8 @@ void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double ou
 enum { CO_BLEND_FIT_GAUSS = 4 /* Gauss points a side of each cell or face */ };
 static const co_real co_blend_fit_far_weight = 1e-3L; /* added to the weight w, which is 0 at the far sides */
 
-/* The steps of a fit, for blend_fit_cut.c and blend_fit_half.c. One: calls `add` for the samples of the face at the disc's vertex, with the
- * row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
+/* The steps of a fit, for blend_fit_cut.c and blend_fit_half.c. One: calls `add` for the samples of the face at the
+ * disc's vertex, with the row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
 typedef void co_blend_fit_add(void *user, const co_real *row, co_real weight);
 void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user);
 /* Another: the same for face (i, j), not the one at the vertex, with rows over its 16 points. */

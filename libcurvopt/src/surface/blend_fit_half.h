@@ -2,19 +2,19 @@
  * boundary or crease that runs smoothly through a vertex (blend_fit_cut.h has m = 1).
  *
  * The map is made of the natural net: n equal parts of a half turn, the curve along y = 0 with its points at whole x.
- * Subdivision does not keep that shape: round the vertex y shrinks by .58 a step at n = 3, and by .635 at n = 6, but x by
- * 1/2. A net that was natural some steps ago has a map of its own, the natural net subdivided as many times; which
+ * Subdivision does not keep that shape: round the vertex y shrinks by .58 a step at n = 3, and by .635 at n = 6, but x
+ * by 1/2. A net that was natural some steps ago has a map of its own, the natural net subdivided as many times; which
  * one suits a net best is decided by its positions (blend_disc_half.h). x is uniform along the curve in all of them.
  * P, of degree 5, is the least-squares fit of S on all faces; along the curve it is p(x), which is not the
  * B-spline c(x) that may not change. What is missing is added in the faces along the curve alone:
  *     S' = (1 - W) S + W (P + E),   W = w(u / m) w(v / m),
  *     E = w(u) w(v) (q(x) + j |(x, y)|^3 - p(x))      in the faces at the vertex, where c is q(x) + j |x|^3,
- *       + (1 - w(u)) w(v) (c(u) - p(u))               in the first sector's faces along the curve, u = x there, w(u) = 0
- *                                                     for u > 1; in the last sector's alike with v for u, c(-v), p(-v)
- * Along the curve these add up to c - p. E is as small as the error of a fit of degree 5, or as the points' noise: not
- * multiplied by m^2 or m^3, as q(x) is when it is prescribed as far as x = m. It has square integrable third derivatives,
- * and breaks only between faces, where quadrature expects it. One face (n = 1) stays at width 1: there y falls by 4 and
- * x by 2 from ring to ring, and functions of u alone have no bounded derivatives by y.
+ *       + (1 - w(u)) w(v) (c(u) - p(u))               in the first sector's faces along the curve, u = x there, w(u) =
+ * 0 for u > 1; in the last sector's alike with v for u, c(-v), p(-v) Along the curve these add up to c - p. E is as
+ * small as the error of a fit of degree 5, or as the points' noise: not multiplied by m^2 or m^3, as q(x) is when it is
+ * prescribed as far as x = m. It has square integrable third derivatives, and breaks only between faces, where
+ * quadrature expects it. One face (n = 1) stays at width 1: there y falls by 4 and x by 2 from ring to ring, and
+ * functions of u alone have no bounded derivatives by y.
  *
  * Points: those at places 0 <= x, y <= m + 1 of each sector, numbered as a fan's two-ring (fan.h): each sector owns
  * those with x > 0, row by row, and the curve's m + 1 at the far end come last.

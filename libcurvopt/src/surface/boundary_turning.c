@@ -106,7 +106,8 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
     co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
-    int32_t status = all && rows ? co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error) : co_status_no_memory(error);
+    int32_t status =
+        all && rows ? co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK && is_blended)
         status = co_fan_is_half(t->kind) ? co_blend_fit_create_half_map(&half, &blend, error)
                                          : co_blend_fit_create_cut(t->kind, &blend, error);

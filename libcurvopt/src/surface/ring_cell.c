@@ -28,10 +28,8 @@ static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
 
 int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
                             co_ring_cell *cell, curvopt_error *error) {
-    *cell = (co_ring_cell){.sector = co_fan_sector(disc->fan),
-                           .n_points = disc->n_points,
-                           .polynomial = polynomial,
-                           .chart = chart};
+    *cell = (co_ring_cell){
+        .sector = co_fan_sector(disc->fan), .n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
     return allocate(cell, error);
 }
 
@@ -191,7 +189,8 @@ static void blend_generators(const double w[CO_JET], const double rest[CO_JET], 
 }
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
-static void find_generators(const co_ring_cell *cell, co_real s, co_real t, co_ring_cell_generators g, co_chart *chart) {
+static void find_generators(const co_ring_cell *cell, co_real s, co_real t, co_ring_cell_generators g,
+                            co_chart *chart) {
     co_real exact[16][CO_JET], blend[CO_JET];
     double basis[16][CO_JET], w[CO_JET], rest[CO_JET], chi[2][CO_JET];
     co_bspline_bicubic(s, t, exact);

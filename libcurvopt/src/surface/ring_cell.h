@@ -22,8 +22,8 @@ enum {
  * once for neighbours over edges and once for those across faces, is taken off all rows, and goes to the mean of these
  * neighbours (blend_disc.h), as many times as there are. Rows of far points are then left out; their sum is 0. */
 typedef struct co_ring_cell {
-    int32_t sector;                          /* of the fan; in closed ones 0 */
-    int is_face;                             /* not at the vertex: one bicubic patch */
+    int32_t sector;          /* of the fan; in closed ones 0 */
+    int is_face;             /* not at the vertex: one bicubic patch */
     int32_t n_points;        /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
     co_real origin[2], side; /* corner next to the vertex, and side, in units of a face of the sector */
     co_real *base;           /* [n_points] the row that is nearly the same in all of the cell's points */

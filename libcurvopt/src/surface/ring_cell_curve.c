@@ -27,7 +27,8 @@ void co_ring_cell_curve_weights(co_ring_cell *cell) {
     co_blend_fit_curve_points(co_fan_make(CO_FAN_CREASE, cell->polynomial->valence, 0), point);
     for (int a = 0; a < CO_BLEND_FIT_CURVE; a++) /* of x^a, and of |x|^3 */
         for (int i = 0; i < CO_BLEND_FIT_CURVE; i++)
-            cell->weights[(size_t)point[i] * stride + CO_RING_CELL_CURVE + (size_t)a] = (double)(co_blend_fit_curve_weight[a][i] * powl(per_unit, a < 4 ? a : 3));
+            cell->weights[(size_t)point[i] * stride + CO_RING_CELL_CURVE + (size_t)a] =
+                (double)(co_blend_fit_curve_weight[a][i] * powl(per_unit, a < 4 ? a : 3));
 }
 
 /* Jet of w(u) w(v) over the faces at the vertex; with `only` 0 or 1 that of w(u) or w(v) alone. */
@@ -120,8 +121,7 @@ void co_ring_cell_curve_apply(const co_ring_cell *cell, co_real s, co_real t, co
     for (int a = 0; a < P_FUNCTIONS; a++)
         for (int k = 0; k < CO_JET; k++) {
             part[a][k] += beside[a][k];
-            g[CO_RING_CELL_TERM + (a < P_FUNCTIONS - 1 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP)][k] -=
-                part[a][k];
+            g[CO_RING_CELL_TERM + (a < P_FUNCTIONS - 1 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP)][k] -= part[a][k];
         }
     memset(g[CO_RING_CELL_CURVE], 0, CO_BLEND_FIT_CURVE * sizeof *g);
     if (cell->is_face && along(cell) >= 0)
