@@ -3,7 +3,6 @@
 
 #include "base/constants.h"
 #include "base/memory.h"
-#include "surface/blend_fit_half.h"
 #include "surface/gauss_legendre.h"
 
 #include <math.h>
@@ -95,6 +94,14 @@ int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, in
     if (x == 0)
         return co_blend_fit_index(valence, width, sector + 1, y, 0);
     return 1 + (width + 1) * ((width + 2) * (sector % valence) + y) + x - 1;
+}
+
+int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y) {
+    if (x == 0 && y == 0)
+        return 0;
+    if (x == 0) /* on the next sector's first edge */
+        return co_blend_fit_half_index(width, sector + 1, y, 0);
+    return 1 + (width + 1) * ((width + 2) * sector + y) + x - 1;
 }
 
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {

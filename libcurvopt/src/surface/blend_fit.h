@@ -60,6 +60,8 @@ static inline int32_t co_blend_fit_n_points(int32_t valence, int width) {
 /* Index of the point at place (x, y) of a sector, -1 <= x, y <= width + 1, not both negative; sectors count modulo the
  * valence. */
 int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, int y);
+/* The same on a half disc (blend_fit_half.h), 0 <= x, y <= width + 1. */
+int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y);
 /* Index among the disc's points of point i of the two-ring (fan.h). */
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *polynomial, int32_t i);
 

@@ -19,14 +19,6 @@ static size_t function_of_curve(int k) {
     return k < CURVE - 1 ? (size_t)co_blend_fit_term(k, 0) : CO_BLEND_FIT_CUSP;
 }
 
-int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y) {
-    if (x == 0 && y == 0)
-        return 0;
-    if (x == 0) /* on the next sector's first edge */
-        return co_blend_fit_half_index(width, sector + 1, y, 0);
-    return 1 + (width + 1) * ((width + 2) * sector + y) + x - 1;
-}
-
 int co_blend_fit_half_point(int32_t n, int width, int32_t sector, int x, int y, int32_t index[2], co_real weight[2]) {
     const int below = y < 0 && sector == 0, beside = x < 0 && sector == n - 1;
     weight[0] = 1;

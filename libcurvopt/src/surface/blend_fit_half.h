@@ -28,8 +28,6 @@
 static inline int32_t co_blend_fit_half_n_points(int32_t n_sectors, int width) {
     return 1 + (width + 1) * (n_sectors * (width + 2) + 1);
 }
-/* Index of the point at place (x, y) of a sector, 0 <= x, y <= width + 1. */
-int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y);
 /* The point at place (x, y), -1 <= x, y <= width + 1, not both negative, as a combination of points; beyond the curve
  * it is a phantom 2 P - Q (ring.h). Returns how many. */
 int co_blend_fit_half_point(int32_t n_sectors, int width, int32_t sector, int x, int y, int32_t index[2],

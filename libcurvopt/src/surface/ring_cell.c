@@ -50,6 +50,11 @@ static int is_half(const co_ring_cell *cell) {
     return cell->polynomial && cell->polynomial->is_half;
 }
 
+static co_ring_cell_place place_of(const co_ring_cell *cell) {
+    return (co_ring_cell_place){
+        cell->polynomial, cell->sector, cell->is_face, {cell->origin[0], cell->origin[1]}, cell->side};
+}
+
 /* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c + sum of (c_i - c) B_i, c = `base`: deep
  * in the rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i. */
 static void set_weights(co_ring_cell *cell) {
@@ -62,8 +67,10 @@ static void set_weights(co_ring_cell *cell) {
         for (int i = 0; i < CO_BLEND_FIT_FUNCTIONS; i++)
             to[CO_RING_CELL_TERM + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
     }
-    if (is_half(cell))
-        co_ring_cell_curve_weights(cell);
+    if (is_half(cell)) {
+        const co_ring_cell_place place = place_of(cell);
+        co_ring_cell_curve_weights(&place, cell->weights + CO_RING_CELL_CURVE, (size_t)CO_RING_CELL_GENERATORS);
+    }
 }
 
 /* Takes the mean row of far points at a place of their sectors (fan.h) off all rows there; mean gets it, times their
@@ -173,9 +180,11 @@ void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s
  * Example: point p of the two-ring has the coefficients c_i in the patch's control points and f_a in the fit. Its row
  * is c (1 - w) + sum over i of (c_i - c) (1 - w) B_i + sum over a of f_a w m_a, the weights of p (set_weights)
  * times these functions; with w = 0 that is the sum of c_i B_i. */
+typedef double generators[CO_RING_CELL_GENERATORS][CO_JET];
+
 /* Fills g from the jets of w, rest = 1 - w, the patch's basis and chi, all in the coordinates that rows are to have. */
 static void blend_generators(const double w[CO_JET], const double rest[CO_JET], double basis[16][CO_JET],
-                             double chi[2][CO_JET], int has_cusp, co_ring_cell_generators g) {
+                             double chi[2][CO_JET], int has_cusp, generators g) {
     double monomial[CO_BLEND_FIT_TERMS][CO_JET], cusp[CO_JET] = {0};
     memcpy(g[0], rest, sizeof g[0]);
     for (int i = 0; i < 16; i++)
@@ -189,8 +198,7 @@ static void blend_generators(const double w[CO_JET], const double rest[CO_JET], 
 }
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
-static void find_generators(const co_ring_cell *cell, co_real s, co_real t, co_ring_cell_generators g,
-                            co_chart *chart) {
+static void find_generators(const co_ring_cell *cell, co_real s, co_real t, generators g, co_chart *chart) {
     co_real exact[16][CO_JET], blend[CO_JET];
     double basis[16][CO_JET], w[CO_JET], rest[CO_JET], chi[2][CO_JET];
     co_bspline_bicubic(s, t, exact);
@@ -220,12 +228,15 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, co_r
     for (int k = 0; k < CO_JET; k++)
         rest[k] = k ? -w[k] : (double)(1 - blend[0]);
     blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
-    if (is_half(cell))
-        co_ring_cell_curve_apply(cell, s, t, cell->chart ? chart : NULL, w, chi, g);
+    if (is_half(cell)) {
+        const co_ring_cell_place place = place_of(cell);
+        co_ring_cell_curve_apply(&place, s, t, cell->chart ? chart : NULL, w, chi, g + CO_RING_CELL_TERM,
+                                 g + CO_RING_CELL_CURVE);
+    }
 }
 
 /* The row of those weights: through the patch's control points, and through a fit that is folded in. */
-static void weighted_row(const co_ring_cell *cell, co_ring_cell_generators g, const double *weight, double *row) {
+static void weighted_row(const co_ring_cell *cell, generators g, const double *weight, double *row) {
     int n = is_half(cell) ? CO_RING_CELL_GENERATORS : is_folded(cell) ? CO_RING_CELL_CURVE : CO_RING_CELL_TERM;
     double sum[CO_JET] = {0};
     for (int i = 0; i < n; i++)
@@ -236,7 +247,7 @@ static void weighted_row(const co_ring_cell *cell, co_ring_cell_generators g, co
 }
 
 /* Row of a disc's coefficient. */
-static void term_row(const co_ring_cell *cell, co_ring_cell_generators g, int term, double *row) {
+static void term_row(const co_ring_cell *cell, generators g, int term, double *row) {
     const int n_terms = is_half(cell) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
     if (term >= n_terms) {
         weighted_row(cell, g, cell->mean[term - CO_BLEND_FIT_TERMS], row);
@@ -250,7 +261,7 @@ static void term_row(const co_ring_cell *cell, co_ring_cell_generators g, int te
 
 void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support,
                        double *rows, co_chart *chart) {
-    co_ring_cell_generators g;
+    generators g;
     find_generators(cell, s, t, g, chart);
     for (int32_t p = 0; p < n_support; p++, rows += CO_JET)
         if (support[p] < cell->n_points)

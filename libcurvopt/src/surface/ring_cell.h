@@ -11,7 +11,7 @@
 enum {
     CO_RING_CELL_TERM = 1 + 16, /* index of the polynomial's first */
     CO_RING_CELL_CURVE = CO_RING_CELL_TERM + CO_BLEND_FIT_FUNCTIONS,
-    CO_RING_CELL_GENERATORS = CO_RING_CELL_CURVE + 5
+    CO_RING_CELL_GENERATORS = CO_RING_CELL_CURVE + 5 /* CO_BLEND_FIT_CURVE */
 };
 
 /* On a surface of width 1 (blend_fit.h) rows stand on the two-ring alone. On wider ones the polynomial's coefficients

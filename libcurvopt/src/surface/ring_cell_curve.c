@@ -1,25 +1,23 @@
 /* The curve's part of rows on a half disc. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/ring_cell_curve.h"
 
-#include "surface/blend_fit_cut.h"
-#include "surface/blend_fit_half.h"
-
 #include <math.h>
 #include <string.h>
 
+enum { P_FUNCTIONS = CO_BLEND_FIT_DEGREE + 2 /* of p: 1, x, .. x^5, and the cusp */ };
+
 /* The parameter along the curve in which a cell's face borders on it: 0 for u, 1 for v, -1 for none. */
-static int along(const co_ring_cell *cell) {
+static int along(const co_ring_cell_place *cell) {
     const int32_t last = cell->polynomial->valence - 1;
     if (cell->sector == 0 && cell->origin[1] < 1)
         return 0;
     return cell->sector == last && cell->origin[0] < 1 ? 1 : -1;
 }
 
-void co_ring_cell_curve_weights(co_ring_cell *cell) {
-    const size_t stride = CO_RING_CELL_GENERATORS;
+void co_ring_cell_curve_weights(const co_ring_cell_place *cell, double *weights, size_t stride) {
     if (cell->is_face) { /* the curve's points are in the second row, or the second column */
-        for (int k = 0; along(cell) >= 0 && k < 4; k++)
-            cell->weights[(size_t)(along(cell) ? 4 * k + 1 : 4 + k) * stride + CO_RING_CELL_CURVE + (size_t)k] = 1;
+        for (size_t k = 0; along(cell) >= 0 && k < 4; k++)
+            weights[(along(cell) ? 4 * k + 1 : 4 + k) * stride + k] = 1;
         return;
     }
     const co_real per_unit = 1 / cell->polynomial->unit;
@@ -27,12 +25,12 @@ void co_ring_cell_curve_weights(co_ring_cell *cell) {
     co_blend_fit_curve_points(co_fan_make(CO_FAN_CREASE, cell->polynomial->valence, 0), point);
     for (int a = 0; a < CO_BLEND_FIT_CURVE; a++) /* of x^a, and of |x|^3 */
         for (int i = 0; i < CO_BLEND_FIT_CURVE; i++)
-            cell->weights[(size_t)point[i] * stride + CO_RING_CELL_CURVE + (size_t)a] =
+            weights[(size_t)point[i] * stride + (size_t)a] =
                 (double)(co_blend_fit_curve_weight[a][i] * powl(per_unit, a < 4 ? a : 3));
 }
 
 /* Jet of w(u) w(v) over the faces at the vertex; with `only` 0 or 1 that of w(u) or w(v) alone. */
-static void narrow_weight(const co_ring_cell *cell, co_real s, co_real t, int only, double out[CO_JET]) {
+static void narrow_weight(const co_ring_cell_place *cell, co_real s, co_real t, int only, double out[CO_JET]) {
     co_real jet[CO_JET];
     const co_real u = cell->origin[0] + cell->side * s, v = cell->origin[1] + cell->side * t;
     co_blend_weight(CO_BLEND_POLYNOMIAL, only == 1 ? 0 : u, only == 0 ? 0 : v, jet);
@@ -46,8 +44,8 @@ typedef struct curve_part {
     double xi[CO_JET];                        /* jet of the map's x of the point of the curve beside */
 } curve_part;
 
-static void find_weights(const co_ring_cell *cell, co_real s, co_real t, const double w[CO_JET], const co_chart *chart,
-                         curve_part *e) {
+static void find_weights(const co_ring_cell_place *cell, co_real s, co_real t, const double w[CO_JET],
+                         const co_chart *chart, curve_part *e) {
     const int axis = along(cell);
     double jet[CO_JET] = {0}, across[CO_JET], product[CO_JET];
     *e = (curve_part){0};
@@ -90,7 +88,6 @@ static void fill_segment(const double weight[CO_JET], int axis, co_real along_cu
 }
 
 /* weight c, for each function c of the curve's polynomial p: powers of x, and the cube whose jet is given. */
-enum { P_FUNCTIONS = CO_BLEND_FIT_DEGREE + 2 };
 static void fill_functions(const double weight[CO_JET], const double x[CO_JET], const double cube[CO_JET],
                            double out[P_FUNCTIONS][CO_JET]) {
     memcpy(out[0], weight, sizeof out[0]);
@@ -107,8 +104,9 @@ static void cube_of(const double x[CO_JET], double sign, double out[CO_JET]) {
         out[k] *= sign;
 }
 
-void co_ring_cell_curve_apply(const co_ring_cell *cell, co_real s, co_real t, const co_chart *chart,
-                              const double w[CO_JET], double chi[2][CO_JET], co_ring_cell_generators g) {
+void co_ring_cell_curve_apply(const co_ring_cell_place *cell, co_real s, co_real t, const co_chart *chart,
+                              const double w[CO_JET], double chi[2][CO_JET], double (*terms)[CO_JET],
+                              double (*curve)[CO_JET]) {
     curve_part e;
     double cube[CO_JET], part[P_FUNCTIONS][CO_JET] = {{0}}, beside[P_FUNCTIONS][CO_JET];
     find_weights(cell, s, t, w, chart, &e);
@@ -118,16 +116,18 @@ void co_ring_cell_curve_apply(const co_ring_cell *cell, co_real s, co_real t, co
     }
     cube_of(e.xi, along(cell) == 1 ? -1 : 1, cube); /* |xi|^3 */
     fill_functions(e.beside, e.xi, cube, beside);
-    for (int a = 0; a < P_FUNCTIONS; a++)
+    for (int a = 0; a < P_FUNCTIONS; a++) {
+        double *term = terms[a < P_FUNCTIONS - 1 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP];
         for (int k = 0; k < CO_JET; k++) {
             part[a][k] += beside[a][k];
-            g[CO_RING_CELL_TERM + (a < P_FUNCTIONS - 1 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP)][k] -= part[a][k];
+            term[k] -= part[a][k];
         }
-    memset(g[CO_RING_CELL_CURVE], 0, CO_BLEND_FIT_CURVE * sizeof *g);
+    }
+    memset(curve, 0, CO_BLEND_FIT_CURVE * sizeof *curve);
     if (cell->is_face && along(cell) >= 0)
-        fill_segment(e.beside, along(cell), along(cell) ? t : s, g + CO_RING_CELL_CURVE);
+        fill_segment(e.beside, along(cell), along(cell) ? t : s, curve);
     if (cell->is_face)
         return;
-    memcpy(g[CO_RING_CELL_CURVE], part, 4 * sizeof *g);
-    memcpy(g[CO_RING_CELL_CURVE + 4], part[P_FUNCTIONS - 1], sizeof *g);
+    memcpy(curve, part, 4 * sizeof *curve);
+    memcpy(curve[4], part[P_FUNCTIONS - 1], sizeof *curve);
 }
