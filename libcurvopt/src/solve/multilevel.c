@@ -68,17 +68,19 @@ static int32_t report_end(co_run *r, const co_level *l, curvopt_error *error) {
     const curvopt_mesh *mesh = r->result->mesh;
     const curvopt_options *o = r->context.options;
     co_patches patches;
-    curvopt_energies found;
-    if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh))
+    if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh) ||
+        co_run_stopped_early(r))
         return CURVOPT_OK;
     int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     const int same = co_blend_disc_half_are_same(&patches.wide, &l->objective.assembly.patches.wide);
     co_patches_free(&patches);
-    if (!same && !co_run_stopped_early(r))
-        status = report_cage(r, mesh, 0, &found, error);
-    if (!same && !co_run_stopped_early(r) && status == CURVOPT_OK) {
+    if (same)
+        return CURVOPT_OK;
+    curvopt_energies found = {0};
+    status = report_cage(r, mesh, 0, &found, error);
+    if (status == CURVOPT_OK) {
         r->at.energies = found;
         r->at.report.energy = found.objective;
     }

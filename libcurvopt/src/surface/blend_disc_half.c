@@ -3,6 +3,7 @@
 #include "surface/blend_disc_half.h"
 
 #include "base/memory.h"
+#include "mesh/crease.h"
 #include "mesh/ring.h"
 #include "surface/blend_fit_half.h"
 
@@ -39,10 +40,11 @@ typedef struct finder {
 
 /* --------------------------------------------------------------------------------------- room on the mesh -- */
 
-/* Whether h begins the fan of a pole on a curve that can have a half disc. */
+/* The number of sectors of the fan that h begins, if its vertex is a pole on a curve that can have a half disc; else 0.
+ */
 static int32_t sectors_of_pole(const finder *f, int32_t h) {
     int32_t first;
-    if (f->kind[h] != CO_CORNER_EXTRAORDINARY)
+    if (f->kind[h] != CO_CORNER_EXTRAORDINARY || !co_crease_is_infinite(co_crease_edge(f->mesh, h)))
         return 0;
     const int32_t fan = co_ring_fan(f->mesh, h, &first), n = co_fan_sectors(fan);
     return first == h && co_fan_type_of(fan) == CO_FAN_CREASE && n > 2 && n <= CO_FAN_MOST_HALF ? n : 0;
@@ -241,7 +243,9 @@ static int32_t choose_fit(finder *f, const half_disc *d, co_blend_discs *discs, 
     double best = INFINITY;
     *fit = -1;
     list_points(f->mesh, d, f->column);
-    for (int steps = 0; is_even(f, d) && steps <= CO_FAN_MOST_STEPS; steps++) {
+    if (!is_even(f, d))
+        return CURVOPT_OK;
+    for (int steps = 0; steps <= CO_FAN_MOST_STEPS; steps++) {
         const co_blend_disc_fit wanted = {.is_half = 1, .valence = d->n_sectors, .width = d->width, .steps = steps};
         int32_t index, status = co_blend_discs_fit(&wanted, discs, &index, error);
         if (status != CURVOPT_OK)

@@ -247,8 +247,9 @@ int32_t co_blend_fit_create_half(const co_blend_fit_half_kind *kind, co_blend_fi
         fit_curve(&f);
     for (int32_t s = 0; status == CURVOPT_OK && s < n; s++) {
         status = add_vertex_face(&f, s, work, error);
-        for (int k = 1; status == CURVOPT_OK && k < width * width; k++)
-            add_face(&f, s, k % width, k / width);
+        for (int j = 0; status == CURVOPT_OK && j < width; j++)
+            for (int i = j == 0; i < width; i++)
+                add_face(&f, s, i, j);
     }
     if (status == CURVOPT_OK)
         fit_rest(&f);
