@@ -214,8 +214,9 @@ CURVOPT_API int32_t curvopt_mesh_refine(const curvopt_mesh *mesh, const double *
  *               in a spot too small to see
  *   PLANE       the limit surface, blended into the tangent plane at extraordinary vertices, as in the report; on
  *               boundaries and creases as POLYNOMIAL
- *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide; on
- *               boundaries and creases one face wide, and nothing changes along these */
+ *   POLYNOMIAL  the limit surface, blended into a fitted polynomial there, up to options.blend_width faces wide;
+ * nothing changes along boundaries and creases, and wider than one face blends are there only where the cage's points
+ * lie evenly */
 #define CURVOPT_SURFACE_LIST(X)                                                                                        \
     X(AUTO, 0, "auto")                                                                                                 \
     X(LIMIT, 1, "limit")                                                                                               \
@@ -435,7 +436,10 @@ typedef struct curvopt_options {
     /* Sum of curvopt_plane with the symmetry PLANES, else 0; default 0. */
     int32_t symmetry_planes;
     /* Largest width of a blend of POLYNOMIAL, in faces of each sector at an extraordinary vertex. Blends take a quarter
-     * of the way to the next vertex that is not regular. 1..CURVOPT_MAX_BLEND_WIDTH, default 8. */
+     * of the way to the next vertex that is not regular; on boundaries and creases 8, 4 or 2 faces within that, or 1
+     * where the positions that a problem, a sampler or a level begins with are uneven (longest edge of the curve above
+     * 1.8 shortest, or the polynomial an edge off), and where 1, or 17 and more faces meet.
+     * 1..CURVOPT_MAX_BLEND_WIDTH, default 8. */
     int32_t blend_width;
     /* curvopt_spacing; default AUTO. */
     int32_t spacing;
@@ -549,8 +553,9 @@ typedef struct curvopt_problem curvopt_problem;
  * ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_UNSUPPORTED, ERROR_MEMORY, and ERROR_SURFACE: no face
  * is left, or third-order terms on `limit`, which has no finite ones at extraordinary vertices. With options.strict
  * also ERROR_TOPOLOGY, ERROR_SURFACE and ERROR_GEOMETRY for each other exception (`element` is the vertex, of edges
- * the face). Faces that are degenerate at xyz [3 n_vertices] are left out, wherever the problem is evaluated; NULL:
- * none is looked for. ERROR_GEOMETRY also for an xyz that is not finite or of no size. Keeps its own copy of the
+ * the face). Faces that are degenerate at xyz [3 n_vertices] are left out, wherever the problem is evaluated, and
+ * blends on boundaries and creases are as wide as xyz allows (options.blend_width). NULL: nothing is looked for, and
+ * these are of width 1. ERROR_GEOMETRY also for an xyz that is not finite or of no size. Keeps its own copy of the
  * connectivity. */
 CURVOPT_API int32_t curvopt_problem_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                            curvopt_problem **out, curvopt_error *error);

@@ -45,7 +45,8 @@ static const char help_text[] =
     "  --strict             refuse cages that are no manifold, or have no finite energy everywhere\n"
     "  --blend-width N      polynomial: largest width of blends, in faces of a sector, 1 to %d (default %d). Blends "
     "take\n"
-    "                       a quarter of the way to the next vertex that is not regular\n"
+    "                       a quarter of the way to the next vertex that is not regular; on boundaries and creases\n"
+    "                       8, 4 or 2 faces of that where the cage's points lie evenly, else 1\n"
     "  --threads N          threads; 0: all cores (default %d)\n"
     "  --json FILE|-        write all figures as JSON\n"
     "  --quiet              print nothing but errors\n";

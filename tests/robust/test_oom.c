@@ -8,6 +8,7 @@
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
 #include "surface/basis_table.h"
+#include "surface/boundary_turning.h"
 
 #include <stdlib.h>
 
@@ -107,7 +108,8 @@ static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error
     co_dof_map reduction = {0};
     co_basis_table *table[2] = {NULL, NULL};
     (void)c;
-    int32_t status = co_patches_create(mesh, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
+    int32_t status =
+        co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     CHECK_INT(patches.wide.n_discs, 8);
@@ -117,6 +119,35 @@ static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error
     for (int i = 0; status == CURVOPT_OK && i < 2; i++) /* the one that takes longest comes last */
         status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_wide(3, 2, 1 - i, 1 - i), 0, &table[i],
                                        error);
+    co_blend_disc_hessian_free(&matrix);
+    co_dof_map_free(&reduction);
+    for (int i = 0; i < 2; i++)
+        co_basis_table_destroy(table[i]);
+    co_patches_free(&patches);
+    return status;
+}
+
+/* The same of a half disc, which positions allow, and of what boundaries need besides. */
+static int32_t half_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    co_patches patches;
+    co_blend_disc_hessian matrix = {0};
+    co_dof_map reduction = {0};
+    co_boundary_turning turning = {0};
+    co_basis_table *table[2] = {NULL, NULL};
+    int32_t status =
+        co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    CHECK_INT(patches.wide.n_discs, 1);
+    status = co_dof_map_identity(patches.n_cage, &reduction, error);
+    if (status == CURVOPT_OK)
+        status = co_blend_disc_hessian_create(&patches, &reduction, &matrix, error);
+    if (status == CURVOPT_OK)
+        status = co_boundary_turning_create(mesh, &patches, CURVOPT_SURFACE_POLYNOMIAL, &turning, error);
+    co_boundary_turning_free(&turning);
+    for (int i = 0; status == CURVOPT_OK && i < 2; i++)
+        status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_half(3, 1, 2, 1, 1 - i, 1 - i), 0,
+                                       &table[i], error);
     co_blend_disc_hessian_free(&matrix);
     co_dof_map_free(&reduction);
     for (int i = 0; i < 2; i++)
@@ -195,6 +226,7 @@ static void test_wide_blends_survive_every_failure(void **state) {
     (void)state;
     fail_each(cage_refined(cage_cube(), 3), wide_parts, 100);
     fail_each(cage_refined(cage_cube(), 3), wide_jets, 60);
+    fail_each(cage_half_star(3, 8), half_parts, 100);
 }
 
 static void test_minimization_survives_every_failure(void **state) {

@@ -82,6 +82,31 @@ cage cage_trapezohedron(int32_t n) {
     return c;
 }
 
+cage cage_half_star(int32_t n, int32_t m) {
+    const int32_t per_sector = m * (m + 1); /* places x = 1 .. m, y = 0 .. m; the last sector's x = 0 comes after all */
+    cage c = allocate(1 + n * per_sector + m, n * m * m, 4 * n * m * m);
+    for (int32_t s = 0; s <= n; s++)
+        for (int32_t y = 0; y <= (s < n ? m : 0); y++)
+            for (int32_t x = 1; x <= m; x++) {
+                double *to = c.xyz + 3 * (1 + s * per_sector + y * m + x - 1);
+                const double angle = (s * pi + 2 * atan2(y, x)) / n;
+                to[0] = hypot(x, y) * cos(angle);
+                to[1] = hypot(x, y) * sin(angle);
+                to[2] = 0.1 * m * sin(1.3 * to[0] / m) * (1 + to[1] / m);
+            }
+    for (int32_t f = 0; f < n * m * m; f++) {
+        static const int32_t corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        c.sizes[f] = 4;
+        for (int k = 0; k < 4; k++) {
+            const int32_t s = f / (m * m), x = f % m + corner[k][0], y = f / m % m + corner[k][1];
+            c.vertices[4 * f + k] = x > 0   ? 1 + s * per_sector + y * m + x - 1
+                                    : y > 0 ? 1 + (s + 1) * per_sector + y - 1
+                                            : 0;
+        }
+    }
+    return c;
+}
+
 cage cage_prism(int32_t n) {
     cage c = allocate(2 * n, n + 2, 6 * n);
     c.sizes[0] = c.sizes[1] = n;

@@ -19,6 +19,9 @@ cage cage_cube(void); /* vertices +-1; vertex number = 4 (x > 0) + 2 (y > 0) + (
 cage cage_torus(int32_t n_u, int32_t n_v, double big_radius, double small_radius);
 /* n kites round each of two poles: poles of valence n, the 2 n other vertices of valence 3. */
 cage cage_trapezohedron(int32_t n);
+/* Half a disc, open: n sectors of m x m quads round vertex 0 on its boundary, at the places of the natural net
+ * (blend_fit_half.h), z a little bent. */
+cage cage_half_star(int32_t n, int32_t m);
 /* Two n-gons and n quads. */
 cage cage_prism(int32_t n);
 /* Two cages in one, the second one moved along x; frees both. */

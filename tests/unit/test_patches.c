@@ -14,7 +14,7 @@ typedef struct covered {
 static covered cover(cage c) {
     covered x = {.c = c, .mesh = cage_mesh(&c)};
     curvopt_error error;
-    CHECK_OK(co_patches_create(x.mesh, NULL, CURVOPT_SURFACE_LIMIT, 1, &x.patches, &error), &error);
+    CHECK_OK(co_patches_create(x.mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &x.patches, &error), &error);
     return x;
 }
 
@@ -130,7 +130,7 @@ static void test_open_cage_has_phantom_points(void **state) {
     co_patches patches;
     curvopt_error error;
     CHECK_OK(curvopt_mesh_create_creased(9, 4, sizes, vertices, &corners, &mesh, &error), &error);
-    CHECK_OK(co_patches_create(mesh, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, &error), &error);
     CHECK_INT(patches.n_patches, 4); /* a grid of 2 x 2 quads needs no subdivision */
     CHECK_INT(patches.n_kinds, 1);
     CHECK_INT(patches.derived.n_rows, 16); /* the ring round its 9 points */

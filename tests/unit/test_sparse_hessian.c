@@ -5,6 +5,8 @@
 #include "hessian/sparse_hessian.h"
 #include "mesh/similarity.h"
 
+#include <string.h>
+
 /* The Willmore energy of a cage, its variables, and its Hessian on some threads. */
 typedef struct setting {
     curvopt_mesh *mesh;
@@ -40,7 +42,8 @@ static setting *setting_on(int32_t surface, cage c, int symmetric, const curvopt
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(s->mesh, &s->symmetry, &s->hold, s->x, &s->dofs, &error), &error);
     CHECK_OK(co_dof_map_face_weights(s->mesh, &s->symmetry, &weight, &error), &error);
-    CHECK_OK(co_assembly_create(s->mesh, &o, &s->tables, symmetric ? weight : NULL, &s->assembly, &error), &error);
+    CHECK_OK(co_assembly_create(s->mesh, c.xyz, &o, &s->tables, symmetric ? weight : NULL, &s->assembly, &error),
+             &error);
     CHECK_OK(co_sparse_hessian_create(&s->assembly, &s->dofs, &s->hessian, &error), &error);
     const co_second_kind kind = {.exact = 1};
     CHECK_OK(co_sparse_hessian_assemble(&s->assembly, s->x, &kind, &s->hessian, &error), &error);
@@ -184,6 +187,75 @@ static void test_discs_add_up_to_the_dense_product(void **state) {
     }
 }
 
+/* A half disc (blend_disc_half.h); all vertices beyond it are held. */
+static setting *half_disc(int threads) {
+    cage c = cage_half_star(3, 8);
+    int32_t n = 0, *fixed = calloc((size_t)c.n_vertices, sizeof *fixed);
+    CHECK_TRUE(fixed != NULL);
+    for (int32_t v = 0; v < c.n_vertices; v++)
+        if (hypot(c.xyz[3 * v], c.xyz[3 * v + 1]) > 4.5)
+            fixed[n++] = v;
+    const curvopt_constraints constraints = {.vertices = fixed, .n = n};
+    setting *s = setting_on(CURVOPT_SURFACE_POLYNOMIAL, cage_shaken(c, 0.02), 0, &constraints, threads);
+    CHECK_INT(s->assembly.patches.wide.n_discs, 1);
+    free(fixed);
+    return s;
+}
+
+static void test_half_discs_add_up_to_the_dense_product(void **state) {
+    (void)state;
+    check_within(half_disc(1), 1e-12);
+}
+
+/* e^T H d against differences of gradients along d. */
+static void test_half_discs_against_differences_of_gradients(void **state) {
+    (void)state;
+    setting *s = half_disc(2);
+    const size_t n = (size_t)s->dofs.n_variables, n_xyz = 3 * (size_t)s->mesh->info.n_vertices;
+    const co_sparsity *p = &s->hessian.pattern;
+    const double step = 1e-5;
+    double *z = calloc(n, sizeof *z), *d = calloc(n, sizeof *d), *e = calloc(n, sizeof *e),
+           *moved = calloc(n, sizeof *moved), *x = calloc(n_xyz, sizeof *x), *along = calloc(n_xyz, sizeof *along),
+           *gradient = calloc(n_xyz, sizeof *gradient);
+    double wanted = 0, found = 0;
+    co_values values;
+    CHECK_TRUE(z && d && e && moved && x && along && gradient);
+    co_dof_map_variables(&s->dofs, s->x, z);
+    for (size_t k = 0; k < n; k++) {
+        d[k] = sin(1.7 * (double)(k * k));
+        e[k] = cos(2.3 * (double)(k * k));
+        moved[k] = z[k] + e[k];
+    }
+    co_dof_map_expand(&s->dofs, moved, along);
+    co_dof_map_expand(&s->dofs, z, x);
+    for (size_t i = 0; i < n_xyz; i++)
+        along[i] -= x[i];
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (size_t k = 0; k < n; k++)
+            moved[k] = z[k] + sign * step * d[k];
+        co_dof_map_expand(&s->dofs, moved, x);
+        memset(gradient, 0, n_xyz * sizeof *gradient);
+        co_assembly_pieces(&s->assembly, x, 0, &(co_pieces){.second = gradient}, &values);
+        for (size_t i = 0; i < n_xyz; i++)
+            wanted += sign * gradient[i] * along[i] / (2 * step);
+    }
+    for (int32_t column = 0; column < (int32_t)n; column++)
+        for (int32_t at = p->column_start[column]; at < p->column_start[column + 1]; at++) {
+            const int32_t row = p->row[at];
+            found += s->hessian.value[at] * (e[row] * d[column] + (row == column ? 0 : e[column] * d[row]));
+        }
+    CHECK_TRUE(fabs(wanted) > 1);
+    CHECK_NEAR(found, wanted, 1e-6 * fabs(wanted));
+    free(z);
+    free(d);
+    free(e);
+    free(moved);
+    free(x);
+    free(along);
+    free(gradient);
+    setting_free(s);
+}
+
 static void test_symmetric_faces_add_up_to_the_dense_product(void **state) {
     (void)state;
     check_against_dense(setting_of(cage_prism(6), 1, NULL, 1));
@@ -216,6 +288,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faces_add_up_to_the_dense_product),
         cmocka_unit_test(test_discs_add_up_to_the_dense_product),
+        cmocka_unit_test(test_half_discs_add_up_to_the_dense_product),
+        cmocka_unit_test(test_half_discs_against_differences_of_gradients),
         cmocka_unit_test(test_symmetric_faces_add_up_to_the_dense_product),
         cmocka_unit_test(test_vertices_that_cannot_move_have_no_columns),
         cmocka_unit_test(test_threads_do_not_change_a_bit),

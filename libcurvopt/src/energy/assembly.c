@@ -85,7 +85,7 @@ static int32_t find_active(co_assembly *a, curvopt_error *error) {
         co_blend_disc *disc = &a->patches.wide.disc[k];
         const co_blend_disc_fit *fit = co_blend_disc_fit_of(&patches->wide, disc);
         disc->is_used = 0;
-        for (int32_t p = 0; p < CO_BLEND_DISC_TERMS * fit->valence; p++)
+        for (int32_t p = 0; p < CO_BLEND_DISC_TERMS * fit->n_sets; p++)
             disc->is_used |= used[disc->first_point + p];
         for (int32_t i = 0; disc->is_used && i < fit->n_points; i++)
             used[patches->wide.column[disc->column + (size_t)i]] = 1;
@@ -114,14 +114,16 @@ static int32_t take_isolated(co_assembly *a, const curvopt_mesh *mesh, curvopt_e
     return CURVOPT_OK;
 }
 
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
-                           const double *face_weight, co_assembly *a, curvopt_error *error) {
+int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                           co_basis_table_cache *tables, const double *face_weight, co_assembly *a,
+                           curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
     a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status = co_patches_create(mesh, face_weight, options->surface, options->blend_width, &a->patches, error);
+    int32_t status =
+        co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);

@@ -77,8 +77,9 @@ typedef struct co_values {
  * memory. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0 are left out. With
  * weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the symmetric part is.
  * Errors are those of curvopt_problem_create. */
-int32_t co_assembly_create(const curvopt_mesh *mesh, const curvopt_options *options, co_basis_table_cache *tables,
-                           const double *face_weight, co_assembly *out, curvopt_error *error);
+int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                           co_basis_table_cache *tables, const double *face_weight, co_assembly *out,
+                           curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */

@@ -175,8 +175,8 @@ static int32_t create_sums(co_blend_disc_hessian *m, curvopt_error *error) {
     return m->value ? CURVOPT_OK : co_status_no_memory(error);
 }
 
-/* The number of one of a disc's points among them. */
-static size_t number_of(const co_blend_disc_hessian *m, int32_t disc, int32_t point) {
+/* The number of a point among a disc's; -1 if it is none. */
+static int32_t number_of(const co_blend_disc_hessian *m, int32_t disc, int32_t point) {
     const disc_points d = points_of(&m->patches->wide, disc);
     const int32_t *sorted = m->sorted + d.column;
     size_t low = 0, high = d.n;
@@ -187,7 +187,7 @@ static size_t number_of(const co_blend_disc_hessian *m, int32_t disc, int32_t po
         else
             high = middle;
     }
-    return (size_t)sorted[low];
+    return d.n > 0 && d.point[sorted[low]] == point ? sorted[low] : -1;
 }
 
 int32_t co_blend_disc_hessian_create(const co_patches *patches, const co_dof_map *dofs, co_blend_disc_hessian *m,
@@ -240,13 +240,15 @@ static turned_terms terms_of(const co_blend_discs *w, int32_t disc, const co_ble
     return t;
 }
 
-/* Adds the rows of coefficients against own point p: sum [ROWS][length], from the point's column on. */
-static void add_own(const co_blend_disc_face_matrix *s, const turned_terms *t, int32_t p, size_t length, double *sum) {
+/* Adds the rows of coefficients against own point p, weight times: sum [ROWS][length], from a column on. */
+static void add_own(const co_blend_disc_face_matrix *s, const turned_terms *t, int32_t p, double weight, size_t length,
+                    double *sum) {
     for (int32_t k = 0; k < t->n; k++)
         for (size_t r = 0; r < 3; r++) {
             const size_t row = 3 * (size_t)(s->n_own + k) + r;
             const double *from = s->face + (row * (row + 1) / 2 + 3 * (size_t)p) * s->stride;
-            const double value[3] = {s->weight * from[0], s->weight * from[s->stride], s->weight * from[2 * s->stride]};
+            const double factor = weight * s->weight,
+                         value[3] = {factor * from[0], factor * from[s->stride], factor * from[2 * s->stride]};
             for (size_t b = 0; b < TERMS; b++)
                 for (size_t c = 0; t->turn[k][b] != 0 && c < 3; c++)
                     sum[(3 * b + r) * length + c] += t->turn[k][b] * value[c];
@@ -282,8 +284,16 @@ void co_blend_disc_hessian_add(co_blend_disc_hessian *m, const co_blend_disc_fac
     const turned_terms t = terms_of(w, disc, s);
     const size_t length = row_length(f);
     double *sum = m->value + m->start[disc];
-    for (int32_t p = 0; p < s->n_own; p++)
-        add_own(s, &t, p, length, sum + 3 * number_of(m, disc, s->points[(size_t)p * s->stride]));
+    for (int32_t p = 0; p < s->n_own; p++) {
+        const int32_t *point = &s->points[(size_t)p * s->stride], number = number_of(m, disc, *point);
+        if (number >= 0)
+            add_own(s, &t, p, 1, length, sum + 3 * (size_t)number);
+        if (number >= 0)
+            continue;
+        const co_point_row row = co_patches_row(m->patches, point); /* a phantom beyond a half disc's curve */
+        for (size_t e = 0; e < row.n; e++)
+            add_own(s, &t, p, row.weight[e], length, sum + 3 * (size_t)number_of(m, disc, row.vertex[e]));
+    }
     add_among(s, &t, length, sum + 3 * (size_t)f->n_points);
 }
 

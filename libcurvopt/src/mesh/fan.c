@@ -24,6 +24,7 @@ int co_fan_is_integrable(int32_t fan) {
     case CO_FAN_DART:
         return n > 2;
     case CO_FAN_WIDE:
+    case CO_FAN_HALF:
         return 1;
     case CO_FAN_CREASE:
         return n == 2 || n == 3;

@@ -4,7 +4,8 @@
  * batches are sorted and searched by it; only this header knows how it is packed:
  *
  *     bits 28 .. 30   type
- *     bits 14 .. 27   sector of the patch; in a wide disc 0 0 width i j, four bits each for the last three
+ *     bits 14 .. 27   sector of the patch; in a wide disc 0 0 width i j, four bits each for the last three;
+ *                     in a half disc sector, log2 width, steps, i, j: 4, 2, 2, 3 and 3 bits
  *     bits  0 .. 13   number of sectors
  *
  * A closed fan of smooth rules is therefore its valence alone: 5 is a face at a smooth vertex of valence 5, whichever
@@ -28,14 +29,17 @@ typedef enum co_fan_type {
     CO_FAN_CORNER, /* open: between two sharp edges at a corner, which stays where it is */
     CO_FAN_DART,   /* closed and smooth, with a sharp edge that ends there before sector 0 */
     CO_FAN_CONE,   /* closed round an infinitely sharp vertex without sharp edges */
-    CO_FAN_WIDE    /* a face of a wide disc round a smooth vertex (blend_disc.h), by its place in its sector */
+    CO_FAN_WIDE,   /* a face of a wide disc round a smooth vertex (blend_disc.h), by its place in its sector */
+    CO_FAN_HALF    /* a face of a wide half disc on one side of a boundary or crease (blend_disc_half.h), likewise */
 } co_fan_type;
 
 enum {
     CO_FAN_BITS = 14,                    /* bits for the number of sectors, and again for the sector */
     CO_FAN_MAX = (1 << CO_FAN_BITS) - 1, /* largest number of sectors */
     CO_FAN_REGULAR = 4,                  /* kind of every patch that is one bicubic: the closed fan of four quads */
-    CO_FAN_SECTOR_POINTS = 6             /* points of the two-ring that a sector owns */
+    CO_FAN_SECTOR_POINTS = 6,            /* points of the two-ring that a sector owns */
+    CO_FAN_MOST_HALF = 16,               /* largest number of sectors of a wide half disc */
+    CO_FAN_MOST_STEPS = 3                /* largest number of steps of its map (blend_fit_half.h) */
 };
 
 static inline int32_t co_fan_make(co_fan_type type, int32_t sectors, int32_t sector) {
@@ -50,24 +54,48 @@ static inline int32_t co_fan_sectors(int32_t fan) {
 static inline int32_t co_fan_sector(int32_t fan) {
     return (fan >> CO_FAN_BITS) & CO_FAN_MAX;
 }
+static inline int co_fan_is_half(int32_t fan) {
+    return co_fan_type_of(fan) == CO_FAN_HALF;
+}
+/* Whether the patch is a face of a disc or half disc. */
 static inline int co_fan_is_wide(int32_t fan) {
-    return co_fan_type_of(fan) == CO_FAN_WIDE;
+    return co_fan_type_of(fan) == CO_FAN_WIDE || co_fan_is_half(fan);
 }
 static inline int co_fan_is_smooth(int32_t fan) {
-    return co_fan_type_of(fan) == CO_FAN_CLOSED || co_fan_is_wide(fan);
+    return co_fan_type_of(fan) == CO_FAN_CLOSED || co_fan_type_of(fan) == CO_FAN_WIDE;
 }
 /* Kind of face (i, j) of the width x width faces of each sector of a wide disc, i along u; width, i, j < 16. */
 static inline int32_t co_fan_make_wide(int32_t valence, int width, int i, int j) {
     return co_fan_make(CO_FAN_WIDE, valence, width << 8 | i << 4 | j);
 }
+/* The same of a half disc, whose map has so many steps (blend_fit_half.h). sectors <= CO_FAN_MOST_HALF, width 2, 4
+ * or 8.
+ */
+static inline int32_t co_fan_make_half(int32_t sectors, int32_t sector, int width, int steps, int i, int j) {
+    const int log2_width = width == 8 ? 3 : width / 2;
+    return co_fan_make(CO_FAN_HALF, sectors, sector << 10 | log2_width << 8 | steps << 6 | i << 3 | j);
+}
 static inline int co_fan_wide_width(int32_t fan) {
-    return co_fan_sector(fan) >> 8;
+    return co_fan_is_half(fan) ? 1 << (co_fan_sector(fan) >> 8 & 3) : co_fan_sector(fan) >> 8;
 }
 static inline int co_fan_wide_i(int32_t fan) {
-    return co_fan_sector(fan) >> 4 & 15;
+    return co_fan_is_half(fan) ? co_fan_sector(fan) >> 3 & 7 : co_fan_sector(fan) >> 4 & 15;
 }
 static inline int co_fan_wide_j(int32_t fan) {
-    return co_fan_sector(fan) & 15;
+    return co_fan_sector(fan) & (co_fan_is_half(fan) ? 7 : 15);
+}
+static inline int co_fan_half_steps(int32_t fan) {
+    return co_fan_sector(fan) >> 6 & 3;
+}
+/* The sector of a face of a disc; of closed ones always 0. */
+static inline int32_t co_fan_wide_sector(int32_t fan) {
+    return co_fan_is_half(fan) ? co_fan_sector(fan) >> 10 : 0;
+}
+/* The fan at the vertex of a kind of patch: of faces of discs that of the disc's vertex, seen from their sector. */
+static inline int32_t co_fan_at_vertex(int32_t kind) {
+    return co_fan_is_half(kind)   ? co_fan_make(CO_FAN_CREASE, co_fan_sectors(kind), co_fan_wide_sector(kind))
+           : co_fan_is_wide(kind) ? co_fan_sectors(kind)
+                                  : kind;
 }
 static inline int co_fan_is_open(int32_t fan) {
     return co_fan_type_of(fan) == CO_FAN_CREASE || co_fan_type_of(fan) == CO_FAN_CORNER;

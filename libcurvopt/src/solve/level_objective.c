@@ -158,7 +158,8 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
         face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
-        status = co_assembly_create(o->mesh, options, run->tables, face_weight, &o->assembly, error);
+        status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, options, run->tables, face_weight,
+                                    &o->assembly, error);
     o->assembly.leaves_out = o->held.left_out != NULL;
     free(face_weight);
     return status;

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "constraints/mirror_planes.h"
 #include "energy/admissibility.h"
+#include "mesh/ring.h"
 #include "mesh/similarity.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
@@ -16,6 +17,7 @@
 #include "solve/slide.h"
 #include "solve/strength.h"
 #include "solve/symmetry_reduction.h"
+#include "surface/blend_disc_half.h"
 
 #include <math.h>
 #include <omp.h>
@@ -24,11 +26,12 @@
 
 enum { LARGEST_CERTIFIED = CURVOPT_MAX_CERTIFIED_VERTICES }; /* vertices */
 
-/* Figures of the input cage, with an assembly of their own: what they need of quadrature, the optimization does not. */
-static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+/* Figures of the present cage, with an assembly of their own: what they need of quadrature, the optimization does not.
+ * At the start springs are weighed by it. */
+static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, curvopt_energies *out,
+                           curvopt_error *error) {
     co_assembly assembly;
     int resolved, changed;
-    curvopt_energies *start = &r->result->start;
     double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
     const uint8_t *left_out = r->constraints.left_out;
     double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
@@ -36,22 +39,54 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
         return co_status_no_memory(error);
     for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
         weight[f] = !left_out[f];
-    int32_t status = co_assembly_create(mesh, r->context.options, r->context.tables, weight, &assembly, error);
+    int32_t status =
+        co_assembly_create(mesh, r->at.xyz, r->context.options, r->context.tables, weight, &assembly, error);
     free(weight);
     if (status != CURVOPT_OK)
         return status;
     assembly.leaves_out = left_out != NULL;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
-                                            start, &resolved, &changed, error);
-    if (status == CURVOPT_OK && !isfinite(start->objective) && co_run_context_is_cancelled(&r->context))
+                                            out, &resolved, &changed, error);
+    if (status == CURVOPT_OK && !isfinite(out->objective) && co_run_context_is_cancelled(&r->context))
         status = CO_CANCELLED;
-    if (status == CURVOPT_OK && !r->context.options->joshi_sequin)
-        status = co_adaptive_quadrature_check(&assembly, start, error);
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK && is_start && !r->context.options->joshi_sequin)
+        status = co_adaptive_quadrature_check(&assembly, out, error);
+    if (status == CURVOPT_OK && is_start)
         status = co_strength_hold(&r->context, mesh, r->at.xyz, &assembly, &r->constraints, error);
+    co_assembly_free(&assembly);
+    return status;
+}
+
+static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_energies *start = &r->result->start;
+    int32_t status = report_cage(r, mesh, 1, start, error);
     r->start_energy = start->objective;
     r->context.area = start->area;
-    co_assembly_free(&assembly);
+    return status;
+}
+
+/* Where the result's half discs (blend_disc_half.h) are not those that the level began with, its figures are taken
+ * again: they are to be those of the cage that the caller gets. */
+static int32_t report_end(co_run *r, const co_level *l, curvopt_error *error) {
+    const curvopt_mesh *mesh = r->result->mesh;
+    const curvopt_options *o = r->context.options;
+    co_patches patches;
+    if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh) ||
+        co_run_stopped_early(r))
+        return CURVOPT_OK;
+    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, &patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    const int same = co_blend_disc_half_are_same(&patches.wide, &l->objective.assembly.patches.wide);
+    co_patches_free(&patches);
+    if (same)
+        return CURVOPT_OK;
+    curvopt_energies found = {0};
+    status = report_cage(r, mesh, 0, &found, error);
+    if (status == CURVOPT_OK) {
+        r->at.energies = found;
+        r->at.report.energy = found.objective;
+    }
     return status;
 }
 
@@ -109,14 +144,31 @@ static int ends_run(const co_run *r, int32_t number) {
     return co_run_context_is_last(&r->context, number) || co_run_stopped_early(r);
 }
 
+/* Takes the present cage as that by which half discs are chosen. */
+static int32_t take_shape(co_run *r, curvopt_error *error) {
+    const size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
+    free(r->shape);
+    r->context.shape = r->shape = CO_NEW(double, n);
+    if (!r->shape)
+        return co_status_no_memory(error);
+    memcpy(r->shape, r->at.start, n * sizeof *r->shape);
+    return CURVOPT_OK;
+}
+
 static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
     co_level *level = NULL;
-    int32_t status = co_slide_level(r, number, error);
+    int32_t status = take_shape(r, error);
+    if (status == CURVOPT_OK)
+        status = co_slide_level(r, number, error);
+    if (status == CURVOPT_OK) /* which that may have moved */
+        status = take_shape(r, error);
     if (number == 1)
         r->result->summary.n_sliding = r->sliding.n_sliding;
     if (status == CURVOPT_OK && !r->is_asked_to_stop)
         status = co_symmetry_reduction_solve(r, number, &level, error);
     co_sliding_measure(&r->sliding, r->at.xyz);
+    if (status == CURVOPT_OK && level && ends_run(r, number))
+        status = report_end(r, level, error);
     r->result->level[number - 1] = r->at.report;
     if (status == CURVOPT_OK && level && ends_run(r, number) && wants_certificate(r))
         status = certify(r, level, error);
@@ -319,6 +371,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     co_level_result_free(&r.at);
     co_constraints_free(&r.constraints);
     co_sliding_free(&r.sliding);
+    free(r.shape);
     co_basis_table_cache_free(&r.tables);
     return status;
 }

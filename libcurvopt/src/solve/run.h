@@ -42,6 +42,7 @@ typedef struct co_run {
     co_cancel cancel;    /* what takes long looks at this */
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
+    double *shape;              /* [3 n_vertices] what the present level began with: context.shape */
     co_sliding sliding;         /* the same; nothing without options.slide */
     co_run_work spent;          /* by sliding on the present level, until that is solved */
     int is_asked_to_stop;       /* by the callback */

@@ -14,6 +14,8 @@ typedef struct co_run_context {
     double centroid[3];           /* of the input cage: the frame of levels that hold vertices, with `radius` */
     double radius;                /* root mean square, of the input cage */
     double area;                  /* of the input cage's surface; the result gets the same */
+    const double *shape;          /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
+                                     (blend_disc_half.h); NULL: by the cage that each objective begins with */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */

@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "surface/blend_fit_cut.h"
+#include "surface/blend_fit_half.h"
 #include "surface/gauss_legendre.h"
 #include "surface/patches.h"
 #include "surface/ring_cell.h"
@@ -79,17 +80,14 @@ enum {
 static int is_one_piece(int32_t fan) {
     return co_patches_own_size(fan) == CO_RING_REGULAR; /* no fan has as many */
 }
-/* The fan at the vertex of a kind of face. */
-static int32_t fan_of(int32_t kind) {
-    return co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind;
-}
-
 static int rule_set_of(const co_basis_table *t) {
     static const int of_surface[] = {[CURVOPT_SURFACE_LIMIT] = RULES_LIMIT,
                                      [CURVOPT_SURFACE_PLANE] = RULES_PLANE,
                                      [CURVOPT_SURFACE_POLYNOMIAL] = RULES_POLYNOMIAL};
     if (is_one_piece(t->kind))
         return RULES_REGULAR;
+    if (co_fan_is_half(t->kind)) /* whose E is as narrow as a blend of width 1 (blend_fit_half.h) */
+        return RULES_POLYNOMIAL;
     return co_fan_is_wide(t->kind) && co_fan_wide_width(t->kind) > 1 ? RULES_WIDE : of_surface[t->surface];
 }
 
@@ -146,20 +144,21 @@ static int32_t allocate(co_basis_table *t, curvopt_error *error) {
 
 /* The sectors on either side of a face whose points have rows of their own, in that many rings; 0: all have. */
 static int32_t window_of(const co_basis_table *t, int n_rings) {
-    int is_disc = co_fan_is_wide(t->kind) && !is_one_piece(t->kind) && co_fan_wide_width(t->kind) == 1;
+    int is_disc = co_fan_type_of(t->kind) == CO_FAN_WIDE && !is_one_piece(t->kind) && co_fan_wide_width(t->kind) == 1;
     return is_disc && co_fan_sectors(t->kind) >= 2 * (n_rings + 1) + 4 ? n_rings + 1 : 0;
 }
 
 /* The patch points that rows can be nonzero on. */
 static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *error) {
-    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind), fan = fan_of(t->kind);
+    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind), fan = co_fan_at_vertex(t->kind);
     int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->kind); /* the fit, into rows */
+    int n_terms = co_fan_is_half(t->kind) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
     t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n ? i - n < CO_BLEND_FIT_TERMS || window
-                   : folded || is_one_piece(t->kind) ||
+        if (i >= n ? i - n < n_terms || window
+                   : folded || is_one_piece(t->kind) || co_patches_is_of_curve(t->kind, i) ||
                          (co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i))))
             t->support[t->n_points++] = i;
     while (t->n_own < t->n_points && t->support[t->n_own] < n)
@@ -240,22 +239,25 @@ struct co_cached_table {
 };
 
 struct co_cached_fit {
-    int32_t key, width; /* what the fit is for: kind without sector or place, width */
+    int32_t key, width; /* what the fit is for: kind with steps of a map, but no sector or place; width */
     co_blend_fit polynomial;
 };
 
 /* The polynomial of a kind of patch; the fit only where it is folded into rows. */
 static int32_t create_polynomial(const co_stam_disc *disc, int32_t kind, co_blend_fit *out, curvopt_error *error) {
-    return co_fan_is_wide(kind)  ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
-           : co_fan_is_cut(kind) ? co_blend_fit_create_cut(disc->fan, out, error)
-                                 : co_blend_fit_create(disc, 1, out, error);
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(kind);
+    return co_fan_is_half(kind)   ? co_blend_fit_create_half_map(&half, out, error)
+           : co_fan_is_wide(kind) ? co_blend_fit_create_map(disc, co_fan_wide_width(kind), out, error)
+           : co_fan_is_cut(kind)  ? co_blend_fit_create_cut(disc->fan, out, error)
+                                  : co_blend_fit_create(disc, 1, out, error);
 }
 
 /* The polynomial fitted at this kind's vertex, kept for the next table or point. */
 static int32_t find_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out, curvopt_error *error) {
     int32_t type = co_fan_type_of(kind), width = co_fan_is_wide(kind) ? co_fan_wide_width(kind) : 1;
-    int32_t key = co_fan_make(type, co_fan_sectors(kind), 0); /* all sectors' */
-    int32_t fan = type == CO_FAN_WIDE ? co_fan_sectors(kind) : key;
+    const int steps = co_fan_is_half(kind) ? co_fan_half_steps(kind) : 0;
+    int32_t key = co_fan_make(type, co_fan_sectors(kind), steps); /* all sectors' */
+    int32_t fan = co_fan_is_wide(kind) ? co_fan_at_vertex(kind) : key;
     for (int32_t i = 0; i < cache->n_fits; i++)
         if (cache->fit[i].key == key && cache->fit[i].width == width) {
             *out = &cache->fit[i].polynomial;
@@ -324,7 +326,8 @@ static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial,
         .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1, .n_threads = 1};
     int32_t status = CURVOPT_OK;
     if (co_fan_is_wide(t->kind)) {
-        status = co_ring_cell_create_face(polynomial, co_fan_wide_i(t->kind), co_fan_wide_j(t->kind), &cell, error);
+        status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
+                                          co_fan_wide_j(t->kind), &cell, error);
         whole.cell = &cell;
     }
     if (status == CURVOPT_OK)
@@ -339,7 +342,7 @@ static int32_t fill(co_basis_table *t, const co_basis_table_cache *cache, const 
     int one_piece = is_one_piece(t->kind);
     co_stam_disc disc = {0};
     ring_tail tail = {0};
-    int32_t status = one_piece ? CURVOPT_OK : co_stam_disc_create(fan_of(t->kind), &disc, error);
+    int32_t status = one_piece ? CURVOPT_OK : co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error);
     if (status != CURVOPT_OK)
         return status;
     if (one_piece)
@@ -402,8 +405,10 @@ static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, i
         co_stam_limit_masks(disc->valence, masks);
     else
         co_stam_disc_limit_mask(disc, masks);
+    const int is_half = polynomial->is_half; /* the vertex stays where the curve has it */
     for (int32_t i = 0; i < n_all * CO_JET; i++)
         rows[i] = i % CO_JET ? (double)NAN
+                  : is_half  ? (i < n * CO_JET ? (double)masks[i / CO_JET] : 0)
                   : i >= n * CO_JET || (is_disc && polynomial->width)
                       ? polynomial->width && i == n * CO_JET /* the first of the polynomial's points lies there */
                   : polynomial->width ? (double)polynomial->fit[i / CO_JET]
@@ -436,7 +441,8 @@ static int32_t wide_rows(const co_blend_fit *polynomial, int32_t kind, double u,
                          double *rows, curvopt_error *error) {
     co_ring_cell cell;
     co_chart chart;
-    int32_t status = co_ring_cell_create_face(polynomial, co_fan_wide_i(kind), co_fan_wide_j(kind), &cell, error);
+    int32_t status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(kind), co_fan_wide_i(kind),
+                                              co_fan_wide_j(kind), &cell, error);
     if (status == CURVOPT_OK)
         co_ring_cell_rows(&cell, u, v, co_patches_size(kind), all, rows, &chart);
     co_ring_cell_free(&cell);
@@ -447,7 +453,7 @@ static int32_t wide_rows(const co_blend_fit *polynomial, int32_t kind, double u,
 static int32_t vertex_face_rows(const co_blend_fit *polynomial, int32_t kind, double u, double v, const int32_t *all,
                                 double *rows, curvopt_error *error) {
     co_stam_disc disc;
-    int32_t status = co_stam_disc_create(fan_of(kind), &disc, error);
+    int32_t status = co_stam_disc_create(co_fan_at_vertex(kind), &disc, error);
     if (status == CURVOPT_OK)
         status = u == 0 && v == 0 ? vertex_rows(&disc, polynomial, co_fan_is_wide(kind), rows, error)
                                   : ring_rows(&disc, polynomial, u, v, co_patches_size(kind), all, rows, error);

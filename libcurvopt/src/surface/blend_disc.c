@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "mesh/ring.h"
+#include "surface/blend_fit_half.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -23,6 +24,7 @@ int32_t co_blend_disc_least_valence(int32_t surface) {
 
 void co_blend_discs_free(co_blend_discs *discs) {
     for (int32_t i = 0; i < discs->n_fits; i++) {
+        free(discs->fit[i].map);
         free(discs->fit[i].matrix);
         free(discs->fit[i].turn);
     }
@@ -74,22 +76,14 @@ static int distance_to_others(const finder *f, int32_t v, int limit) {
     return limit;
 }
 
-/* In a regular grid, the half-edge one face further along h; and the one that is h, one face to its left. */
-static int32_t further(const curvopt_mesh *m, int32_t h) {
-    return co_mesh_next(m, m->twin[co_mesh_next(m, h)]);
-}
-static int32_t beside(const curvopt_mesh *m, int32_t h) {
-    return m->twin[co_mesh_next(m, co_mesh_next(m, h))];
-}
-
 /* Marks the disc's faces; 0, and none marked, if it would meet itself, as round a thin tube. */
 static int mark_faces(const curvopt_mesh *m, int32_t v, int width, int32_t disc, co_blend_disc_face *face) {
     int32_t h = m->vertex_corner[v];
     int fits = 1;
     for (int pass = 0; pass < 2 && (pass == 0 || !fits); pass++)
         for (int32_t s = 0; s < m->valence[v]; s++, h = co_mesh_rotate(m, h))
-            for (int32_t j = 0, row = h; j < width; j++, row = beside(m, row))
-                for (int32_t i = 0, g = row; i < width; i++, g = further(m, g)) {
+            for (int32_t j = 0, row = h; j < width; j++, row = co_blend_disc_beside(m, row))
+                for (int32_t i = 0, g = row; i < width; i++, g = co_blend_disc_further(m, g)) {
                     co_blend_disc_face *at = &face[m->corner_face[g]];
                     fits &= pass > 0 || at->disc < 0;
                     if (pass == 0 && at->disc < 0)
@@ -104,8 +98,8 @@ static void list_points(const curvopt_mesh *m, int32_t v, int width, int32_t *co
     int32_t h = m->vertex_corner[v], valence = m->valence[v];
     column[0] = v;
     for (int32_t s = 0; s < valence; s++, h = co_mesh_rotate(m, h))
-        for (int32_t y = 0, row = h; y <= width + 1; y++, row = beside(m, row))
-            for (int32_t x = 1, g = further(m, row); x <= width + 1; x++, g = further(m, g))
+        for (int32_t y = 0, row = h; y <= width + 1; y++, row = co_blend_disc_beside(m, row))
+            for (int32_t x = 1, g = co_blend_disc_further(m, row); x <= width + 1; x++, g = co_blend_disc_further(m, g))
                 column[co_blend_fit_index(valence, width, s, x, y)] = m->corner_vertex[g];
 }
 
@@ -113,7 +107,7 @@ static void list_points(const curvopt_mesh *m, int32_t v, int width, int32_t *co
 
 static void fill_turns(co_blend_disc_fit *f) {
     co_real turn[FIT][FIT];
-    for (int32_t s = 0; s < f->valence; s++) {
+    for (int32_t s = 0; s < f->n_sets; s++) {
         double *to = f->turn + (size_t)s * TERMS * TERMS;
         co_blend_fit_turn(f->valence, s, turn);
         to[0] = 1;
@@ -130,19 +124,30 @@ static void fill_turns(co_blend_disc_fit *f) {
     }
 }
 
+static int32_t create_polynomial(const co_blend_disc_fit *f, co_blend_fit *out, curvopt_error *error) {
+    co_stam_disc disc = {0};
+    const co_blend_fit_half_kind half = {f->valence, f->width, f->steps};
+    if (f->is_half)
+        return co_blend_fit_create_half(&half, out, error);
+    int32_t status = co_stam_disc_create(f->valence, &disc, error);
+    if (status == CURVOPT_OK)
+        status = co_blend_fit_create(&disc, f->width, out, error);
+    co_stam_disc_free(&disc);
+    return status;
+}
+
 /* The rows of P's coefficients. */
 static int32_t fill_polynomial(co_blend_disc_fit *f, curvopt_error *error) {
     co_blend_fit polynomial = {0};
-    co_stam_disc disc = {0};
-    int32_t status = co_stam_disc_create(f->valence, &disc, error);
-    if (status == CURVOPT_OK)
-        status = co_blend_fit_create(&disc, f->width, &polynomial, error);
+    int32_t status = create_polynomial(f, &polynomial, error);
+    const int n_terms = f->is_half ? CO_BLEND_FIT_FUNCTIONS : FIT;
     for (int32_t i = 0; status == CURVOPT_OK && i < f->n_points; i++)
-        for (int a = 0; a < FIT; a++)
+        for (int a = 0; a < n_terms; a++)
             f->matrix[a * f->n_points + i] =
                 (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
+    for (int32_t i = 0; status == CURVOPT_OK && f->map && i < 2 * f->n_points; i++)
+        f->map[i] = (double)polynomial.map[i];
     co_blend_fit_free(&polynomial);
-    co_stam_disc_free(&disc);
     return status;
 }
 
@@ -156,32 +161,37 @@ static void fill_means(co_blend_disc_fit *f) {
 }
 
 static int32_t fill_fit(co_blend_disc_fit *f, curvopt_error *error) {
-    f->n_points = co_blend_fit_n_points(f->valence, f->width);
+    f->n_points =
+        f->is_half ? co_blend_fit_half_n_points(f->valence, f->width) : co_blend_fit_n_points(f->valence, f->width);
+    f->n_sets = f->is_half ? 1 : f->valence;
+    f->map = f->is_half ? CO_NEW(double, 2 * (size_t)f->n_points) : NULL;
     f->matrix = CO_NEW(double, TERMS *(size_t)f->n_points);
-    f->turn = CO_NEW(double, (size_t)f->valence *TERMS *TERMS);
-    if (!f->matrix || !f->turn)
+    f->turn = CO_NEW(double, (size_t)f->n_sets *TERMS *TERMS);
+    if (!f->matrix || !f->turn || (f->is_half && !f->map))
         return co_status_no_memory(error);
     fill_means(f);
     fill_turns(f);
     return fill_polynomial(f, error);
 }
 
-static int32_t find_fit(co_blend_discs *discs, int32_t valence, int width, int32_t *index, curvopt_error *error) {
-    for (*index = 0; *index < discs->n_fits; ++*index)
-        if (discs->fit[*index].valence == valence && discs->fit[*index].width == width)
+int32_t co_blend_discs_fit(const co_blend_disc_fit *wanted, co_blend_discs *discs, int32_t *index,
+                           curvopt_error *error) {
+    for (*index = 0; *index < discs->n_fits; ++*index) {
+        const co_blend_disc_fit *at = &discs->fit[*index];
+        if (at->is_half == wanted->is_half && at->steps == wanted->steps && at->valence == wanted->valence &&
+            at->width == wanted->width)
             return CURVOPT_OK;
+    }
     co_blend_disc_fit *fit = CO_RESIZED(discs->fit, (size_t)discs->n_fits + 1);
     if (!fit)
         return co_status_no_memory(error);
     discs->fit = fit;
-    fit[discs->n_fits] = (co_blend_disc_fit){.valence = valence, .width = width};
+    fit[discs->n_fits] = (co_blend_disc_fit){
+        .is_half = wanted->is_half, .steps = wanted->steps, .valence = wanted->valence, .width = wanted->width};
     return fill_fit(&fit[discs->n_fits++], error);
 }
 
-int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t fit, status = find_fit(discs, valence, width, &fit, error);
-    if (status != CURVOPT_OK)
-        return status;
+int32_t co_blend_discs_add_of_fit(int32_t fit, co_blend_discs *discs, curvopt_error *error) {
     co_blend_disc *disc = CO_RESIZED(discs->disc, (size_t)discs->n_discs + 1);
     if (disc)
         discs->disc = disc;
@@ -193,12 +203,20 @@ int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, cu
         return co_status_no_memory(error);
     disc[discs->n_discs++] =
         (co_blend_disc){.fit = fit, .first_point = discs->n_points, .column = discs->n_columns, .is_used = 1};
-    discs->n_points += TERMS * valence;
+    discs->n_points += TERMS * discs->fit[fit].n_sets;
     discs->n_columns = more;
     return CURVOPT_OK;
 }
 
-static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt_error *error) {
+int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error) {
+    const co_blend_disc_fit wanted = {.valence = valence, .width = width};
+    int32_t fit, status = co_blend_discs_fit(&wanted, discs, &fit, error);
+    return status == CURVOPT_OK ? co_blend_discs_add_of_fit(fit, discs, error) : status;
+}
+
+int32_t co_blend_discs_start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt_error *error) {
+    if (discs->face)
+        return CURVOPT_OK;
     discs->face = CO_NEW(co_blend_disc_face, m->info.n_faces);
     if (!discs->face)
         return co_status_no_memory(error);
@@ -209,7 +227,7 @@ static int32_t start_faces(const curvopt_mesh *m, co_blend_discs *discs, curvopt
 
 /* Adds the disc round v, of that width or as wide as it can be without meeting itself. */
 static int32_t add_wide(const curvopt_mesh *m, int32_t v, int width, co_blend_discs *discs, curvopt_error *error) {
-    int32_t status = discs->face ? CURVOPT_OK : start_faces(m, discs, error);
+    int32_t status = co_blend_discs_start_faces(m, discs, error);
     while (status == CURVOPT_OK && width > 1 && !mark_faces(m, v, width, discs->n_discs, discs->face))
         width--;
     if (status != CURVOPT_OK || width == 1)
@@ -265,7 +283,7 @@ void co_blend_discs_apply(const co_blend_discs *discs, double *points) {
                 for (int c = 0; c < 3; c++)
                     first[a][c] += f->matrix[a * f->n_points + i] * x[c];
             }
-        for (int32_t s = 0; s < f->valence; s++) {
+        for (int32_t s = 0; s < f->n_sets; s++) {
             double sector[TERMS][3] = {{0}};
             turn_points(f->turn + (size_t)s * TERMS * TERMS, 0, first, sector);
             memcpy(points + 3 * (size_t)(d->first_point + TERMS * s), sector, sizeof sector);
@@ -281,7 +299,7 @@ void co_blend_discs_add_transposed(const co_blend_discs *discs, int32_t n_cage, 
         double first[TERMS][3] = {{0}}, sector[TERMS][3];
         if (!d->is_used)
             continue;
-        for (int32_t s = 0; s < f->valence; s++) {
+        for (int32_t s = 0; s < f->n_sets; s++) {
             memcpy(sector, point_gradient + 3 * (size_t)(d->first_point + TERMS * s), sizeof sector);
             turn_points(f->turn + (size_t)s * TERMS * TERMS, 1, sector, first);
         }

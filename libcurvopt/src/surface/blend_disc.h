@@ -34,7 +34,9 @@
 
 enum {
     CO_BLEND_DISC_LARGEST = CURVOPT_MAX_BLEND_WIDTH, /* largest width (notes/12-widest-blend.md) */
-    /* coefficients, which are points of a sector: P's, and in discs of width 1 means of neighbours */
+    /* coefficients, which are points of a sector: P's, in discs of width 1 means of neighbours, in half discs the
+       cusp's */
+    CO_BLEND_DISC_CUSP = CO_BLEND_FIT_CUSP,
     CO_BLEND_DISC_EDGE_MEAN = CO_BLEND_FIT_TERMS,
     CO_BLEND_DISC_FACE_MEAN,
     CO_BLEND_DISC_TERMS
@@ -46,13 +48,17 @@ int32_t co_blend_disc_least_valence(int32_t surface);
 /* The fit that all discs of one valence and width share. */
 typedef struct co_blend_disc_fit {
     int32_t valence, width, n_points;
-    double *matrix; /* [CO_BLEND_DISC_TERMS][n_points] sector 0's points over the disc's; each row sums to 1 */
-    double *turn;   /* [valence][CO_BLEND_DISC_TERMS][CO_BLEND_DISC_TERMS] other sectors' points over sector 0's */
+    int is_half;    /* of a half disc (blend_disc_half.h), */
+    int steps;      /* whose map has so many steps */
+    int32_t n_sets; /* sets of coefficients: one a sector; one in all of half discs, whose sectors differ anyway */
+    double *map;    /* [2 n_points] of half discs its control points; NULL of others */
+    double *matrix; /* [CO_BLEND_DISC_TERMS][n_points] set 0's points over the disc's; each row sums to 1 */
+    double *turn;   /* [n_sets][CO_BLEND_DISC_TERMS][CO_BLEND_DISC_TERMS] other sets' points over set 0's */
 } co_blend_disc_fit;
 
 typedef struct co_blend_disc {
     int32_t fit;         /* index in co_blend_discs.fit */
-    int32_t first_point; /* number of sector 0's first coefficient; sector s begins CO_BLEND_DISC_TERMS s later */
+    int32_t first_point; /* number of set 0's first coefficient; set s begins CO_BLEND_DISC_TERMS s later */
     size_t column;       /* index in co_blend_discs.column of the disc's first point */
     int is_used;         /* whether any patch on it counts */
 } co_blend_disc;
@@ -65,7 +71,7 @@ typedef struct co_blend_disc_face {
 
 typedef struct co_blend_discs {
     int32_t n_fits, n_discs;
-    int32_t n_points;       /* coefficients of all sectors of all discs */
+    int32_t n_points;       /* coefficients of all sets of all discs */
     co_blend_disc_fit *fit; /* [n_fits] */
     co_blend_disc *disc;    /* [n_discs] */
     size_t n_columns;
@@ -78,6 +84,14 @@ typedef struct co_blend_discs {
  * from 0 on. Breadth-first search of 4 widest rings of faces round each extraordinary vertex. ERROR_MEMORY. */
 int32_t co_blend_discs_find(const curvopt_mesh *mesh, const uint8_t *kind, int widest, co_blend_discs *out,
                             curvopt_error *error);
+/* Starts discs->face, if it is not there yet. ERROR_MEMORY. */
+int32_t co_blend_discs_start_faces(const curvopt_mesh *mesh, co_blend_discs *discs, curvopt_error *error);
+/* Finds the fit of discs of the valence, width, is_half and steps of `wanted`, or makes it: *index in discs->fit.
+ * ERROR_MEMORY. */
+int32_t co_blend_discs_fit(const co_blend_disc_fit *wanted, co_blend_discs *discs, int32_t *index,
+                           curvopt_error *error);
+/* Adds a disc of a fit; its points are left as in co_blend_discs_add. ERROR_MEMORY. */
+int32_t co_blend_discs_add_of_fit(int32_t fit, co_blend_discs *discs, curvopt_error *error);
 /* Adds a disc; its points, as many as its fit has, are left to be filled from co_blend_discs.column on. ERROR_MEMORY.
  */
 int32_t co_blend_discs_add(int32_t valence, int width, co_blend_discs *discs, curvopt_error *error);
@@ -90,8 +104,22 @@ void co_blend_discs_apply(const co_blend_discs *discs, double *points);
 void co_blend_discs_add_transposed(const co_blend_discs *discs, int32_t n_cage, double *point_gradient,
                                    double *gradient);
 
+/* In a regular grid, the half-edge one face further along h; and the one that is h, one face to its left. */
+static inline int32_t co_blend_disc_further(const curvopt_mesh *m, int32_t h) {
+    return co_mesh_next(m, m->twin[co_mesh_next(m, h)]);
+}
+static inline int32_t co_blend_disc_beside(const curvopt_mesh *m, int32_t h) {
+    return m->twin[co_mesh_next(m, co_mesh_next(m, h))];
+}
+
 static inline const co_blend_disc_fit *co_blend_disc_fit_of(const co_blend_discs *discs, const co_blend_disc *disc) {
     return &discs->fit[disc->fit];
+}
+/* Number of the first coefficient that a face's patch has. */
+static inline int32_t co_blend_discs_coefficient(const co_blend_discs *discs, const co_blend_disc_face *face) {
+    const co_blend_disc *disc = &discs->disc[face->disc];
+    const int32_t set = co_blend_disc_fit_of(discs, disc)->n_sets > 1 ? face->sector : 0;
+    return disc->first_point + CO_BLEND_DISC_TERMS * set;
 }
 
 #endif

@@ -9,12 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
 enum {
-    FIT_GAUSS = 4, /* Gauss points a side of each cell or face */
-    FIT_RINGS = 5  /* rings of cells of the face at the vertex */
+    FIT_GAUSS = CO_BLEND_FIT_GAUSS,
+    FIT_RINGS = 5 /* rings of cells of the face at the vertex (notes/10-blend-degree-and-weight.md) */
 };
-static const co_real FAR_WEIGHT = 1e-3L; /* added to the weight w, which is 0 at the far sides */
 
 enum { TERMS = CO_BLEND_FIT_TERMS };
 
@@ -79,6 +77,7 @@ int32_t co_blend_fit_surface(int32_t surface, int32_t kind) {
     case CO_FAN_DART:
         return surface == CURVOPT_SURFACE_LIMIT && co_fan_is_integrable(kind) ? surface : CURVOPT_SURFACE_POLYNOMIAL;
     case CO_FAN_WIDE:
+    case CO_FAN_HALF:
         return CURVOPT_SURFACE_POLYNOMIAL;
     default: /* corners of several faces, and cones, have no tangent plane that a polynomial could have */
         return CURVOPT_SURFACE_LIMIT;
@@ -97,9 +96,20 @@ int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, in
     return 1 + (width + 1) * ((width + 2) * (sector % valence) + y) + x - 1;
 }
 
+int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y) {
+    if (x == 0 && y == 0)
+        return 0;
+    if (x == 0) /* on the next sector's first edge */
+        return co_blend_fit_half_index(width, sector + 1, y, 0);
+    return 1 + (width + 1) * ((width + 2) * sector + y) + x - 1;
+}
+
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
     int32_t sector = (i - 1) / CO_RING_SECTOR, place = (i - 1) % CO_RING_SECTOR;
-    return i == 0 || p->width == 1 ? i : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
+    if (i == 0 || p->width == 1)
+        return i;
+    return p->is_half ? co_blend_fit_half_index(p->width, sector, 1 + place % 2, place / 2)
+                      : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
 }
 
 void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERMS]) {
@@ -213,7 +223,7 @@ static void sample_cell(const co_stam_disc *d, int c, int width, co_real *work, 
                 for (int k = 0; k < 16; k++)
                     row[q] += basis[k][0] * point[k * d->n_points + q];
             }
-            add(user, row, gauss[i] * gauss[j] * side * side * (w[0] + FAR_WEIGHT));
+            add(user, row, gauss[i] * gauss[j] * side * side * (w[0] + co_blend_fit_far_weight));
         }
 }
 
@@ -225,37 +235,31 @@ void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_
     }
 }
 
-/* A fit that is being made, for samples of the two-ring. */
-typedef struct ring_fit {
-    const co_blend_fit *p;
-    const int32_t *index;    /* [n_points of the two-ring] among the disc's points */
-    int32_t n;               /* points of the two-ring */
-    co_real (*value)[TERMS]; /* [valence] work space */
-    co_real *normal;
-} ring_fit;
-
-static void add_ring_sample(void *user, const co_real *row, co_real weight) {
-    const ring_fit *f = user;
-    const sample at = {f->n, f->index, row};
-    add_sample(f->p, &at, weight, f->value, f->normal);
-}
-
-/* The samples of face (i, j), not the one at the vertex. */
-static void add_face(const co_blend_fit *p, int i, int j, co_real (*value)[TERMS], co_real *normal) {
+void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, void *user) {
     co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET], row[16];
-    int32_t index[16];
-    const sample at = {16, index, row};
     co_gauss_legendre(FIT_GAUSS, node, gauss);
-    for (int k = 0; k < 16; k++)
-        index[k] = co_blend_fit_index(p->valence, p->width, 0, i + k % 4 - 1, j + k / 4 - 1);
     for (int n = 0; n < FIT_GAUSS * FIT_GAUSS; n++) {
         co_real s = node[n % FIT_GAUSS], t = node[n / FIT_GAUSS];
         co_bspline_bicubic(s, t, basis);
-        co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / p->width, (j + t) / p->width, w);
+        co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / width, (j + t) / width, w);
         for (int k = 0; k < 16; k++)
             row[k] = basis[k][0];
-        add_sample(p, &at, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + FAR_WEIGHT), value, normal);
+        add(user, row, gauss[n % FIT_GAUSS] * gauss[n / FIT_GAUSS] * (w[0] + co_blend_fit_far_weight));
     }
+}
+
+/* A fit that is being made, for samples over n of the disc's points. */
+typedef struct disc_fit {
+    const co_blend_fit *p;
+    int32_t n, *index;       /* [n] */
+    co_real (*value)[TERMS]; /* [valence] work space */
+    co_real *normal;
+} disc_fit;
+
+static void add_row(void *user, const co_real *row, co_real weight) {
+    const disc_fit *f = user;
+    const sample at = {f->n, f->index, row};
+    add_sample(f->p, &at, weight, f->value, f->normal);
 }
 
 /* The cubic B-spline's subdivision along one line: how many of the coarse points, from *first on, a refined one is
@@ -311,16 +315,21 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
     return CURVOPT_OK;
 }
 
-/* Fills p->fit from the disc's rows. index [n]: room for the two-ring's points; work [18 n], value
+/* Fills p->fit from the disc's rows. index [n], 16 at least: room for the two-ring's points; work [18 n], value
  * [valence]: room. */
 static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work, co_real (*value)[TERMS]) {
     co_real normal[TERMS * TERMS] = {0};
-    ring_fit rings = {p, index, deeper->n_points, value, normal};
+    disc_fit f = {p, deeper->n_points, index, value, normal};
     for (int32_t i = 0; i < deeper->n_points; i++)
         index[i] = co_blend_fit_index_of_two_ring(p, i);
-    co_blend_fit_sample_rings(deeper, p->width, work, add_ring_sample, &rings);
-    for (int k = 1; k < p->width * p->width; k++)
-        add_face(p, k % p->width, k / p->width, value, normal);
+    co_blend_fit_sample_rings(deeper, p->width, work, add_row, &f);
+    f.n = 16;
+    for (int face = 1; face < p->width * p->width; face++) {
+        const int i = face % p->width, j = face / p->width;
+        for (int k = 0; k < 16; k++)
+            index[k] = co_blend_fit_index(p->valence, p->width, 0, i + k % 4 - 1, j + k / 4 - 1);
+        co_blend_fit_sample_face(p->width, i, j, add_row, &f);
+    }
     co_blend_fit_solve(TERMS, normal, 1 + (p->n_points - 1) / p->valence, p->n_points, p->fit);
     turn_columns(p);
 }
@@ -331,7 +340,7 @@ int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p
     int32_t status = co_blend_fit_create_map(disc, width, p, error);
     if (status != CURVOPT_OK)
         return status;
-    int32_t *index = CO_NEW(int32_t, n);
+    int32_t *index = CO_NEW(int32_t, n + 16);
     co_real *work = CO_NEW(co_real, 18 * n);
     co_real(*value)[TERMS] = co_memory_zeroed((size_t)p->valence, sizeof *value);
     p->fit = CO_NEW(co_real, CO_BLEND_FIT_FUNCTIONS * (size_t)p->n_points);

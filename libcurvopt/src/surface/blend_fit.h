@@ -32,6 +32,9 @@ enum { CO_BLEND_FIT_UNRESOLVED = 12 };
  * two-ring (fan.h), which is that of m = 1; each sector owns those with x > 0, row by row. */
 typedef struct co_blend_fit {
     int32_t valence, width;
+    int is_half;      /* of a half disc (blend_fit_half.h), */
+    int steps;        /* whose map has so many steps, and */
+    co_real unit;     /* so long a face along the curve */
     int32_t n_points; /* of the disc */
     int has_cusp;     /* whether the fit has coefficients of CO_BLEND_FIT_CUSP, not 0 */
     co_real *map;     /* [2 n_points] control points of chi; if width > 1 the farthest is at 1 */
@@ -57,6 +60,8 @@ static inline int32_t co_blend_fit_n_points(int32_t valence, int width) {
 /* Index of the point at place (x, y) of a sector, -1 <= x, y <= width + 1, not both negative; sectors count modulo the
  * valence. */
 int32_t co_blend_fit_index(int32_t valence, int width, int32_t sector, int x, int y);
+/* The same on a half disc (blend_fit_half.h), 0 <= x, y <= width + 1. */
+int32_t co_blend_fit_half_index(int width, int32_t sector, int x, int y);
 /* Index among the disc's points of point i of the two-ring (fan.h). */
 int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *polynomial, int32_t i);
 
@@ -71,10 +76,16 @@ static inline int co_blend_fit_term(int a, int b) {
 /* Jet of |chi|^3 from the jets x, y, not both of value 0. */
 void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double out[CO_JET]);
 
-/* The steps of a fit, for blend_fit_cut.c. One: calls `add` for the samples of the face at the disc's vertex, with the
- * row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
+/* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
+enum { CO_BLEND_FIT_GAUSS = 4 /* Gauss points a side of each cell or face */ };
+static const co_real co_blend_fit_far_weight = 1e-3L; /* added to the weight w, which is 0 at the far sides */
+
+/* The steps of a fit, for blend_fit_cut.c and blend_fit_half.c. One: calls `add` for the samples of the face at the
+ * disc's vertex, with the row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
 typedef void co_blend_fit_add(void *user, const co_real *row, co_real weight);
 void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user);
+/* Another: the same for face (i, j), not the one at the vertex, with rows over its 16 points. */
+void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, void *user);
 /* Another: solves normal X = right in place of the first n columns of `right` [n_terms][stride], by Cholesky's
  * factorization of the lower triangle of normal [n_terms][n_terms]. */
 void co_blend_fit_solve(int n_terms, co_real *normal, int32_t n, int32_t stride, co_real *right);

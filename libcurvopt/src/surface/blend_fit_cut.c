@@ -13,36 +13,45 @@ enum {
     SECTORS = 32 /* so many of them at most have samples: P is of degree 5, more would tell nothing new */
 };
 
-/* The natural net. */
+void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, co_real at[2]) {
+    const co_real sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI_LONG / co_fan_sectors(fan);
+    const co_real angle = x + y ? sector_angle * (sector + atan2l(y, x) * 2 / CO_PI_LONG) : 0;
+    const int one_face = co_fan_is_open(fan) && co_fan_sectors(fan) == 1;
+    at[0] = one_face ? x - y : hypotl(x, y) * cosl(angle);
+    at[1] = one_face ? x * y : hypotl(x, y) * sinl(angle);
+}
+
 static void fill_map(int32_t fan, co_real *map) {
-    const int32_t n = co_fan_sectors(fan);
-    const co_real sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI_LONG / n;
-    for (int32_t s = 0; s < n; s++)
+    for (int32_t s = 0; s < co_fan_sectors(fan); s++)
         for (int x = 0; x <= 2; x++)
-            for (int y = 0; y <= 2; y++) {
-                co_real *to = map + 2 * (size_t)co_fan_index(fan, s, x, y);
-                co_real angle = x + y ? sector_angle * (s + atan2l(y, x) * 2 / CO_PI_LONG) : 0;
-                int one_face = co_fan_is_open(fan) && n == 1;
-                to[0] = one_face ? x - y : hypotl(x, y) * cosl(angle);
-                to[1] = one_face ? x * y : hypotl(x, y) * sinl(angle);
-            }
+            for (int y = 0; y <= 2; y++)
+                co_blend_fit_natural(fan, s, x, y, map + 2 * (size_t)co_fan_index(fan, s, x, y));
+}
+
+const co_real co_blend_fit_curve_weight[CO_BLEND_FIT_CURVE][CO_BLEND_FIT_CURVE] = {
+    {0, 1 / 6.0L, 4 / 6.0L, 1 / 6.0L, 0},
+    {0, -0.5L, 0, 0.5L, 0},
+    {0, 0.5L, -1, 0.5L, 0},
+    {-1 / 12.0L, 1 / 6.0L, 0, -1 / 6.0L, 1 / 12.0L},
+    {1 / 12.0L, -1 / 3.0L, 0.5L, -1 / 3.0L, 1 / 12.0L}};
+
+void co_blend_fit_curve_points(int32_t fan, int32_t point[CO_BLEND_FIT_CURVE]) {
+    const int32_t n = co_fan_sectors(fan);
+    point[0] = co_fan_index(fan, n, 2, 0);
+    point[1] = co_fan_index(fan, n, 1, 0);
+    point[2] = 0;
+    point[3] = co_fan_index(fan, 0, 1, 0);
+    point[4] = co_fan_index(fan, 0, 2, 0);
 }
 
 /* Coefficients of the curve, q and j, in p->fit: those of a B-spline's segments either side of the vertex. */
 static void prescribe_curve(int32_t fan, co_blend_fit *p) {
-    static const co_real weight[5][5] = {/* of the points at x = -2 .. 2, for 1, x, x^2, x^3 and the cusp */
-                                         {0, 1, 4, 1, 0},
-                                         {0, -3, 0, 3, 0},
-                                         {0, 3, -6, 3, 0},
-                                         {-0.5L, 1, 0, -1, 0.5L},
-                                         {0.5L, -2, 3, -2, 0.5L}};
-    const int32_t n = co_fan_sectors(fan);
-    const int32_t point[5] = {co_fan_index(fan, n, 2, 0), co_fan_index(fan, n, 1, 0), 0, co_fan_index(fan, 0, 1, 0),
-                              co_fan_index(fan, 0, 2, 0)};
-    for (int a = 0; a < 5; a++)
-        for (int i = 0; i < 5; i++) {
+    int32_t point[CO_BLEND_FIT_CURVE];
+    co_blend_fit_curve_points(fan, point);
+    for (int a = 0; a < CO_BLEND_FIT_CURVE; a++)
+        for (int i = 0; i < CO_BLEND_FIT_CURVE; i++) {
             int function = a < 4 ? co_blend_fit_term(a, 0) : CO_BLEND_FIT_CUSP;
-            p->fit[function * p->n_points + point[i]] = weight[a][i] / 6;
+            p->fit[function * p->n_points + point[i]] = co_blend_fit_curve_weight[a][i];
         }
     p->has_cusp = 1;
 }

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "surface/blend_fit_cut.h"
+#include "surface/blend_fit_half.h"
 #include "surface/gauss_legendre.h"
 #include "surface/ring_cell.h"
 
@@ -40,11 +41,41 @@ static void side_place(int side, co_real t, co_real *u, co_real *v) {
 static void store(co_boundary_turning_table *t, int32_t sample, int32_t point, const double jet[CO_JET],
                   int is_blended) {
     const int along_second = !is_blended && t->side % 2;
-    const int is_below = is_blended && t->side && !co_fan_is_open(t->kind);
+    const int is_below = is_blended && t->side && !co_fan_is_open(co_fan_at_vertex(t->kind));
     double *rows = t->rows + (size_t)(sample * N_ROWS) * (size_t)t->n_points + point;
     rows[ALONG * t->n_points] = jet[along_second ? 2 : 1];
     rows[ALONG_TWICE * t->n_points] = jet[along_second ? 5 : 3];
     rows[ACROSS * t->n_points] = (is_below ? -1 : 1) * jet[along_second ? 1 : 2];
+}
+
+/* A face of a half disc, not the one at the vertex. */
+static int32_t fill_face(co_boundary_turning_table *t, curvopt_error *error) {
+    co_blend_fit map = {0};
+    co_ring_cell cell = {0};
+    co_chart chart;
+    co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], u, v;
+    int32_t *all = CO_NEW(int32_t, t->n_points);
+    double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(t->kind);
+    int32_t status = all && rows ? co_blend_fit_create_half_map(&half, &map, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_ring_cell_create_face(&map, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
+                                          co_fan_wide_j(t->kind), &cell, error);
+    co_gauss_legendre(SIDE_GAUSS, node, weight);
+    for (int32_t p = 0; status == CURVOPT_OK && p < t->n_points; p++)
+        all[p] = p;
+    for (int32_t i = 0; status == CURVOPT_OK && i < SIDE_GAUSS; i++) {
+        side_place(t->side, node[i], &u, &v);
+        co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
+        t->weight[i] = (double)weight[i];
+        for (int32_t p = 0; p < t->n_points; p++)
+            store(t, i, p, rows + (size_t)p * CO_JET, 0);
+    }
+    co_ring_cell_free(&cell);
+    co_blend_fit_free(&map);
+    free(all);
+    free(rows);
+    return status;
 }
 
 static void fill_regular(co_boundary_turning_table *t) {
@@ -67,6 +98,7 @@ static void fill_regular(co_boundary_turning_table *t) {
  * blend's map, where angles do not vanish towards the vertex. */
 static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface, curvopt_error *error) {
     const int is_blended = co_blend_fit_surface(surface, t->kind) == CURVOPT_SURFACE_POLYNOMIAL;
+    const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(t->kind);
     co_blend_fit blend = {0};
     co_stam_disc disc = {0};
     co_ring_cell cell = {0};
@@ -74,9 +106,11 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
     co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
-    int32_t status = all && rows ? co_stam_disc_create(t->kind, &disc, error) : co_status_no_memory(error);
+    int32_t status =
+        all && rows ? co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK && is_blended)
-        status = co_blend_fit_create_cut(t->kind, &blend, error);
+        status = co_fan_is_half(t->kind) ? co_blend_fit_create_half_map(&half, &blend, error)
+                                         : co_blend_fit_create_cut(t->kind, &blend, error);
     if (status == CURVOPT_OK)
         status = co_ring_cell_create(&disc, is_blended ? &blend : NULL, blend.map, &cell, error);
     co_gauss_legendre(CELL_GAUSS, node, weight);
@@ -112,13 +146,14 @@ static int32_t add_table(co_boundary_turning *turning, int32_t surface, int32_t 
     turning->table = table;
     co_boundary_turning_table *t = &table[turning->n_tables++];
     *t = (co_boundary_turning_table){.kind = kind, .side = side, .n_points = co_patches_size(kind)};
-    t->n_samples = kind == CO_FAN_REGULAR ? SIDE_GAUSS : CELL_GAUSS * CELL_RINGS;
+    const int is_one_piece = co_patches_own_size(kind) == CO_RING_REGULAR;
+    t->n_samples = is_one_piece ? SIDE_GAUSS : CELL_GAUSS * CELL_RINGS;
     t->weight = CO_NEW(double, t->n_samples);
     t->rows = CO_NEW(double, (size_t)(t->n_samples * N_ROWS) * (size_t)t->n_points);
     if (!t->weight || !t->rows)
         return co_status_no_memory(error);
     if (kind != CO_FAN_REGULAR)
-        return fill_extraordinary(t, surface, error);
+        return is_one_piece ? fill_face(t, error) : fill_extraordinary(t, surface, error);
     fill_regular(t);
     return CURVOPT_OK;
 }

@@ -6,6 +6,7 @@
 #include "mesh/crease.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
+#include "surface/blend_disc_half.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -99,7 +100,10 @@ static int32_t patch_kind(const level *l, int32_t f, int32_t h, int32_t *first) 
     *first = h;
     if (on) {
         const co_blend_disc_fit *fit = co_blend_disc_fit_of(l->discs, &l->discs->disc[on->disc]);
-        return co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
+        if (fit->is_half && on->i == 0 && on->j == 0)
+            co_ring_fan(l->mesh, h, first);
+        return fit->is_half ? co_fan_make_half(fit->valence, on->sector, fit->width, fit->steps, on->i, on->j)
+                            : co_fan_make_wide(fit->valence, fit->width, on->i, on->j);
     }
     int32_t kind = l->kind[h] == CO_CORNER_EXTRAORDINARY ? co_ring_fan(l->mesh, h, first) : CO_FAN_REGULAR;
     int is_disc = co_fan_type_of(kind) == CO_FAN_CLOSED && kind >= co_blend_disc_least_valence(l->surface);
@@ -265,7 +269,7 @@ static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curv
     int32_t h = m->face_start[f] + corner, first, p = out->n_patches++, kind = patch_kind(l, f, h, &first);
     int32_t *points = out->points + out->start[p], n_own = co_patches_own_size(kind);
     if (l->kind[h] == CO_CORNER_EXTRAORDINARY)
-        co_ring_two_ring(m, co_fan_is_wide(kind) ? co_fan_sectors(kind) : kind, first, points);
+        co_ring_two_ring(m, co_fan_at_vertex(kind), first, points);
     else
         co_ring_regular(m, h, l->kind, points);
     out->kind[p] = kind;
@@ -279,7 +283,7 @@ static int32_t emit_patch(level *l, co_patches *out, int32_t f, int corner, curv
         points[i] = *number;
     }
     const co_blend_disc_face *on = place_on_disc(l, f);
-    int32_t coefficient = on ? l->discs->disc[on->disc].first_point + CO_BLEND_DISC_TERMS * on->sector : 0;
+    int32_t coefficient = on ? co_blend_discs_coefficient(l->discs, on) : 0;
     int32_t status = CURVOPT_OK;
     if (!on && co_fan_is_wide(kind))
         status = find_coefficients(l, out, m->corner_vertex[h], n_own, points, &coefficient, error);
@@ -397,14 +401,16 @@ static void number_coefficients(co_patches *p) {
     p->wide.face = NULL;
 }
 
-int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int32_t surface, int widest,
-                          co_patches *out, curvopt_error *error) {
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
+                          int widest, co_patches *out, curvopt_error *error) {
     level l = {.mesh = mesh, .surface = surface}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
     if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL && widest > 1)
         status = co_blend_discs_find(mesh, l.kind, widest, &out->wide, error);
+    if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL && widest > 1 && xyz)
+        status = co_blend_disc_half_find(mesh, l.kind, xyz, widest, &out->wide, error);
     if (status == CURVOPT_OK) {
         l.discs = out->wide.n_discs ? &out->wide : NULL;
         for (int32_t f = 0; f < mesh->info.n_faces; f++) {

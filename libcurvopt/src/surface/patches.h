@@ -53,8 +53,8 @@ typedef struct co_patches {
  * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). surface: curvopt_surface; widest: the
  * largest width of a blend on `polynomial`. Linear in the faces, times the subdivisions that fading creases need.
  * ERROR_TOPOLOGY if a fan has 16383 faces or more, ERROR_MEMORY. */
-int32_t co_patches_create(const curvopt_mesh *mesh, const double *face_weight, int32_t surface, int widest,
-                          co_patches *out, curvopt_error *error);
+int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
+                          int widest, co_patches *out, curvopt_error *error);
 void co_patches_free(co_patches *patches);
 /* The cage vertices of which a point is a combination: itself, or a derived point's row; no coefficient. */
 typedef struct co_point_row {
@@ -74,17 +74,24 @@ void co_patches_add_derived(const co_patches *patches, double *point_gradient, d
 static inline int32_t co_patches_own_size(int32_t kind) {
     int at_vertex = co_fan_is_wide(kind) && co_fan_wide_i(kind) == 0 && co_fan_wide_j(kind) == 0;
     if (at_vertex)
-        return co_fan_n_points(co_fan_sectors(kind));
+        return co_fan_n_points(co_fan_at_vertex(kind));
     return kind == CO_FAN_REGULAR || co_fan_is_wide(kind) ? CO_RING_REGULAR : co_fan_n_points(kind);
 }
 /* Number of all points of a patch: on a disc its sector's coefficients come after the others. */
 static inline int32_t co_patches_size(int32_t kind) {
     return co_patches_own_size(kind) + (co_fan_is_wide(kind) ? CO_BLEND_DISC_TERMS : 0);
 }
+/* Whether own point i is one of the curve's, on which all faces at the vertex of a half disc depend. */
+static inline int co_patches_is_of_curve(int32_t kind, int32_t i) {
+    const int32_t n = co_fan_sectors(kind);
+    return co_fan_is_half(kind) && i > 0 && (i - 1) % CO_RING_SECTOR < 2 &&
+           ((i - 1) / CO_RING_SECTOR == 0 || (i - 1) / CO_RING_SECTOR == n);
+}
 /* Whether the surface on a patch of a disc can depend on own point i. */
 static inline int co_patches_own_is_used(int32_t kind, int32_t i) {
-    return co_patches_own_size(kind) == CO_RING_REGULAR ||
-           (co_stam_in_support(co_fan_sectors(kind), i) && co_stam_in_window(co_fan_sectors(kind), CO_STAM_WINDOW, i));
+    const int32_t fan = co_fan_at_vertex(kind);
+    return co_patches_own_size(kind) == CO_RING_REGULAR || co_patches_is_of_curve(kind, i) ||
+           (co_stam_in_support(fan, i) && (co_fan_is_half(kind) || co_stam_in_window(fan, CO_STAM_WINDOW, i)));
 }
 /* Index of a kind in `kinds`. */
 int32_t co_patches_kind(const co_patches *patches, int32_t kind);

@@ -2,6 +2,8 @@
 #include "surface/ring_cell.h"
 
 #include "base/memory.h"
+#include "surface/blend_fit_half.h"
+#include "surface/ring_cell_curve.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -26,7 +28,8 @@ static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
 
 int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
                             co_ring_cell *cell, curvopt_error *error) {
-    *cell = (co_ring_cell){.n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
+    *cell = (co_ring_cell){
+        .sector = co_fan_sector(disc->fan), .n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
     return allocate(cell, error);
 }
 
@@ -43,6 +46,15 @@ static int is_folded(const co_ring_cell *cell) {
     return cell->polynomial && cell->polynomial->width == 1 && cell->polynomial->fit;
 }
 
+static int is_half(const co_ring_cell *cell) {
+    return cell->polynomial && cell->polynomial->is_half;
+}
+
+static co_ring_cell_place place_of(const co_ring_cell *cell) {
+    return (co_ring_cell_place){
+        cell->polynomial, cell->sector, cell->is_face, {cell->origin[0], cell->origin[1]}, cell->side};
+}
+
 /* With B_i the patch's basis, the row of a point is the sum of its c_i B_i = c + sum of (c_i - c) B_i, c = `base`: deep
  * in the rings the c_i are nearly equal, and what matters is lost in the sum of c_i B_i. */
 static void set_weights(co_ring_cell *cell) {
@@ -53,7 +65,11 @@ static void set_weights(co_ring_cell *cell) {
         for (int i = 0; i < 16; i++)
             to[1 + i] = (double)cell->points[i * cell->n_points + p];
         for (int i = 0; i < CO_BLEND_FIT_FUNCTIONS; i++)
-            to[17 + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
+            to[CO_RING_CELL_TERM + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
+    }
+    if (is_half(cell)) {
+        const co_ring_cell_place place = place_of(cell);
+        co_ring_cell_curve_weights(&place, cell->weights + CO_RING_CELL_CURVE, (size_t)CO_RING_CELL_GENERATORS);
     }
 }
 
@@ -104,19 +120,33 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
     }
 }
 
-int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, co_ring_cell *cell,
+/* The map's control point at place (x, y) of the cell's sector. */
+static void map_at(const co_ring_cell *cell, int x, int y, co_real at[2]) {
+    const co_blend_fit *p = cell->polynomial;
+    int32_t index[2];
+    co_real weight[2] = {1};
+    const int n = p->is_half ? co_blend_fit_half_point(p->valence, p->width, cell->sector, x, y, index, weight) : 1;
+    if (!p->is_half)
+        index[0] = co_blend_fit_index(p->valence, p->width, 0, x, y);
+    at[0] = at[1] = 0;
+    for (int k = 0; k < n; k++)
+        for (int c = 0; c < 2; c++)
+            at[c] += weight[k] * p->map[2 * index[k] + c];
+}
+
+int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector, int i, int j, co_ring_cell *cell,
                                  curvopt_error *error) {
-    *cell = (co_ring_cell){.n_points = 16, .origin = {i, j}, .side = 1, .polynomial = polynomial};
+    *cell = (co_ring_cell){
+        .sector = sector, .is_face = 1, .n_points = 16, .origin = {i, j}, .side = 1, .polynomial = polynomial};
     int32_t status = allocate(cell, error);
     if (status != CURVOPT_OK)
         return status;
     co_real map[16][2], base[2] = {0};
     cell->base[0] = 1;
     for (int k = 0; k < 16; k++) {
-        int32_t from = co_blend_fit_index(polynomial->valence, polynomial->width, 0, i + k % 4 - 1, j + k / 4 - 1);
         cell->points[17 * k] = 1;
         cell->points[16 * k] -= 1;
-        memcpy(map[k], polynomial->map + 2 * from, sizeof map[k]);
+        map_at(cell, i + k % 4 - 1, j + k / 4 - 1, map[k]);
     }
     set_map(cell, map, base);
     set_weights(cell);
@@ -144,7 +174,8 @@ void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s
 }
 
 /* Jets of the functions that rows are sums of: [0] 1, where blended 1 - w; [1 .. 16] the patch's basis, where blended
- * times 1 - w; [17 ..] w times the polynomial's monomials.
+ * times 1 - w; [TERM ..] w times the polynomial's monomials; on half discs
+ * less what the curve takes of them, and [CURVE ..] what it gives (ring_cell_curve.h).
  *
  * Example: point p of the two-ring has the coefficients c_i in the patch's control points and f_a in the fit. Its row
  * is c (1 - w) + sum over i of (c_i - c) (1 - w) B_i + sum over a of f_a w m_a, the weights of p (set_weights)
@@ -160,10 +191,10 @@ static void blend_generators(const double w[CO_JET], const double rest[CO_JET], 
         co_jet_multiply(rest, basis[i], g[1 + i]);
     co_blend_fit_monomials(chi[0], chi[1], monomial);
     for (int i = 0; i < CO_BLEND_FIT_TERMS; i++)
-        co_jet_multiply(w, monomial[i], g[17 + i]);
+        co_jet_multiply(w, monomial[i], g[CO_RING_CELL_TERM + i]);
     if (has_cusp)
         co_blend_fit_cusp(chi[0], chi[1], cusp);
-    co_jet_multiply(w, cusp, g[17 + CO_BLEND_FIT_CUSP]);
+    co_jet_multiply(w, cusp, g[CO_RING_CELL_TERM + CO_BLEND_FIT_CUSP]);
 }
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
@@ -197,11 +228,16 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, gene
     for (int k = 0; k < CO_JET; k++)
         rest[k] = k ? -w[k] : (double)(1 - blend[0]);
     blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
+    if (is_half(cell)) {
+        const co_ring_cell_place place = place_of(cell);
+        co_ring_cell_curve_apply(&place, s, t, cell->chart ? chart : NULL, w, chi, g + CO_RING_CELL_TERM,
+                                 g + CO_RING_CELL_CURVE);
+    }
 }
 
 /* The row of those weights: through the patch's control points, and through a fit that is folded in. */
 static void weighted_row(const co_ring_cell *cell, generators g, const double *weight, double *row) {
-    int n = is_folded(cell) ? CO_RING_CELL_GENERATORS : 1 + 16;
+    int n = is_half(cell) ? CO_RING_CELL_GENERATORS : is_folded(cell) ? CO_RING_CELL_CURVE : CO_RING_CELL_TERM;
     double sum[CO_JET] = {0};
     for (int i = 0; i < n; i++)
         for (int k = 0; k < CO_JET; k++)
@@ -212,14 +248,15 @@ static void weighted_row(const co_ring_cell *cell, generators g, const double *w
 
 /* Row of a disc's coefficient. */
 static void term_row(const co_ring_cell *cell, generators g, int term, double *row) {
-    if (term >= CO_BLEND_FIT_TERMS) {
+    const int n_terms = is_half(cell) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
+    if (term >= n_terms) {
         weighted_row(cell, g, cell->mean[term - CO_BLEND_FIT_TERMS], row);
         return;
     }
-    memcpy(row, g[17 + term], sizeof g[17 + term]);
-    for (int i = 1; term == 0 && i < CO_BLEND_FIT_TERMS; i++)
+    memcpy(row, g[CO_RING_CELL_TERM + term], CO_JET * sizeof *row);
+    for (int i = 1; term == 0 && i < n_terms; i++)
         for (int k = 0; k < CO_JET; k++)
-            row[k] -= g[17 + i][k];
+            row[k] -= g[CO_RING_CELL_TERM + i][k];
 }
 
 void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support,

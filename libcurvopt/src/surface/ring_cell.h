@@ -6,8 +6,13 @@
 #include "surface/blend_fit.h"
 #include "surface/chart.h"
 
-/* Number of the functions that rows of a cell's points are sums of: 1 - w, the patch's 16 and the polynomial's. */
-enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_FUNCTIONS };
+/* The functions that rows of a cell's points are sums of: 1 - w, the patch's 16, the polynomial's, and on half discs
+ * five of the curve. */
+enum {
+    CO_RING_CELL_TERM = 1 + 16, /* index of the polynomial's first */
+    CO_RING_CELL_CURVE = CO_RING_CELL_TERM + CO_BLEND_FIT_FUNCTIONS,
+    CO_RING_CELL_GENERATORS = CO_RING_CELL_CURVE + 5 /* CO_BLEND_FIT_CURVE */
+};
 
 /* On a surface of width 1 (blend_fit.h) rows stand on the two-ring alone. On wider ones the polynomial's coefficients
  * c_a are points of their own, CO_BLEND_FIT_TERMS of them after the cell's: q_0 = c_0, q_a = c_0 + c_a. Rows then sum
@@ -17,6 +22,8 @@ enum { CO_RING_CELL_GENERATORS = 1 + 16 + CO_BLEND_FIT_FUNCTIONS };
  * once for neighbours over edges and once for those across faces, is taken off all rows, and goes to the mean of these
  * neighbours (blend_disc.h), as many times as there are. Rows of far points are then left out; their sum is 0. */
 typedef struct co_ring_cell {
+    int32_t sector;          /* of the fan; in closed ones 0 */
+    int is_face;             /* not at the vertex: one bicubic patch */
     int32_t n_points;        /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
     co_real origin[2], side; /* corner next to the vertex, and side, in units of a face of the sector */
     co_real *base;           /* [n_points] the row that is nearly the same in all of the cell's points */
@@ -35,8 +42,8 @@ typedef struct co_ring_cell {
  * with respect to s and t. Both are borrowed and must outlive the cell. ERROR_MEMORY. */
 int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
                             co_ring_cell *cell, curvopt_error *error);
-/* Makes a cell that is the whole face (i, j) of a wide disc, not the one at the vertex. ERROR_MEMORY. */
-int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int i, int j, co_ring_cell *cell,
+/* Makes a cell that is the whole face (i, j) of a sector of a wide disc, not the one at the vertex. ERROR_MEMORY. */
+int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector, int i, int j, co_ring_cell *cell,
                                  curvopt_error *error);
 void co_ring_cell_free(co_ring_cell *cell);
 /* Becomes cell number `which` of the disc's present ring. */
