@@ -438,7 +438,7 @@ typedef struct curvopt_options {
     /* Largest width of a blend of POLYNOMIAL, in faces of each sector at an extraordinary vertex. Blends take a quarter
      * of the way to the next vertex that is not regular; on boundaries and creases 8, 4 or 2 faces within that, or 1
      * where the positions that a problem, a sampler or a level begins with are uneven (longest edge of the curve above
-     * 1.8 shortest, or the polynomial an edge off), and where 1, or 17 and more faces meet.
+     * 1.8 shortest, or the polynomial 8 edges off), and where 1, or 17 and more faces meet.
      * 1..CURVOPT_MAX_BLEND_WIDTH, default 8. */
     int32_t blend_width;
     /* curvopt_spacing; default AUTO. */

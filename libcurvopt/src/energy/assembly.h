@@ -72,11 +72,11 @@ typedef struct co_values {
     int32_t worst_face;              /* cage face that has it */
 } co_values;
 
-/* Needs options->surface other than AUTO. `tables`: a cache of that surface, which several assemblies may share one
- * after another, and which they must not outlive; NULL: the assembly has its own, and must then stay where it is in
- * memory. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0 are left out. With
- * weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the symmetric part is.
- * Errors are those of curvopt_problem_create. */
+/* Needs options->surface other than AUTO. xyz: as co_patches_create. `tables`: a cache of that surface, which several
+ * assemblies may share one after another, and which they must not outlive; NULL: the assembly has its own, and must
+ * then stay where it is in memory. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0
+ * are left out. With weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the
+ * symmetric part is. Errors are those of curvopt_problem_create. */
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                            co_basis_table_cache *tables, const double *face_weight, co_assembly *out,
                            curvopt_error *error);

@@ -56,7 +56,8 @@ typedef struct co_blend_disc_face_matrix {
     size_t stride;
     double weight; /* factor of the face */
 } co_blend_disc_face_matrix;
-/* Adds the rows of the coefficients. Entries of the face's own points among themselves are left to the caller. */
+/* Adds the rows of the coefficients. Own points are the disc's, or phantoms (ring.h) made of the disc's. Entries of the
+ * face's own points among themselves are left to the caller. */
 void co_blend_disc_hessian_add(co_blend_disc_hessian *matrix, const co_blend_disc_face_matrix *face);
 
 /* Number of variables of a disc's nodes together. */

@@ -20,6 +20,8 @@
  * patches of one kind must find theirs in their own sector's frame. Sector 0's are rows over the disc's points, the
  * same for all discs of a valence and width; the others are these, turned.
  *
+ * Poles on boundaries and creases have half discs (blend_disc_half.h), with one set of coefficients for all sectors.
+ *
  * Discs of width 1 are for vertices of high valence N. Every face there depends on all 6 N + 1 points round the
  * vertex, but on those that are far from it through few sums only: through P, and through the mean of the neighbours
  * over edges and that of the neighbours across faces, which each subdivision moves the vertex by. These means are two

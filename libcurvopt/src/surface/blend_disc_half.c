@@ -15,8 +15,9 @@ enum {
     DISTANCE_PER_WIDTH = 4, /* notes/11-blend-width.md */
     MOST_PARTS = 18         /* points that a limit position is made of: 9, twice with phantoms */
 };
-/* notes/16-blends-at-boundaries.md. The billionth is for ties: mirrored half discs differ by rounding. */
-static const double LARGEST_MISFIT = 1 + 1e-9;        /* in units of the shorter edge at a vertex */
+/* notes/16-blends-at-boundaries.md. The billionth is for ties of curves whose lengths are round numbers: mirrored half
+ * discs differ by rounding. */
+static const double LARGEST_MISFIT = 8;               /* in units of the shorter edge at a vertex */
 static const double LARGEST_RATIO = 1.8 * (1 + 1e-9); /* longest to shortest edge of the curve */
 
 /* A half disc that is tried. */

@@ -50,7 +50,8 @@ typedef struct co_patches {
 } co_patches;
 
 /* Makes the patches of the faces whose face_weight [n_faces] is not 0; NULL: of all. Everything about them but the
- * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). surface: curvopt_surface; widest: the
+ * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). xyz [3 n_vertices]: positions by which
+ * half discs are chosen (blend_disc_half.h); NULL: there are none. surface: curvopt_surface; widest: the
  * largest width of a blend on `polynomial`. Linear in the faces, times the subdivisions that fading creases need.
  * ERROR_TOPOLOGY if a fan has 16383 faces or more, ERROR_MEMORY. */
 int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
