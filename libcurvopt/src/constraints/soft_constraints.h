@@ -52,7 +52,7 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_me
 
 /* Whether the spring of vertex v ends at springs->reach. */
 static inline int co_soft_constraints_has_end(const co_soft_constraints *springs, int32_t v) {
-    return springs->freedom[v] == CO_FREEDOM_NONE && springs->reach < (double)INFINITY;
+    return springs->reach < (double)INFINITY && springs->freedom[v] == CO_FREEDOM_NONE;
 }
 
 /* Whether the springs of vertices v and w are alike, directions aside. */
