@@ -50,9 +50,9 @@ void co_soft_constraints_free(co_soft_constraints *springs);
 int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                       co_soft_constraints *springs, curvopt_error *error);
 
-/* Whether the spring of vertex v ends at springs->reach. */
+/* Whether vertex v has a spring that ends at springs->reach. */
 static inline int co_soft_constraints_has_end(const co_soft_constraints *springs, int32_t v) {
-    return springs->reach < (double)INFINITY && springs->freedom[v] == CO_FREEDOM_NONE;
+    return springs->freedom && springs->freedom[v] == CO_FREEDOM_NONE && springs->reach < (double)INFINITY;
 }
 
 /* Whether the springs of vertices v and w are alike, directions aside. */
