@@ -101,24 +101,28 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     return status;
 }
 
-/* What wide blends add to all that: points, tables of both kinds of faces, room for second derivatives. */
-static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+/* What discs add to all that: points, room for second derivatives, what boundaries need, tables of both kinds of faces,
+ * of which the one that takes longest comes last. xyz: NULL or positions, which allow half discs. */
+static int32_t disc_parts(const curvopt_mesh *mesh, const double *xyz, int n_discs, const int32_t kind[2],
+                          curvopt_error *error) {
     co_patches patches;
     co_blend_disc_hessian matrix = {0};
     co_dof_map reduction = {0};
+    co_boundary_turning turning = {0};
     co_basis_table *table[2] = {NULL, NULL};
-    (void)c;
     int32_t status =
-        co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
+        co_patches_create(mesh, xyz, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
     if (status != CURVOPT_OK)
         return status;
-    CHECK_INT(patches.wide.n_discs, 8);
+    CHECK_INT(patches.wide.n_discs, n_discs);
     status = co_dof_map_identity(patches.n_cage, &reduction, error);
     if (status == CURVOPT_OK)
         status = co_blend_disc_hessian_create(&patches, &reduction, &matrix, error);
-    for (int i = 0; status == CURVOPT_OK && i < 2; i++) /* the one that takes longest comes last */
-        status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_wide(3, 2, 1 - i, 1 - i), 0, &table[i],
-                                       error);
+    if (status == CURVOPT_OK)
+        status = co_boundary_turning_create(mesh, &patches, CURVOPT_SURFACE_POLYNOMIAL, &turning, error);
+    for (int i = 0; status == CURVOPT_OK && i < 2; i++)
+        status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, kind[i], 0, &table[i], error);
+    co_boundary_turning_free(&turning);
     co_blend_disc_hessian_free(&matrix);
     co_dof_map_free(&reduction);
     for (int i = 0; i < 2; i++)
@@ -127,33 +131,15 @@ static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error
     return status;
 }
 
-/* The same of a half disc, which positions allow, and of what boundaries need besides. */
+static int32_t wide_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t kind[2] = {co_fan_make_wide(3, 2, 1, 1), co_fan_make_wide(3, 2, 0, 0)};
+    (void)c;
+    return disc_parts(mesh, NULL, 8, kind, error);
+}
+
 static int32_t half_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
-    co_patches patches;
-    co_blend_disc_hessian matrix = {0};
-    co_dof_map reduction = {0};
-    co_boundary_turning turning = {0};
-    co_basis_table *table[2] = {NULL, NULL};
-    int32_t status =
-        co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
-    if (status != CURVOPT_OK)
-        return status;
-    CHECK_INT(patches.wide.n_discs, 1);
-    status = co_dof_map_identity(patches.n_cage, &reduction, error);
-    if (status == CURVOPT_OK)
-        status = co_blend_disc_hessian_create(&patches, &reduction, &matrix, error);
-    if (status == CURVOPT_OK)
-        status = co_boundary_turning_create(mesh, &patches, CURVOPT_SURFACE_POLYNOMIAL, &turning, error);
-    co_boundary_turning_free(&turning);
-    for (int i = 0; status == CURVOPT_OK && i < 2; i++)
-        status = co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, co_fan_make_half(3, 1, 2, 1, 1 - i, 1 - i), 0,
-                                       &table[i], error);
-    co_blend_disc_hessian_free(&matrix);
-    co_dof_map_free(&reduction);
-    for (int i = 0; i < 2; i++)
-        co_basis_table_destroy(table[i]);
-    co_patches_free(&patches);
-    return status;
+    const int32_t kind[2] = {co_fan_make_half(3, 1, 2, 1, 1, 1), co_fan_make_half(3, 1, 2, 1, 0, 0)};
+    return disc_parts(mesh, c->xyz, 1, kind, error);
 }
 
 static int32_t sample(const cage *c, const curvopt_mesh *mesh, int32_t surface, int32_t n, const double *uv,

@@ -24,11 +24,11 @@ static const double REACH = 0.2;
 /* What a spring is worth there at least, in parts of the objective round the vertex. */
 static const double FIRMEST = 0.3;
 
-/* stiffness [n_vertices]: in proportion to the areas round the vertices, of this sum. */
-static void set_by_area(const curvopt_mesh *m, const double *xyz, double sum, double *stiffness) {
-    double whole = co_mesh_vertex_areas(m, xyz, stiffness);
+/* stiffness [n_vertices]: factor times the area round each vertex. */
+static void set_by_area(const curvopt_mesh *m, const double *xyz, double factor, double *stiffness) {
+    co_mesh_vertex_areas(m, xyz, stiffness);
     for (int32_t v = 0; v < m->info.n_vertices; v++)
-        stiffness[v] *= sum / whole;
+        stiffness[v] *= factor;
 }
 
 /* stiffness [n_vertices] += factor times the objective's part round each vertex; energy [n_faces]: the faces' parts. */
@@ -51,9 +51,8 @@ int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, co
     int32_t status = stiffness && energy ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         double counted = co_mesh_area(mesh, constraints->left_out, xyz) / square;
-        double whole = co_mesh_area(mesh, NULL, xyz) / square;
         double density = co_functional_of_wave(&f, 2 * CO_PI / wave, counted);
-        set_by_area(mesh, xyz, unit * whole * density, stiffness);
+        set_by_area(mesh, xyz, unit * density / square, stiffness);
         co_adaptive_quadrature_by_face(assembly, mesh->info.n_faces, energy);
         add_by_energy(mesh, energy, unit * FIRMEST / (reach * reach), stiffness);
         status = co_constraints_pull_back(mesh, xyz, stiffness, reach * run->radius, constraints, error);
