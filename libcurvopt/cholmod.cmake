@@ -31,15 +31,23 @@ endforeach()
 # The serial BLAS: small dense blocks do not pay for threads, and the threaded ones need a newer C library to load.
 curvopt_find_archive(blas openblas openblas-serial)
 
-# CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: a copy of the archive calls
-# co_sparse_cholesky_parallel where the original calls GCC's OpenMP run time. A CHOLMOD without OpenMP has neither name.
+# CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: copies of the archives call
+# its functions where the originals call GCC's run time of threads, libgomp, which therefore is not needed. Archives
+# without parallel loops have none of these names; those of a function that is missing here do not link.
 if(NOT CMAKE_OBJCOPY)
   message(FATAL_ERROR "objcopy was not found (Debian: binutils)")
 endif()
-set(serial_cholmod ${CMAKE_CURRENT_BINARY_DIR}/libcholmod_serial.a)
-execute_process(COMMAND ${CMAKE_OBJCOPY} --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel ${CURVOPT_cholmod}
-                        ${serial_cholmod} COMMAND_ERROR_IS_FATAL ANY)
-list(TRANSFORM archives REPLACE "^${CURVOPT_cholmod}$" ${serial_cholmod})
+foreach(name cholmod suitesparseconfig)
+  set(serial ${CMAKE_CURRENT_BINARY_DIR}/lib${name}_serial.a)
+  execute_process(COMMAND ${CMAKE_OBJCOPY}
+                          --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel
+                          --redefine-sym omp_get_num_threads=co_sparse_cholesky_n_threads
+                          --redefine-sym omp_get_max_threads=co_sparse_cholesky_most_threads
+                          --redefine-sym omp_get_thread_num=co_sparse_cholesky_thread
+                          --redefine-sym omp_get_wtime=co_clock_seconds
+                          ${CURVOPT_${name}} ${serial} COMMAND_ERROR_IS_FATAL ANY)
+  list(TRANSFORM archives REPLACE "^${CURVOPT_${name}}$" ${serial})
+endforeach()
 
 # OpenBLAS has LAPACK in it, and that Fortran's run time. It lies in a folder of GCC's; clang knows that folder, too.
 foreach(name gfortran quadmath)

@@ -105,10 +105,9 @@ ctest_of() {
     ctest --test-dir "build/$1" --label-regex "$2" --no-tests=error --output-on-failure --parallel "$(nproc)"
 }
 
-# The tests of `release`, and runs of the command line, in a build that counts which lines have run. One thread each: two
-# would fight for the counters, and take five times as long.
+# The tests of `release`, and runs of the command line, in a build that counts which lines have run. There the default is
+# one thread (CMakePresets.json): two would fight for the counters, and take five times as long.
 run_coverage() {
-    export OMP_NUM_THREADS=1
     find build/coverage -name '*.gcda' -delete
     ctest_of coverage '^(unit|robust|abi)$' || return
     bash tests/checks/coverage_runs.sh build/coverage/curvopt || return
@@ -119,9 +118,9 @@ run_install() {
     bash tests/install/run.sh
 }
 
-# One process for each core, each with one thread.
+# One process for each core, each with one thread: tests/numeric/conftest.py.
 run_numeric() {
-    OMP_NUM_THREADS=1 env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider -n "$(nproc)" tests/numeric
+    env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider -n "$(nproc)" tests/numeric
 }
 
 # curvopt-tao is off in every preset: this part alone turns it on.

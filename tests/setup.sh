@@ -14,9 +14,6 @@
     TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 
-# Threads that wait should sleep: on a busy machine, spinning ones double the time.
-export OMP_WAIT_POLICY=passive
-
 # The script that sources this file, in front of every message.
 ME=$(basename "$0" .sh)
 

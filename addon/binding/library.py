@@ -117,9 +117,6 @@ class Library:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        # GNU OpenMP's threads wait by spinning, which on a busy machine costs many times the run. It reads its policy
-        # when it is first loaded; if Blender has loaded it already, this comes too late and does no harm.
-        os.environ.setdefault("OMP_WAIT_POLICY", "passive")
         try:
             self.c = C.CDLL(str(path))
         except OSError as error:

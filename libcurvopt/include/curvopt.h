@@ -24,9 +24,10 @@
  * never changes after its creation, and several threads may use it at once. Every other handle belongs to one thread at
  * a time; curvopt_cancel_request alone may come from any thread. Several threads may run curvopt_minimize at once.
  *
- * The library computes with GNU OpenMP. Its threads wait for each other by spinning, and on a machine that does other
- * work, too, this can make a run many times slower. Therefore set the environment variable OMP_WAIT_POLICY=passive
- * before the process starts: OpenMP reads it when it is loaded. The command line and the add-on do this themselves.
+ * A problem and a run have threads of their own (curvopt_options.threads), which sleep while they have nothing to do and
+ * are joined before curvopt_problem_destroy and curvopt_minimize return. After that the library can be unloaded. Callbacks
+ * are called on the calling thread. Where the system gives fewer threads, the work is done by those. No environment
+ * variable is read. In a child process after fork() handles of the parent must not be used.
  *
  * Determinism. On one machine the same call gives the same bits, with any number of threads. Another processor may have
  * other vector instructions or another BLAS kernel; there results agree to rounding, and where a run passes near a
@@ -399,7 +400,7 @@ typedef struct curvopt_options {
     /* Largest number of steps of a level. A level that is solved again, with fewer symmetries, has as many anew, and
      * its report counts them all. 0 or more, default 3000. */
     int32_t max_iterations;
-    /* Number of threads. 0..1024, default 0: as many as the machine has cores. */
+    /* Number of threads. 0..1024, default 0: as many as processors that the process may use. */
     int32_t threads;
     /* 1: the settings of the report (Joshi, Sequin; see the top). The surface is PLANE for third-order terms and the
      * method LMVM where they are AUTO, no symmetries are kept, and a fixed quadrature rule is used that nothing checks.

@@ -474,13 +474,6 @@ static int run_minimize(arguments *a) {
     return status;
 }
 
-/* GNU OpenMP's threads wait for each other by spinning, which on a busy machine costs up to 60 times the run. It reads
- * its policy when it is loaded, before main: so set it and start over, unless the user has chosen. */
-static void wait_passively(char **argv) {
-    if (!getenv("OMP_WAIT_POLICY") && setenv("OMP_WAIT_POLICY", "passive", 0) == 0)
-        execv("/proc/self/exe", argv); /* returns only if it cannot; then go on as we are */
-}
-
 static int run(int argc, char **argv) {
     arguments a;
     char message[512];
@@ -501,7 +494,6 @@ static int run(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
-    wait_passively(argv);
     int status = run(argc, argv);
     if (fflush(stdout) != 0 || ferror(stdout)) /* figures that nobody got are not done */
         return status == ARGUMENTS_DONE ? could_not("standard output", strerror(errno)) : status;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The shared library from outside: what it exports, what it needs.
-#   check_library.sh symbols|versions|needed|settings LIBRARY
+#   check_library.sh symbols|versions|needed LIBRARY
 set -euo pipefail
 library=$2
 folder=$(dirname "$0")
@@ -30,7 +30,7 @@ needed) # what every Linux has, and no place of this machine
     dynamic=$(readelf -d "$library")
     [[ $dynamic == *NEEDED* ]]
     libraries=$(sed -nE 's/.*\(NEEDED\).*\[(.*)\]/\1/p' <<<"$dynamic")
-    if grep -vxE 'libc\.so\.6|libm\.so\.6|libgomp\.so\.1|ld-linux-[a-z0-9-]+\.so\.2' <<<"$libraries"; then
+    if grep -vxE 'libc\.so\.6|libm\.so\.6|ld-linux-[a-z0-9-]+\.so\.2' <<<"$libraries"; then
         echo "the library needs what stands above" >&2
         exit 1
     fi
@@ -38,16 +38,8 @@ needed) # what every Linux has, and no place of this machine
         exit 1
     fi
     ;;
-settings) # OpenMP's settings are the program's, and process-wide in older run times: the library changes none
-    imported=$(nm -D --undefined-only "$library")
-    [[ $imported == *omp_get_num_threads* ]] # or this has looked at nothing
-    if grep -E 'omp_set_' <<<"$imported"; then
-        echo "the library changes a setting of the whole process" >&2
-        exit 1
-    fi
-    ;;
 *)
-    echo "usage: check_library.sh symbols|versions|needed|settings LIBRARY" >&2
+    echo "usage: check_library.sh symbols|versions|needed LIBRARY" >&2
     exit 2
     ;;
 esac

@@ -362,7 +362,6 @@ def main() -> int:
         print(f"bench: {missing}", file=sys.stderr)
         return 2
     about = circumstances(options.build)
-    os.environ["OMP_WAIT_POLICY"] = "passive"
     rows = compiled(options.build, wanted)
     peak = max((row["peak_gflops"] for row in rows if row["kind"] == "kernel"), default=0.0)
     makers = {

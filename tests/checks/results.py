@@ -56,7 +56,7 @@ def run(program: Path, job: Job, levels: int, cpu: int) -> Result:
         more = ["-o", out, "--levels", levels] if job.command == "minimize" else []
         command = [program, job.command, job.cage, "--energy", job.energy, "--threads", 1, "--quiet", "--json", "-", *more]
         done = subprocess.run(["bash", "-c", 'ulimit -t "$0"; exec "$@"', str(cpu), *map(str, command)], capture_output=True,
-                              text=True, env={**os.environ, "OMP_WAIT_POLICY": "passive"})
+                              text=True)
         if done.returncode in (-9, -24, 137, 152):  # SIGKILL, SIGXCPU
             return OUT_OF_TIME
         if done.returncode:

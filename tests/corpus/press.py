@@ -222,7 +222,7 @@ def main() -> None:
         install_folder(ROOT / "addon", Path(folder))
         command = [arguments.blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
                    str(HERE / "press_inside.py"), "--"]
-        environment = blender_environment(Path(folder), {"OMP_WAIT_POLICY": "passive"})
+        environment = blender_environment(Path(folder), {})
         shapes = shapes_of(arguments.corpus, arguments.only)
         runs = [(shape, energy) for shape in shapes for energy in arguments.energies]
         campaign(runs, arguments.output, arguments.limit, arguments.pictures, command, environment)

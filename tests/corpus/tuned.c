@@ -67,8 +67,6 @@ static void set(const char *text) {
 
 int main(int argc, char **argv) {
     int n = 0;
-    /* Without it the command line starts itself again, with the arguments that are left here. */
-    setenv("OMP_WAIT_POLICY", "passive", 0);
     tuning = co_tuning_defaults;
     for (int i = 0; i < argc; i++)
         if (!strcmp(argv[i], "--list-tuning")) {

@@ -61,7 +61,7 @@ void __wrap_free(void *p) {
 
 void fail_every_allocation(failing_run *run, void *context, long least) {
     curvopt_error error;
-    CHECK_OK(run(context, &error), &error); /* whatever OpenMP keeps for good is there now */
+    CHECK_OK(run(context, &error), &error); /* whatever libraries keep for good is there now */
     long blocks = atomic_load(&live), n = 0, met;
     do {
         memset(&error, 0, sizeof error);

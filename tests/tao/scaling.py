@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def run(build: Path, ranks: int, *arguments: str) -> None:
     """curvopt-tao minimize on so many ranks; CalledProcessError where it fails."""
-    environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1",
                    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     command = ["mpirun", "-q", "--bind-to", "none", "--oversubscribe", "-n", str(ranks), str(build / "curvopt-tao")]
     subprocess.run([*command, "minimize", *arguments, "--joshi-sequin", "--quiet"], check=True, env=environment)

@@ -35,7 +35,7 @@ CREASED = "\n".join(
 
 def tao(ranks: int, *arguments: str, prefix: tuple[str, ...] = ()) -> subprocess.CompletedProcess:
     """The program on so many ranks; `prefix` stands before it on the second of two."""
-    environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    environment = {**os.environ, "OMPI_MCA_rmaps_base_oversubscribe": "1",
                    "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
                    "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     program = [str(lib.BUILD / "curvopt-tao"), *arguments]

@@ -1,52 +1,71 @@
 /* Pieces dealt out to threads: each is done once, whatever the threads do meanwhile, and threads that nothing delays do
  * the same ones again. SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 199309L /* NOLINT: for nanosleep */
 #include "check.h"
 
+#include "base/thread_pool.h"
 #include "base/work_sharing.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <time.h>
 
 enum { MOST_THREADS = 7, MOST_PIECES = 1000 };
 
 /* Thread that did each piece; every one but thread `quick` waits before its first, -1: none does. */
-static void deal_out(int32_t n, int threads, int quick, int *done_by, int *times) {
+typedef struct dealing {
     co_work_sharing deal[MOST_THREADS];
-    co_work_sharing_start(deal, threads);
-    memset(times, 0, sizeof *times * MOST_PIECES);
-#pragma omp parallel num_threads(threads)
-    {
-        int32_t k, helped = 0;
-        if (quick >= 0 && omp_get_thread_num() != quick)
-            nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
-        while ((k = co_work_sharing_next(deal, n, &helped)) >= 0) {
-            assert_in_range(k, 0, n - 1);
-#pragma omp atomic
-            times[k]++;
-            done_by[k] = omp_get_thread_num();
-        }
+    int32_t n, quick;
+    int done_by[MOST_PIECES];
+    atomic_int times[MOST_PIECES];
+} dealing;
+
+static void take_pieces(void *context, int32_t thread, int32_t n_threads) {
+    dealing *d = context;
+    co_work_sharing_thread me = {.thread = thread, .n_threads = n_threads};
+    int32_t k;
+    if (d->quick >= 0 && thread != d->quick)
+        nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+    while ((k = co_work_sharing_next(d->deal, d->n, &me)) >= 0) {
+        if (k >= d->n)
+            abort();
+        atomic_fetch_add(&d->times[k], 1);
+        d->done_by[k] = thread;
     }
 }
 
+static void deal_out(int32_t n, int threads, int quick, dealing *d) {
+    co_thread_pool *pool;
+    curvopt_error error;
+    CHECK_OK(co_thread_pool_create(threads, &pool, &error), &error);
+    co_work_sharing_start(d->deal, threads);
+    d->n = n;
+    d->quick = quick;
+    for (int k = 0; k < MOST_PIECES; k++)
+        atomic_store(&d->times[k], 0);
+    co_thread_pool_run(pool, take_pieces, d);
+    co_thread_pool_destroy(pool);
+}
+
 static void test_every_piece_is_done_once(void **state) {
-    static int done_by[MOST_PIECES], times[MOST_PIECES];
+    static dealing d;
     (void)state;
     for (int threads = 1; threads <= MOST_THREADS; threads++)
         for (int32_t n = 0; n <= MOST_PIECES; n = n < 20 ? n + 1 : n * 2 + 13)
             for (int quick = -1; quick < threads; quick += threads) {
-                deal_out(n, threads, quick, done_by, times);
+                deal_out(n, threads, quick, &d);
                 for (int32_t k = 0; k < n; k++)
-                    assert_int_equal(times[k], 1);
+                    assert_int_equal(atomic_load(&d.times[k]), 1);
             }
 }
 
 static void test_early_threads_help(void **state) {
-    static int done_by[MOST_PIECES], times[MOST_PIECES];
+    static dealing d;
     int by_quick = 0;
     (void)state;
-    deal_out(MOST_PIECES, 2, 1, done_by, times);
+    deal_out(MOST_PIECES, 2, 1, &d);
     for (int k = 0; k < MOST_PIECES / 2; k++)
-        by_quick += done_by[k] == 1;
+        by_quick += d.done_by[k] == 1;
     assert_in_range(by_quick, MOST_PIECES / 4, MOST_PIECES);
 }
 

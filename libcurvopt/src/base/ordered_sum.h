@@ -5,6 +5,8 @@
 #ifndef CO_BASE_ORDERED_SUM_H
 #define CO_BASE_ORDERED_SUM_H
 
+#include "base/thread_pool.h"
+
 #include <stddef.h>
 
 enum {
@@ -16,6 +18,11 @@ enum {
  * the result is n. */
 static inline size_t co_ordered_sum_begin(size_t n, int chunk) {
     return n * (size_t)chunk / CO_ORDERED_SUM_CHUNKS;
+}
+
+/* Calls sum_chunks(context, first, end) for all chunks, on several threads where n summands are worth it. */
+static inline void co_ordered_sum_run(co_thread_pool *pool, size_t n, co_thread_loop *sum_chunks, void *context) {
+    co_thread_pool_for(n >= CO_ORDERED_SUM_WORTH_THREADS ? pool : NULL, CO_ORDERED_SUM_CHUNKS, sum_chunks, context);
 }
 
 #endif

@@ -10,31 +10,35 @@
 #ifndef CO_BASE_WORK_SHARING_H
 #define CO_BASE_WORK_SHARING_H
 
-#include <omp.h>
+#include <stdatomic.h>
 #include <stdint.h>
-#include <string.h>
 
 /* Counter of one thread. It fills two cache lines, so that no two threads write to the same one. */
 typedef struct co_work_sharing {
-    int32_t taken;           /* number of the thread's own pieces that have been taken, by whichever thread */
+    _Atomic int32_t taken;   /* number of the thread's own pieces that have been taken, by whichever thread */
     int32_t other_lines[31]; /* padding to 128 bytes */
 } co_work_sharing;
 
-/* Resets the counters sharing [n_threads]; to be called before the parallel region. */
+/* Resets the counters sharing [n_threads]; to be called before the threads' task begins. */
 static inline void co_work_sharing_start(co_work_sharing *sharing, int32_t n_threads) {
-    memset(sharing, 0, sizeof *sharing * (size_t)n_threads);
+    for (int32_t k = 0; k < n_threads; k++)
+        atomic_init(&sharing[k].taken, 0);
 }
 
+/* A thread of a task (thread_pool.h), as co_work_sharing_next() sees it. */
+typedef struct co_work_sharing_thread {
+    int32_t thread, n_threads; /* the task's; at most as many threads as there are counters */
+    int32_t helped;            /* 0 at first: number of threads whose own pieces this one has found all taken */
+} co_work_sharing_thread;
+
 /* Takes a piece 0 .. n - 1 that nobody has taken yet and returns its number; -1 if there is none. To be called by every
- * thread of a parallel region of at most as many threads as there are counters. *helped is 0 before a thread's first
- * call; it counts the threads whose own pieces this one has found all taken. */
-static inline int32_t co_work_sharing_next(co_work_sharing *sharing, int32_t n, int32_t *helped) {
-    const int64_t threads = omp_get_num_threads();
-    for (; *helped < threads; ++*helped) {
-        int64_t whose = (omp_get_thread_num() + *helped) % threads;
-        int32_t begin = (int32_t)(n * whose / threads), end = (int32_t)(n * (whose + 1) / threads), taken;
-#pragma omp atomic capture
-        taken = sharing[whose].taken++;
+ * thread of the task. */
+static inline int32_t co_work_sharing_next(co_work_sharing *sharing, int32_t n, co_work_sharing_thread *me) {
+    const int64_t threads = me->n_threads;
+    for (; me->helped < threads; me->helped++) {
+        int64_t whose = ((int64_t)me->thread + me->helped) % threads;
+        int32_t begin = (int32_t)(n * whose / threads), end = (int32_t)(n * (whose + 1) / threads);
+        int32_t taken = atomic_fetch_add_explicit(&sharing[whose].taken, 1, memory_order_relaxed);
         if (taken < end - begin)
             return begin + taken;
     }

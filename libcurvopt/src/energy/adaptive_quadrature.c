@@ -12,49 +12,81 @@
 
 /* ------------------------------------------------------------------------------- terms and errors of patches -- */
 
+/* What store_terms() is about. */
+typedef struct stored_terms {
+    const co_element_batches *batches;
+    double area;
+    int third;
+    co_patch_terms *out;
+} stored_terms;
+
+static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
+    const stored_terms *s = context;
+    const co_element_batches *l = s->batches;
+    for (int32_t b = (int32_t)begin; b < (int32_t)end; b++)
+        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
+            double term[CURVOPT_MAX_TERMS], integral[CO_N_INTEGRALS];
+            co_patch_terms *to = &s->out[l->patch[b * l->lanes + lane]];
+            for (int i = 0; i < CO_N_INTEGRALS; i++)
+                integral[i] = co_element_batches_sum(l, b, lane, i);
+            to->area = integral[CO_INT_AREA];
+            integral[CO_INT_AREA] = s->area;
+            co_functional_terms(integral, s->third, term);
+            memcpy(to->term, term, sizeof to->term);
+        }
+}
+
 /* Terms of every patch of these batches, whose integrals were evaluated last, into `out`; `area`: the whole surface's.
  */
 static void store_terms(const co_assembly *a, const co_element_batches *l, double area, int third,
                         co_patch_terms *out) {
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (int32_t b = 0; b < l->n_blocks; b++)
-        for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
-            double term[CURVOPT_MAX_TERMS], integral[CO_N_INTEGRALS];
-            co_patch_terms *to = &out[l->patch[b * l->lanes + lane]];
-            for (int i = 0; i < CO_N_INTEGRALS; i++)
-                integral[i] = co_element_batches_sum(l, b, lane, i);
-            to->area = integral[CO_INT_AREA];
-            integral[CO_INT_AREA] = area;
-            co_functional_terms(integral, third, term);
-            memcpy(to->term, term, sizeof to->term);
-        }
+    stored_terms s = {.batches = l, .area = area, .third = third, .out = out};
+    co_thread_pool_for(a->threads, (size_t)l->n_blocks, store_terms_of_blocks, &s);
+}
+
+/* Sums of terms over patches, chunk by chunk (ordered_sum.h). */
+typedef struct term_sums {
+    const co_patch_terms *terms;
+    size_t n;
+    double sum[CO_ORDERED_SUM_CHUNKS][CURVOPT_N_TERMS];
+} term_sums;
+
+static void sum_terms(void *context, size_t begin, size_t end) {
+    term_sums *s = context;
+    for (int k = (int)begin; k < (int)end; k++)
+        for (size_t p = co_ordered_sum_begin(s->n, k); p < co_ordered_sum_begin(s->n, k + 1); p++)
+            for (int t = 0; t < CURVOPT_N_TERMS; t++)
+                s->sum[k][t] += s->terms[p].term[t];
 }
 
 /* The measure whose whole is the sum of these patches' terms. */
 static co_quadrature_error_measure measure_of(const co_assembly *a, int every_term, const co_patch_terms *terms) {
     co_quadrature_error_measure m = {.weights = a->weights, .every_term = every_term};
-    double sum[CO_ORDERED_SUM_CHUNKS][CURVOPT_N_TERMS];
-    size_t n = (size_t)a->patches.n_patches;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
-    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
-        memset(sum[k], 0, sizeof sum[k]);
-        for (size_t p = co_ordered_sum_begin(n, k); p < co_ordered_sum_begin(n, k + 1); p++)
-            for (int t = 0; t < CURVOPT_N_TERMS; t++)
-                sum[k][t] += terms[p].term[t];
-    }
+    term_sums s = {.terms = terms, .n = (size_t)a->patches.n_patches};
+    co_ordered_sum_run(a->threads, s.n, sum_terms, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            m.whole.term[t] += sum[k][t];
+            m.whole.term[t] += s.sum[k][t];
     return m;
+}
+
+/* What compare_terms() is about. */
+typedef struct compared_terms {
+    co_quadrature_error_measure measure;
+    const co_patch_terms *other;
+    co_quadrature_estimates *estimates;
+} compared_terms;
+
+static void compare_terms_of_patches(void *context, size_t begin, size_t end) {
+    const compared_terms *c = context;
+    for (size_t p = begin; p < end; p++)
+        c->estimates->error[p] = co_quadrature_error_relative(&c->measure, &c->estimates->used[p], &c->other[p]);
 }
 
 /* Fills estimates.error with the differences between the terms by the patches' rules and those by other rules. */
 static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other) {
-    co_quadrature_error_measure measure = measure_of(a, every_term, other);
-    co_quadrature_estimates *e = &a->estimates;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        e->error[p] = co_quadrature_error_relative(&measure, &e->used[p], &other[p]);
+    compared_terms c = {.measure = measure_of(a, every_term, other), .other = other, .estimates = &a->estimates};
+    co_thread_pool_for(a->threads, (size_t)a->patches.n_patches, compare_terms_of_patches, &c);
 }
 
 void co_adaptive_quadrature_by_face(const co_assembly *a, int32_t n_faces, double *energy) {
@@ -163,12 +195,24 @@ static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) 
     return e;
 }
 
+/* Errors chunk by chunk (ordered_sum.h). */
+typedef struct error_sums {
+    const co_assembly *assembly;
+    size_t n;
+    errors part[CO_ORDERED_SUM_CHUNKS];
+} error_sums;
+
+static void sum_errors(void *context, size_t begin, size_t end) {
+    error_sums *s = context;
+    for (int k = (int)begin; k < (int)end; k++)
+        s->part[k] = errors_of_patches(s->assembly, co_ordered_sum_begin(s->n, k), co_ordered_sum_begin(s->n, k + 1));
+}
+
 static errors errors_of(const co_assembly *a) {
-    errors part[CO_ORDERED_SUM_CHUNKS], e = {0};
-    size_t n = (size_t)a->patches.n_patches;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
-    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
-        part[k] = errors_of_patches(a, co_ordered_sum_begin(n, k), co_ordered_sum_begin(n, k + 1));
+    errors e = {0};
+    error_sums s = {.assembly = a, .n = (size_t)a->patches.n_patches};
+    const errors *part = s.part;
+    co_ordered_sum_run(a->threads, s.n, sum_errors, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
         co_quadrature_error_join(&e.objective, &part[k].objective);
         co_quadrature_error_join(&e.area, &part[k].area);

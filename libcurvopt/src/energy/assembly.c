@@ -7,7 +7,6 @@
 #include "mesh/similarity.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -114,6 +113,18 @@ static int32_t take_isolated(co_assembly *a, const curvopt_mesh *mesh, curvopt_e
     return CURVOPT_OK;
 }
 
+static int32_t take_threads(co_assembly *a, const curvopt_options *options, const co_basis_table_cache *tables,
+                            curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    a->threads = tables ? tables->threads : NULL;
+    if (!a->threads) {
+        status = co_thread_pool_create(options->threads, &a->own_threads, error);
+        a->threads = a->own_threads;
+    }
+    a->n_threads = co_thread_pool_size(a->threads);
+    return status;
+}
+
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                            co_basis_table_cache *tables, const double *face_weight, co_assembly *a,
                            curvopt_error *error) {
@@ -121,18 +132,22 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const cu
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->kernel = co_element_kernel_select(NULL);
-    a->n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    int32_t status =
-        co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
+    int32_t status = take_threads(a, options, tables, error);
     if (status != CURVOPT_OK)
         return status;
+    status =
+        co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
+    if (status != CURVOPT_OK) {
+        co_thread_pool_destroy(a->own_threads);
+        return status;
+    }
     status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
         status = co_boundary_turning_create(mesh, &a->patches, a->surface, &a->turning, error);
     if (status == CURVOPT_OK)
         status = take_isolated(a, mesh, error);
     co_basis_table_cache_create(a->surface, &a->own_cache);
-    a->own_cache.n_threads = a->n_threads;
+    a->own_cache.threads = a->threads;
     a->cache = tables ? tables : &a->own_cache;
     a->cancel = a->cache->cancel;
     if (status == CURVOPT_OK) {
@@ -170,6 +185,7 @@ void co_assembly_free(co_assembly *a) {
     free(a->work);
     free(a->sharing);
     co_quadrature_estimates_free(&a->estimates);
+    co_thread_pool_destroy(a->own_threads);
     *a = (co_assembly){0};
 }
 
@@ -177,6 +193,20 @@ int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_
     a->met = from->met;
     memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
     return co_assembly_update_batches(a, error);
+}
+
+/* Positions on their way to normalized ones. */
+typedef struct normalization {
+    const double *from;
+    double *to;
+    double centroid[3], unit;
+} normalization;
+
+static void normalize_points(void *context, size_t begin, size_t end) {
+    const normalization *m = context;
+    for (size_t v = begin; v < end; v++)
+        for (size_t c = 0; c < 3; c++)
+            m->to[3 * v + c] = (m->from[3 * v + c] - m->centroid[c]) * m->unit;
 }
 
 double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
@@ -188,16 +218,40 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     } else if (is_normalized) {
         memcpy(a->points, xyz, 3 * n * sizeof *xyz);
     } else {
-        double centroid[3];
-        radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, centroid);
-        const double unit = 1 / radius;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-        for (size_t v = 0; v < n; v++)
-            for (size_t c = 0; c < 3; c++)
-                a->points[3 * v + c] = (xyz[3 * v + c] - centroid[c]) * unit;
+        normalization m = {.from = xyz, .to = a->points};
+        radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, m.centroid);
+        m.unit = 1 / radius;
+        co_thread_pool_for(a->threads, n, normalize_points, &m);
     }
     co_patches_derive(&a->patches, a->points);
     return radius;
+}
+
+/* What gradient_of_normalized() is about. */
+typedef struct gradient_parts {
+    const double *points;
+    double *gradient;
+    size_t n;
+    double part, unit, mean[3], radial;
+    double sum[CO_ORDERED_SUM_CHUNKS][6]; /* of the gradient, and of its products with positions */
+} gradient_parts;
+
+static void sum_gradient(void *context, size_t begin, size_t end) {
+    gradient_parts *g = context;
+    for (int k = (int)begin; k < (int)end; k++)
+        for (size_t v = co_ordered_sum_begin(g->n, k); v < co_ordered_sum_begin(g->n, k + 1); v++)
+            for (size_t c = 0; c < 3; c++) {
+                g->sum[k][c] += g->part * g->gradient[3 * v + c];
+                g->sum[k][3 + c] += g->part * g->gradient[3 * v + c] * g->points[3 * v + c];
+            }
+}
+
+static void project_gradient(void *context, size_t begin, size_t end) {
+    const gradient_parts *g = context;
+    for (size_t v = begin; v < end; v++)
+        for (size_t c = 0; c < 3; c++)
+            g->gradient[3 * v + c] =
+                (g->gradient[3 * v + c] - g->mean[c] - g->radial * g->points[3 * v + c]) * g->unit;
 }
 
 /* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling
@@ -205,27 +259,20 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
  * formula in the variables of a minimization. */
 static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
-    const double part = 1 / (double)(n - (size_t)a->n_isolated), unit = 1 / radius;
-    double sum[CO_ORDERED_SUM_CHUNKS][6], mean[3] = {0, 0, 0}, along[3] = {0, 0, 0};
-#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
-    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
-        memset(sum[k], 0, sizeof sum[k]);
-        for (size_t v = co_ordered_sum_begin(n, k); v < co_ordered_sum_begin(n, k + 1); v++)
-            for (size_t c = 0; c < 3; c++) {
-                sum[k][c] += part * gradient[3 * v + c];
-                sum[k][3 + c] += part * gradient[3 * v + c] * a->points[3 * v + c];
-            }
-    }
+    double along[3] = {0, 0, 0};
+    gradient_parts g = {.points = a->points,
+                        .gradient = gradient,
+                        .n = n,
+                        .part = 1 / (double)(n - (size_t)a->n_isolated),
+                        .unit = 1 / radius};
+    co_ordered_sum_run(a->threads, n, sum_gradient, &g);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
         for (size_t c = 0; c < 3; c++) {
-            mean[c] += sum[k][c];
-            along[c] += sum[k][3 + c];
+            g.mean[c] += g.sum[k][c];
+            along[c] += g.sum[k][3 + c];
         }
-    const double radial = along[0] + along[1] + along[2];
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (size_t v = 0; v < n; v++)
-        for (size_t c = 0; c < 3; c++)
-            gradient[3 * v + c] = (gradient[3 * v + c] - mean[c] - radial * a->points[3 * v + c]) * unit;
+    g.radial = along[0] + along[1] + along[2];
+    co_thread_pool_for(a->threads, n, project_gradient, &g);
     for (int32_t i = 0; i < a->n_isolated; i++)
         memset(gradient + 3 * (size_t)a->isolated[i], 0, 3 * sizeof *gradient);
 }
@@ -293,28 +340,44 @@ static void add_batches(co_assembly *a, const co_element_batches *l, size_t firs
             sum[c] += l->batch_sums[n * k + c];
 }
 
+/* What run_blocks() is about. */
+typedef struct block_run {
+    co_assembly *assembly;
+    const co_element_batches *batches;
+    const co_integrand *integrand;
+    int third, gradient;
+} block_run;
+
+static void run_shared_blocks(void *context, int32_t thread, int32_t n_threads) {
+    const block_run *r = context;
+    co_assembly *a = r->assembly;
+    const co_element_batches *l = r->batches;
+    double *work = a->work + (size_t)thread * a->work_stride;
+    co_work_sharing_thread me = {.thread = thread, .n_threads = n_threads};
+    int32_t k;
+    while (!co_cancel_is_due(a->cancel) &&
+           (k = co_work_sharing_next(a->sharing, r->gradient ? l->n_batches : l->n_blocks, &me)) >= 0)
+        if (r->gradient)
+            run_batch(a, l, k, r->integrand, r->third, work);
+        else
+            run_block(a, l, k, r->integrand, r->third, NULL, work);
+}
+
+static void add_batches_of_points(void *context, size_t begin, size_t end) {
+    const block_run *r = context;
+    for (size_t first = begin; first < end; first++)
+        if (r->batches->touched[first].is_first)
+            add_batches(r->assembly, r->batches, first);
+}
+
 /* Evaluates all blocks; gradients are those of `integrand`. */
 static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
                        int gradient) {
+    block_run r = {.assembly = a, .batches = l, .integrand = integrand, .third = third, .gradient = gradient};
     co_work_sharing_start(a->sharing, a->n_threads);
-#pragma omp parallel num_threads(a->n_threads)
-    {
-        double *work = a->work + (size_t)omp_get_thread_num() * a->work_stride;
-        int32_t k, helped = 0;
-        while (!co_cancel_is_due(a->cancel) &&
-               (k = co_work_sharing_next(a->sharing, gradient ? l->n_batches : l->n_blocks, &helped)) >= 0)
-            if (gradient)
-                run_batch(a, l, k, integrand, third, work);
-            else
-                run_block(a, l, k, integrand, third, NULL, work);
-        if (gradient) {
-#pragma omp barrier
-#pragma omp for schedule(static)
-            for (size_t first = 0; first < l->batch_touched[l->n_batches]; first++)
-                if (l->touched[first].is_first)
-                    add_batches(a, l, first);
-        }
-    }
+    co_thread_pool_run(a->threads, run_shared_blocks, &r);
+    if (gradient)
+        co_thread_pool_for(a->threads, l->batch_touched[l->n_batches], add_batches_of_points, &r);
 }
 
 /* Adds blocks begin .. end - 1 to a sum of blocks. */
@@ -332,14 +395,27 @@ static void add_blocks(const co_assembly *a, const co_element_batches *l, int32_
         }
 }
 
+/* Values chunk by chunk (ordered_sum.h). */
+typedef struct value_sums {
+    const co_assembly *assembly;
+    const co_element_batches *batches;
+    co_values *part; /* [CO_ORDERED_SUM_CHUNKS] */
+} value_sums;
+
+static void sum_values(void *context, size_t begin, size_t end) {
+    const value_sums *s = context;
+    const size_t n = (size_t)s->batches->n_blocks;
+    for (int k = (int)begin; k < (int)end; k++) {
+        s->part[k] = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
+        add_blocks(s->assembly, s->batches, (int32_t)co_ordered_sum_begin(n, k),
+                   (int32_t)co_ordered_sum_begin(n, k + 1), &s->part[k]);
+    }
+}
+
 static void total(const co_assembly *a, const co_element_batches *l, co_values *out) {
     co_values part[CO_ORDERED_SUM_CHUNKS];
-    size_t n = (size_t)l->n_blocks;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads) if (n >= CO_ORDERED_SUM_WORTH_THREADS)
-    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
-        part[k] = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
-        add_blocks(a, l, (int32_t)co_ordered_sum_begin(n, k), (int32_t)co_ordered_sum_begin(n, k + 1), &part[k]);
-    }
+    value_sums s = {.assembly = a, .batches = l, .part = part};
+    co_ordered_sum_run(a->threads, (size_t)l->n_blocks, sum_values, &s);
     *out = part[0];
     for (int k = 1; k < CO_ORDERED_SUM_CHUNKS; k++) {
         for (int i = 0; i < CO_N_INTEGRALS; i++)
@@ -354,19 +430,31 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
     out->objective = co_functional_value(&a->functional, out->integral);
 }
 
+/* What collect_gradient() is about. */
+typedef struct collected_gradient {
+    co_assembly *assembly;
+    double factor, area_factor;
+    double *gradient;
+} collected_gradient;
+
+static void collect_points(void *context, size_t begin, size_t end) {
+    const collected_gradient *g = context;
+    const co_assembly *a = g->assembly;
+    const int area = needs_area_gradient(a);
+    const size_t n_cage = (size_t)a->patches.n_cage;
+    for (size_t i = begin; i < end; i++) {
+        size_t p = a->active ? (size_t)a->active[i] : i;
+        const double *sum = a->point_sums + 6 * p;
+        double *to = p < n_cage ? g->gradient : a->point_gradient;
+        for (size_t c = 0; c < 3; c++)
+            to[3 * p + c] = g->factor * sum[c] + (area ? g->area_factor * sum[3 + c] : 0);
+    }
+}
+
 /* The gradient factor * the integrand's + area_factor * the area's, that of derived points taken back to the cage. */
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
-    int area = needs_area_gradient(a);
-    int32_t n = a->active ? a->n_active : a->patches.n_points;
-    size_t n_cage = (size_t)a->patches.n_cage;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (int32_t i = 0; i < n; i++) {
-        size_t p = (size_t)(a->active ? a->active[i] : i);
-        const double *sum = a->point_sums + 6 * p;
-        double *to = p < n_cage ? gradient : a->point_gradient;
-        for (size_t c = 0; c < 3; c++)
-            to[3 * p + c] = factor * sum[c] + (area ? area_factor * sum[3 + c] : 0);
-    }
+    collected_gradient g = {.assembly = a, .factor = factor, .area_factor = area_factor, .gradient = gradient};
+    co_thread_pool_for(a->threads, (size_t)(a->active ? a->n_active : a->patches.n_points), collect_points, &g);
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
 

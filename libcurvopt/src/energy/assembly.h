@@ -12,6 +12,7 @@
 #ifndef CO_ENERGY_ASSEMBLY_H
 #define CO_ENERGY_ASSEMBLY_H
 
+#include "base/thread_pool.h"
 #include "base/tuning.h"
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
@@ -32,7 +33,9 @@ typedef struct co_assembly {
     double weights[CURVOPT_N_TERMS]; /* the functional's */
     int32_t surface;                 /* curvopt_surface, not AUTO */
     co_boundary_turning turning;     /* boundaries and creases, for Gauss-Bonnet */
-    int32_t n_threads;
+    co_thread_pool *threads;          /* the caller's, or own_threads */
+    co_thread_pool *own_threads;      /* NULL where the caller has some */
+    int32_t n_threads;                /* size of the pool */
     int32_t *active;                  /* [n_active] points that patches are made of, ascending; NULL: all points */
     int32_t n_active;                 /* number of active points */
     int32_t n_active_cage;            /* number of active points that are vertices of the cage; they come first */
@@ -74,7 +77,8 @@ typedef struct co_values {
 
 /* Needs options->surface other than AUTO. xyz: as co_patches_create. `tables`: a cache of that surface, which several
  * assemblies may share one after another, and which they must not outlive; NULL: the assembly has its own, and must
- * then stay where it is in memory. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0
+ * then stay where it is in memory. Threads are those of the cache; where it has none the assembly has
+ * options->threads of its own. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0
  * are left out. With weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the
  * symmetric part is. Errors are those of curvopt_problem_create. */
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,

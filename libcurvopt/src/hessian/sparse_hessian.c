@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 
-#include <omp.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -282,23 +282,37 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
             add_vertex(&f, j);
 }
 
-/* Evaluates the matrices of n blocks into h->chunk. before [3 n_points] or NULL. */
-static void run_chunk(co_assembly *a, co_sparse_hessian *h, int32_t first, int32_t n, const co_integrand *integrand,
-                      int exact, const double *before) {
-#pragma omp parallel for schedule(dynamic, 1) num_threads(a->n_threads)
-    for (int32_t k = 0; k < n; k++) {
-        const co_block *b = &h->batches.block[first + k];
+/* Blocks whose matrices are evaluated together. */
+typedef struct chunk_run {
+    co_assembly *assembly;
+    co_sparse_hessian *hessian;
+    int32_t first, n;
+    const co_integrand *integrand;
+    int exact;
+    const double *before;      /* [3 n_points] or NULL */
+    _Atomic int32_t next_free; /* number of blocks that some thread has taken */
+} chunk_run;
+
+/* Threads take the blocks one by one: costs differ, and each matrix is written by its own thread only. */
+static void run_blocks_of_chunk(void *context, int32_t thread, int32_t n_threads) {
+    chunk_run *r = context;
+    const co_assembly *a = r->assembly;
+    co_sparse_hessian *h = r->hessian;
+    int32_t k;
+    (void)n_threads;
+    while ((k = atomic_fetch_add_explicit(&r->next_free, 1, memory_order_relaxed)) < r->n) {
+        const co_block *b = &h->batches.block[r->first + k];
         co_element_hessian element = {.table = b->table,
                                       .points = h->batches.points + b->points,
                                       .xyz = a->points,
-                                      .before = before,
+                                      .before = r->before,
                                       .eps4 = co_functional_eps4(),
-                                      .integrand = *integrand,
+                                      .integrand = *r->integrand,
                                       .third = a->functional.has_third,
                                       .cancel = a->cancel,
-                                      .exact = exact,
+                                      .exact = r->exact,
                                       .matrix = h->chunk + (size_t)k * h->matrix_stride,
-                                      .work = h->work + (size_t)omp_get_thread_num() * h->work_stride};
+                                      .work = h->work + (size_t)thread * h->work_stride};
         a->kernel->run_second(&element);
     }
 }
@@ -354,10 +368,12 @@ static void collect_discs(const co_assembly *a, co_sparse_hessian *h) {
 }
 
 /* Each thread owns some columns, and some discs, so that sums come in the same order for any number of threads. */
-static void scatter_chunk(const co_assembly *a, co_sparse_hessian *h, int32_t first, int32_t n) {
-    int32_t n_nodes = h->dofs->n_nodes;
-#pragma omp parallel for schedule(static) num_threads(a->n_threads)
-    for (int32_t t = 0; t < a->n_threads; t++) {
+static void scatter_chunk(void *context, size_t begin, size_t end) {
+    const chunk_run *r = context;
+    const co_assembly *a = r->assembly;
+    co_sparse_hessian *h = r->hessian;
+    const int32_t n_nodes = h->dofs->n_nodes, first = r->first, n = r->n;
+    for (int32_t t = (int32_t)begin; t < (int32_t)end; t++) {
         const share mine = {.begin = (int32_t)((int64_t)n_nodes * t / a->n_threads),
                             .end = (int32_t)((int64_t)n_nodes * (t + 1) / a->n_threads),
                             .fold = h->fold + (size_t)t * h->fold_stride,
@@ -403,8 +419,15 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
     for (int32_t first = 0; first < h->batches.n_blocks; first += CHUNK_BLOCKS) {
         int32_t n = h->batches.n_blocks - first;
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
-        run_chunk(a, h, first, n, &integrand, exact, kind->before ? h->before : NULL);
-        scatter_chunk(a, h, first, n);
+        chunk_run r = {.assembly = a,
+                       .hessian = h,
+                       .first = first,
+                       .n = n,
+                       .integrand = &integrand,
+                       .exact = exact,
+                       .before = kind->before ? h->before : NULL};
+        co_thread_pool_run(a->threads, run_blocks_of_chunk, &r);
+        co_thread_pool_for(a->threads, (size_t)a->n_threads, scatter_chunk, &r);
         if (co_cancel_is_due(a->cancel)) /* something may be missing */
             return CO_CANCELLED;
     }

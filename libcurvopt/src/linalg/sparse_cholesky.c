@@ -70,15 +70,29 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
 
 /* CHOLMOD's parallel loops. CHOLMOD 3 has no setting for them: it asks for four threads for loops over 64 numbers or
  * more, however many processors there are, and waking them costs a tenth of a factor of such a size and brings nothing
- * to larger ones (notes/43-threads-of-the-factor.md). So its archive is linked with GOMP_parallel renamed to this
- * function (cholmod.cmake), which gives each loop to the calling thread. OpenMP's settings, which the caller's program
- * shares, are left alone. */
+ * to larger ones (notes/43-threads-of-the-factor.md). So its archive is linked with the functions of its run time of
+ * threads renamed to these (cholmod.cmake): one thread, the calling one. */
 void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags);
+int co_sparse_cholesky_n_threads(void);
+int co_sparse_cholesky_most_threads(void);
+int co_sparse_cholesky_thread(void);
+
 void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags) {
     (void)n_threads;
     (void)flags;
-#pragma omp parallel num_threads(1)
     body(data);
+}
+
+int co_sparse_cholesky_n_threads(void) {
+    return 1;
+}
+
+int co_sparse_cholesky_most_threads(void) {
+    return 1;
+}
+
+int co_sparse_cholesky_thread(void) {
+    return 0;
 }
 
 static void factorize(co_sparse_cholesky *f, cholmod_factor *factor, double shift) {

@@ -20,7 +20,6 @@
 #include "surface/blend_disc_half.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -352,9 +351,11 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
                 .cancel = {.flag = cancel}};
     co_basis_table_cache_create(options->surface, &r.tables);
     r.tables.cancel = &r.cancel;
-    r.tables.n_threads = options->threads > 0 ? options->threads : omp_get_max_threads();
     r.context.tables = &r.tables;
-    int32_t status = start_run(&r, mesh, xyz, error);
+    int32_t status = co_thread_pool_create(options->threads, &r.threads, error);
+    r.tables.threads = r.threads;
+    if (status == CURVOPT_OK)
+        status = start_run(&r, mesh, xyz, error);
     if (status == CURVOPT_OK)
         status = run_levels(&r, error);
     if (status == CO_CANCELLED) {
@@ -373,6 +374,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     co_sliding_free(&r.sliding);
     free(r.shape);
     co_basis_table_cache_free(&r.tables);
+    co_thread_pool_destroy(r.threads);
     return status;
 }
 

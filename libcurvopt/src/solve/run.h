@@ -40,6 +40,7 @@ typedef struct co_run {
     double started;      /* seconds */
     double start_energy; /* of the input cage */
     co_cancel cancel;    /* what takes long looks at this */
+    co_thread_pool *threads;
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
     double *shape;              /* [3 n_vertices] what the present level began with: context.shape */

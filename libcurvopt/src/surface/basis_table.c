@@ -173,7 +173,7 @@ typedef struct cell_samples {
     double area_factor;       /* of area weights: more than 1 in the last ring, which stands for those inside it */
     double curvature_factor;  /* of curvature weights, likewise */
     double jacobian_scale;    /* undoes the shrinking of the ring in Jacobians */
-    int32_t n_threads;
+    co_thread_pool *threads; /* NULL: one */
     co_cancel *cancel;
 } cell_samples;
 
@@ -206,18 +206,32 @@ static void store_sample(co_basis_table *t, const cell_samples *c, co_real u, co
     }
 }
 
+/* Gauss's points in the sub-cells of a cell. */
+typedef struct cell_grid {
+    co_basis_table *table;
+    const cell_samples *samples;
+    int splits, gauss; /* sub-cells a side, points a side of each */
+    int32_t first;     /* number of the first sample */
+    co_real node[MAX_GAUSS], weight[MAX_GAUSS];
+} cell_grid;
+
+static void store_samples(void *context, size_t begin, size_t end) {
+    const cell_grid *g = context;
+    const cell_samples *c = g->samples;
+    const int gauss = g->gauss, splits = g->splits;
+    for (int k = (int)begin; k < (int)end && !co_cancel_is_due(c->cancel); k++) {
+        int i = k % c->n_side, j = k / c->n_side;
+        store_sample(g->table, c, (i / gauss + g->node[i % gauss]) / splits, (j / gauss + g->node[j % gauss]) / splits,
+                     g->weight[i % gauss] * g->weight[j % gauss] / (splits * splits), g->first + k);
+    }
+}
+
 /* The samples of one cell, from number `sample` on; the next free one. */
 static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sample) {
-    co_real node[MAX_GAUSS], weight[MAX_GAUSS];
-    int splits = (c->n_side + MAX_GAUSS - 1) / MAX_GAUSS, gauss = c->n_side / splits;
-    co_gauss_legendre(gauss, node, weight);
-#pragma omp parallel for schedule(static) num_threads(c->n_threads) if (c->n_threads > 1)
-    for (int k = 0; k < c->n_side * c->n_side; k++) {
-        int i = k % c->n_side, j = k / c->n_side;
-        if (!co_cancel_is_due(c->cancel))
-            store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
-                         weight[i % gauss] * weight[j % gauss] / (splits * splits), sample + k);
-    }
+    cell_grid g = {.table = t, .samples = c, .splits = (c->n_side + MAX_GAUSS - 1) / MAX_GAUSS, .first = sample};
+    g.gauss = c->n_side / g.splits;
+    co_gauss_legendre(g.gauss, g.node, g.weight);
+    co_thread_pool_for(c->threads, (size_t)c->n_side * (size_t)c->n_side, store_samples, &g);
     return sample + c->n_side * c->n_side;
 }
 
@@ -299,7 +313,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
                                 .n_side = points_of_ring(rule_set_of(t), r, ring),
-                                .n_threads = t->n_points >= WORTH_THREADS ? cache->n_threads : 1,
+                                .threads = t->n_points >= WORTH_THREADS ? cache->threads : NULL,
                                 .cancel = cache->cancel,
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
@@ -323,7 +337,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
 static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial, const rule *r, curvopt_error *error) {
     co_ring_cell cell = {0};
     cell_samples whole = {
-        .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1, .n_threads = 1};
+        .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
     int32_t status = CURVOPT_OK;
     if (co_fan_is_wide(t->kind)) {
         status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
@@ -495,7 +509,7 @@ int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u
 }
 
 void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache) {
-    *cache = (co_basis_table_cache){.surface = surface, .n_threads = 1};
+    *cache = (co_basis_table_cache){.surface = surface};
 }
 
 void co_basis_table_cache_free(co_basis_table_cache *cache) {

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py. Usage: pictures.sh [FOLDER]
 set -eu
-export OMP_WAIT_POLICY=passive # as for the tests, run.sh in the folder above
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
 

@@ -1,0 +1,212 @@
+/* Threads that sleep between tasks. SPDX-License-Identifier: GPL-3.0-or-later */
+#define _GNU_SOURCE /* NOLINT: for sched_getaffinity */
+#include "base/thread_pool.h"
+
+#include "base/memory.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#ifdef _WIN32
+#include <windows.h>
+#else
+#include <sched.h>
+#include <signal.h>
+#include <unistd.h>
+#endif
+
+/* Looks at a counter before a thread sleeps (notes/32-waiting-threads.md). */
+#ifndef CO_THREAD_POOL_LOOKS
+#define CO_THREAD_POOL_LOOKS 0
+#endif
+
+typedef struct worker {
+    co_thread_pool *pool;
+    int32_t number; /* 1 .. n_workers; 0 is the calling thread */
+    pthread_t thread;
+} worker;
+
+struct co_thread_pool {
+    int32_t n_threads;  /* wanted, with the calling one */
+    int32_t n_workers;  /* threads that were started */
+    int is_started;     /* or the start was tried */
+    int is_ending;      /* set with the last task_number */
+    atomic_int is_busy; /* a task runs */
+    pthread_mutex_t mutex;
+    pthread_cond_t begins, ends; /* of a task */
+    atomic_uint task_number;     /* goes up by 1 when a task begins */
+    atomic_int n_running;        /* workers that have not ended it */
+    co_thread_task *task;
+    void *context;
+    worker *worker; /* [n_threads - 1] */
+};
+
+int32_t co_thread_pool_processors(void) {
+#if defined(CO_THREAD_POOL_PROCESSORS) /* a build whose default is another */
+    const long n = CO_THREAD_POOL_PROCESSORS;
+#elif defined(_WIN32)
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    const long n = (long)info.dwNumberOfProcessors;
+#else
+    long n = 0;
+#if defined(__linux__)
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0)
+        n = CPU_COUNT(&set);
+#endif
+    if (n < 1) /* more than 1024 processors, or another system */
+        n = sysconf(_SC_NPROCESSORS_ONLN);
+#endif
+    return n < 1 ? 1 : n > 1024 ? 1024 : (int32_t)n;
+}
+
+int32_t co_thread_pool_create(int32_t n_threads, co_thread_pool **out, curvopt_error *error) {
+    co_thread_pool *p = *out = CO_NEW(co_thread_pool, 1);
+    if (!p)
+        return co_status_no_memory(error);
+    p->n_threads = n_threads > 0 ? n_threads : co_thread_pool_processors();
+    p->worker = CO_NEW(worker, p->n_threads - 1);
+    if (!p->worker)
+        goto no_worker;
+    if (pthread_mutex_init(&p->mutex, NULL) != 0)
+        goto no_mutex;
+    if (pthread_cond_init(&p->begins, NULL) != 0)
+        goto no_begins;
+    if (pthread_cond_init(&p->ends, NULL) == 0)
+        return CURVOPT_OK;
+    pthread_cond_destroy(&p->begins);
+no_begins:
+    pthread_mutex_destroy(&p->mutex);
+no_mutex:
+    free(p->worker);
+no_worker:
+    free(p);
+    *out = NULL;
+    return co_status_no_memory(error);
+}
+
+int32_t co_thread_pool_size(const co_thread_pool *p) {
+    return p ? p->n_threads : 1;
+}
+
+/* Waits for the task after number `last`, and returns its number. */
+static unsigned next_task(co_thread_pool *p, unsigned last) {
+    unsigned number = last;
+    for (int k = 0; k < CO_THREAD_POOL_LOOKS && number == last; k++)
+        number = atomic_load_explicit(&p->task_number, memory_order_acquire);
+    if (number != last)
+        return number;
+    pthread_mutex_lock(&p->mutex);
+    while ((number = atomic_load_explicit(&p->task_number, memory_order_relaxed)) == last)
+        pthread_cond_wait(&p->begins, &p->mutex);
+    pthread_mutex_unlock(&p->mutex);
+    return number;
+}
+
+static void *work(void *argument) {
+    worker *me = argument;
+    co_thread_pool *p = me->pool;
+    for (unsigned number = 0;;) {
+        number = next_task(p, number);
+        if (p->is_ending)
+            return NULL;
+        p->task(p->context, me->number, p->n_workers + 1);
+        pthread_mutex_lock(&p->mutex);
+        if (atomic_fetch_sub_explicit(&p->n_running, 1, memory_order_release) == 1)
+            pthread_cond_signal(&p->ends);
+        pthread_mutex_unlock(&p->mutex);
+    }
+}
+
+/* Starts the workers. Signals stay with the program's own threads. */
+static void start(co_thread_pool *p) {
+    p->is_started = 1;
+#ifndef _WIN32
+    sigset_t all, before;
+    sigfillset(&all);
+    const int is_masked = pthread_sigmask(SIG_SETMASK, &all, &before) == 0;
+#endif
+    while (p->n_workers < p->n_threads - 1) {
+        worker *w = &p->worker[p->n_workers];
+        *w = (worker){.pool = p, .number = p->n_workers + 1};
+        if (pthread_create(&w->thread, NULL, work, w) != 0)
+            break;
+        p->n_workers++;
+    }
+#ifndef _WIN32
+    if (is_masked)
+        pthread_sigmask(SIG_SETMASK, &before, NULL);
+#endif
+}
+
+/* Wakes the workers for what stands in the pool. */
+static void begin(co_thread_pool *p) {
+    pthread_mutex_lock(&p->mutex);
+    atomic_store_explicit(&p->n_running, p->n_workers, memory_order_relaxed);
+    atomic_fetch_add_explicit(&p->task_number, 1, memory_order_release);
+    pthread_cond_broadcast(&p->begins);
+    pthread_mutex_unlock(&p->mutex);
+}
+
+static void wait_for_workers(co_thread_pool *p) {
+    int n = 1;
+    for (int k = 0; k < CO_THREAD_POOL_LOOKS && n != 0; k++)
+        n = atomic_load_explicit(&p->n_running, memory_order_acquire);
+    if (n == 0)
+        return;
+    pthread_mutex_lock(&p->mutex);
+    while (atomic_load_explicit(&p->n_running, memory_order_acquire) != 0)
+        pthread_cond_wait(&p->ends, &p->mutex);
+    pthread_mutex_unlock(&p->mutex);
+}
+
+void co_thread_pool_destroy(co_thread_pool *p) {
+    if (!p)
+        return;
+    p->is_ending = 1;
+    begin(p);
+    for (int32_t k = 0; k < p->n_workers; k++)
+        pthread_join(p->worker[k].thread, NULL);
+    pthread_cond_destroy(&p->ends);
+    pthread_cond_destroy(&p->begins);
+    pthread_mutex_destroy(&p->mutex);
+    free(p->worker);
+    free(p);
+}
+
+void co_thread_pool_run(co_thread_pool *p, co_thread_task *task, void *context) {
+    if (!p || p->n_threads < 2 || atomic_exchange_explicit(&p->is_busy, 1, memory_order_acquire)) {
+        task(context, 0, 1);
+        return;
+    }
+    if (!p->is_started)
+        start(p);
+    p->task = task;
+    p->context = context;
+    if (p->n_workers > 0)
+        begin(p);
+    task(context, 0, p->n_workers + 1);
+    if (p->n_workers > 0)
+        wait_for_workers(p);
+    atomic_store_explicit(&p->is_busy, 0, memory_order_release);
+}
+
+typedef struct loop {
+    co_thread_loop *body;
+    void *context;
+    size_t n;
+} loop;
+
+static void run_part(void *context, int32_t thread, int32_t n_threads) {
+    const loop *l = context;
+    const size_t begin = l->n * (size_t)thread / (size_t)n_threads;
+    const size_t end = l->n * ((size_t)thread + 1) / (size_t)n_threads;
+    if (begin < end)
+        l->body(l->context, begin, end);
+}
+
+void co_thread_pool_for(co_thread_pool *p, size_t n, co_thread_loop *body, void *context) {
+    loop l = {.body = body, .context = context, .n = n};
+    co_thread_pool_run(p, run_part, &l);
+}
