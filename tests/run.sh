@@ -15,7 +15,7 @@ source tests/setup.sh
 export PYTEST_ADDOPTS="--durations=0 --durations-min=1 ${PYTEST_ADDOPTS:-}" # for report_times
 
 PYTHON=/usr/bin/python3
-PARTS=(format cppcheck tidy cages blends release install asan numeric tao addon)
+PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao addon)
 EXTRA=(coverage) # by name only: its time in a whole run is not measured yet
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
@@ -33,7 +33,7 @@ packages_of() {
     tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy ;;
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
-    release | install | asan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
+    release | install | asan | tsan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
     numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist libosd-dev ;;
     tao)
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
@@ -47,7 +47,7 @@ packages_of() {
 preset_of() {
     case $1 in
     release | install | numeric | tao | addon) echo release ;;
-    asan | coverage) echo "$1" ;;
+    asan | tsan | coverage) echo "$1" ;;
     esac
 }
 
@@ -98,6 +98,12 @@ run_release() {
 
 run_asan() {
     ctest_of asan '^(unit|robust|abi)$'
+}
+
+# The tests that use several threads, under the thread sanitizer.
+THREADED=(thread_pool work_sharing cancel minimize)
+run_tsan() {
+    ctest --test-dir build/tsan --tests-regex "^unit\\.($(IFS='|' && echo "${THREADED[*]}"))\$" --no-tests=error --output-on-failure
 }
 
 # ctest_of PRESET LABELS
@@ -152,7 +158,7 @@ counts_of() {
         echo $(($3 == 0)) $(($3 != 0))
         return
         ;;
-    release | asan)
+    release | asan | tsan)
         read -r failed total < <(sed -nE 's/^.*tests passed, ([0-9]+) tests? failed out of ([0-9]+).*$/\1 \2/p' "$2")
         passed=${failed:+$((total - failed))}
         ;;

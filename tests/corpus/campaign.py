@@ -49,7 +49,6 @@ BEST = HERE / "best.json"
 ENERGIES = ("willmore", "mvs", "mvs_cross")
 HALVES = {"even": (0,), "odd": (1,), "both": (0, 1)}
 CATALOGUE = ROOT / "blend_files" / "obj"
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_WAIT_POLICY="passive")
 Record = dict[str, Any]
 
 
@@ -130,7 +129,7 @@ class Children:
             with self._lock:
                 if self.stopped:
                     raise KeyboardInterrupt
-                child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=ENVIRONMENT,
+                child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors,
                                          start_new_session=True)
                 most = math.ceil(limit) + GRACE  # by the kernel, should this process end first
                 resource.prlimit(child.pid, resource.RLIMIT_CPU, (most, most))

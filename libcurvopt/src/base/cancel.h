@@ -24,7 +24,7 @@ enum { CO_CANCELLED = -1 };
 
 /* Seconds from when a run sees the flag until it is cut off (notes/36-cancelling.md); more where sanitizers slow all
  * down. */
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define CO_CANCEL_GRACE 2.0
 #else
 #define CO_CANCEL_GRACE 0.1

@@ -135,8 +135,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const cu
     int32_t status = take_threads(a, options, tables, error);
     if (status != CURVOPT_OK)
         return status;
-    status =
-        co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
+    status = co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
     if (status != CURVOPT_OK) {
         co_thread_pool_destroy(a->own_threads);
         return status;
@@ -250,8 +249,7 @@ static void project_gradient(void *context, size_t begin, size_t end) {
     const gradient_parts *g = context;
     for (size_t v = begin; v < end; v++)
         for (size_t c = 0; c < 3; c++)
-            g->gradient[3 * v + c] =
-                (g->gradient[3 * v + c] - g->mean[c] - g->radial * g->points[3 * v + c]) * g->unit;
+            g->gradient[3 * v + c] = (g->gradient[3 * v + c] - g->mean[c] - g->radial * g->points[3 * v + c]) * g->unit;
 }
 
 /* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling

@@ -30,9 +30,9 @@ typedef struct co_assembly {
     const co_tuning *tuning; /* those of runs until replaced */
     co_cancel *cancel;       /* the cache's: ends evaluations, whose values are then NAN */
     co_functional functional;
-    double weights[CURVOPT_N_TERMS]; /* the functional's */
-    int32_t surface;                 /* curvopt_surface, not AUTO */
-    co_boundary_turning turning;     /* boundaries and creases, for Gauss-Bonnet */
+    double weights[CURVOPT_N_TERMS];  /* the functional's */
+    int32_t surface;                  /* curvopt_surface, not AUTO */
+    co_boundary_turning turning;      /* boundaries and creases, for Gauss-Bonnet */
     co_thread_pool *threads;          /* the caller's, or own_threads */
     co_thread_pool *own_threads;      /* NULL where the caller has some */
     int32_t n_threads;                /* size of the pool */

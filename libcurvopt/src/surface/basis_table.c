@@ -173,7 +173,7 @@ typedef struct cell_samples {
     double area_factor;       /* of area weights: more than 1 in the last ring, which stands for those inside it */
     double curvature_factor;  /* of curvature weights, likewise */
     double jacobian_scale;    /* undoes the shrinking of the ring in Jacobians */
-    co_thread_pool *threads; /* NULL: one */
+    co_thread_pool *threads;  /* NULL: one */
     co_cancel *cancel;
 } cell_samples;
 
@@ -336,8 +336,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
 /* A regular face, or one of a wide disc away from the vertex, with its polynomial. */
 static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial, const rule *r, curvopt_error *error) {
     co_ring_cell cell = {0};
-    cell_samples whole = {
-        .n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    cell_samples whole = {.n_side = r->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
     int32_t status = CURVOPT_OK;
     if (co_fan_is_wide(t->kind)) {
         status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),

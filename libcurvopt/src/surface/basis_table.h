@@ -35,9 +35,9 @@ void co_basis_table_destroy(co_basis_table *table);
 
 /* The tables and fits made so far for a surface. They are searched one by one: a cage has few kinds of faces. */
 typedef struct co_basis_table_cache {
-    int32_t surface;   /* curvopt_surface */
+    int32_t surface;         /* curvopt_surface */
     co_thread_pool *threads; /* fill tables; NULL until replaced: the calling thread alone */
-    co_cancel *cancel; /* ends the making of tables; NULL until replaced */
+    co_cancel *cancel;       /* ends the making of tables; NULL until replaced */
     int32_t n_tables;
     struct co_cached_table *table; /* [n_tables] in the order in which they were made */
     int32_t n_fits;
