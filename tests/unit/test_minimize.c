@@ -211,6 +211,53 @@ static void test_loose_gradient_tolerance_converges(void **state) {
     outcome_free(&o);
 }
 
+/* A run on a thread of the caller's, without checks, which belong to the main thread. */
+typedef struct side_run {
+    const curvopt_mesh *mesh;
+    const outcome *o;
+    curvopt_result *result;
+    curvopt_error error;
+    pthread_t thread;
+    int32_t status;
+} side_run;
+
+static void *minimize_beside(void *context) {
+    side_run *r = context;
+    r->status = curvopt_minimize(r->mesh, r->o->c.xyz, &r->o->options, NULL, NULL, NULL, &r->result, &r->error);
+    return NULL;
+}
+
+/* Four runs of one mesh at once, each with three threads, give the bits of a run alone with one. */
+static void test_runs_at_once_give_the_same_bits(void **state) {
+    (void)state;
+    side_run r[4] = {{0}};
+    outcome o = torus_outcome(2);
+    o.options.threads = 1;
+    run(&o, NULL);
+    double *alone = malloc(sizeof(double) * 3 * (size_t)o.summary.n_vertices),
+           *xyz = malloc(sizeof(double) * 3 * (size_t)o.summary.n_vertices);
+    CHECK_TRUE(alone && xyz);
+    curvopt_result_get_positions(o.result, alone);
+    o.options.threads = 3;
+    curvopt_mesh *mesh = cage_mesh(&o.c);
+    for (int k = 0; k < 4; k++) {
+        r[k] = (side_run){.mesh = mesh, .o = &o};
+        CHECK_INT(pthread_create(&r[k].thread, NULL, minimize_beside, &r[k]), 0);
+    }
+    for (int k = 0; k < 4; k++)
+        CHECK_INT(pthread_join(r[k].thread, NULL), 0);
+    for (int k = 0; k < 4; k++) {
+        CHECK_OK(r[k].status, &r[k].error);
+        curvopt_result_get_positions(r[k].result, xyz);
+        assert_memory_equal(xyz, alone, sizeof(double) * 3 * (size_t)o.summary.n_vertices);
+        curvopt_result_destroy(r[k].result);
+    }
+    curvopt_mesh_destroy(mesh);
+    free(alone);
+    free(xyz);
+    outcome_free(&o);
+}
+
 static void test_callback_cancels_at_once(void **state) {
     (void)state;
     outcome o = torus_outcome(3);
@@ -377,6 +424,7 @@ int main(void) {
         cmocka_unit_test(test_start_and_input_are_as_given),
         cmocka_unit_test(test_limit_of_no_iterations_returns_the_cage),
         cmocka_unit_test(test_loose_gradient_tolerance_converges),
+        cmocka_unit_test(test_runs_at_once_give_the_same_bits),
         cmocka_unit_test(test_callback_cancels_at_once),
         cmocka_unit_test(test_callback_cancels_later_and_keeps_the_iterate),
         cmocka_unit_test(test_cancel_raised_before_the_start_stops_it),

@@ -397,11 +397,11 @@ static void add_blocks(const co_assembly *a, const co_element_batches *l, int32_
 typedef struct value_sums {
     const co_assembly *assembly;
     const co_element_batches *batches;
-    co_values *part; /* [CO_ORDERED_SUM_CHUNKS] */
+    co_values part[CO_ORDERED_SUM_CHUNKS];
 } value_sums;
 
 static void sum_values(void *context, size_t begin, size_t end) {
-    const value_sums *s = context;
+    value_sums *s = context;
     const size_t n = (size_t)s->batches->n_blocks;
     for (int k = (int)begin; k < (int)end; k++) {
         s->part[k] = (co_values){.min_jacobian = INFINITY, .worst_face = -1};
@@ -411,8 +411,8 @@ static void sum_values(void *context, size_t begin, size_t end) {
 }
 
 static void total(const co_assembly *a, const co_element_batches *l, co_values *out) {
-    co_values part[CO_ORDERED_SUM_CHUNKS];
-    value_sums s = {.assembly = a, .batches = l, .part = part};
+    value_sums s = {.assembly = a, .batches = l};
+    const co_values *part = s.part;
     co_ordered_sum_run(a->threads, (size_t)l->n_blocks, sum_values, &s);
     *out = part[0];
     for (int k = 1; k < CO_ORDERED_SUM_CHUNKS; k++) {
