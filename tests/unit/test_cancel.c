@@ -1,4 +1,5 @@
 /* Cancelling: tables, evaluations, and runs at any moment. SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 199309L /* NOLINT: for nanosleep */
 #include "check.h"
 #include "mesh/mesh.h"
 #include "surface/basis_table.h"

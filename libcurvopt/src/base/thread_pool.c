@@ -113,9 +113,10 @@ static void *work(void *argument) {
             return NULL;
         p->task(p->context, me->number, p->n_workers + 1);
         pthread_mutex_lock(&p->mutex);
-        if (atomic_fetch_sub_explicit(&p->n_running, 1, memory_order_release) == 1)
-            pthread_cond_signal(&p->ends);
+        const int is_last = atomic_fetch_sub_explicit(&p->n_running, 1, memory_order_release) == 1;
         pthread_mutex_unlock(&p->mutex);
+        if (is_last)
+            pthread_cond_signal(&p->ends);
     }
 }
 
@@ -145,8 +146,8 @@ static void begin(co_thread_pool *p) {
     pthread_mutex_lock(&p->mutex);
     atomic_store_explicit(&p->n_running, p->n_workers, memory_order_relaxed);
     atomic_fetch_add_explicit(&p->task_number, 1, memory_order_release);
-    pthread_cond_broadcast(&p->begins);
     pthread_mutex_unlock(&p->mutex);
+    pthread_cond_broadcast(&p->begins); /* after: whoever wakes finds the mutex free */
 }
 
 static void wait_for_workers(co_thread_pool *p) {
