@@ -81,12 +81,13 @@ static void test_threads_do_not_change_a_table(void **state) {
     curvopt_error error;
     co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &one);
     co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &two);
-    two.n_threads = 2;
+    CHECK_OK(co_thread_pool_create(2, &two.threads, &error), &error);
     CHECK_OK(co_basis_table_cache_get(&one, 20, 1, &a, &error), &error);
     CHECK_OK(co_basis_table_cache_get(&two, 20, 1, &b, &error), &error);
     CHECK_INT(memcmp(a->rows, b->rows, sizeof *a->rows * (size_t)a->n_samples * (size_t)a->n_points * CO_JET), 0);
     CHECK_INT(memcmp(a->weight, b->weight, sizeof *a->weight * (size_t)a->n_samples), 0);
     co_basis_table_cache_free(&one);
+    co_thread_pool_destroy(two.threads);
     co_basis_table_cache_free(&two);
 }
 
