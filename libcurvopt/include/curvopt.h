@@ -24,10 +24,10 @@
  * never changes after its creation, and several threads may use it at once. Every other handle belongs to one thread at
  * a time; curvopt_cancel_request alone may come from any thread. Several threads may run curvopt_minimize at once.
  *
- * A problem and a run have threads of their own (curvopt_options.threads), which sleep while they have nothing to do and
- * are joined before curvopt_problem_destroy and curvopt_minimize return. After that the library can be unloaded. Callbacks
- * are called on the calling thread. Where the system gives fewer threads, the work is done by those. No environment
- * variable is read. In a child process after fork() handles of the parent must not be used.
+ * A problem and a run have threads of their own (curvopt_options.threads), which sleep while they have nothing to do
+ * and are joined before curvopt_problem_destroy and curvopt_minimize return. After that the library can be unloaded.
+ * Callbacks are called on the calling thread. Where the system gives fewer threads, the work is done by those. No
+ * environment variable is read. In a child process after fork() handles of the parent must not be used.
  *
  * Determinism. On one machine the same call gives the same bits, with any number of threads. Another processor may have
  * other vector instructions or another BLAS kernel; there results agree to rounding, and where a run passes near a
