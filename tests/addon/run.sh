@@ -8,7 +8,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 export PATH="/usr/bin:$PATH" PYTHONDONTWRITEBYTECODE=1
-export CURVOPT_LIBRARY=${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so} # not an older one in addon/lib
+export CURVOPT_LIBRARY=${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}
 export OMP_WAIT_POLICY=passive # on a busy machine, threads that spin at barriers make runs ten times longer
 work=$(mktemp -d -t curvopt-addon-XXXXXX)
 trap 'rm -rf "$work"' EXIT
