@@ -171,6 +171,7 @@ def index(zips: dict[str, tuple[Platform, bytes]]) -> bytes:
             archive_url=f"./{name}",
             archive_size=len(contents),
             archive_hash=f"sha256:{hashlib.sha256(contents).hexdigest()}",
+            python_versions=["3"],  # from the wheel's tag py3
         )
         data.append(item)
     return (json.dumps({"version": "v1", "blocklist": [], "data": data}, indent=2) + "\n").encode()

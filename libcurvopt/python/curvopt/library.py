@@ -132,7 +132,7 @@ class Library:
             wanted = ".".join(map(str, HEADER_VERSION))
             raise LibraryError(
                 f"The curvopt library {path} is version {self.version}, but this add-on or package needs {wanted}: "
-                "remove both, restart, and install them together from one file."
+                "after an update, restart Blender or Python. If that does not help, remove both and install one file that has both."
             )
         self._set_signatures(SIGNATURES)
         self._check_sizes()
