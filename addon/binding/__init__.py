@@ -26,7 +26,8 @@ def _version_of(folder: Path) -> "str | None":
 def _find() -> Path:
     """The folder of the package. ImportError, with what to do, if there is none of this version."""
     addon, others = Path(__file__).resolve().parents[1], []
-    own = [addon / "vendor" / "curvopt", addon.parent / "libcurvopt" / "python" / "curvopt"]
+    wheels = addon.parents[1] / ".local/lib/python{}.{}/site-packages".format(*sys.version_info)  # of Blender's extensions
+    own = [addon / "vendor" / "curvopt", addon.parent / "libcurvopt" / "python" / "curvopt", wheels / "curvopt"]
     for folder in [*own, *(Path(entry) / "curvopt" for entry in sys.path if entry)]:
         version = _version_of(folder)
         if version == VERSION:

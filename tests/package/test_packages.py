@@ -179,6 +179,17 @@ def test_of_two_wheels_the_add_on_takes_the_one_of_its_version(wheel, tmp_path):
     assert done.stdout.strip() == str(tmp_path / "new/curvopt/library.py"), done.stderr
 
 
+def test_an_extension_finds_its_wheel_though_no_path_names_it(wheel, tmp_path):
+    place = tmp_path / "extensions/user_default"
+    install_addon(place, vendor=False)
+    version = subprocess.run(
+        ["/usr/bin/python3", "-c", "import sys; print('{}.{}'.format(*sys.version_info))"], capture_output=True, text=True, check=True
+    ).stdout.strip()  # fmt: skip
+    package = unpacked(wheel, tmp_path / f"extensions/.local/lib/python{version}/site-packages")
+    done = import_from(place, BINDING)
+    assert done.stdout.strip() == str(package / "library.py"), done.stderr
+
+
 def test_with_an_older_package_alone_the_add_on_says_what_to_do(tmp_path):
     install_addon(tmp_path, vendor=False)
     done = import_from(older(tmp_path / "old"), f"import sys; sys.path.append({str(tmp_path)!r}); {BINDING}")
