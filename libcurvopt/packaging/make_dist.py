@@ -154,10 +154,10 @@ def extension(platform: Platform, library: bytes) -> bytes:
 
 
 def legacy(libraries: dict[Platform, bytes]) -> bytes:
-    """The zip for Blender 3.4 to 4.1: a folder with the package and the libraries of these platforms."""
-    files = {**addon_files("curvopt/"), **package_files("curvopt/vendor/curvopt/")}
+    """The zip for Blender 3.4 to 4.1: a folder, not named as the package, which would hide it, with the package and the libraries of these platforms."""
+    files = {**addon_files("curvopt_addon/"), **package_files("curvopt_addon/vendor/curvopt/")}
     for platform, library in libraries.items():
-        files[f"curvopt/vendor/curvopt/native/{platform.name}/{platform.library}"] = library
+        files[f"curvopt_addon/vendor/curvopt/native/{platform.name}/{platform.library}"] = library
     return zipped(files)
 
 

@@ -74,6 +74,7 @@ def inner(arguments: list[str]) -> int:
 
     name = NAME
     if ZIP_VARIABLE in os.environ:
+        name = "curvopt_addon"
         bpy.ops.preferences.addon_install(filepath=os.environ[ZIP_VARIABLE])
     if EXTENSION_VARIABLE in os.environ:
         name = EXTENSION_NAME

@@ -80,9 +80,9 @@ def package_in(top):
 
 def test_the_zip_for_old_blenders_holds_add_on_and_package_and_nothing_else():
     with zipfile.ZipFile(ROOT / "build" / "release" / "curvopt_addon.zip") as found:
-        assert set(found.namelist()) == own_files("curvopt/") | package_in("curvopt/vendor/curvopt/")
+        assert set(found.namelist()) == own_files("curvopt_addon/") | package_in("curvopt_addon/vendor/curvopt/")
         for module in ORDER:
-            assert found.read(f"curvopt/{module.replace('.', '/')}.py") == path_of(module).read_bytes(), module
+            assert found.read(f"curvopt_addon/{module.replace('.', '/')}.py") == path_of(module).read_bytes(), module
 
 
 def test_the_extension_holds_add_on_and_wheel_and_no_loose_library():

@@ -46,7 +46,7 @@ pkg_config_finds_it() {
 blender_uses_it() {
     env -u CURVOPT_LIBRARY LD_LIBRARY_PATH="$root/usr/lib/$libraries" BLENDER_USER_SCRIPTS="$root/usr/share/blender/scripts" \
         PYTHONPATH="$root/usr/lib/python3/dist-packages" PYTHONDONTWRITEBYTECODE=1 \
-        blender -b --factory-startup --python-exit-code 1 --addons curvopt --python-expr \
+        blender -b --factory-startup --python-exit-code 1 --addons curvopt_addon --python-expr \
         'import bpy; bpy.ops.mesh.primitive_cube_add(); assert bpy.ops.curvopt.minimize() == {"FINISHED"}'
 }
 

@@ -63,10 +63,10 @@ def start_run(addon: str) -> object:
 def legacy(zip_file: str) -> None:
     """The zip for Blender 3.4 to 4.1."""
     bpy.ops.preferences.addon_install(filepath=zip_file)
-    check("the add-on is enabled", addon_utils.enable("curvopt", default_set=True) is not None)
-    press("curvopt", part("curvopt", "binding").VERSION)
-    folder, work = Path(sys.modules["curvopt"].__file__).parent, start_run("curvopt")
-    addon_utils.disable("curvopt", default_set=True)
+    check("the add-on is enabled", addon_utils.enable("curvopt_addon", default_set=True) is not None)
+    press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
+    folder, work = Path(sys.modules["curvopt_addon"].__file__).parent, start_run("curvopt_addon")
+    addon_utils.disable("curvopt_addon", default_set=True)
     check("switched off while it runs, the run has ended", not work.running)
     shutil.rmtree(folder)
     check("and its files are gone", not folder.exists())
