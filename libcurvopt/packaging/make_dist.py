@@ -154,7 +154,8 @@ def extension(platform: Platform, library: bytes) -> bytes:
 
 
 def legacy(libraries: dict[Platform, bytes]) -> bytes:
-    """The zip for Blender 3.4 to 4.1: a folder, not named as the package, which would hide it, with the package and the libraries of these platforms."""
+    """The zip for Blender 3.4 to 4.1: a folder with the package and the libraries of these platforms. It does not have the
+    package's name: a package `curvopt` on Python's path would be loaded in its place."""
     files = {**addon_files("curvopt_addon/"), **package_files("curvopt_addon/vendor/curvopt/")}
     for platform, library in libraries.items():
         files[f"curvopt_addon/vendor/curvopt/native/{platform.name}/{platform.library}"] = library
