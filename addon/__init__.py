@@ -4,10 +4,7 @@
 This file says what the add-on is and registers its parts in order. The packages follow the flow of data. A file imports
 from packages that stand above its own in this list, and from files above it in its own package:
 
-binding/            libcurvopt through ctypes                             (no bpy)
-    abi             curvopt.h as Python sees it
-    values          cages, energies, reports: plain values
-    library         the loaded library, its handles, minimize()
+binding/            the package of libcurvopt/python/curvopt              (no bpy)
 core/               everything that works on arrays                       (no bpy)
     energy          names of energies, mixes, numbers for people
     crease          Blender's creases <-> sharpness
@@ -89,7 +86,8 @@ def register() -> None:
 def unregister() -> None:
     """Undo `register()` backwards and forget all modules, so that an updated add-on starts from its new files."""
     for name in reversed(_REGISTERED_IN_ORDER):
-        sys.modules[f"{__package__}.{name}"].unregister()
+        sys.modules[f"{__package__}.{name}"].unregister()  # ui.operators ends the runs that are on
+    importlib.import_module(".binding.library", __package__).forget()
     inside = __package__ + "."
     for name in [name for name in sys.modules if name.startswith(inside)]:
         del sys.modules[name]

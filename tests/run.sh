@@ -15,8 +15,8 @@ source tests/setup.sh
 export PYTEST_ADDOPTS="--durations=0 --durations-min=1 ${PYTEST_ADDOPTS:-}" # for report_times
 
 PYTHON=/usr/bin/python3
-PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao addon)
-EXTRA=(coverage) # by name only: its time in a whole run is not measured yet
+PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python addon)
+EXTRA=(coverage package) # by name only: coverage's time in a whole run is not measured yet; package needs root
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
 SLOW=5       # seconds; tests above it are counted at the end
@@ -39,6 +39,8 @@ packages_of() {
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
         [[ ${CURVOPT_TAO:-} != 1 ]] || echo "${TAO_PACKAGES[@]}"
         ;;
+    python) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-venv python3-matplotlib ;;
+    package) echo "${CTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}" ;;
     addon) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" xvfb:Xvfb imagemagick:import ;;
     esac
 }
@@ -46,7 +48,7 @@ packages_of() {
 # preset_of PART: the build that it uses. The preset debug is for debuggers; no part uses it.
 preset_of() {
     case $1 in
-    release | install | numeric | tao | addon) echo release ;;
+    release | install | numeric | tao | python | addon | package) echo release ;;
     asan | tsan | coverage) echo "$1" ;;
     esac
 }
@@ -137,6 +139,15 @@ run_tao() {
     fi
     cmake --preset release -DCURVOPT_TAO=ON >/dev/null && cmake --build --preset release --target curvopt_tao &&
         env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/tao
+}
+
+# The Python package, its examples, what the target dist makes, and what bad installs are told.
+run_python() {
+    OMP_NUM_THREADS=1 env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/package
+}
+
+run_package() {
+    bash tests/package/run.sh
 }
 
 run_addon() {

@@ -7,10 +7,11 @@
 # shellcheck disable=SC2034
 {
     BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev
-        gfortran:gfortran)
-    CTEST_PACKAGES=("${BUILD_PACKAGES[@]}" g++:g++ libcmocka-dev python3:python3)
+        gfortran:gfortran python3:python3)
+    CTEST_PACKAGES=("${BUILD_PACKAGES[@]}" g++:g++ libcmocka-dev)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     PYTEST_PACKAGES=(python3-pytest python3-numpy)
+    DEBIAN_PACKAGES=(dpkg-dev debhelper dh-python lintian fakeroot libblas-dev pkg-config:pkg-config)
     TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 

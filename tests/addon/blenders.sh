@@ -38,7 +38,7 @@ for root in "$@"; do
     rm -rf --one-file-system "${root:?}$inside"
     mkdir -p "$root$inside/build/release"
     cp -r addon tests blend_files LICENSE "$root$inside"
-    cp -r --parents libcurvopt/include "$root$inside"
+    cp -r --parents libcurvopt/include libcurvopt/python libcurvopt/packaging CMakeLists.txt CHANGELOG.md "$root$inside"
     cp build/release/curvopt build/release/libcurvopt.so build/release/curvopt_*.zip "$root$inside/build/release"
     echo "=== $(chroot "$root" blender --version 2>/dev/null | head -n 1) in $root"
     # shellcheck disable=SC2016 # expanded by the shell in the new mount namespace

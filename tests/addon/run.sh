@@ -8,7 +8,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 export PATH="/usr/bin:$PATH" PYTHONDONTWRITEBYTECODE=1
-export CURVOPT_LIBRARY=${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so} # not an older one in addon/lib
+export CURVOPT_LIBRARY=${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}
 work=$(mktemp -d -t curvopt-addon-XXXXXX)
 trap 'rm -rf "$work"' EXIT
 passed=0

@@ -30,9 +30,11 @@ def install_folder(source: Path, scripts: Path) -> Path:
     place = scripts / "addons" / NAME
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "blend_files" / "obj", place / "shapes", dirs_exist_ok=True)
-    library = place / "lib" / "libcurvopt.so"
+    package = place / "vendor" / "curvopt"
+    shutil.copytree(ROOT / "libcurvopt" / "python" / "curvopt", package, ignore=shutil.ignore_patterns("__pycache__"))
+    library = package / "native" / "linux-x64" / "libcurvopt.so"
     built = Path(os.environ.get("CURVOPT_LIBRARY") or ROOT / "build" / "release" / "libcurvopt.so")
-    library.parent.mkdir(exist_ok=True)
+    library.parent.mkdir(parents=True)
     shutil.copy(built, library)
     return place
 
@@ -72,6 +74,7 @@ def inner(arguments: list[str]) -> int:
 
     name = NAME
     if ZIP_VARIABLE in os.environ:
+        name = "curvopt_addon"
         bpy.ops.preferences.addon_install(filepath=os.environ[ZIP_VARIABLE])
     if EXTENSION_VARIABLE in os.environ:
         name = EXTENSION_NAME

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapes
-from addon.binding import abi, library
+from addon.binding import abi, library, locate
 from addon.binding.values import Held
 from addon.core import job
 
@@ -99,7 +99,7 @@ def test_the_environment_comes_before_the_addon_and_the_build(monkeypatch):
     assert library.library_candidates() == [Path("/somewhere/libcurvopt.so")]
     monkeypatch.delenv(library.LIBRARY_VARIABLE)
     inside, build = library.library_candidates()
-    assert inside == ROOT / "addon" / "lib" / "libcurvopt.so"
+    assert inside == ROOT / "libcurvopt/python/curvopt/native" / locate.platform_name() / "libcurvopt.so"
     assert build == ROOT / "build" / "release" / "libcurvopt.so"
 
 

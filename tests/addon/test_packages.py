@@ -2,6 +2,7 @@
 """The add-on's layout: the list in addon/__init__.py is complete, imports follow it, and both zips hold all of it."""
 
 import ast
+import io
 import re
 import shutil
 import subprocess
@@ -40,7 +41,7 @@ def imported(module):
             base = {1: package, 2: ""}[node.level]
             names = [".".join(filter(None, (base, node.module, alias.name))) for alias in node.names]
             found |= {name if name in ORDER else name.rpartition(".")[0] for name in names}
-    return found
+    return {name for name in found if name.partition(".")[0] != "binding"}  # comes before everything
 
 
 def test_every_file_is_listed():
@@ -56,17 +57,40 @@ def test_imports_follow_the_order(module):
 
 def test_binding_and_core_need_no_blender():
     python = shutil.which("python3", path="/usr/bin") or "python3"
-    without = [name for name in ORDER if name.startswith(("binding.", "core."))]
+    without = [name for name in ORDER if name.startswith("core.")]
     code = f"import sys; import {', '.join('addon.' + name for name in without)}; assert 'bpy' not in sys.modules"
     subprocess.run([python, "-c", code], cwd=ROOT, check=True)
 
 
-@pytest.mark.parametrize("name, top", [("curvopt_addon.zip", "curvopt/"), ("curvopt_extension.zip", "")])
-def test_zips_hold_the_add_on_and_nothing_else(name, top):
-    with zipfile.ZipFile(ROOT / "build" / "release" / name) as found:
-        files = {file for file in found.namelist() if not file.endswith("/")}
-        for module in ORDER:
-            assert found.read(f"{top}{module.replace('.', '/')}.py") == path_of(module).read_bytes(), module
-    wanted = {path.relative_to(ADDON).as_posix() for path in ADDON.rglob("*.py")} | {"blender_manifest.toml"}
+PACKAGE = ROOT / "libcurvopt" / "python" / "curvopt"
+
+
+def own_files(top):
+    """The add-on's files in a zip, without manifest and package."""
+    wanted = {path.relative_to(ADDON).as_posix() for path in ADDON.rglob("*.py")}
     shapes = {f"shapes/{path.name}" for path in (ROOT / "blend_files" / "obj").glob("*.obj")}
-    assert files == {top + file for file in wanted | shapes | {"LICENSE", "lib/libcurvopt.so"}}
+    return {top + file for file in wanted | shapes | {"LICENSE"}}
+
+
+def package_in(top):
+    """Files of the Python package below `top`."""
+    files = {path.name for path in PACKAGE.iterdir() if path.suffix in (".py", ".typed")}
+    return {top + name for name in files | {"native/linux-x64/libcurvopt.so"}}
+
+
+def test_the_zip_for_old_blenders_holds_add_on_and_package_and_nothing_else():
+    with zipfile.ZipFile(ROOT / "build" / "release" / "curvopt_addon.zip") as found:
+        assert set(found.namelist()) == own_files("curvopt_addon/") | package_in("curvopt_addon/vendor/curvopt/")
+        for module in ORDER:
+            assert found.read(f"curvopt_addon/{module.replace('.', '/')}.py") == path_of(module).read_bytes(), module
+
+
+def test_the_extension_holds_add_on_and_wheel_and_no_loose_library():
+    with zipfile.ZipFile(ROOT / "build" / "release" / "curvopt_extension.zip") as found:
+        (wheel,) = [name for name in found.namelist() if name.startswith("wheels/")]
+        assert set(found.namelist()) == own_files("") | {"blender_manifest.toml", wheel}
+        assert f'wheels = ["./{wheel}"]' in found.read("blender_manifest.toml").decode()
+        with zipfile.ZipFile(io.BytesIO(found.read(wheel))) as inside:
+            info = {f"{name.split('/')[1]}" for name in inside.namelist() if ".dist-info/" in name}
+            assert info == {"METADATA", "WHEEL", "RECORD", "LICENSE"}
+            assert {n for n in inside.namelist() if ".dist-info/" not in n} == package_in("curvopt/")

@@ -18,7 +18,7 @@ import re
 import sys
 from pathlib import Path
 
-KINDS = (".c", ".h", ".py", ".txt", ".toml")  # what may lie in a folder of the flow
+KINDS = (".c", ".h", ".py", ".typed", ".txt", ".toml")  # what may lie in a folder of the flow
 Edges = dict[str, dict[str, str]]  # module -> module that it uses -> the file that does
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ctypes binding of libcurvopt; `curvopt.h` is the manual, `abi.py` its mirror. No bpy.
+"""ctypes binding of libcurvopt: handles and calls. `curvopt.h` is the manual, `abi.py` its mirror, `api.py` the public side.
 
 Arrays are converted to contiguous float64 or int32 and their lengths checked before C sees them. A status other than 0
 raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes as C
 import os
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
@@ -41,10 +42,9 @@ from .abi import (
     CProgress,
     CSummary,
 )
+from .locate import LIBRARY_VARIABLE, library_candidates, missing_text, platform_name, platforms_here
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary, Verification
 
-LIBRARY_NAME = "libcurvopt.so"
-LIBRARY_VARIABLE = "CURVOPT_LIBRARY"
 _INT32_MAX = 2**31 - 1
 
 _Self = TypeVar("_Self")
@@ -120,14 +120,16 @@ class Library:
         try:
             self.c = C.CDLL(str(path))
         except OSError as error:
-            raise LibraryError(f"The curvopt library {path} cannot be loaded: {error}.") from error
+            raise LibraryError(
+                f"The curvopt library {path} cannot be loaded on {platform_name()}: {error}. Install the file for this system."
+            ) from error
         self._set_signatures(["curvopt_version"])
         self.version = self.c.curvopt_version().decode()
         if tuple(self.version.split(".")[:2]) != tuple(map(str, HEADER_VERSION)):
             wanted = ".".join(map(str, HEADER_VERSION))
             raise LibraryError(
-                f"The curvopt library {path} is version {self.version}, but this add-on needs {wanted}: "
-                "install both together."
+                f"The curvopt library {path} is version {self.version}, but this add-on or package needs {wanted}: "
+                "after an update, restart Blender or Python. If that does not help, remove both and install one file that has both."
             )
         self._set_signatures(SIGNATURES)
         self._check_sizes()
@@ -213,15 +215,6 @@ class Library:
         return options
 
 
-def library_candidates() -> list[Path]:
-    """Where the library may lie: the file that CURVOPT_LIBRARY names, or else the add-on's lib/, or else the build."""
-    named = os.environ.get(LIBRARY_VARIABLE)
-    if named:
-        return [Path(named)]
-    addon = Path(__file__).resolve().parents[1]
-    return [addon / "lib" / LIBRARY_NAME, addon.parent / "build" / "release" / LIBRARY_NAME]
-
-
 _loaded: dict[Path, Library] = {}
 
 
@@ -233,7 +226,30 @@ def load() -> Library:
             if path not in _loaded:
                 _loaded[path] = Library(path)
             return _loaded[path]
-    raise LibraryError(f"The curvopt library is missing: looked for {' and '.join(map(str, candidates))}.")
+    if not platforms_here() and not os.environ.get(LIBRARY_VARIABLE) and sys.platform == "linux":
+        system = Path(f"libcurvopt.so.{'.'.join(map(str, HEADER_VERSION))}")  # Debian's package: the loader knows where
+        if system not in _loaded and _has_system_library(system):
+            _loaded[system] = Library(system)
+        if system in _loaded:
+            return _loaded[system]
+    raise LibraryError(missing_text(candidates))
+
+
+def _has_system_library(name: Path) -> bool:
+    try:
+        C.CDLL(str(name))
+    except OSError:
+        return False
+    return True
+
+
+def forget() -> None:
+    """Forget the loaded libraries: for an add-on that is switched off. Every handle must be closed, and no run be on.
+
+    The process keeps the library mapped: its threads may be asleep in it, and unmapping them would end the process. Linux and
+    macOS let a mapped file be deleted or replaced all the same. Windows does not: Blender removes the files of a wheel
+    that is in use when it starts next, and a legacy add-on's folder can be deleted after a restart."""
+    _loaded.clear()
 
 
 # --------------------------------------------------------------------------------------------------------- handles --
@@ -374,21 +390,34 @@ class Mesh(_Handle):
 
     def jets(self, xyz: object, face: object, corner: object, uv: object, surface: str = "limit") -> np.ndarray:
         """Points and derivatives (n, 10, 3): S, S_u, S_v, S_uu, ... S_vvv at uv (n, 2) of face (n,), corner (n,)."""
+        options = self.lib.options({"willmore": 1.0}, surface=SURFACES.index(surface))
+        with Sampler.create(self, xyz, options) as sampler:
+            return sampler.jets(face, corner, uv)
+
+
+class Sampler(_Handle):
+    """curvopt_sampler: a cage's surface, ready to be sampled."""
+
+    _destroy = "curvopt_sampler_destroy"
+
+    @classmethod
+    def create(cls, mesh: Mesh, xyz: object, options: COptions) -> Sampler:
+        """The surface of the cage xyz (n, 3) that these options stand for. CurvoptError if it has none."""
+        points = reals(xyz, 3 * mesh.info().n_vertices, "xyz")
+        pointer = mesh.lib.create("curvopt_sampler_create", mesh.pointer, _real_pointer(points), C.byref(options))
+        return cls(mesh.lib, pointer)
+
+    def jets(self, face: object, corner: object, uv: object) -> np.ndarray:
+        """Points and derivatives (n, 10, 3): S, S_u, S_v, S_uu, ... S_vvv at uv (n, 2) of face (n,), corner (n,)."""
         faces, corners = indices(face, "face"), indices(corner, "corner")
         if faces.size != corners.size:
             raise ValueError(f"face holds {faces.size} indices, but corner {corners.size}.")
-        points = reals(xyz, 3 * self.info().n_vertices, "xyz")
         parameters = reals(uv, 2 * faces.size, "uv")
         jets = np.empty((faces.size, 10, 3))
-        options = self.lib.options({"willmore": 1.0}, surface=SURFACES.index(surface))
-        sampler = self.lib.create("curvopt_sampler_create", self.pointer, _real_pointer(points), C.byref(options))
-        try:
-            self.lib.call(
-                "curvopt_sampler_jets", sampler, faces.size, _int_pointer(faces), _int_pointer(corners),
-                _real_pointer(parameters), _real_pointer(jets),
-            )  # fmt: skip
-        finally:
-            self.lib.c.curvopt_sampler_destroy(sampler)
+        self.lib.call(
+            "curvopt_sampler_jets", self.pointer, faces.size, _int_pointer(faces), _int_pointer(corners),
+            _real_pointer(parameters), _real_pointer(jets),
+        )  # fmt: skip
         return jets
 
 

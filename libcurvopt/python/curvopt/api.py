@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The public side: cages in, energies, minimizers and points of the surface out, as numpy arrays.
+
+Arrays that go in are read and never kept; arrays that come out are the caller's own copies. Lengths are in units of the
+cage; energies are dimensionless and do not change with scale, unless their description says otherwise (`curvopt.h`, "Terms").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, TERMS, COptions
+from .library import Cancel as _Cancel
+from .library import Mesh as _Mesh
+from .library import Problem as _Problem
+from .library import Sampler as _Sampler
+from .library import Library, load
+from .library import minimize as _minimize
+from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary
+
+Energy = "str | Mapping[str, float]"
+
+
+def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | None = None) -> Cage:
+    """A control cage: positions (n, 3); faces as lists of vertex numbers, counter-clockwise seen from outside.
+
+    Whether they make a surface is found out when the cage is used."""
+    points = np.array(positions, float).reshape(-1, 3)
+    sizes = np.array([len(face) for face in faces], np.int32)
+    vertices = np.array([vertex for face in faces for vertex in face], np.int32)
+    return Cage(points, sizes, vertices, creases or Creases())
+
+
+def _weights(energy: Energy) -> dict[str, float]:
+    return {energy: 1.0} if isinstance(energy, str) else dict(energy)
+
+
+def _number(name: str, names: Sequence[str], what: str) -> int:
+    if name not in names:
+        raise ValueError(f"There is no {what} '{name}'; there are {', '.join(names)}.")
+    return names.index(name)
+
+
+def _options(lib: Library, energy: Energy, surface: str, **fields: object) -> COptions:
+    return lib.options(_weights(energy), surface=_number(surface, SURFACES, "surface"), **fields)
+
+
+class Cancel:
+    """A flag that any thread may raise to end a run; a context manager.
+
+        with Cancel() as cancel: threading.Timer(5, cancel.request).start(); minimize(cage, cancel=cancel)"""
+
+    def __init__(self) -> None:
+        self._flag = _Cancel.create(load())
+
+    def request(self) -> None:
+        """End the run that was given this flag at its next step; its result is the best cage so far."""
+        self._flag.request()
+
+    def close(self) -> None:
+        """Free the flag; not while a run has it. A second time does nothing."""
+        self._flag.close()
+
+    def __enter__(self) -> Cancel:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Problem:
+    """A cage made ready for evaluation: energies and their exact gradient at any positions. A context manager.
+
+    `energy`: a name of TERMS or weights by name; it is the objective. `surface`: of SURFACES; "auto" is the limit surface
+    unless a term of third order needs another. Faces that are degenerate at the cage's positions are left out.
+    CurvoptError for cages without a surface, ValueError for unknown names. Belongs to one thread at a time."""
+
+    def __init__(
+        self, cage: Cage, energy: Energy = "willmore", *, surface: str = "auto", tolerance: float = 1e-4,
+        left_out: Sequence[int] = (), threads: int = 0,
+    ) -> None:  # fmt: skip
+        lib = load()
+        options = _options(lib, energy, surface, tolerance=tolerance, holes=left_out, threads=threads)
+        with _Mesh.of_cage(lib, cage) as mesh:
+            self._problem = _Problem.create(mesh, options, cage.positions)
+
+    def energies(self, positions: object) -> Energies:
+        """All energies, with estimates of their quadrature errors, at positions (n, 3)."""
+        return self._problem.evaluate(positions)[0]
+
+    def gradient(self, positions: object) -> tuple[float, np.ndarray]:
+        """The objective and its derivative by positions (n, 3), in 1 / units of the cage."""
+        found, gradient = self._problem.evaluate(positions, with_gradient=True)
+        return found.objective, gradient
+
+    def close(self) -> None:
+        """Free it; a second time does nothing."""
+        self._problem.close()
+
+    def __enter__(self) -> Problem:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def energies(cage: Cage, energy: Energy = "willmore", **options: object) -> Energies:
+    """All energies of a cage's surface; options as of Problem. `energy` decides about `objective` and the surface "auto"."""
+    with Problem(cage, energy, **options) as problem:
+        return problem.energies(cage.positions)
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where a run ended: the cage, energies before and after and the verdict (`summary`), a report of each level, and what
+    was held because the surface has no finite energy there."""
+
+    cage: Cage
+    summary: Summary
+    levels: tuple[LevelReport, ...]
+    exceptions: Exceptions
+
+    @property
+    def energies(self) -> Energies:
+        """Of the result."""
+        return self.summary.end
+
+
+def minimize(
+    cage: Cage,
+    energy: Energy = "willmore",
+    *,
+    levels: int = DEFAULTS.levels,
+    surface: str = DEFAULTS.surface,
+    boundary: str = DEFAULTS.boundary,
+    symmetry: str = DEFAULTS.symmetry,
+    strength: float = DEFAULTS.strength,
+    slide: bool = DEFAULTS.slide,
+    held: object = None,
+    weights: object = None,
+    left_out: Sequence[int] = (),
+    on_progress: Callable[[Progress], object] | None = None,
+    cancel: Cancel | None = None,
+    **options: float,
+) -> Minimum:
+    """Minimize an energy over the vertices of a cage, on `levels` levels between which the cage is subdivided.
+
+    energy       a name of TERMS, or weights by name
+    boundary     of BOUNDARIES: what an open surface keeps
+    symmetry     of SYMMETRIES, or mirror planes such as "x" or "y,z"
+    strength     0.001 .. 1; below 1 the surface stays near the cage's: waves shorter than S / (1 - S) RMS radii go
+    slide        whether held vertices on boundaries and creases slide along these
+    held (k,)    vertices that stay; with `weights` (k,) 0 .. 1 below 1 a spring pulls them back
+    left_out     faces that do not count and stay
+    on_progress  called on this thread after every step; a true value ends the run with the best cage so far
+    cancel       the same from any thread
+    options      further fields of curvopt_options by name, as numbers
+
+    CurvoptError where the library refuses, ValueError for unknown names and wrong lengths, and whatever `on_progress` raises.
+    A cancelled run is no error: its `summary.stop` is "cancelled"."""
+    lib = load()
+    if symmetry in SYMMETRIES and symmetry != "planes":
+        options["symmetry"] = SYMMETRIES.index(symmetry)
+    else:
+        planes = {_number(plane, ("x", "y", "z"), "symmetry or mirror plane") for plane in symmetry.split(",")}
+        options.update(symmetry=SYMMETRIES.index("planes"), symmetry_planes=sum(1 << plane for plane in planes))
+    pins = None
+    if held is not None:
+        pins = Held.exactly(held) if weights is None else Held(np.asarray(held), np.asarray(weights, float))
+    raw = _options(
+        lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
+        strength=strength, slide=int(slide), **options,
+    )  # fmt: skip
+    flag = cancel._flag if cancel is not None else None
+    with _Mesh.of_cage(lib, cage) as mesh:
+        with _minimize(mesh, cage.positions, raw, on_progress, flag) as result:
+            summary = result.summary()
+            levels_done = tuple(result.level(i) for i in range(summary.n_levels))
+            return Minimum(result.cage(), summary, levels_done, mesh.exceptions(cage.positions, raw))
+
+
+def refine(cage: Cage, times: int = 1) -> Cage:
+    """The cage after Catmull-Clark subdivision: the same limit surface."""
+    mesh, points = _Mesh.of_cage(load(), cage), cage.positions
+    for _ in range(times):
+        finer, points = mesh.refine(points)
+        mesh.close()
+        mesh = finer
+    with mesh:
+        return Cage(points, *mesh.faces(), mesh.creases())
+
+
+class Sampler:
+    """Points of a cage's surface and their derivatives. A context manager; belongs to one thread at a time.
+
+    `surface` and `energy` (for "auto") as of Problem."""
+
+    def __init__(self, cage: Cage, *, surface: str = "limit", energy: Energy = "willmore") -> None:
+        lib = load()
+        with _Mesh.of_cage(lib, cage) as mesh:
+            self._sampler = _Sampler.create(mesh, cage.positions, _options(lib, energy, surface))
+
+    def jets(self, face: object, corner: object, uv: object) -> np.ndarray:
+        """(n, 10, 3): S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu, S_uuv, S_uvv, S_vvv at uv (n, 2) of face (n,), corner (n,).
+
+        Quads: corner 0, uv over the face. Other faces: the quarter at `corner`; u runs to the middle of the edge to the next
+        corner, v to that of the edge to the previous one. NAN derivatives exactly at an extraordinary vertex."""
+        return self._sampler.jets(face, corner, uv)
+
+    def curvatures(self, face: object, corner: object, uv: object) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Points (n, 3), unit normals (n, 3), mean curvature H (n,) and Gauss curvature K (n,) there.
+
+        H = (k1 + k2) / 2 is negative where the surface bends away from the normal, as on a sphere seen from outside; in
+        1 / units of the cage, K in 1 / units^2 (do Carmo, Differential Geometry of Curves and Surfaces, 3.3)."""
+        jets = self.jets(face, corner, uv)
+        point, su, sv, suu, suv, svv = np.moveaxis(jets[:, :6], 1, 0)
+        normal = np.cross(su, sv)
+        area = np.linalg.norm(normal, axis=1)
+        normal /= area[:, None]
+        dot = lambda a, b: np.einsum("ij,ij->i", a, b)  # noqa: E731
+        e, f, g = dot(su, su), dot(su, sv), dot(sv, sv)
+        ll, m, n = dot(suu, normal), dot(suv, normal), dot(svv, normal)
+        return point, normal, (e * n - 2 * f * m + g * ll) / (2 * area**2), (ll * n - m**2) / area**2
+
+    def close(self) -> None:
+        """Free it; a second time does nothing."""
+        self._sampler.close()
+
+    def __enter__(self) -> Sampler:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def library_version() -> str:
+    """Version of the loaded library. LibraryError, with what to do, if there is none that can be used."""
+    return load().version
+
+
+__all__ = [
+    "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Creases", "Minimum", "Problem", "Sampler", "cage",
+    "energies", "library_version", "minimize", "refine",
+]  # fmt: skip

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Constraints: a bumpy sheet in a held boundary; pins; how much of the shape may go."""
+
+# %% 12 x 12 quads over a square, with bumps inside.
+import numpy as np
+
+import curvopt
+
+n = 13
+x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
+inside = (np.abs(x) < 0.8) & (np.abs(y) < 0.8)
+z = 0.15 * inside * np.sin(9 * x) * np.sin(7 * y)
+index = np.arange(n * n).reshape(n, n)
+faces = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1).reshape(-1, 4)
+sheet = curvopt.cage(np.stack([x, y, z], -1), faces)
+rim = np.concatenate([index[0], index[-1], index[1:-1, 0], index[1:-1, -1]])
+
+# %% Boundary "position" holds the boundary curves. The bumps go: a plane has no energy.
+flat = curvopt.minimize(sheet, "willmore", levels=1, boundary="position")
+print(f"Willmore {flat.summary.start.objective:.3f} -> {flat.energies.objective:.1e}, highest point {np.abs(flat.cage.positions[:, 2]).max():.1e}")
+
+# %% Pins hold vertices of the cage; with weights below 1, springs draw them back.
+middle = [int(index[n // 2, n // 2])]
+raised = sheet.positions.copy()
+raised[middle, 2] = 0.5
+tent = curvopt.minimize(curvopt.cage(raised, faces), "willmore", levels=1, held=middle)
+soft = curvopt.minimize(curvopt.cage(raised, faces), "willmore", levels=1, held=middle, weights=[0.01])
+print(f"a pin at height .5 stays at {tent.cage.positions[middle[0], 2]:.3f}, one with weight .01 is at {soft.cage.positions[middle[0], 2]:.3f}")
+
+# %% Strength below 1: short waves go, long ones stay.
+heights = {s: float(np.abs(curvopt.minimize(sheet, levels=1, strength=s).cage.positions[:, 2]).max()) for s in (0.1, 0.3, 0.5, 0.7)}
+print("highest point by strength:", {s: round(height, 4) for s, height in heights.items()})

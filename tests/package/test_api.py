@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The public Python API: what it refuses, what it owns, what it closes."""
+
+import numpy as np
+import pytest
+
+import curvopt
+
+CORNERS = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+
+@pytest.fixture
+def cube():
+    return curvopt.cage(CORNERS, FACES)
+
+
+def test_everything_public_is_there_and_documented():
+    for name in curvopt.__all__:
+        thing = getattr(curvopt, name)
+        if callable(thing):
+            assert thing.__doc__, name
+
+
+@pytest.mark.parametrize("options, words", [
+    ({"energy": "wilmore"}, "no energy 'wilmore'"), ({"surface": "smooth"}, "no surface 'smooth'"),
+    ({"boundary": "open"}, "no boundary 'open'"), ({"symmetry": "w"}, "mirror plane 'w'"),
+    ({"tolerances": 1}, "no option 'tolerances'"), ({"held": [0], "weights": [1, 1]}, "2 numbers, expected 1"),
+])  # fmt: skip
+def test_unknown_names_and_lengths_are_value_errors(cube, options, words):
+    with pytest.raises(ValueError, match=words):
+        curvopt.minimize(cube, **options)
+
+
+def test_what_the_library_refuses_is_its_sentence(cube):
+    with pytest.raises(curvopt.CurvoptError, match="levels"):
+        curvopt.minimize(cube, levels=99)
+    with pytest.raises(curvopt.CurvoptError):
+        curvopt.energies(curvopt.cage(CORNERS, [[0, 1, 1, 2]]))
+
+
+def test_exceptions_of_a_callback_come_through(cube):
+    def fail(progress):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        curvopt.minimize(cube, levels=2, on_progress=fail)
+
+
+def test_inputs_stay_and_outputs_are_copies(cube):
+    before = cube.positions.copy()
+    first, second = curvopt.minimize(cube, levels=1), curvopt.minimize(cube, levels=1)
+    assert np.array_equal(cube.positions, before)
+    first.cage.positions[:] = 0
+    assert np.abs(second.cage.positions).max() > 0.1
+
+
+@pytest.mark.parametrize("make", [
+    lambda c: curvopt.Problem(c), lambda c: curvopt.Sampler(c), lambda c: curvopt.Cancel(),
+])  # fmt: skip
+def test_handles_close_twice_and_refuse_after(cube, make):
+    with make(cube) as handle:
+        pass
+    handle.close()
+    use = {curvopt.Problem: lambda h: h.energies(cube.positions), curvopt.Sampler: lambda h: h.jets([0], [0], [[0.5, 0.5]]),
+           curvopt.Cancel: lambda h: curvopt.minimize(cube, cancel=h)}[type(handle)]  # fmt: skip
+    with pytest.raises(ValueError, match="is closed"):
+        use(handle)
+
+
+def test_refined_cages_have_the_same_surface(cube):
+    fine = curvopt.refine(cube, 2)
+    assert fine.positions.shape == (98, 3)
+    assert curvopt.energies(fine).objective == pytest.approx(curvopt.energies(cube).objective, rel=1e-4)
+
+
+def test_symmetry_planes_and_mixes(cube):
+    found = curvopt.minimize(cube, {"willmore": 1, "mvs": 0.1}, levels=2, symmetry="x,y")
+    assert found.summary.symmetry_order == 4
