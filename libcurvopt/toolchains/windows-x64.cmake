@@ -14,5 +14,8 @@ set(CMAKE_SHARED_LINKER_FLAGS_INIT -static)
 set(CMAKE_C_FLAGS_INIT -Wa,-muse-unaligned-vector-move)
 # C99's printf formats (%zu, %lld) instead of those of Microsoft's C library.
 add_compile_definitions(__USE_MINGW_ANSI_STDIO=1)
+# No DLL of GNU OpenMP.
+execute_process(COMMAND ${CMAKE_C_COMPILER} -print-file-name=libgomp.a OUTPUT_VARIABLE gomp OUTPUT_STRIP_TRAILING_WHITESPACE)
+set(OpenMP_gomp_LIBRARY ${gomp} CACHE FILEPATH "")
 set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 include(${CMAKE_CURRENT_LIST_DIR}/archives.cmake)
