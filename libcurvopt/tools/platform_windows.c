@@ -16,8 +16,8 @@
 static const wchar_t long_path[] = L"\\\\?\\";
 enum { LONGEST_PLAIN = 200, PREFIX = 4 };
 
-/* The path for the system, to be freed; NULL if it is no UTF-8 or memory is out. Long ones get the prefix that lifts the
- * limit of 260 characters; it wants a full path with backslashes, which GetFullPathNameW makes. */
+/* The path for the system, to be freed; NULL if it is no UTF-8 or memory is out. Long ones get the prefix that lifts
+ * the limit of 260 characters; it wants a full path with backslashes, which GetFullPathNameW makes. */
 static wchar_t *wide_path(const char *path) {
     int length = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, NULL, 0);
     wchar_t *wide = length > 0 ? malloc(sizeof *wide * (size_t)length) : NULL;

@@ -3,8 +3,8 @@
  * triangular routines halve themselves until they are small (Elmroth, Gustavson, Jonsson, Kågström, "Recursive blocked
  * algorithms and hybrid data structures for dense matrix library software", SIAM Review 46(1), 2004).
  *
- * Only the cases that are called are there: lower triangles, no unit diagonals. Conjugates are transposes. What it costs
- * beside OpenBLAS: notes/96-blas-of-the-cross-builds.md. SPDX-License-Identifier: GPL-3.0-or-later */
+ * Only the cases that are called are there: lower triangles, no unit diagonals. Conjugates are transposes. What it
+ * costs beside OpenBLAS: notes/96-blas-of-the-cross-builds.md. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/own_blas.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
-/* The BLAS and LAPACK routines that CHOLMOD calls and own_blas.c has, by the names and arguments of Fortran: Dongarra, Du
- * Croz, Hammarling, Duff, "A set of level 3 basic linear algebra subprograms", ACM TOMS 16(1), 1990. CHOLMOD gives no
- * lengths of character arguments. SPDX-License-Identifier: GPL-3.0-or-later */
+/* The BLAS and LAPACK routines that CHOLMOD calls and own_blas.c has, by the names and arguments of Fortran: Dongarra,
+ * Du Croz, Hammarling, Duff, "A set of level 3 basic linear algebra subprograms", ACM TOMS 16(1), 1990. CHOLMOD gives
+ * no lengths of character arguments. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LINALG_OWN_BLAS_H
 #define CO_LINALG_OWN_BLAS_H
 
