@@ -143,7 +143,7 @@ run_tao() {
 
 # The Python package, its examples, what the target dist makes, and what bad installs are told.
 run_python() {
-    OMP_NUM_THREADS=1 env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/package
+    env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/package
 }
 
 run_package() {

@@ -53,7 +53,9 @@
 extern "C" {
 #endif
 
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(CURVOPT_EXPORTS)
+#define CURVOPT_API __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define CURVOPT_API __attribute__((visibility("default")))
 #else
 #define CURVOPT_API

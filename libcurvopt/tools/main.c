@@ -1,5 +1,4 @@
 /* The command line. SPDX-License-Identifier: GPL-3.0-or-later */
-#define _POSIX_C_SOURCE 200809L
 #include "curvopt.h"
 
 #include "arguments.h"
@@ -7,6 +6,7 @@
 #include "held.h"
 #include "obj_cage.h"
 #include "pins.h"
+#include "platform.h"
 #include "report_json.h"
 #include "trace.h"
 
@@ -15,7 +15,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* A format: defaults are the library's, in print_help()'s order. */
 static const char help_text[] =
@@ -294,7 +293,7 @@ static int32_t on_progress(const curvopt_progress *p, void *user) {
     const arguments *a = w->args;
     if (a->trace)
         trace_add(&w->trace, p);
-    if (!a->quiet && isatty(STDERR_FILENO))
+    if (!a->quiet && platform_is_watched())
         fprintf(stderr, "\rlevel %d/%d  iteration %5d  energy %.8g  |g| %.1e  %.1f s   ", p->level, p->levels,
                 p->iteration, p->energy, p->gradient_norm, p->seconds);
     return 0;
@@ -463,7 +462,7 @@ static int run_minimize(arguments *a) {
         status = refused(a, &in, &error);
     running = NULL;
     curvopt_cancel_destroy(cancel);
-    if (!a->quiet && isatty(STDERR_FILENO))
+    if (!a->quiet && platform_is_watched())
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)
         status = deliver(&w, &in, result);
@@ -494,6 +493,8 @@ static int run(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+    if (platform_start(&argc, &argv) != 0)
+        return could_not("arguments", strerror(ENOMEM));
     int status = run(argc, argv);
     if (fflush(stdout) != 0 || ferror(stdout)) /* figures that nobody got are not done */
         return status == ARGUMENTS_DONE ? could_not("standard output", strerror(errno)) : status;

@@ -1,6 +1,8 @@
 /* Wavefront OBJ cages. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "obj_cage.h"
 
+#include "platform.h"
+
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -391,7 +393,7 @@ int obj_read(const char *path, obj_cage *cage, char *message, size_t size) {
     int standard_input = strcmp(path, "-") == 0;
     *cage = (obj_cage){0};
     errno = 0;
-    FILE *file = standard_input ? stdin : fopen(path, "rb");
+    FILE *file = standard_input ? stdin : platform_open(path, "rb");
     int failed = file ? read_all(file, &text, &length) : errno;
     if (file && !standard_input)
         fclose(file);

@@ -1,6 +1,8 @@
 /* Files of pins. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "pins.h"
 
+#include "platform.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -134,7 +136,7 @@ int pins_parse(FILE *file, pin_list *out, char *message, size_t size) {
 
 int pins_read(const char *path, pin_list *out, char *message, size_t size) {
     *out = (pin_list){0};
-    FILE *file = fopen(path, "r");
+    FILE *file = platform_open(path, "r");
     if (!file) {
         snprintf(message, size, "%s", strerror(errno));
         return 1;

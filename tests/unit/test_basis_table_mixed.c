@@ -2,6 +2,7 @@
  * GPL-3.0-or-later
  */
 #include "check.h"
+#include "base/memory.h"
 #include "energy/element_kernel.h"
 #include "mesh/fan.h"
 #include "surface/basis_table_mixed.h"
@@ -51,7 +52,7 @@ static void place(block *b, int32_t lanes) {
 static void run(const co_element_kernel *kernel, const co_basis_table *table, int third, int exact, block *b) {
     const co_integrand integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4};
     size_t n = co_element_hessian_work(POINTS) * (size_t)kernel->lanes;
-    double *work = aligned_alloc(64, (n * sizeof(double) + 63) / 64 * 64);
+    double *work = co_memory_aligned(n * sizeof(double), 1);
     CHECK_TRUE(work != NULL);
     kernel->run(&(co_element_block){.table = table,
                                     .points = b->points,
@@ -109,7 +110,7 @@ static void check_kernel(const co_element_kernel *kernel, co_basis_table *const 
 static void test_lanes_of_several_kinds_are_those_of_one(void **state) {
     (void)state;
     co_basis_table *table[N_KINDS];
-    block *b = aligned_alloc(64, 2 * sizeof *b);
+    block *b = co_memory_aligned(2, sizeof *b);
     CHECK_TRUE(b != NULL);
     make_tables(table);
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)

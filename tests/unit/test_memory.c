@@ -37,7 +37,7 @@ static void test_nothing_is_a_block_of_its_own(void **state) {
     (void)state;
     double *zeroed = CO_NEW(double, 0), *aligned = CO_NEW_ALIGNED(double, 0), *none = NULL;
     CHECK_TRUE(zeroed != NULL && aligned != NULL);
-    CHECK_INT((uintptr_t)aligned % 64, 0);
+    CHECK_INT((uintptr_t)aligned % CO_MEMORY_ALIGNMENT, 0);
     double *shrunk = CO_RESIZED(zeroed, 0); /* realloc(p, 0) may free p and return NULL */
     CHECK_TRUE(shrunk != NULL);
     double *fresh = CO_RESIZED(none, 0);

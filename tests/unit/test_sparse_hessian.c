@@ -2,6 +2,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "base/memory.h"
 #include "hessian/sparse_hessian.h"
 #include "mesh/similarity.h"
 
@@ -114,8 +115,8 @@ static double *dense_hessian(const setting *s) {
     const co_assembly *a = &s->assembly;
     size_t n = (size_t)s->dofs.n_variables, lanes = (size_t)h->batches.lanes;
     double *T = points_by_variables(s), *dense = calloc(n * n, sizeof *dense);
-    double *matrix = aligned_alloc(64, (h->matrix_stride * sizeof *matrix + 63) / 64 * 64);
-    double *work = aligned_alloc(64, (h->work_stride * sizeof *work + 63) / 64 * 64);
+    double *matrix = co_memory_aligned(h->matrix_stride * sizeof *matrix, 1);
+    double *work = co_memory_aligned(h->work_stride * sizeof *work, 1);
     CHECK_TRUE(dense && matrix && work);
     for (int32_t k = 0; k < h->batches.n_blocks; k++) {
         const co_block *b = &h->batches.block[k];

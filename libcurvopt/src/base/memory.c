@@ -16,7 +16,11 @@ void *co_memory_aligned(size_t count, size_t size) {
     if (count > (SIZE_MAX - CACHE_LINE) / size)
         return NULL;
     size_t bytes = (count * size + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
+#ifdef _WIN32 /* its C library aligns to 16 bytes what free() takes: notes/97-vectors-on-windows.md */
+    return malloc(bytes);
+#else
     return aligned_alloc(CACHE_LINE, bytes);
+#endif
 }
 
 void *co_memory_resize(void *p, size_t count, size_t size) {

@@ -4,11 +4,17 @@
 
 #include <stddef.h>
 
+#ifdef _WIN32
+#define CO_MEMORY_ALIGNMENT 16
+#else
+#define CO_MEMORY_ALIGNMENT 64 /* a cache line */
+#endif
+
 /* `count` zeroed elements of `size` bytes; NULL when the product overflows or memory is out. Never NULL for count 0.
  * Free with free(). */
 void *co_memory_zeroed(size_t count, size_t size);
-/* `count` elements of `size` bytes, aligned to a cache line for vector loads and not zeroed; NULL as above. Free with
- * free(). */
+/* `count` elements of `size` bytes, aligned to CO_MEMORY_ALIGNMENT for vector loads and not zeroed; NULL as above. Free
+ * with free(). */
 void *co_memory_aligned(size_t count, size_t size);
 /* Block p (NULL: none yet), moved to one of `count` elements of `size` bytes; what is new is not zeroed. NULL when the
  * product overflows or memory is out, and then p is still there. Never NULL for count 0. Free with free(). */
