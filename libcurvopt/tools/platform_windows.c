@@ -72,7 +72,7 @@ FILE *platform_open(const char *path, const char *mode) {
     wchar_t *wide = wide_path(path), wide_mode[8] = {0};
     if (!wide)
         return NULL;
-    for (size_t i = 0; mode[i] && i < 7; i++)
+    for (size_t i = 0; i < 7 && mode[i]; i++)
         wide_mode[i] = (wchar_t)mode[i];
     DWORD found = GetFileAttributesW(wide);
     FILE *file = strchr(mode, 'x') ? open_new(wide) : _wfopen(wide, wide_mode);

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The public Python API: what it refuses, what it owns, what it closes."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -77,3 +80,24 @@ def test_refined_cages_have_the_same_surface(cube):
 def test_symmetry_planes_and_mixes(cube):
     found = curvopt.minimize(cube, {"willmore": 1, "mvs": 0.1}, levels=2, symmetry="x,y")
     assert found.summary.symmetry_order == 4
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("is_open", [False, True])
+def test_the_library_is_unloaded_unless_a_handle_is_open(is_open):
+    script = f"""
+import curvopt
+from curvopt import library
+cube = curvopt.cage({CORNERS}, {FACES})
+path = str(library.load().path)
+curvopt.minimize(cube, levels=3, threads=3)
+flag = curvopt.Cancel() if {is_open} else None
+library.forget()
+print(path in open("/proc/self/maps").read())
+if flag:
+    flag.close()
+else:
+    print(curvopt.energies(cube).objective > 0)
+"""
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stdout.split()) == (0, ["True"] if is_open else ["False", "True"]), run.stderr

@@ -1,8 +1,8 @@
 /* Faces of several kinds in one block: what each would be in a block of its own. SPDX-License-Identifier:
  * GPL-3.0-or-later
  */
-#include "check.h"
 #include "base/memory.h"
+#include "check.h"
 #include "energy/element_kernel.h"
 #include "mesh/fan.h"
 #include "surface/basis_table_mixed.h"

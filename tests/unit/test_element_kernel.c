@@ -1,6 +1,6 @@
 /* One element kernel, several instruction sets, the same results. SPDX-License-Identifier: GPL-3.0-or-later */
-#include "check.h"
 #include "base/memory.h"
+#include "check.h"
 #include "energy/element_kernel.h"
 #include "surface/stam.h"
 
@@ -143,8 +143,7 @@ static void run_second(const co_element_kernel *kernel, const faces *in, int thi
     int32_t points[MOST_POINTS * CO_MAX_LANES];
     size_t work_size = sizeof(double) * co_element_hessian_work(n) * (size_t)lanes;
     size_t matrix_size = sizeof(double) * (size_t)(entries * lanes);
-    double *work = co_memory_aligned(work_size, 1),
-           *matrix = co_memory_aligned(matrix_size, 1);
+    double *work = co_memory_aligned(work_size, 1), *matrix = co_memory_aligned(matrix_size, 1);
     CHECK_TRUE(work && matrix);
     for (int32_t first = 0; first < N_FACES; first += lanes) {
         for (int32_t l = 0; l < lanes; l++)

@@ -8,6 +8,7 @@ in a progress callback never crosses C: it is kept, the run is cancelled, and it
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes as C
 import os
 import sys
@@ -113,10 +114,11 @@ def _creases_to_c(creases: Creases) -> tuple[CCreases, tuple[np.ndarray, ...]]:
 
 
 class Library:
-    """A loaded libcurvopt with its signatures set. LibraryError if it is unusable."""
+    """A loaded libcurvopt with its signatures set. LibraryError if it is unusable. `open` has the pointers of its handles."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.open: set[int] = set()
         try:
             self.c = C.CDLL(str(path))
         except OSError as error:
@@ -134,6 +136,11 @@ class Library:
         self._set_signatures(SIGNATURES)
         self._check_sizes()
         self._check_names()
+
+    def unload(self) -> None:
+        """Take it out of memory, unless handles are open. It must not be used afterwards."""
+        if not self.open:
+            (_ctypes.FreeLibrary if sys.platform == "win32" else _ctypes.dlclose)(self.c._handle)
 
     def _set_signatures(self, names: object) -> None:
         for name in names:
@@ -244,11 +251,12 @@ def _has_system_library(name: Path) -> bool:
 
 
 def forget() -> None:
-    """Forget the loaded libraries: for an add-on that is switched off. Every handle must be closed, and no run be on.
+    """Unload the libraries: for an add-on that is switched off, so that an updated one finds its own. No run may be on.
 
-    The process keeps the library mapped: its threads may be asleep in it, and unmapping them would end the process. Linux and
-    macOS let a mapped file be deleted or replaced all the same. Windows does not: Blender removes the files of a wheel
-    that is in use when it starts next, and a legacy add-on's folder can be deleted after a restart."""
+    Each run joins its threads, so nothing is left in a library whose handles are closed. One that has open handles stays
+    in memory until the process ends."""
+    for lib in _loaded.values():
+        lib.unload()
     _loaded.clear()
 
 
@@ -264,6 +272,8 @@ class _Handle:
         self.lib = lib
         self._pointer: C.c_void_p | None = pointer
         self._owner = owner
+        if owner is None:
+            lib.open.add(pointer.value)
 
     @property
     def pointer(self) -> C.c_void_p:
@@ -276,6 +286,7 @@ class _Handle:
         """Free it; a second time does nothing."""
         pointer, self._pointer = self._pointer, None
         if pointer is not None and self._owner is None:
+            self.lib.open.discard(pointer.value)  # before: another thread may get the same address
             getattr(self.lib.c, self._destroy)(pointer)
 
     def __enter__(self: _Self) -> _Self:
