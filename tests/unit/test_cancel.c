@@ -10,7 +10,7 @@
 
 enum { RINGS = 3, LARGEST = 96 };
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 enum { SLOWER = 20 }; /* times that sanitizers may take longer */
 #else
 enum { SLOWER = 1 };
