@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The public Python API: what it refuses, what it owns, what it closes."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,5 +101,8 @@ if flag:
 else:
     print(curvopt.energies(cube).objective > 0)
 """
-    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    folder = str(Path(curvopt.__file__).parents[1])
+    run = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True, timeout=60
+    )
     assert (run.returncode, run.stdout.split()) == (0, ["True"] if is_open else ["False", "True"]), run.stderr

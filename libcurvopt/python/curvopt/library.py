@@ -138,9 +138,10 @@ class Library:
         self._check_names()
 
     def unload(self) -> None:
-        """Take it out of memory, unless handles are open. It must not be used afterwards."""
+        """Take it out of memory, unless handles are open. Calls raise AttributeError afterwards."""
         if not self.open:
-            (_ctypes.FreeLibrary if sys.platform == "win32" else _ctypes.dlclose)(self.c._handle)
+            loaded, self.c = self.c, None
+            (_ctypes.FreeLibrary if sys.platform == "win32" else _ctypes.dlclose)(loaded._handle)
 
     def _set_signatures(self, names: object) -> None:
         for name in names:

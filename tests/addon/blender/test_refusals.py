@@ -207,7 +207,7 @@ def test_older_library(torus, refused, monkeypatch, tmp_path):
     code.write_text('const char *curvopt_version(void) { return "0.0.9"; }')
     subprocess.run(["cc", "-shared", "-fPIC", str(code), "-o", str(old)], check=True)
     monkeypatch.setenv("CURVOPT_LIBRARY", str(old))
-    refused("version 0.0.9, but this add-on needs 0.1")
+    refused("version 0.0.9, but this add-on or package needs 0.1")
 
 
 def test_addon_registers_without_a_library(torus, monkeypatch, tmp_path):

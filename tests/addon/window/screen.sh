@@ -9,9 +9,12 @@ export PATH="/usr/bin:$PATH"
 work=$(mktemp -d -t curvopt-window-XXXXXX)
 mkdir -p "$work/out" "$work/scripts/addons"
 cp -r "$root/addon" "$work/scripts/addons/curvopt"
-mkdir -p "$work/scripts/addons/curvopt/lib"
 cp -r "$root/blend_files/obj" "$work/scripts/addons/curvopt/shapes"
-cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$work/scripts/addons/curvopt/lib/libcurvopt.so"
+mkdir -p "$work/scripts/addons/curvopt/vendor"
+package="$work/scripts/addons/curvopt/vendor/curvopt"
+cp -r "$root/libcurvopt/python/curvopt" "$package"
+mkdir -p "$package/native/linux-x64"
+cp "${CURVOPT_LIBRARY:-$root/build/release/libcurvopt.so}" "$package/native/linux-x64/libcurvopt.so"
 unset CURVOPT_LIBRARY PYTHONPATH
 
 mkfifo "$work/display"
