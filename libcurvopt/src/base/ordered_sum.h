@@ -10,8 +10,7 @@
 #include <stddef.h>
 
 enum {
-    CO_ORDERED_SUM_CHUNKS = 64,         /* many more than threads, so that these end together */
-    CO_ORDERED_SUM_WORTH_THREADS = 4096 /* summands; below that, waking a second thread costs more than it saves */
+    CO_ORDERED_SUM_CHUNKS = 64, /* many more than threads, so that these end together */
 };
 
 /* Number of the first of n summands in a chunk. Chunks 0 .. CO_ORDERED_SUM_CHUNKS - 1 exist; for CO_ORDERED_SUM_CHUNKS
@@ -22,7 +21,7 @@ static inline size_t co_ordered_sum_begin(size_t n, int chunk) {
 
 /* Calls sum_chunks(context, first, end) for all chunks, on several threads where n summands are worth it. */
 static inline void co_ordered_sum_run(co_thread_pool *pool, size_t n, co_thread_loop *sum_chunks, void *context) {
-    co_thread_pool_for(n >= CO_ORDERED_SUM_WORTH_THREADS ? pool : NULL, CO_ORDERED_SUM_CHUNKS, sum_chunks, context);
+    co_thread_pool_for(co_thread_pool_if_worth(pool, n), CO_ORDERED_SUM_CHUNKS, sum_chunks, context);
 }
 
 #endif

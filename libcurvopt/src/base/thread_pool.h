@@ -17,6 +17,8 @@
 
 typedef struct co_thread_pool co_thread_pool;
 
+enum { CO_THREAD_POOL_WORTH = 4096 /* steps of a few operations each from which a second thread is used */ };
+
 /* What each thread 0 .. n_threads - 1 does; 0 is the calling one. */
 typedef void co_thread_task(void *context, int32_t thread, int32_t n_threads);
 
@@ -37,6 +39,11 @@ int32_t co_thread_pool_size(const co_thread_pool *pool);
 /* Calls the task on every thread, and returns when all have ended. With pool NULL, and where the pool is busy (a task
  * inside a task, a second calling thread), the calling thread does it alone: task(context, 0, 1). */
 void co_thread_pool_run(co_thread_pool *pool, co_thread_task *task, void *context);
+
+/* The pool where n steps of a few operations each are worth its waking, or NULL: bits are the same either way. */
+static inline co_thread_pool *co_thread_pool_if_worth(co_thread_pool *pool, size_t n) {
+    return n >= CO_THREAD_POOL_WORTH ? pool : NULL;
+}
 
 /* Steps 0 .. n - 1, an equal part of them for each thread in order: a thread has the same ones in every loop over n. */
 void co_thread_pool_for(co_thread_pool *pool, size_t n, co_thread_loop *body, void *context);

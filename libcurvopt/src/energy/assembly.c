@@ -220,7 +220,7 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
         normalization m = {.from = xyz, .to = a->points};
         radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, m.centroid);
         m.unit = 1 / radius;
-        co_thread_pool_for(a->threads, n, normalize_points, &m);
+        co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, normalize_points, &m);
     }
     co_patches_derive(&a->patches, a->points);
     return radius;
@@ -270,7 +270,7 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
             along[c] += g.sum[k][3 + c];
         }
     g.radial = along[0] + along[1] + along[2];
-    co_thread_pool_for(a->threads, n, project_gradient, &g);
+    co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, project_gradient, &g);
     for (int32_t i = 0; i < a->n_isolated; i++)
         memset(gradient + 3 * (size_t)a->isolated[i], 0, 3 * sizeof *gradient);
 }
@@ -375,7 +375,8 @@ static void run_blocks(co_assembly *a, const co_element_batches *l, const co_int
     co_work_sharing_start(a->sharing, a->n_threads);
     co_thread_pool_run(a->threads, run_shared_blocks, &r);
     if (gradient)
-        co_thread_pool_for(a->threads, l->batch_touched[l->n_batches], add_batches_of_points, &r);
+        co_thread_pool_for(co_thread_pool_if_worth(a->threads, l->batch_touched[l->n_batches]),
+                           l->batch_touched[l->n_batches], add_batches_of_points, &r);
 }
 
 /* Adds blocks begin .. end - 1 to a sum of blocks. */
@@ -452,7 +453,8 @@ static void collect_points(void *context, size_t begin, size_t end) {
 /* The gradient factor * the integrand's + area_factor * the area's, that of derived points taken back to the cage. */
 static void collect_gradient(co_assembly *a, double factor, double area_factor, double *gradient) {
     collected_gradient g = {.assembly = a, .factor = factor, .area_factor = area_factor, .gradient = gradient};
-    co_thread_pool_for(a->threads, (size_t)(a->active ? a->n_active : a->patches.n_points), collect_points, &g);
+    const size_t n = (size_t)(a->active ? a->n_active : a->patches.n_points);
+    co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, collect_points, &g);
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
 
