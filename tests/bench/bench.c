@@ -48,6 +48,8 @@ static double peak_rate(const char *kernel) {
     double (*run)(long, double *) = peak_portable;
 #ifdef CO_HAVE_X86_KERNELS
     run = !strcmp(kernel, "avx512") ? peak_avx512 : !strcmp(kernel, "avx2") ? peak_avx2 : run;
+#else
+    (void)kernel;
 #endif
     double best = 0, sink = 0;
     for (int k = 0; k < 20; k++) {
