@@ -16,7 +16,8 @@ export PYTEST_ADDOPTS="--durations=0 --durations-min=1 ${PYTEST_ADDOPTS:-}" # fo
 
 PYTHON=/usr/bin/python3
 PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python addon)
-EXTRA=(coverage package) # by name only: coverage's time in a whole run is not measured yet; package needs root
+EXTRA=(coverage package windows arm64) # by name only: coverage's time in a whole run is not measured yet; package needs
+# root; windows and arm64 run in Wine and qemu, which takes minutes
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
 SLOW=5       # seconds; tests above it are counted at the end
@@ -41,6 +42,8 @@ packages_of() {
         ;;
     python) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-venv python3-matplotlib ;;
     package) echo "${CTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}" ;;
+    windows) echo "${CROSS_PACKAGES[@]}" "${WINDOWS_PACKAGES[@]}" ;;
+    arm64) echo "${CROSS_PACKAGES[@]}" "${ARM64_PACKAGES[@]}" ;;
     addon) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" xvfb:Xvfb imagemagick:import ;;
     esac
 }
@@ -50,6 +53,8 @@ preset_of() {
     case $1 in
     release | install | numeric | tao | python | addon | package) echo release ;;
     asan | tsan | coverage) echo "$1" ;;
+    windows) echo windows-x64 ;;
+    arm64) echo linux-arm64 ;;
     esac
 }
 
@@ -150,6 +155,23 @@ run_package() {
     bash tests/package/run.sh
 }
 
+# The tests in C for other platforms. CTest calls Wine or qemu (CMAKE_CROSSCOMPILING_EMULATOR of the toolchain file).
+run_windows() {
+    WINEDEBUG=-all ctest_of windows-x64 '^(unit|robust|abi)$'
+}
+
+run_arm64() {
+    ctest_of linux-arm64 '^(unit|robust|abi)$'
+}
+
+# archives_of PRESET: CHOLMOD and cmocka for a cross build, if it is one.
+archives_of() {
+    case $1 in
+    windows-x64) bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32 ;;
+    linux-arm64) bash libcurvopt/toolchains/archives.sh aarch64-linux-gnu ;;
+    esac >"$LOGS/archives-$1.log" 2>&1 || { tail -n 20 "$LOGS/archives-$1.log" >&2 && return 1; }
+}
+
 run_addon() {
     bash tests/addon/run.sh
 }
@@ -169,7 +191,7 @@ counts_of() {
         echo $(($3 == 0)) $(($3 != 0))
         return
         ;;
-    release | asan | tsan)
+    release | asan | tsan | windows | arm64)
         read -r failed total < <(sed -nE 's/^.*tests passed, ([0-9]+) tests? failed out of ([0-9]+).*$/\1 \2/p' "$2")
         passed=${failed:+$((total - failed))}
         ;;
@@ -251,7 +273,7 @@ main() {
     mkdir -p "$LOGS"
     for preset in "${wanted[@]}"; do
         before=$SECONDS
-        build "$preset" || record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
+        { archives_of "$preset" && build "$preset"; } || record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
     done
     for part in "$@"; do
         execute "$part"

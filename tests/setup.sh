@@ -12,6 +12,9 @@
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     PYTEST_PACKAGES=(python3-pytest python3-numpy)
     DEBIAN_PACKAGES=(dpkg-dev debhelper dh-python lintian fakeroot libblas-dev pkg-config:pkg-config)
+    CROSS_PACKAGES=(cmake:cmake ninja-build:ninja binutils:objdump dpkg-dev:dpkg-source make:make perl:perl python3:python3)
+    WINDOWS_PACKAGES=(gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix wine:wine wine64)
+    ARM64_PACKAGES=(gcc-aarch64-linux-gnu g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user:qemu-aarch64)
     TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 

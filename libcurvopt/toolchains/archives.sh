@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Static archives of CHOLMOD and cmocka for another platform, from Debian 12's sources.
 #
-#   bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32|aarch64-linux-gnu
+#   bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32|aarch64-linux-gnu|x86_64-linux-gnu
+#
+# The last is for comparisons (tests/checks/platforms.py) and takes the machine's own compiler; then
+#   cmake --preset release -B build/own-blas -DCURVOPT_OWN_BLAS=ON -DCMAKE_PREFIX_PATH=$PWD/build/cross/x86_64-linux-gnu
 #
 # They go to build/cross/TRIPLE/include and lib; the sources stay in build/cross/sources. What is there is not made again.
 # Needs apt-get, dpkg-dev, make, perl and the cross compiler; no root: the lists of sources are kept in build/cross, too.
@@ -21,12 +24,12 @@ x86_64-w64-mingw32)
     CC=$TRIPLE-gcc-posix
     FLAGS="-O2 -g0 -Wa,-muse-unaligned-vector-move"
     ;;
-aarch64-linux-gnu)
+aarch64-linux-gnu | x86_64-linux-gnu)
     CC=$TRIPLE-gcc
     FLAGS="-O2 -g0 -fPIC"
     ;;
 *)
-    echo "usage: archives.sh x86_64-w64-mingw32|aarch64-linux-gnu" >&2
+    echo "usage: archives.sh x86_64-w64-mingw32|aarch64-linux-gnu|x86_64-linux-gnu" >&2
     exit 2
     ;;
 esac
@@ -92,5 +95,5 @@ make_cmocka() {
 
 mkdir -p "$OUT/lib" "$OUT/include"
 [[ -e $OUT/lib/libcholmod.a ]] || (make_suitesparse)
-[[ -e $OUT/lib/libcmocka.a ]] || (make_cmocka)
+[[ $TRIPLE == x86_64-linux-gnu || -e $OUT/lib/libcmocka.a ]] || (make_cmocka)
 rm -rf "$CROSS/making-$TRIPLE"

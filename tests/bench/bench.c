@@ -45,9 +45,12 @@ static void must(int32_t status, const curvopt_error *error) {
 /* ---------------------------------------------------------------------------------------------- kernels -- */
 
 static double peak_rate(const char *kernel) {
-    double (*run)(long, double *) = !strcmp(kernel, "avx512") ? peak_avx512
-                                    : !strcmp(kernel, "avx2") ? peak_avx2
-                                                              : peak_portable;
+    double (*run)(long, double *) = peak_portable;
+#ifdef CO_HAVE_X86_KERNELS
+    run = !strcmp(kernel, "avx512") ? peak_avx512 : !strcmp(kernel, "avx2") ? peak_avx2 : run;
+#else
+    (void)kernel;
+#endif
     double best = 0, sink = 0;
     for (int k = 0; k < 20; k++) {
         double start = now(), flops = run(100000, &sink), rate = flops / (now() - start);

@@ -10,13 +10,26 @@
 
 const char fuzz_name[] = "pins";
 
+#ifdef _WIN32 /* has no fmemopen: a file in the current folder */
+static FILE *file_of(void *text, size_t size) {
+    FILE *file = fopen("fuzz_pins.tmp", "w+b");
+    FUZZ_CHECK(file && fwrite(text, 1, size, file) == size);
+    rewind(file);
+    return file;
+}
+#else
+static FILE *file_of(void *text, size_t size) {
+    return fmemopen(text, size, "r");
+}
+#endif
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     char message[128], *text = malloc(size + 1);
     pin_list pins;
     if (!text)
         return 0;
     memcpy(text, data, size);
-    FILE *file = size ? fmemopen(text, size, "r") : NULL;
+    FILE *file = size ? file_of(text, size) : NULL;
     memset(message, 'x', sizeof message);
     if (file && pins_parse(file, &pins, message, sizeof message)) {
         FUZZ_CHECK(memchr(message, 0, sizeof message) && message[0] && !pins.vertices && !pins.n);

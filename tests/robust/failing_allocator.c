@@ -13,12 +13,10 @@ int failed_in_cholmod;
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
 void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
 void __real_free(void *p);
 void *__wrap_malloc(size_t size);
 void *__wrap_calloc(size_t count, size_t size);
 void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
 void __wrap_free(void *p);
 
 static int fails(void) {
@@ -49,9 +47,14 @@ void *__wrap_realloc(void *old, size_t size) {
     return old ? p : counted(p);
 }
 
+#ifndef _WIN32 /* its C library has no aligned_alloc */
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+
 void *__wrap_aligned_alloc(size_t alignment, size_t size) {
     return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
 }
+#endif
 
 void __wrap_free(void *p) {
     if (p)

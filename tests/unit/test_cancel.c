@@ -1,6 +1,7 @@
 /* Cancelling: tables, evaluations, and runs at any moment. SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 199309L /* NOLINT: for nanosleep */
 #include "check.h"
+#include "cpu_time.h"
 #include "mesh/mesh.h"
 #include "surface/basis_table.h"
 
@@ -42,10 +43,6 @@ static curvopt_mesh *spindle(int32_t n, double *xyz) {
     curvopt_error error;
     CHECK_OK(curvopt_mesh_create(bottom + 1, n_faces, sizes, corners, &mesh, &error), &error);
     return mesh;
-}
-
-static double cpu_seconds(void) {
-    return (double)clock() / CLOCKS_PER_SEC;
 }
 
 /* A run's flag that was seen so long ago that the grace is over. */

@@ -7,10 +7,8 @@
 
 #include <time.h>
 
-int __real_timespec_get(struct timespec *t, int base);
 int __real_clock_gettime(clockid_t clock, struct timespec *t);
 time_t __real_time(time_t *t);
-int __wrap_timespec_get(struct timespec *t, int base);
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t);
 time_t __wrap_time(time_t *t);
 
@@ -20,11 +18,16 @@ static time_t set_back(void) {
     return 3600 * ++hours;
 }
 
+#ifndef _WIN32 /* its C library has no timespec_get */
+int __real_timespec_get(struct timespec *t, int base);
+int __wrap_timespec_get(struct timespec *t, int base);
+
 int __wrap_timespec_get(struct timespec *t, int base) {
     int result = __real_timespec_get(t, base);
     t->tv_sec -= set_back();
     return result;
 }
+#endif
 
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t) {
     int result = __real_clock_gettime(clock, t);
