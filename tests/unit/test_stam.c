@@ -48,9 +48,9 @@ static void test_limit_masks_are_left_eigenvectors(void **state) {
                 sum[m] += mask[i];
             }
         }
-        CHECK_NEAR(sum[0], 1, 1e-18);
-        CHECK_NEAR(sum[1], 0, 1e-17);
-        CHECK_NEAR(sum[2], 0, 1e-17);
+        CHECK_NEAR(sum[0], 1, 2e-15);
+        CHECK_NEAR(sum[1], 0, 2e-14);
+        CHECK_NEAR(sum[2], 0, 2e-14);
         co_stam_disc_free(&d);
     }
 }
@@ -78,8 +78,8 @@ static void test_eigenvalues_of_known_valences(void **state) {
     (void)state;
     co_stam_disc three = disc_of(3), four = disc_of(4);
     CHECK_NEAR(three.lambda, (9 + sqrt(17)) / 32, 1e-16); /* c = -1/2 */
-    CHECK_NEAR(four.lambda, 0.5, 1e-18);
-    CHECK_NEAR(four.mu, 0.25, 1e-18);
+    CHECK_NEAR(four.lambda, 0.5, 2e-16);
+    CHECK_NEAR(four.mu, 0.25, 1e-16);
     co_stam_disc_free(&three);
     co_stam_disc_free(&four);
 }
@@ -176,7 +176,7 @@ static void test_valence_four_is_bicubic(void **state) {
             for (int p = 0; p < 25; p++)
                 for (int k = 0; k < CO_JET; k++)
                     CHECK_NEAR(rows[p * CO_JET + k], expected[p][k],
-                               ldexp(1e-16, d.ring * (co_jet_order_u[k] + co_jet_order_v[k])));
+                               ldexp(1e-15, d.ring * (co_jet_order_u[k] + co_jet_order_v[k])));
         }
     co_stam_disc_free(&d);
 }
