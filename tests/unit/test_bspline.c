@@ -11,7 +11,7 @@ static void test_basis_sums_to_one_and_derivatives_to_zero(void **state) {
             double sum = 0;
             for (int i = 0; i < 16; i++)
                 sum += basis[i][k];
-            CHECK_NEAR(sum, k == 0, 4e-16);
+            CHECK_NEAR(sum, k == 0, 2e-15);
         }
     }
 }
@@ -26,8 +26,8 @@ static void test_basis_reproduces_linear_functions(void **state) {
             value += i * basis[i][0];
             slope += i * basis[i][1];
         }
-        CHECK_NEAR(value, t + 1, 4e-16);
-        CHECK_NEAR(slope, 1, 4e-16);
+        CHECK_NEAR(value, t + 1, 2e-15);
+        CHECK_NEAR(slope, 1, 2e-15);
     }
 }
 
@@ -37,13 +37,13 @@ static void test_pieces_join_with_two_derivatives(void **state) {
     co_bspline_cubic(1, end);
     co_bspline_cubic(0, begin);
     for (int k = 0; k < 3; k++) {
-        CHECK_NEAR(end[0][k], 0, 4e-16);
-        CHECK_NEAR(begin[3][k], 0, 4e-16);
+        CHECK_NEAR(end[0][k], 0, 2e-15);
+        CHECK_NEAR(begin[3][k], 0, 2e-15);
         for (int i = 0; i < 3; i++)
-            CHECK_NEAR(end[i + 1][k], begin[i][k], 4e-16);
+            CHECK_NEAR(end[i + 1][k], begin[i][k], 2e-15);
     }
-    CHECK_NEAR(begin[0][0], 1.0 / 6, 4e-16);
-    CHECK_NEAR(begin[1][0], 2.0 / 3, 4e-16);
+    CHECK_NEAR(begin[0][0], 1.0 / 6, 2e-15);
+    CHECK_NEAR(begin[1][0], 2.0 / 3, 2e-15);
 }
 
 /* Largest error of a central difference of jet entry `from` against entry `to`, over all 16 functions. */

@@ -194,7 +194,7 @@ static void test_rings_join_with_two_derivatives(void **state) {
             for (int32_t p = 0; p < d.n_points; p++)
                 for (int k = 0; k < 6; k++)
                     CHECK_NEAR(inner[p * CO_JET + k], outer[p * CO_JET + k],
-                               ldexp(8e-16, d.ring * (co_jet_order_u[k] + co_jet_order_v[k])));
+                               ldexp(4e-15, d.ring * (co_jet_order_u[k] + co_jet_order_v[k])));
         }
         co_stam_disc_free(&d);
     }
