@@ -18,7 +18,7 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
 }
 
 /* Deep in the rings of the unblended surface, derivatives with respect to the characteristic map are differences of
- * nearly equal numbers, even in long double. Faces are moved to the origin before rows are applied, so that this costs
+ * nearly equal numbers. Faces are moved to the origin before rows are applied, so that this costs
  * nothing. */
 static void check_rows_sum(const co_basis_table *t) {
     double tolerance = t->kind == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
