@@ -18,7 +18,7 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
 }
 
 /* Deep in the rings of the unblended surface, derivatives with respect to the characteristic map are differences of
- * nearly equal numbers, even in long double. Faces are moved to the origin before rows are applied, so that this costs
+ * nearly equal numbers. Faces are moved to the origin before rows are applied, so that this costs
  * nothing. */
 static void check_rows_sum(const co_basis_table *t) {
     double tolerance = t->kind == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
@@ -81,7 +81,7 @@ static void test_regular_rules_integrate_polynomials_over_the_face(void **state)
 }
 
 /* Jacobian of sample s where the two-ring is the characteristic map. */
-static double jacobian_of(const co_basis_table *t, const co_real *xy, int32_t s) {
+static double jacobian_of(const co_basis_table *t, const double *xy, int32_t s) {
     double d[2][2] = {{0}};
     for (int32_t p = 0; p < t->n_points; p++)
         for (int k = 0; k < 2; k++)
@@ -90,7 +90,7 @@ static double jacobian_of(const co_basis_table *t, const co_real *xy, int32_t s)
     return d[0][0] * d[1][1] - d[0][1] * d[1][0];
 }
 
-static void characteristic_map(int32_t valence, co_real *xy) {
+static void characteristic_map(int32_t valence, double *xy) {
     co_stam_disc disc;
     curvopt_error error;
     CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);
@@ -104,7 +104,7 @@ static void test_rules_agree_on_the_characteristic_maps_area(void **state) {
     (void)state;
     static const int32_t exact[] = {CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_POLYNOMIAL};
     for (int32_t valence = 3; valence <= 9; valence += valence == 3 ? 2 : 1) {
-        co_real xy[2 * MOST_POINTS];
+        double xy[2 * MOST_POINTS];
         double first = 0;
         characteristic_map(valence, xy);
         for (int i = 0; i < 4; i++) {
@@ -129,8 +129,8 @@ static void test_last_ring_stands_for_all_inside_it(void **state) {
             co_stam_disc disc;
             curvopt_error error;
             CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);
-            co_real area = disc.lambda * disc.lambda, curvature = disc.mu * disc.mu / area;
-            co_real expected = surfaces[s] == CURVOPT_SURFACE_LIMIT ? (1 - area) / (1 - curvature) : 1;
+            double area = disc.lambda * disc.lambda, curvature = disc.mu * disc.mu / area;
+            double expected = surfaces[s] == CURVOPT_SURFACE_LIMIT ? (1 - area) / (1 - curvature) : 1;
             co_basis_table *t = table_of(surfaces[s], valence, 1);
             CHECK_NEAR(t->weight[0], t->area_weight[0], 0);
             CHECK_NEAR(t->weight[t->n_samples - 1] / t->area_weight[t->n_samples - 1], expected, 1e-12);
@@ -143,7 +143,7 @@ static void test_last_ring_stands_for_all_inside_it(void **state) {
  * it has the same range in every ring. */
 static void test_jacobian_scale_undoes_the_shrinking(void **state) {
     (void)state;
-    co_real xy[2 * MOST_POINTS];
+    double xy[2 * MOST_POINTS];
     double low = INFINITY, high = 0;
     characteristic_map(6, xy);
     co_basis_table *fine = table_of(CURVOPT_SURFACE_LIMIT, 6, 3), *t = table_of(CURVOPT_SURFACE_LIMIT, 6, 1);
@@ -231,7 +231,7 @@ static void test_cache_builds_a_table_once(void **state) {
 static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
     enum { GAUSS = 6, RULE = 2 };
     const int32_t kind = co_fan_make_wide(5, 3, 1, 2), n = co_patches_size(kind);
-    co_real node[GAUSS], gauss[GAUSS];
+    double node[GAUSS], gauss[GAUSS];
     co_basis_table_cache cache;
     curvopt_error error;
     double weight[CO_JET], *rows = calloc((size_t)n * CO_JET, sizeof *rows);

@@ -247,9 +247,9 @@ static void test_rows_along_the_curve_are_its_own(void **state) {
     curvopt_error error;
     CHECK_TRUE(rows != NULL);
     for (int i = 1; i < 5; i++) {
-        co_real basis[4][4];
+        double basis[4][4];
         CHECK_OK(co_basis_table_point(&cache, kind, 0.2 * i, 0, rows, weight, &error), &error);
-        co_bspline_cubic(0.2L * i, basis);
+        co_bspline_cubic(0.2 * i, basis);
         for (int32_t p = 12; p < n; p++)
             CHECK_NEAR(rows[p * CO_JET], 0, 1e-14);
         for (int32_t p = 0; p < 4; p++) { /* with phantoms written out */

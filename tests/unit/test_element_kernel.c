@@ -25,7 +25,7 @@ typedef struct results {
 static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *out) {
     curvopt_error error;
     co_stam_disc disc;
-    co_real xy[2 * (6 * 8 + 1)];
+    double xy[2 * (6 * 8 + 1)];
     uint64_t seed = 4711;
     CHECK_OK(co_basis_table_create(surface, valence, rule, &out->table, &error), &error);
     CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);

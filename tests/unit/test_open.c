@@ -165,7 +165,7 @@ static void test_only_integrable_fans_carry_energies(void **state) {
         co_stam_disc disc;
         curvopt_error error;
         CHECK_OK(co_stam_disc_create(co_fan_make(CO_FAN_DART, n, 0), &disc, &error), &error);
-        CHECK_TRUE(disc.mu < 0.9L * disc.lambda);
+        CHECK_TRUE(disc.mu < 0.9 * disc.lambda);
         co_stam_disc_free(&disc);
     }
 }

@@ -3,9 +3,8 @@
 #ifndef CO_BASE_CONSTANTS_H
 #define CO_BASE_CONSTANTS_H
 
-/* pi to the 33 decimals that long double needs on any machine, and rounded to double; C11 itself names no constant. */
-#define CO_PI_LONG 3.14159265358979323846264338327950288L
-#define CO_PI      ((double)CO_PI_LONG)
+/* C11 itself names no constant. */
+#define CO_PI 3.14159265358979323846
 
 /* Resolved, though the finest rules miss the tolerance: relative error up to which that is so. It is far from what an
  * optimizer could gain in the gap (libcurvopt/notes/21-which-faces-get-finer-rules.md). */

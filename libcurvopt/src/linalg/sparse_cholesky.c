@@ -154,7 +154,7 @@ static void draw_normal(size_t n, uint64_t *state, double *out) {
             *state ^= *state << 17;
             uniform[k] = ((double)(*state >> 11) + 0.5) * 0x1p-53; /* inside 0..1 */
         }
-        out[i] = sqrt(-2 * (double)logl(uniform[0])) * cos(2 * CO_PI * uniform[1]);
+        out[i] = sqrt(-2 * log(uniform[0])) * cos(2 * CO_PI * uniform[1]);
     }
 }
 

@@ -92,7 +92,7 @@ static int rule_set_of(const co_basis_table *t) {
 }
 
 static int points_of_ring(int set, const rule *r, int ring) {
-    int points = fall[set] > 0 ? (int)ceill(r->points * powl(fall[set], ring - 1)) : r->points - (ring - 1);
+    int points = fall[set] > 0 ? (int)ceil(r->points * pow(fall[set], ring - 1)) : r->points - (ring - 1);
     points = points > r->least ? points : r->least;
     int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
     return (points + splits - 1) / splits * splits;
@@ -106,11 +106,11 @@ typedef struct ring_tail {
 } ring_tail;
 
 static ring_tail tail_of(const co_stam_disc *disc, int32_t surface, double hole) {
-    double lambda = (double)disc->lambda, mu = (double)disc->mu;
+    double lambda = disc->lambda, mu = disc->mu;
     ring_tail t = {.area_ratio = lambda * lambda, .curvature_ratio = mu * mu / (lambda * lambda)};
     if (surface != CURVOPT_SURFACE_LIMIT) /* smooth there: curvature behaves like a constant */
         t.curvature_ratio = t.area_ratio;
-    t.n_rings = (int)ceill(logl(hole) / logl(fmax(t.area_ratio, t.curvature_ratio)));
+    t.n_rings = (int)ceil(log(hole) / log(fmax(t.area_ratio, t.curvature_ratio)));
     t.n_rings = t.n_rings < MIN_RINGS ? MIN_RINGS : t.n_rings > MAX_RINGS ? MAX_RINGS : t.n_rings;
     return t;
 }
@@ -177,15 +177,14 @@ typedef struct cell_samples {
     co_cancel *cancel;
 } cell_samples;
 
-static void regular_rows(co_real u, co_real v, double *rows) {
-    co_real basis[16][CO_JET];
+static void regular_rows(double u, double v, double *rows) {
+    double basis[16][CO_JET];
     co_bspline_bicubic(u, v, basis);
     for (int i = 0; i < 16; i++)
         co_jet_store(basis[i], rows + CO_JET * i);
 }
 
-static void store_sample(co_basis_table *t, const cell_samples *c, co_real u, co_real v, co_real weight,
-                         int32_t sample) {
+static void store_sample(co_basis_table *t, const cell_samples *c, double u, double v, double weight, int32_t sample) {
     double *rows = t->rows + (size_t)sample * (size_t)t->n_points * CO_JET;
     co_chart chart;
     chart.jacobian = 1;
@@ -194,11 +193,11 @@ static void store_sample(co_basis_table *t, const cell_samples *c, co_real u, co
     } else {
         regular_rows(u, v, rows);
     }
-    t->area_weight[sample] = (double)weight * chart.jacobian * c->area_factor;
-    t->weight[sample] = (double)weight * chart.jacobian * c->curvature_factor;
+    t->area_weight[sample] = weight * chart.jacobian * c->area_factor;
+    t->weight[sample] = weight * chart.jacobian * c->curvature_factor;
     t->jacobian_scale[sample] = chart.jacobian * c->jacobian_scale;
     if (t->blend) {
-        co_real jet[CO_JET];
+        double jet[CO_JET];
         double *blend = t->blend + (size_t)sample * CO_JET;
         co_ring_cell_blend(c->cell, CO_BLEND_SMOOTH, u, v, jet);
         co_jet_store(jet, blend);
@@ -212,7 +211,7 @@ typedef struct cell_grid {
     const cell_samples *samples;
     int splits, gauss; /* sub-cells a side, points a side of each */
     int32_t first;     /* number of the first sample */
-    co_real node[MAX_GAUSS], weight[MAX_GAUSS];
+    double node[MAX_GAUSS], weight[MAX_GAUSS];
 } cell_grid;
 
 static void store_samples(void *context, size_t begin, size_t end) {
@@ -236,13 +235,13 @@ static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sam
 }
 
 static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *error) {
-    co_real *masks = CO_NEW(co_real, 3 * (size_t)n_points);
+    double *masks = CO_NEW(double, 3 * (size_t)n_points);
     if (!masks)
         return co_status_no_memory(error);
     co_stam_limit_masks(t->kind, masks);
     for (int m = 0; m < 3; m++)
         for (int32_t p = 0; p < t->n_points; p++)
-            t->masks[m * t->n_points + p] = (double)masks[m * n_points + t->support[p]];
+            t->masks[m * t->n_points + p] = masks[m * n_points + t->support[p]];
     free(masks);
     return CURVOPT_OK;
 }
@@ -301,8 +300,8 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
                               const co_blend_fit *polynomial, const rule *r, ring_tail tail, curvopt_error *error) {
     co_ring_cell cell = {0};
     int32_t sample = 0, status;
-    co_real *map = CO_NEW(co_real, 2 * (size_t)disc->n_points);
-    const co_real *chart = polynomial ? polynomial->map : co_fan_is_smooth(disc->fan) ? map : NULL;
+    double *map = CO_NEW(double, 2 * (size_t)disc->n_points);
+    const double *chart = polynomial ? polynomial->map : co_fan_is_smooth(disc->fan) ? map : NULL;
     if (!map)
         return co_status_no_memory(error);
     if (chart == map)
@@ -317,7 +316,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
                                 .cancel = cache->cancel,
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
-                                .jacobian_scale = (double)powl(tail.area_ratio, -ring)};
+                                .jacobian_scale = pow(tail.area_ratio, -ring)};
         for (int c = 0; c < CO_RING_CELLS; c++) {
             co_ring_cell_set(&cell, disc, c);
             sample = add_samples(t, &samples, sample);
@@ -411,7 +410,7 @@ int32_t co_basis_table_create(int32_t surface, int32_t kind, int32_t rule_number
 static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, int is_disc, double *rows,
                            curvopt_error *error) {
     int32_t n = disc->n_points, n_all = n + (is_disc ? CO_BLEND_DISC_TERMS : 0);
-    co_real *masks = CO_NEW(co_real, 3 * (size_t)n);
+    double *masks = CO_NEW(double, 3 * (size_t)n);
     if (!masks)
         return co_status_no_memory(error);
     if (co_fan_is_smooth(disc->fan))
@@ -421,11 +420,11 @@ static int32_t vertex_rows(co_stam_disc *disc, const co_blend_fit *polynomial, i
     const int is_half = polynomial->is_half; /* the vertex stays where the curve has it */
     for (int32_t i = 0; i < n_all * CO_JET; i++)
         rows[i] = i % CO_JET ? (double)NAN
-                  : is_half  ? (i < n * CO_JET ? (double)masks[i / CO_JET] : 0)
+                  : is_half  ? (i < n * CO_JET ? masks[i / CO_JET] : 0)
                   : i >= n * CO_JET || (is_disc && polynomial->width)
                       ? polynomial->width && i == n * CO_JET /* the first of the polynomial's points lies there */
-                  : polynomial->width ? (double)polynomial->fit[i / CO_JET]
-                                      : (double)masks[i / CO_JET];
+                  : polynomial->width ? polynomial->fit[i / CO_JET]
+                                      : masks[i / CO_JET];
     free(masks);
     return CURVOPT_OK;
 }
@@ -438,13 +437,13 @@ static int32_t ring_rows(co_stam_disc *disc, const co_blend_fit *polynomial, dou
     int32_t status = co_ring_cell_create(disc, polynomial->width ? polynomial : NULL, NULL, &cell, error);
     if (status != CURVOPT_OK)
         return status;
-    co_real side = 0.5L;
+    double side = 0.5;
     for (; u < side && v < side; side /= 2)
         co_stam_disc_advance(disc);
     co_ring_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
     co_ring_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows, &chart);
     for (int32_t i = 0; i < n_all * CO_JET; i++)
-        rows[i] /= (double)powl(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
+        rows[i] /= pow(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
     co_ring_cell_free(&cell);
     return CURVOPT_OK;
 }
@@ -499,10 +498,10 @@ int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u
     const int is_limit = cache->surface == CURVOPT_SURFACE_LIMIT; /* points exist where integrals do not */
     int32_t surface = is_limit ? cache->surface : co_blend_fit_surface(cache->surface, kind);
     if (surface == CURVOPT_SURFACE_PLANE) {
-        co_real jet[CO_JET];
+        double jet[CO_JET];
         co_blend_weight(CO_BLEND_SMOOTH, u, v, jet);
         for (int k = 0; k < CO_JET; k++)
-            weight[k] = (double)jet[k];
+            weight[k] = jet[k];
     }
     return irregular_point(cache, surface, kind, u, v, rows, error);
 }

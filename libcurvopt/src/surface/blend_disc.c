@@ -106,18 +106,18 @@ static void list_points(const curvopt_mesh *m, int32_t v, int width, int32_t *co
 /* ------------------------------------------------------------------------------------------------- fits -- */
 
 static void fill_turns(co_blend_disc_fit *f) {
-    co_real turn[FIT][FIT];
+    double turn[FIT][FIT];
     for (int32_t s = 0; s < f->n_sets; s++) {
         double *to = f->turn + (size_t)s * TERMS * TERMS;
         co_blend_fit_turn(f->valence, s, turn);
         to[0] = 1;
         for (int a = 1; a < FIT; a++) { /* q_a = c_0 + c_a, and c_0 does not turn */
-            co_real sum = 0;
+            double sum = 0;
             for (int b = 1; b < FIT; b++) {
-                to[a * TERMS + b] = (double)turn[a][b];
+                to[a * TERMS + b] = turn[a][b];
                 sum += turn[a][b];
             }
-            to[a * TERMS] = (double)(1 - sum);
+            to[a * TERMS] = (1 - sum);
         }
         for (int a = FIT; a < TERMS; a++)
             to[a * TERMS + a] = 1;
@@ -143,10 +143,9 @@ static int32_t fill_polynomial(co_blend_disc_fit *f, curvopt_error *error) {
     const int n_terms = f->is_half ? CO_BLEND_FIT_FUNCTIONS : FIT;
     for (int32_t i = 0; status == CURVOPT_OK && i < f->n_points; i++)
         for (int a = 0; a < n_terms; a++)
-            f->matrix[a * f->n_points + i] =
-                (double)(polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
+            f->matrix[a * f->n_points + i] = (polynomial.fit[a * f->n_points + i] + (a > 0 ? polynomial.fit[i] : 0));
     for (int32_t i = 0; status == CURVOPT_OK && f->map && i < 2 * f->n_points; i++)
-        f->map[i] = (double)polynomial.map[i];
+        f->map[i] = polynomial.map[i];
     co_blend_fit_free(&polynomial);
     return status;
 }

@@ -152,11 +152,11 @@ static limit_row row_of_vertex(const co_blend_disc_fit *fit, int32_t s, int x, i
     static const double mask[3] = {1 / 6.0, 4 / 6.0, 1 / 6.0};
     limit_row row = {0};
     for (int k = 0; k < 9; k++) {
-        co_real part[2];
+        double part[2];
         int n =
             co_blend_fit_half_point(fit->valence, fit->width, s, x + k % 3 - 1, y + k / 3 - 1, row.index + row.n, part);
         for (int i = 0; i < n; i++)
-            row.weight[row.n++] = mask[k % 3] * mask[k / 3] * (double)part[i];
+            row.weight[row.n++] = mask[k % 3] * mask[k / 3] * part[i];
     }
     return row;
 }
@@ -189,17 +189,17 @@ static double misfit_at(const finder *f, const co_blend_disc_fit *fit, double p[
                         int x, int y) {
     const limit_row row = row_of_vertex(fit, s, x, y);
     const double(*place)[3] = (const double(*)[3])f->place;
-    co_real value[CO_BLEND_FIT_FUNCTIONS];
+    double value[CO_BLEND_FIT_FUNCTIONS];
     double chi[2] = {0}, at[3], image[3] = {0};
     for (int32_t k = 0; k < row.n; k++)
         for (int c = 0; c < 2; c++)
             chi[c] += row.weight[k] * fit->map[2 * row.index[k] + c];
     point_of(&row, place, at);
     co_blend_fit_values(chi[0], chi[1], value);
-    value[CO_BLEND_FIT_CUSP] = powl(hypotl(chi[0], chi[1]), 3);
+    value[CO_BLEND_FIT_CUSP] = pow(hypot(chi[0], chi[1]), 3);
     for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
         for (int c = 0; c < 3; c++)
-            image[c] += (double)value[a] * p[a][c];
+            image[c] += value[a] * p[a][c];
     const double *here = place[co_blend_fit_half_index(fit->width, s, x, y)],
                  *right = place[co_blend_fit_half_index(fit->width, s, x + 1, y)],
                  *above = place[co_blend_fit_half_index(fit->width, s, x, y + 1)];

@@ -35,7 +35,7 @@ void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], doub
     }
 }
 
-void co_blend_fit_values(co_real x, co_real y, co_real out[TERMS]) {
+void co_blend_fit_values(double x, double y, double out[TERMS]) {
     out[0] = 1;
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
         for (int i = 0; i < degree; i++)
@@ -112,14 +112,14 @@ int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
                       : co_blend_fit_index(p->valence, p->width, sector, 1 + place % 2, place / 2);
 }
 
-void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERMS]) {
-    const co_real angle = 2 * CO_PI_LONG * sector / valence, c = cosl(angle), d = sinl(angle);
-    co_real image[TERMS][TERMS] = {{1}}; /* monomials of c x - d y, d x + c y, by those of x, y */
+void co_blend_fit_turn(int32_t valence, int32_t sector, double turn[TERMS][TERMS]) {
+    const double angle = 2 * CO_PI * sector / valence, c = cos(angle), d = sin(angle);
+    double image[TERMS][TERMS] = {{1}}; /* monomials of c x - d y, d x + c y, by those of x, y */
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
         int before = at - degree;
         for (int i = 0; i <= degree; i++) {
-            const co_real *from = image[i < degree ? before + i : at - 1] + before;
-            co_real along_x = i < degree ? c : d, along_y = i < degree ? -d : c;
+            const double *from = image[i < degree ? before + i : at - 1] + before;
+            double along_x = i < degree ? c : d, along_y = i < degree ? -d : c;
             for (int k = 0; k < degree; k++) {
                 image[at + i][at + k] += along_x * from[k];
                 image[at + i][at + k + 1] += along_y * from[k];
@@ -136,35 +136,52 @@ void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[TERMS][TERM
 typedef struct sample {
     int32_t n;            /* number of points */
     const int32_t *index; /* [n] numbers of the disc's points */
-    const co_real *row;   /* [n] their weights */
+    const double *row;    /* [n] their weights */
 } sample;
 
+/* A fit that is being made, for samples over n of the disc's points. */
+typedef struct disc_fit {
+    co_blend_fit *p;
+    int32_t n, *index;        /* [n] */
+    double (*value)[TERMS];   /* [valence] work space */
+    co_double_double *normal; /* [TERMS][TERMS] lower triangle */
+    co_double_double *right;  /* [TERMS][n_points] */
+} disc_fit;
+
 /* Adds a sample of sector 0, weighted, and its images in the other sectors to the normal equations: `normal`, lower
- * triangle, and p->fit, which holds the right-hand sides until solve(); those of sector 0's points and the vertex
+ * triangle, and `right`; those of sector 0's points and the vertex
  * alone, because each of these meets one image of every point of the sample. */
-static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, co_real (*value)[TERMS],
-                       co_real *normal) {
-    co_real x = 0, y = 0, sum[TERMS] = {0};
+static void add_sample(const disc_fit *f, const sample *at, double weight) {
+    const co_blend_fit *p = f->p;
+    const double root = sqrt(weight);
+    double x = 0, y = 0, (*value)[TERMS] = f->value;
+    co_double_double sum[TERMS] = {{0}};
     int32_t per_sector = (p->n_points - 1) / p->valence;
     for (int32_t i = 0; i < at->n; i++) {
         x += at->row[i] * p->map[2 * at->index[i]];
         y += at->row[i] * p->map[2 * at->index[i] + 1];
     }
     for (int32_t s = 0; s < p->valence; s++) {
-        co_real c = cosl(2 * CO_PI_LONG * s / p->valence), d = sinl(2 * CO_PI_LONG * s / p->valence);
+        double c = cos(2 * CO_PI * s / p->valence), d = sin(2 * CO_PI * s / p->valence);
         co_blend_fit_values(c * x - d * y, c * y + d * x, value[s]);
         for (int a = 0; a < TERMS; a++) {
-            sum[a] += value[s][a];
+            value[s][a] *= root;
+            sum[a] = co_double_double_add(sum[a], (co_double_double){value[s][a], 0});
             for (int b = 0; b <= a; b++)
-                normal[a * TERMS + b] += weight * value[s][a] * value[s][b];
+                f->normal[a * TERMS + b] =
+                    co_double_double_add_product(f->normal[a * TERMS + b], value[s][a], value[s][b]);
         }
     }
     for (int32_t i = 0; i < at->n; i++) {
         const int32_t sector = at->index[i] ? (at->index[i] - 1) / per_sector : 0; /* turned back by so many */
         const int32_t point = at->index[i] ? 1 + (at->index[i] - 1) % per_sector : 0;
-        const co_real *image = at->index[i] ? value[(p->valence - sector) % p->valence] : sum;
-        for (int a = 0; a < TERMS; a++)
-            p->fit[a * p->n_points + point] += weight * at->row[i] * image[a];
+        const double *image = value[(p->valence - sector) % p->valence], row = root * at->row[i];
+        for (int a = 0; a < TERMS; a++) {
+            co_double_double *to = f->right + a * p->n_points + point;
+            *to = at->index[i]
+                      ? co_double_double_add_product(*to, row, image[a])
+                      : co_double_double_add(*to, co_double_double_multiply(sum[a], (co_double_double){row, 0}));
+        }
     }
 }
 
@@ -172,11 +189,11 @@ static void add_sample(const co_blend_fit *p, const sample *at, co_real weight, 
 static void turn_columns(co_blend_fit *p) {
     const int32_t per_sector = (p->n_points - 1) / p->valence;
     for (int32_t s = 1; s < p->valence; s++) {
-        co_real turn[TERMS][TERMS];
+        double turn[TERMS][TERMS];
         co_blend_fit_turn(p->valence, p->valence - s, turn);
         for (int32_t i = 1; i <= per_sector; i++)
             for (int a = 0; a < TERMS; a++) {
-                co_real sum = 0;
+                double sum = 0;
                 for (int b = 0; b < TERMS; b++)
                     sum += turn[a][b] * p->fit[b * p->n_points + i];
                 p->fit[a * p->n_points + i + s * per_sector] = sum;
@@ -184,33 +201,37 @@ static void turn_columns(co_blend_fit *p) {
     }
 }
 
-void co_blend_fit_solve(int n_terms, co_real *normal, int32_t n, int32_t stride, co_real *right) {
+/* right = L^-T L^-1 right, L the lower triangle `factor`; right has steps of `stride`. */
+static void solve_column(int n_terms, const co_double_double *factor, int32_t stride, co_double_double *right) {
+    for (int pass = 0; pass < 2; pass++)
+        for (int m = 0; m < n_terms; m++) {
+            const int i = pass == 0 ? m : n_terms - 1 - m, first = pass == 0 ? 0 : i + 1, end = pass == 0 ? i : n_terms;
+            co_double_double sum = right[i * stride];
+            for (int k = first; k < end; k++)
+                sum = co_double_double_subtract_product(sum, factor[pass == 0 ? i * n_terms + k : k * n_terms + i],
+                                                        right[k * stride]);
+            right[i * stride] = co_double_double_divide(sum, factor[i * n_terms + i]);
+        }
+}
+
+void co_blend_fit_solve(int n_terms, co_double_double *normal, int32_t n, int32_t stride, co_double_double *right) {
     for (int j = 0; j < n_terms; j++)
         for (int i = j; i < n_terms; i++) {
-            co_real sum = normal[i * n_terms + j];
+            co_double_double sum = normal[i * n_terms + j];
             for (int k = 0; k < j; k++)
-                sum -= normal[i * n_terms + k] * normal[j * n_terms + k];
-            normal[i * n_terms + j] = i == j ? sqrtl(sum) : sum / normal[j * n_terms + j];
+                sum = co_double_double_subtract_product(sum, normal[i * n_terms + k], normal[j * n_terms + k]);
+            normal[i * n_terms + j] =
+                i == j ? co_double_double_sqrt(sum) : co_double_double_divide(sum, normal[j * n_terms + j]);
         }
-    for (int32_t c = 0; c < n; c++) {
-        for (int i = 0; i < n_terms; i++) {
-            for (int k = 0; k < i; k++)
-                right[i * stride + c] -= normal[i * n_terms + k] * right[k * stride + c];
-            right[i * stride + c] /= normal[i * n_terms + i];
-        }
-        for (int i = n_terms - 1; i >= 0; i--) {
-            for (int k = i + 1; k < n_terms; k++)
-                right[i * stride + c] -= normal[k * n_terms + i] * right[k * stride + c];
-            right[i * stride + c] /= normal[i * n_terms + i];
-        }
-    }
+    for (int32_t c = 0; c < n; c++)
+        solve_column(n_terms, normal, stride, right + c);
 }
 
 /* The samples of one cell of the disc's present ring. */
-static void sample_cell(const co_stam_disc *d, int c, int width, co_real *work, co_blend_fit_add *add, void *user) {
-    co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET];
-    co_real *point = work, *vertex = work + 16 * (size_t)d->n_points, *row = vertex + d->n_points;
-    const co_real side = ldexpl(1, -d->ring);
+static void sample_cell(const co_stam_disc *d, int c, int width, double *work, co_blend_fit_add *add, void *user) {
+    double node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET];
+    double *point = work, *vertex = work + 16 * (size_t)d->n_points, *row = vertex + d->n_points;
+    const double side = ldexp(1, -d->ring);
     co_gauss_legendre(FIT_GAUSS, node, gauss);
     co_stam_disc_cell(d, c, vertex, point);
     for (int j = 0; j < FIT_GAUSS; j++)
@@ -227,7 +248,7 @@ static void sample_cell(const co_stam_disc *d, int c, int width, co_real *work, 
         }
 }
 
-void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user) {
+void co_blend_fit_sample_rings(co_stam_disc *disc, int width, double *work, co_blend_fit_add *add, void *user) {
     for (int ring = 1; ring <= FIT_RINGS; ring++) {
         for (int c = 0; c < CO_RING_CELLS; c++)
             sample_cell(disc, c, width, work, add, user);
@@ -236,10 +257,10 @@ void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_
 }
 
 void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, void *user) {
-    co_real node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET], row[16];
+    double node[FIT_GAUSS], gauss[FIT_GAUSS], basis[16][CO_JET], w[CO_JET], row[16];
     co_gauss_legendre(FIT_GAUSS, node, gauss);
     for (int n = 0; n < FIT_GAUSS * FIT_GAUSS; n++) {
-        co_real s = node[n % FIT_GAUSS], t = node[n / FIT_GAUSS];
+        double s = node[n % FIT_GAUSS], t = node[n / FIT_GAUSS];
         co_bspline_bicubic(s, t, basis);
         co_blend_weight(CO_BLEND_POLYNOMIAL, (i + s) / width, (j + t) / width, w);
         for (int k = 0; k < 16; k++)
@@ -248,24 +269,16 @@ void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, vo
     }
 }
 
-/* A fit that is being made, for samples over n of the disc's points. */
-typedef struct disc_fit {
-    const co_blend_fit *p;
-    int32_t n, *index;       /* [n] */
-    co_real (*value)[TERMS]; /* [valence] work space */
-    co_real *normal;
-} disc_fit;
-
-static void add_row(void *user, const co_real *row, co_real weight) {
+static void add_row(void *user, const double *row, double weight) {
     const disc_fit *f = user;
     const sample at = {f->n, f->index, row};
-    add_sample(f->p, &at, weight, f->value, f->normal);
+    add_sample(f, &at, weight);
 }
 
 /* The cubic B-spline's subdivision along one line: how many of the coarse points, from *first on, a refined one is
  * made of. */
-static int subdivision_mask(int refined, int *first, co_real *weight) {
-    static const co_real even[3] = {0.125L, 0.75L, 0.125L}, odd[2] = {0.5L, 0.5L};
+static int subdivision_mask(int refined, int *first, double *weight) {
+    static const double even[3] = {0.125, 0.75, 0.125}, odd[2] = {0.5, 0.5};
     *first = refined % 2 ? refined / 2 : refined / 2 - 1;
     memcpy(weight, refined % 2 ? odd : even, refined % 2 ? sizeof odd : sizeof even);
     return refined % 2 ? 2 : 3;
@@ -273,20 +286,20 @@ static int subdivision_mask(int refined, int *first, co_real *weight) {
 
 /* The characteristic map from the two-ring outwards: subdivided once it is itself, smaller by lambda, and what is new
  * at places beyond the second is made of nearer ones by the regular rules. */
-static void extend_map(co_blend_fit *p, co_real lambda) {
+static void extend_map(co_blend_fit *p, double lambda) {
     for (int ring = 3; ring <= p->width + 1; ring++)
         for (int32_t s = 0; s < p->valence; s++)
             for (int k = 0; k <= 2 * ring; k++) {
                 int x = k <= ring ? ring : 2 * ring - k, y = k <= ring ? k : ring, first[2], n[2];
-                co_real along_x[3], along_y[3];
-                co_real *to = p->map + 2 * co_blend_fit_index(p->valence, p->width, s, x, y);
+                double along_x[3], along_y[3];
+                double *to = p->map + 2 * co_blend_fit_index(p->valence, p->width, s, x, y);
                 to[0] = to[1] = 0;
                 n[0] = subdivision_mask(x, &first[0], along_x);
                 n[1] = subdivision_mask(y, &first[1], along_y);
                 for (int i = 0; i < n[0] * n[1]; i++) {
                     int32_t from =
                         co_blend_fit_index(p->valence, p->width, s, first[0] + i % n[0], first[1] + i / n[0]);
-                    co_real weight = along_x[i % n[0]] * along_y[i / n[0]] / lambda;
+                    double weight = along_x[i % n[0]] * along_y[i / n[0]] / lambda;
                     to[0] += weight * p->map[2 * from];
                     to[1] += weight * p->map[2 * from + 1];
                 }
@@ -296,8 +309,8 @@ static void extend_map(co_blend_fit *p, co_real lambda) {
 int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fit *p, curvopt_error *error) {
     *p = (co_blend_fit){
         .valence = disc->valence, .width = width, .n_points = co_blend_fit_n_points(disc->valence, width)};
-    p->map = CO_NEW(co_real, 2 * (size_t)p->n_points);
-    co_real *core = CO_NEW(co_real, 2 * (size_t)disc->n_points), largest = 0;
+    p->map = CO_NEW(double, 2 * (size_t)p->n_points);
+    double *core = CO_NEW(double, 2 * (size_t)disc->n_points), largest = 0;
     if (!p->map || !core) {
         free(core);
         co_blend_fit_free(p);
@@ -309,50 +322,56 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
     free(core);
     extend_map(p, disc->lambda);
     for (int32_t i = 0; i < p->n_points; i++)
-        largest = fmaxl(largest, hypotl(p->map[2 * i], p->map[2 * i + 1]));
+        largest = fmax(largest, hypot(p->map[2 * i], p->map[2 * i + 1]));
     for (int32_t i = 0; width > 1 && i < 2 * p->n_points; i++) /* or high powers, as their coefficients, lose digits */
         p->map[i] /= largest;
     return CURVOPT_OK;
 }
 
-/* Fills p->fit from the disc's rows. index [n], 16 at least: room for the two-ring's points; work [18 n], value
- * [valence]: room. */
-static void fit(co_blend_fit *p, co_stam_disc *deeper, int32_t *index, co_real *work, co_real (*value)[TERMS]) {
-    co_real normal[TERMS * TERMS] = {0};
-    disc_fit f = {p, deeper->n_points, index, value, normal};
+/* Fills p->fit from the disc's rows. work [18 n_points of the disc]: room. */
+static void fit(disc_fit *f, co_stam_disc *deeper, double *work) {
+    co_blend_fit *p = f->p;
+    f->n = deeper->n_points;
     for (int32_t i = 0; i < deeper->n_points; i++)
-        index[i] = co_blend_fit_index_of_two_ring(p, i);
-    co_blend_fit_sample_rings(deeper, p->width, work, add_row, &f);
-    f.n = 16;
+        f->index[i] = co_blend_fit_index_of_two_ring(p, i);
+    co_blend_fit_sample_rings(deeper, p->width, work, add_row, f);
+    f->n = 16;
     for (int face = 1; face < p->width * p->width; face++) {
         const int i = face % p->width, j = face / p->width;
         for (int k = 0; k < 16; k++)
-            index[k] = co_blend_fit_index(p->valence, p->width, 0, i + k % 4 - 1, j + k / 4 - 1);
-        co_blend_fit_sample_face(p->width, i, j, add_row, &f);
+            f->index[k] = co_blend_fit_index(p->valence, p->width, 0, i + k % 4 - 1, j + k / 4 - 1);
+        co_blend_fit_sample_face(p->width, i, j, add_row, f);
     }
-    co_blend_fit_solve(TERMS, normal, 1 + (p->n_points - 1) / p->valence, p->n_points, p->fit);
+    co_blend_fit_solve(TERMS, f->normal, 1 + (p->n_points - 1) / p->valence, p->n_points, f->right);
+    for (size_t i = 0; i < TERMS * (size_t)p->n_points; i++)
+        p->fit[i] = f->right[i].high;
     turn_columns(p);
 }
 
 int32_t co_blend_fit_create(const co_stam_disc *disc, int width, co_blend_fit *p, curvopt_error *error) {
     size_t n = (size_t)disc->n_points;
     co_stam_disc deeper = {0};
+    co_double_double normal[TERMS * TERMS] = {{0}};
     int32_t status = co_blend_fit_create_map(disc, width, p, error);
     if (status != CURVOPT_OK)
         return status;
-    int32_t *index = CO_NEW(int32_t, n + 16);
-    co_real *work = CO_NEW(co_real, 18 * n);
-    co_real(*value)[TERMS] = co_memory_zeroed((size_t)p->valence, sizeof *value);
-    p->fit = CO_NEW(co_real, CO_BLEND_FIT_FUNCTIONS * (size_t)p->n_points);
-    status = index && work && value && p->fit ? co_stam_disc_create(disc->valence, &deeper, error)
-                                              : co_status_no_memory(error);
+    disc_fit f = {.p = p,
+                  .index = CO_NEW(int32_t, n + 16),
+                  .value = co_memory_zeroed((size_t)p->valence, sizeof *f.value),
+                  .normal = normal,
+                  .right = CO_NEW(co_double_double, TERMS * (size_t)p->n_points)};
+    double *work = CO_NEW(double, 18 * n);
+    p->fit = CO_NEW(double, CO_BLEND_FIT_FUNCTIONS *(size_t)p->n_points);
+    status = f.index && work && f.value && f.right && p->fit ? co_stam_disc_create(disc->valence, &deeper, error)
+                                                             : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        fit(p, &deeper, index, work, value);
+        fit(&f, &deeper, work);
     else
         co_blend_fit_free(p);
-    free(index);
+    free(f.index);
+    free(f.value);
+    free(f.right);
     free(work);
-    free(value);
     co_stam_disc_free(&deeper);
     return status;
 }

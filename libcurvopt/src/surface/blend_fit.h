@@ -13,6 +13,7 @@
 #ifndef CO_SURFACE_BLEND_FIT_H
 #define CO_SURFACE_BLEND_FIT_H
 
+#include "base/double_double.h"
 #include "surface/blend_weight.h"
 #include "surface/stam.h"
 
@@ -34,12 +35,12 @@ typedef struct co_blend_fit {
     int32_t valence, width;
     int is_half;      /* of a half disc (blend_fit_half.h), */
     int steps;        /* whose map has so many steps, and */
-    co_real unit;     /* so long a face along the curve */
+    double unit;      /* so long a face along the curve */
     int32_t n_points; /* of the disc */
     int has_cusp;     /* whether the fit has coefficients of CO_BLEND_FIT_CUSP, not 0 */
-    co_real *map;     /* [2 n_points] control points of chi; if width > 1 the farthest is at 1 */
-    co_real *fit;     /* [CO_BLEND_FIT_FUNCTIONS][n_points] coefficients of P as rows, in the order of
-                         co_blend_fit_monomials, the cusp's at the end; NULL: the map alone */
+    double *map;      /* [2 n_points] control points of chi; if width > 1 the farthest is at 1 */
+    double *fit;      /* [CO_BLEND_FIT_FUNCTIONS][n_points] coefficients of P as rows, in the order of
+                          co_blend_fit_monomials, the cusp's at the end; NULL: the map alone */
 } co_blend_fit;
 
 /* Makes the map alone, without fit, round the vertex of `disc`. ERROR_MEMORY. */
@@ -68,7 +69,7 @@ int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *polynomial, int32_t i
 /* Jets of all monomials of chi, 1, x, y, x^2, x y, y^2, x^3, .., from the jets x, y of its coordinates. */
 void co_blend_fit_monomials(const double x[CO_JET], const double y[CO_JET], double out[CO_BLEND_FIT_TERMS][CO_JET]);
 /* Their values at (x, y). */
-void co_blend_fit_values(co_real x, co_real y, co_real out[CO_BLEND_FIT_TERMS]);
+void co_blend_fit_values(double x, double y, double out[CO_BLEND_FIT_TERMS]);
 /* Number of the monomial x^a y^b. */
 static inline int co_blend_fit_term(int a, int b) {
     return (a + b) * (a + b + 1) / 2 + b;
@@ -78,18 +79,18 @@ void co_blend_fit_cusp(const double x[CO_JET], const double y[CO_JET], double ou
 
 /* Samples and weights of the fit (notes/10-blend-degree-and-weight.md). */
 enum { CO_BLEND_FIT_GAUSS = 4 /* Gauss points a side of each cell or face */ };
-static const co_real co_blend_fit_far_weight = 1e-3L; /* added to the weight w, which is 0 at the far sides */
+static const double co_blend_fit_far_weight = 1e-3; /* added to the weight w, which is 0 at the far sides */
 
 /* The steps of a fit, for blend_fit_cut.c and blend_fit_half.c. One: calls `add` for the samples of the face at the
  * disc's vertex, with the row [n_points] of the surface over the two-ring and the weight. work [18 n_points] */
-typedef void co_blend_fit_add(void *user, const co_real *row, co_real weight);
-void co_blend_fit_sample_rings(co_stam_disc *disc, int width, co_real *work, co_blend_fit_add *add, void *user);
+typedef void co_blend_fit_add(void *user, const double *row, double weight);
+void co_blend_fit_sample_rings(co_stam_disc *disc, int width, double *work, co_blend_fit_add *add, void *user);
 /* Another: the same for face (i, j), not the one at the vertex, with rows over its 16 points. */
 void co_blend_fit_sample_face(int width, int i, int j, co_blend_fit_add *add, void *user);
 /* Another: solves normal X = right in place of the first n columns of `right` [n_terms][stride], by Cholesky's
  * factorization of the lower triangle of normal [n_terms][n_terms]. */
-void co_blend_fit_solve(int n_terms, co_real *normal, int32_t n, int32_t stride, co_real *right);
+void co_blend_fit_solve(int n_terms, co_double_double *normal, int32_t n, int32_t stride, co_double_double *right);
 /* turn [TERMS][TERMS]: the coefficients of P(R_s (x, y)) from those of P, R_s a turn by `sector` sectors. */
-void co_blend_fit_turn(int32_t valence, int32_t sector, co_real turn[CO_BLEND_FIT_TERMS][CO_BLEND_FIT_TERMS]);
+void co_blend_fit_turn(int32_t valence, int32_t sector, double turn[CO_BLEND_FIT_TERMS][CO_BLEND_FIT_TERMS]);
 
 #endif

@@ -13,27 +13,27 @@ enum {
     SECTORS = 32 /* so many of them at most have samples: P is of degree 5, more would tell nothing new */
 };
 
-void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, co_real at[2]) {
-    const co_real sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI_LONG / co_fan_sectors(fan);
-    const co_real angle = x + y ? sector_angle * (sector + atan2l(y, x) * 2 / CO_PI_LONG) : 0;
+void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, double at[2]) {
+    const double sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI / co_fan_sectors(fan);
+    const double angle = x + y ? sector_angle * (sector + atan2(y, x) * 2 / CO_PI) : 0;
     const int one_face = co_fan_is_open(fan) && co_fan_sectors(fan) == 1;
-    at[0] = one_face ? x - y : hypotl(x, y) * cosl(angle);
-    at[1] = one_face ? x * y : hypotl(x, y) * sinl(angle);
+    at[0] = one_face ? x - y : hypot(x, y) * cos(angle);
+    at[1] = one_face ? x * y : hypot(x, y) * sin(angle);
 }
 
-static void fill_map(int32_t fan, co_real *map) {
+static void fill_map(int32_t fan, double *map) {
     for (int32_t s = 0; s < co_fan_sectors(fan); s++)
         for (int x = 0; x <= 2; x++)
             for (int y = 0; y <= 2; y++)
                 co_blend_fit_natural(fan, s, x, y, map + 2 * (size_t)co_fan_index(fan, s, x, y));
 }
 
-const co_real co_blend_fit_curve_weight[CO_BLEND_FIT_CURVE][CO_BLEND_FIT_CURVE] = {
-    {0, 1 / 6.0L, 4 / 6.0L, 1 / 6.0L, 0},
-    {0, -0.5L, 0, 0.5L, 0},
-    {0, 0.5L, -1, 0.5L, 0},
-    {-1 / 12.0L, 1 / 6.0L, 0, -1 / 6.0L, 1 / 12.0L},
-    {1 / 12.0L, -1 / 3.0L, 0.5L, -1 / 3.0L, 1 / 12.0L}};
+const double co_blend_fit_curve_weight[CO_BLEND_FIT_CURVE][CO_BLEND_FIT_CURVE] = {
+    {0, 1 / 6.0, 4 / 6.0, 1 / 6.0, 0},
+    {0, -0.5, 0, 0.5, 0},
+    {0, 0.5, -1, 0.5, 0},
+    {-1 / 12.0, 1 / 6.0, 0, -1 / 6.0, 1 / 12.0},
+    {1 / 12.0, -1 / 3.0, 0.5, -1 / 3.0, 1 / 12.0}};
 
 void co_blend_fit_curve_points(int32_t fan, int32_t point[CO_BLEND_FIT_CURVE]) {
     const int32_t n = co_fan_sectors(fan);
@@ -59,10 +59,10 @@ static void prescribe_curve(int32_t fan, co_blend_fit *p) {
 /* A fit that is being made. */
 typedef struct cut_fit {
     const co_blend_fit *p;
-    int n_terms;                   /* monomials that are fitted, */
-    int term[TERMS];               /* and which */
-    co_real normal[TERMS * TERMS]; /* lower triangle [n_terms][n_terms] */
-    co_real *right;                /* [n_terms][n_points] */
+    int n_terms;                            /* monomials that are fitted, */
+    int term[TERMS];                        /* and which */
+    co_double_double normal[TERMS * TERMS]; /* lower triangle [n_terms][n_terms] */
+    co_double_double *right;                /* [n_terms][n_points] */
 } cut_fit;
 
 static void choose_terms(int with_curve, cut_fit *f) {
@@ -72,29 +72,34 @@ static void choose_terms(int with_curve, cut_fit *f) {
 }
 
 /* Adds a sample, less what the curve alone gives there. */
-static void add_sample(void *user, const co_real *row, co_real weight) {
+static void add_sample(void *user, const double *row, double weight) {
     cut_fit *f = user;
     const co_blend_fit *p = f->p;
-    co_real x = 0, y = 0, value[CO_BLEND_FIT_FUNCTIONS];
+    const double root = sqrt(weight);
+    double x = 0, y = 0, value[CO_BLEND_FIT_FUNCTIONS], scaled[TERMS];
     for (int32_t i = 0; i < p->n_points; i++) {
         x += row[i] * p->map[2 * i];
         y += row[i] * p->map[2 * i + 1];
     }
     co_blend_fit_values(x, y, value);
-    value[CO_BLEND_FIT_CUSP] = powl(x * x + y * y, 1.5L);
-    for (int a = 0; a < f->n_terms; a++)
+    value[CO_BLEND_FIT_CUSP] = pow(x * x + y * y, 1.5);
+    for (int a = 0; a < f->n_terms; a++) {
+        scaled[a] = root * value[f->term[a]];
         for (int b = 0; b <= a; b++)
-            f->normal[a * f->n_terms + b] += weight * value[f->term[a]] * value[f->term[b]];
+            f->normal[a * f->n_terms + b] =
+                co_double_double_add_product(f->normal[a * f->n_terms + b], scaled[a], scaled[b]);
+    }
     for (int32_t i = 0; i < p->n_points; i++) {
-        co_real rest = row[i];
+        double rest = row[i];
         for (int k = 0; k < CO_BLEND_FIT_FUNCTIONS && p->has_cusp; k++)
             rest -= p->fit[k * p->n_points + i] * value[k];
         for (int a = 0; a < f->n_terms && rest != 0; a++)
-            f->right[a * p->n_points + i] += weight * rest * value[f->term[a]];
+            f->right[a * p->n_points + i] =
+                co_double_double_add_product(f->right[a * p->n_points + i], root * rest, scaled[a]);
     }
 }
 
-static int32_t add_sector(int32_t fan, int32_t sector, co_real *work, cut_fit *f, curvopt_error *error) {
+static int32_t add_sector(int32_t fan, int32_t sector, double *work, cut_fit *f, curvopt_error *error) {
     co_stam_disc disc;
     int32_t kind = co_fan_make(co_fan_type_of(fan), co_fan_sectors(fan), sector);
     int32_t status = co_stam_disc_create(kind, &disc, error);
@@ -116,10 +121,10 @@ int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *p, curvopt_error *err
     cut_fit f = {.p = p};
     *p = (co_blend_fit){.valence = n, .width = 1, .n_points = co_fan_n_points(fan)};
     const size_t n_points = (size_t)p->n_points;
-    co_real *work = CO_NEW(co_real, 18 * n_points);
-    p->map = CO_NEW(co_real, 2 * n_points);
-    p->fit = CO_NEW(co_real, CO_BLEND_FIT_FUNCTIONS * n_points);
-    f.right = CO_NEW(co_real, TERMS * n_points);
+    double *work = CO_NEW(double, 18 * n_points);
+    p->map = CO_NEW(double, 2 * n_points);
+    p->fit = CO_NEW(double, CO_BLEND_FIT_FUNCTIONS *n_points);
+    f.right = CO_NEW(co_double_double, TERMS * n_points);
     int32_t status = work && p->map && p->fit && f.right ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         fill_map(fan, p->map);
@@ -133,7 +138,7 @@ int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *p, curvopt_error *err
         co_blend_fit_solve(f.n_terms, f.normal, p->n_points, p->n_points, f.right);
     for (int a = 0; status == CURVOPT_OK && a < f.n_terms; a++)
         for (int32_t i = 0; i < p->n_points; i++)
-            p->fit[f.term[a] * p->n_points + i] = f.right[a * p->n_points + i];
+            p->fit[f.term[a] * p->n_points + i] = f.right[a * p->n_points + i].high;
     free(work);
     free(f.right);
     if (status != CURVOPT_OK)

@@ -24,12 +24,12 @@
 int32_t co_blend_fit_create_cut(int32_t fan, co_blend_fit *out, curvopt_error *error);
 
 /* Place (x, y) of a sector of the fan in the natural net, in units of a face. */
-void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, co_real at[2]);
+void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, double at[2]);
 
 /* The B-spline's two segments at the vertex, q(x) + j |x|^3: its coefficients, of 1, x, x^2, x^3 and |x|^3, from the
  * points of the curve at x = -2 .. 2. */
 enum { CO_BLEND_FIT_CURVE = 5 };
-extern const co_real co_blend_fit_curve_weight[CO_BLEND_FIT_CURVE][CO_BLEND_FIT_CURVE];
+extern const double co_blend_fit_curve_weight[CO_BLEND_FIT_CURVE][CO_BLEND_FIT_CURVE];
 /* Indices of these points in an open fan's two-ring. */
 void co_blend_fit_curve_points(int32_t fan, int32_t point[CO_BLEND_FIT_CURVE]);
 

@@ -35,7 +35,7 @@ static inline int32_t co_blend_fit_half_n_points(int32_t n_sectors, int width) {
 /* The point at place (x, y), -1 <= x, y <= width + 1, not both negative, as a combination of points; beyond the curve
  * it is a phantom 2 P - Q (ring.h). Returns how many. */
 int co_blend_fit_half_point(int32_t n_sectors, int width, int32_t sector, int x, int y, int32_t index[2],
-                            co_real weight[2]);
+                            double weight[2]);
 
 /* What a map, and a fit, are for. */
 typedef struct co_blend_fit_half_kind {

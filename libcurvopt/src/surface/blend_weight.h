@@ -17,6 +17,6 @@ typedef enum co_blend_kind {
 } co_blend_kind;
 
 /* Jet of w(u) w(v): 1 at the extraordinary vertex (0,0), 0 on the two far edges. */
-void co_blend_weight(co_blend_kind blend, co_real u, co_real v, co_real jet[CO_JET]);
+void co_blend_weight(co_blend_kind blend, double u, double v, double jet[CO_JET]);
 
 #endif

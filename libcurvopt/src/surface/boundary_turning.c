@@ -31,7 +31,7 @@ typedef struct co_boundary_turning_table {
 /* ------------------------------------------------------------------------------------------------- tables -- */
 
 /* Side k starts at corner k: along u for even k, v for odd ones; jets there at (u, v). */
-static void side_place(int side, co_real t, co_real *u, co_real *v) {
+static void side_place(int side, double t, double *u, double *v) {
     *u = side == 1 ? 1 : side == 3 ? 0 : t;
     *v = side == 2 ? 1 : side == 0 ? 0 : t;
 }
@@ -53,7 +53,7 @@ static int32_t fill_face(co_boundary_turning_table *t, curvopt_error *error) {
     co_blend_fit map = {0};
     co_ring_cell cell = {0};
     co_chart chart;
-    co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], u, v;
+    double node[SIDE_GAUSS], weight[SIDE_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points);
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
     const co_blend_fit_half_kind half = co_blend_fit_half_kind_of(t->kind);
@@ -67,7 +67,7 @@ static int32_t fill_face(co_boundary_turning_table *t, curvopt_error *error) {
     for (int32_t i = 0; status == CURVOPT_OK && i < SIDE_GAUSS; i++) {
         side_place(t->side, node[i], &u, &v);
         co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
-        t->weight[i] = (double)weight[i];
+        t->weight[i] = weight[i];
         for (int32_t p = 0; p < t->n_points; p++)
             store(t, i, p, rows + (size_t)p * CO_JET, 0);
     }
@@ -79,16 +79,16 @@ static int32_t fill_face(co_boundary_turning_table *t, curvopt_error *error) {
 }
 
 static void fill_regular(co_boundary_turning_table *t) {
-    co_real node[SIDE_GAUSS], weight[SIDE_GAUSS], basis[16][CO_JET], u, v;
+    double node[SIDE_GAUSS], weight[SIDE_GAUSS], basis[16][CO_JET], u, v;
     co_gauss_legendre(SIDE_GAUSS, node, weight);
     for (int32_t i = 0; i < SIDE_GAUSS; i++) {
         side_place(t->side, node[i], &u, &v);
         co_bspline_bicubic(u, v, basis);
-        t->weight[i] = (double)weight[i];
+        t->weight[i] = weight[i];
         for (int32_t p = 0; p < 16; p++) {
             double jet[CO_JET];
             for (int k = 0; k < CO_JET; k++)
-                jet[k] = (double)basis[p][k];
+                jet[k] = basis[p][k];
             store(t, i, p, jet, 0);
         }
     }
@@ -103,7 +103,7 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
     co_stam_disc disc = {0};
     co_ring_cell cell = {0};
     co_chart chart;
-    co_real node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
+    double node[CELL_GAUSS], weight[CELL_GAUSS], u, v;
     int32_t *all = CO_NEW(int32_t, t->n_points), sample = 0;
     double *rows = CO_NEW(double, (size_t)t->n_points *CO_JET);
     int32_t status =
@@ -121,7 +121,7 @@ static int32_t fill_extraordinary(co_boundary_turning_table *t, int32_t surface,
         for (int i = 0; i < CELL_GAUSS; i++, sample++) {
             side_place(t->side, node[i], &u, &v);
             co_ring_cell_rows(&cell, u, v, t->n_points, all, rows, &chart);
-            t->weight[sample] = (double)weight[i] * (is_blended ? fabs(chart.monomial[1][t->side ? 2 : 1]) : 1);
+            t->weight[sample] = weight[i] * (is_blended ? fabs(chart.monomial[1][t->side ? 2 : 1]) : 1);
             for (int32_t p = 0; p < t->n_points; p++)
                 store(t, sample, p, rows + (size_t)p * CO_JET, is_blended);
         }
@@ -254,13 +254,13 @@ static double side_turning(const co_boundary_turning_table *t, const int32_t *in
 
 /* Interior angle at corner k of a regular patch. */
 static double corner_angle(int k, const int32_t *index, const double *points) {
-    co_real basis[16][CO_JET];
+    double basis[16][CO_JET];
     double d[2][3] = {{0}};
     co_bspline_bicubic(k == 1 || k == 2, k >= 2, basis);
     for (int32_t p = 0; p < 16; p++)
         for (int c = 0; c < 3; c++)
             for (int i = 0; i < 2; i++)
-                d[i][c] += (double)basis[p][1 + i] * points[3 * (size_t)index[p] + (size_t)c];
+                d[i][c] += basis[p][1 + i] * points[3 * (size_t)index[p] + (size_t)c];
     double cosine = dot(d[0], d[1]) / sqrt(dot(d[0], d[0]) * dot(d[1], d[1]));
     return acos(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
 }

@@ -1,7 +1,7 @@
 /* Jets and the uniform bicubic B-spline basis. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/bspline.h"
 
-void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]) {
+void co_jet_of_product(const double f[4], const double g[4], double jet[CO_JET]) {
     for (int k = 0; k < CO_JET; k++)
         jet[k] = f[co_jet_order_u[k]] * g[co_jet_order_v[k]];
 }
@@ -20,14 +20,14 @@ void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[
     out[9] = a[0] * b[9] + 3 * (a[2] * b[5] + a[5] * b[2]) + a[9] * b[0];
 }
 
-void co_jet_store(const co_real jet[CO_JET], double out[CO_JET]) {
+void co_jet_store(const double jet[CO_JET], double out[CO_JET]) {
     for (int k = 0; k < CO_JET; k++)
-        out[k] = (double)jet[k];
+        out[k] = jet[k];
 }
 
-void co_bspline_cubic(co_real t, co_real basis[4][4]) {
-    co_real s = 1 - t;
-    const co_real b[4][4] = {
+void co_bspline_cubic(double t, double basis[4][4]) {
+    double s = 1 - t;
+    const double b[4][4] = {
         {s * s * s / 6, -s * s / 2, s, -1},
         {(3 * t * t * t - 6 * t * t + 4) / 6, (3 * t * t - 4 * t) / 2, 3 * t - 2, 3},
         {(3 * s * s * s - 6 * s * s + 4) / 6, -(3 * s * s - 4 * s) / 2, 3 * s - 2, -3},
@@ -38,8 +38,8 @@ void co_bspline_cubic(co_real t, co_real basis[4][4]) {
             basis[i][k] = b[i][k];
 }
 
-void co_bspline_bicubic(co_real u, co_real v, co_real rows[16][CO_JET]) {
-    co_real along_u[4][4], along_v[4][4];
+void co_bspline_bicubic(double u, double v, double rows[16][CO_JET]) {
+    double along_u[4][4], along_v[4][4];
     co_bspline_cubic(u, along_u);
     co_bspline_cubic(v, along_v);
     for (int j = 0; j < 4; j++)

@@ -2,7 +2,7 @@
  *
  * A jet holds a value and its nine derivatives, in this order everywhere in the library:
  *   0: f   1: f_u   2: f_v   3: f_uu   4: f_uv   5: f_vv   6: f_uuu   7: f_uuv   8: f_uvv   9: f_vvv
- * Tables are built from long doubles as far as nearly equal numbers are subtracted, and stored as doubles
+ * Tables are built in double; fits to them in double-double, where nearly equal numbers are subtracted
  * (notes/33-precision-of-the-tables.md). B-splines: de Boor, "A practical guide to splines", 1978, chapter IX.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
@@ -11,23 +11,21 @@
 
 enum { CO_JET = 10 };
 
-typedef long double co_real; /* for building tables only */
-
 /* Order of differentiation of each jet entry with respect to u and v. Not extern: element_kernel.c's loops over them
  * are unrolled by the compiler, which must see the numbers. */
 static const int co_jet_order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
 static const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
 /* Jet of f(u) g(v) from the derivatives f[0..3], g[0..3]. */
-void co_jet_of_product(const co_real f[4], const co_real g[4], co_real jet[CO_JET]);
+void co_jet_of_product(const double f[4], const double g[4], double jet[CO_JET]);
 /* out = a b, by Leibniz' rule; out may be neither. */
 void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[CO_JET]);
 /* Rounds a jet to double. */
-void co_jet_store(const co_real jet[CO_JET], double out[CO_JET]);
+void co_jet_store(const double jet[CO_JET], double out[CO_JET]);
 
 /* Uniform cubic B-splines on one segment, t in 0..1: basis[i][k] is the k-th derivative of the i-th of the four. */
-void co_bspline_cubic(co_real t, co_real basis[4][4]);
+void co_bspline_cubic(double t, double basis[4][4]);
 /* rows[4 j + i]: jet of the basis function of control point i along u, j along v. */
-void co_bspline_bicubic(co_real u, co_real v, co_real rows[16][CO_JET]);
+void co_bspline_bicubic(double u, double v, double rows[16][CO_JET]);
 
 #endif

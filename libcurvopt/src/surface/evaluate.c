@@ -1,7 +1,7 @@
 /* Points of a cage's surface and their derivatives, anywhere on it.
  *
  * The surface `plane` is computed here a second time, beside element_kernel.c: there on vectors of doubles and with its
- * adjoint, at tabulated points; here in long double, at any point and without adjoint. A common routine would be
+ * adjoint, at tabulated points; here at any point and without adjoint. A common routine would be
  * neither as fast as the one nor as exact as the other, and tests hold the two against each other (test_evaluate.c).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
@@ -68,7 +68,7 @@ static int to_patch(const co_place *place, const double uv[2], double st[2]) {
 }
 
 /* Derivatives along the face's u, v from those along the patch's s, t. */
-static void to_face(const co_place *place, co_real jet[3][CO_JET], double *out) {
+static void to_face(const co_place *place, double jet[3][CO_JET], double *out) {
     static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, -1, -1, 1}, sign_v[4] = {1, 1, -1, -1};
     int r = place->rotation;
     for (int k = 0; k < CO_JET; k++) {
@@ -76,19 +76,19 @@ static void to_face(const co_place *place, co_real jet[3][CO_JET], double *out) 
         int from = order * (order + 1) / 2 + (swaps[r] ? p : q);
         double factor = (p % 2 ? sign_u[r] : 1) * (q % 2 ? sign_v[r] : 1) * ldexp(1, place->level * order);
         for (int c = 0; c < 3; c++)
-            out[3 * k + c] = factor * (double)jet[c][from];
+            out[3 * k + c] = factor * jet[c][from];
     }
 }
 
-static void limit_frame(const double *points, const int32_t *index, int32_t valence, const co_real *masks,
-                        co_real position[3], co_real normal[3]) {
+static void limit_frame(const double *points, const int32_t *index, int32_t valence, const double *masks,
+                        double position[3], double normal[3]) {
     int32_t n = co_ring_two_ring_size(valence);
-    co_real sum[3][3] = {{0}};
+    double sum[3][3] = {{0}};
     for (int m = 0; m < 3; m++)
         for (int32_t i = 0; i < n; i++)
             for (int c = 0; c < 3; c++)
                 sum[m][c] += masks[m * n + i] * points[3 * (size_t)index[i] + (size_t)c];
-    co_real length = 0;
+    double length = 0;
     for (int c = 0; c < 3; c++) {
         int d = (c + 1) % 3, e = (c + 2) % 3;
         position[c] = sum[0][c];
@@ -96,15 +96,15 @@ static void limit_frame(const double *points, const int32_t *index, int32_t vale
         length += normal[c] * normal[c];
     }
     for (int c = 0; c < 3; c++)
-        normal[c] /= sqrtl(length);
+        normal[c] /= sqrt(length);
 }
 
 /* S' = S - w ((S - V).n) n, jet by jet. */
-static int32_t flatten(const co_sampler *s, int32_t p, const double *weight, co_real jet[3][CO_JET],
+static int32_t flatten(const co_sampler *s, int32_t p, const double *weight, double jet[3][CO_JET],
                        curvopt_error *error) {
     int32_t valence = s->patches.kind[p]; /* the kind of a closed smooth fan */
-    co_real *masks = CO_NEW(co_real, 3 * (size_t)co_ring_two_ring_size(valence));
-    co_real position[3], normal[3];
+    double *masks = CO_NEW(double, 3 * (size_t)co_ring_two_ring_size(valence));
+    double position[3], normal[3];
     double height[CO_JET], product[CO_JET];
     if (!masks)
         return co_status_no_memory(error);
@@ -112,10 +112,10 @@ static int32_t flatten(const co_sampler *s, int32_t p, const double *weight, co_
     limit_frame(s->points, s->patches.points + s->patches.start[p], valence, masks, position, normal);
     free(masks);
     for (int k = 0; k < CO_JET; k++) {
-        co_real sum = 0;
+        double sum = 0;
         for (int c = 0; c < 3; c++)
             sum += (jet[c][k] - (k == 0 ? position[c] : 0)) * normal[c];
-        height[k] = (double)sum;
+        height[k] = sum;
     }
     co_jet_multiply(weight, height, product);
     for (int k = 0; k < CO_JET; k++)
@@ -131,7 +131,7 @@ static int32_t sample_patch(co_sampler *s, int32_t p, const double st[2], double
     if (status != CURVOPT_OK)
         return status;
     const int32_t *index = s->patches.points + s->patches.start[p];
-    co_real jet[3][CO_JET];
+    double jet[3][CO_JET];
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < CO_JET; k++) {
             jet[c][k] = 0;

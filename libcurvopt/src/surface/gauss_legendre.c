@@ -6,10 +6,10 @@
 #include <math.h>
 
 /* Legendre polynomial of degree n and its derivative at x, by the three-term recurrence. */
-static void legendre(int n, co_real x, co_real *value, co_real *slope) {
-    co_real p0 = 1, p1 = x;
+static void legendre(int n, double x, double *value, double *slope) {
+    double p0 = 1, p1 = x;
     for (int k = 2; k <= n; k++) {
-        co_real p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+        double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
         p0 = p1;
         p1 = p2;
     }
@@ -17,14 +17,14 @@ static void legendre(int n, co_real x, co_real *value, co_real *slope) {
     *slope = n * (x * p1 - p0) / (x * x - 1);
 }
 
-void co_gauss_legendre(int n, co_real *nodes, co_real *weights) {
+void co_gauss_legendre(int n, double *nodes, double *weights) {
     if (n == 1) {
-        nodes[0] = 0.5L;
+        nodes[0] = 0.5;
         weights[0] = 1;
         return;
     }
     for (int i = 0; i < n; i++) {
-        co_real x = -cosl(CO_PI_LONG * (i + 0.75L) / (n + 0.5L)), value, slope;
+        double x = -cos(CO_PI * (i + 0.75) / (n + 0.5)), value, slope;
         for (int step = 0; step < 8; step++) { /* Newton; quadratic from Tricomi's start */
             legendre(n, x, &value, &slope);
             x -= value / slope;

@@ -6,6 +6,6 @@
 #include "surface/bspline.h"
 
 /* Fills nodes and weights [n], n >= 1; weights sum to 1. O(n^2). */
-void co_gauss_legendre(int n, co_real *nodes, co_real *weights);
+void co_gauss_legendre(int n, double *nodes, double *weights);
 
 #endif

@@ -17,8 +17,8 @@ void co_ring_cell_free(co_ring_cell *cell) {
 }
 
 static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
-    cell->base = CO_NEW(co_real, cell->n_points);
-    cell->points = CO_NEW(co_real, 16 * (size_t)cell->n_points);
+    cell->base = CO_NEW(double, cell->n_points);
+    cell->points = CO_NEW(double, 16 * (size_t)cell->n_points);
     cell->weights = CO_NEW(double, CO_RING_CELL_GENERATORS *(size_t)cell->n_points);
     if (cell->base && cell->points && cell->weights)
         return CURVOPT_OK;
@@ -26,18 +26,18 @@ static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
     return co_status_no_memory(error);
 }
 
-int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
+int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const double *chart,
                             co_ring_cell *cell, curvopt_error *error) {
     *cell = (co_ring_cell){
         .sector = co_fan_sector(disc->fan), .n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
     return allocate(cell, error);
 }
 
-static void set_map(co_ring_cell *cell, co_real map[16][2], const co_real base[2]) {
+static void set_map(co_ring_cell *cell, double map[16][2], const double base[2]) {
     for (int c = 0; c < 2; c++) {
-        cell->map_base[c] = (double)base[c];
+        cell->map_base[c] = base[c];
         for (int i = 0; i < 16; i++)
-            cell->map[i][c] = (double)map[i][c];
+            cell->map[i][c] = map[i][c];
     }
 }
 
@@ -61,11 +61,11 @@ static void set_weights(co_ring_cell *cell) {
     const co_blend_fit *folded = is_folded(cell) ? cell->polynomial : NULL;
     for (int32_t p = 0; p < cell->n_points; p++) {
         double *to = cell->weights + (size_t)p * CO_RING_CELL_GENERATORS;
-        to[0] = (double)cell->base[p];
+        to[0] = cell->base[p];
         for (int i = 0; i < 16; i++)
-            to[1 + i] = (double)cell->points[i * cell->n_points + p];
+            to[1 + i] = cell->points[i * cell->n_points + p];
         for (int i = 0; i < CO_BLEND_FIT_FUNCTIONS; i++)
-            to[CO_RING_CELL_TERM + i] = folded ? (double)folded->fit[i * cell->n_points + p] : 0;
+            to[CO_RING_CELL_TERM + i] = folded ? folded->fit[i * cell->n_points + p] : 0;
     }
     if (is_half(cell)) {
         const co_ring_cell_place place = place_of(cell);
@@ -97,15 +97,15 @@ static void take_mean(co_ring_cell *cell, const co_stam_disc *disc, int x, int y
 }
 
 void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
-    co_real map[16][2] = {{0}}, base[2] = {0};
-    cell->side = ldexpl(1, -disc->ring);
+    double map[16][2] = {{0}}, base[2] = {0};
+    cell->side = ldexp(1, -disc->ring);
     for (int c = 0; c < 2; c++)
         cell->origin[c] = cell->side * co_stam_cell_place[which][c];
     co_stam_disc_cell(disc, which, cell->base, cell->points);
     for (int32_t p = 0; (cell->polynomial || cell->chart) && p < cell->n_points; p++) {
-        const co_real *at = cell->polynomial
-                                ? cell->polynomial->map + 2 * co_blend_fit_index_of_two_ring(cell->polynomial, p)
-                                : cell->chart + 2 * p;
+        const double *at = cell->polynomial
+                               ? cell->polynomial->map + 2 * co_blend_fit_index_of_two_ring(cell->polynomial, p)
+                               : cell->chart + 2 * p;
         for (int c = 0; c < 2; c++) {
             base[c] += cell->base[p] * at[c];
             for (int i = 0; i < 16; i++)
@@ -121,10 +121,10 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which) {
 }
 
 /* The map's control point at place (x, y) of the cell's sector. */
-static void map_at(const co_ring_cell *cell, int x, int y, co_real at[2]) {
+static void map_at(const co_ring_cell *cell, int x, int y, double at[2]) {
     const co_blend_fit *p = cell->polynomial;
     int32_t index[2];
-    co_real weight[2] = {1};
+    double weight[2] = {1};
     const int n = p->is_half ? co_blend_fit_half_point(p->valence, p->width, cell->sector, x, y, index, weight) : 1;
     if (!p->is_half)
         index[0] = co_blend_fit_index(p->valence, p->width, 0, x, y);
@@ -141,7 +141,7 @@ int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector,
     int32_t status = allocate(cell, error);
     if (status != CURVOPT_OK)
         return status;
-    co_real map[16][2], base[2] = {0};
+    double map[16][2], base[2] = {0};
     cell->base[0] = 1;
     for (int k = 0; k < 16; k++) {
         cell->points[17 * k] = 1;
@@ -164,11 +164,11 @@ static void map_jets(const co_ring_cell *cell, double basis[16][CO_JET], double 
         chi[c][0] += cell->map_base[c];
 }
 
-void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s, co_real t, co_real jet[CO_JET]) {
+void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, double s, double t, double jet[CO_JET]) {
     int width = cell->polynomial ? cell->polynomial->width : 1;
-    co_real side = cell->side / width;
+    double side = cell->side / width;
     co_blend_weight(blend, cell->origin[0] / width + side * s, cell->origin[1] / width + side * t, jet);
-    const co_real scale[4] = {1, side, side * side, side * side * side};
+    const double scale[4] = {1, side, side * side, side * side * side};
     for (int k = 0; k < CO_JET; k++)
         jet[k] *= scale[co_jet_order_u[k] + co_jet_order_v[k]];
 }
@@ -198,8 +198,8 @@ static void blend_generators(const double w[CO_JET], const double rest[CO_JET], 
 }
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
-static void find_generators(const co_ring_cell *cell, co_real s, co_real t, generators g, co_chart *chart) {
-    co_real exact[16][CO_JET], blend[CO_JET];
+static void find_generators(const co_ring_cell *cell, double s, double t, generators g, co_chart *chart) {
+    double exact[16][CO_JET], blend[CO_JET];
     double basis[16][CO_JET], w[CO_JET], rest[CO_JET], chi[2][CO_JET];
     co_bspline_bicubic(s, t, exact);
     for (int i = 0; i < 16; i++)
@@ -226,7 +226,7 @@ static void find_generators(const co_ring_cell *cell, co_real s, co_real t, gene
     if (cell->chart)
         co_chart_apply(chart, w);
     for (int k = 0; k < CO_JET; k++)
-        rest[k] = k ? -w[k] : (double)(1 - blend[0]);
+        rest[k] = k ? -w[k] : (1 - blend[0]);
     blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
     if (is_half(cell)) {
         const co_ring_cell_place place = place_of(cell);
@@ -259,7 +259,7 @@ static void term_row(const co_ring_cell *cell, generators g, int term, double *r
             row[k] -= g[CO_RING_CELL_TERM + i][k];
 }
 
-void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support,
+void co_ring_cell_rows(const co_ring_cell *cell, double s, double t, int32_t n_support, const int32_t *support,
                        double *rows, co_chart *chart) {
     generators g;
     find_generators(cell, s, t, g, chart);

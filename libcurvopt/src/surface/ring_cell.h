@@ -22,25 +22,25 @@ enum {
  * once for neighbours over edges and once for those across faces, is taken off all rows, and goes to the mean of these
  * neighbours (blend_disc.h), as many times as there are. Rows of far points are then left out; their sum is 0. */
 typedef struct co_ring_cell {
-    int32_t sector;          /* of the fan; in closed ones 0 */
-    int is_face;             /* not at the vertex: one bicubic patch */
-    int32_t n_points;        /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
-    co_real origin[2], side; /* corner next to the vertex, and side, in units of a face of the sector */
-    co_real *base;           /* [n_points] the row that is nearly the same in all of the cell's points */
-    co_real *points;         /* [16][n_points] control points of the cell's bicubic patch, less `base` */
-    double *weights;         /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
-    double map[16][2];       /* control points of the map, less `map_base`; unused without chart and polynomial */
-    double map_base[2];      /* where the map has the vertex in this ring; not 0 at darts alone */
-    int32_t window;          /* sectors on either side whose points have rows; 0: all */
+    int32_t sector;         /* of the fan; in closed ones 0 */
+    int is_face;            /* not at the vertex: one bicubic patch */
+    int32_t n_points;       /* points of the two-ring, or 16 on a face of a wide disc away from the vertex */
+    double origin[2], side; /* corner next to the vertex, and side, in units of a face of the sector */
+    double *base;           /* [n_points] the row that is nearly the same in all of the cell's points */
+    double *points;         /* [16][n_points] control points of the cell's bicubic patch, less `base` */
+    double *weights;        /* [n_points][CO_RING_CELL_GENERATORS] weights of the functions in each row */
+    double map[16][2];      /* control points of the map, less `map_base`; unused without chart and polynomial */
+    double map_base[2];     /* where the map has the vertex in this ring; not 0 at darts alone */
+    int32_t window;         /* sectors on either side whose points have rows; 0: all */
     double mean[2][CO_RING_CELL_GENERATORS]; /* weights of the functions in the rows of means; 0 without window */
     const co_blend_fit *polynomial;          /* NULL: the limit surface itself */
-    const co_real *chart; /* [2 n_points] the characteristic map; NULL: derivatives are with respect to s, t */
+    const double *chart; /* [2 n_points] the characteristic map; NULL: derivatives are with respect to s, t */
 } co_ring_cell;
 
 /* Makes room for the cells of a disc, without window. polynomial: NULL for the limit surface. chart: the polynomial's
  * map; without polynomial the characteristic map's control points [2 n_points] over the two-ring; NULL for derivatives
  * with respect to s and t. Both are borrowed and must outlive the cell. ERROR_MEMORY. */
-int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const co_real *chart,
+int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const double *chart,
                             co_ring_cell *cell, curvopt_error *error);
 /* Makes a cell that is the whole face (i, j) of a sector of a wide disc, not the one at the vertex. ERROR_MEMORY. */
 int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector, int i, int j, co_ring_cell *cell,
@@ -51,9 +51,9 @@ void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which);
 /* Rows at (s, t) in 0..1 of the cell: rows [n_support][CO_JET] for the points support [n_support]; those from n_points
  * on are a disc's coefficients. Derivatives are with respect to the characteristic map, and *chart is the change to it;
  * without one they are with respect to s, t, and chart->jacobian is 1. */
-void co_ring_cell_rows(const co_ring_cell *cell, co_real s, co_real t, int32_t n_support, const int32_t *support,
+void co_ring_cell_rows(const co_ring_cell *cell, double s, double t, int32_t n_support, const int32_t *support,
                        double *rows, co_chart *chart);
 /* Jet of the blending weight at (s, t), derivatives with respect to s, t. */
-void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, co_real s, co_real t, co_real jet[CO_JET]);
+void co_ring_cell_blend(const co_ring_cell *cell, co_blend_kind blend, double s, double t, double jet[CO_JET]);
 
 #endif

@@ -20,22 +20,22 @@ void co_ring_cell_curve_weights(const co_ring_cell_place *cell, double *weights,
             weights[(along(cell) ? 4 * k + 1 : 4 + k) * stride + k] = 1;
         return;
     }
-    const co_real per_unit = 1 / cell->polynomial->unit;
+    const double per_unit = 1 / cell->polynomial->unit;
     int32_t point[CO_BLEND_FIT_CURVE];
     co_blend_fit_curve_points(co_fan_make(CO_FAN_CREASE, cell->polynomial->valence, 0), point);
     for (int a = 0; a < CO_BLEND_FIT_CURVE; a++) /* of x^a, and of |x|^3 */
         for (int i = 0; i < CO_BLEND_FIT_CURVE; i++)
             weights[(size_t)point[i] * stride + (size_t)a] =
-                (double)(co_blend_fit_curve_weight[a][i] * powl(per_unit, a < 4 ? a : 3));
+                (co_blend_fit_curve_weight[a][i] * pow(per_unit, a < 4 ? a : 3));
 }
 
 /* Jet of w(u) w(v) over the faces at the vertex; with `only` 0 or 1 that of w(u) or w(v) alone. */
-static void narrow_weight(const co_ring_cell_place *cell, co_real s, co_real t, int only, double out[CO_JET]) {
-    co_real jet[CO_JET];
-    const co_real u = cell->origin[0] + cell->side * s, v = cell->origin[1] + cell->side * t;
+static void narrow_weight(const co_ring_cell_place *cell, double s, double t, int only, double out[CO_JET]) {
+    double jet[CO_JET];
+    const double u = cell->origin[0] + cell->side * s, v = cell->origin[1] + cell->side * t;
     co_blend_weight(CO_BLEND_POLYNOMIAL, only == 1 ? 0 : u, only == 0 ? 0 : v, jet);
     for (int k = 0; k < CO_JET; k++)
-        out[k] = (double)(jet[k] * powl(cell->side, co_jet_order_u[k] + co_jet_order_v[k]));
+        out[k] = (jet[k] * pow(cell->side, co_jet_order_u[k] + co_jet_order_v[k]));
 }
 
 /* Weights and coordinates of E's two parts: at the vertex, and along the curve. */
@@ -44,7 +44,7 @@ typedef struct curve_part {
     double xi[CO_JET];                        /* jet of the map's x of the point of the curve beside */
 } curve_part;
 
-static void find_weights(const co_ring_cell_place *cell, co_real s, co_real t, const double w[CO_JET],
+static void find_weights(const co_ring_cell_place *cell, double s, double t, const double w[CO_JET],
                          const co_chart *chart, curve_part *e) {
     const int axis = along(cell);
     double jet[CO_JET] = {0}, across[CO_JET], product[CO_JET];
@@ -67,22 +67,22 @@ static void find_weights(const co_ring_cell_place *cell, co_real s, co_real t, c
     if (chart)
         co_chart_apply(chart, product);
     co_jet_multiply(w, product, e->beside);
-    const co_real scale = (axis ? -1 : 1) * cell->polynomial->unit;
-    e->xi[0] = (double)(scale * (cell->origin[axis] + cell->side * (axis ? t : s)));
-    e->xi[1 + axis] = (double)(scale * cell->side);
+    const double scale = (axis ? -1 : 1) * cell->polynomial->unit;
+    e->xi[0] = (scale * (cell->origin[axis] + cell->side * (axis ? t : s)));
+    e->xi[1 + axis] = (scale * cell->side);
     if (chart)
         co_chart_apply(chart, e->xi);
 }
 
 /* The four cubics of the curve's segment. */
-static void fill_segment(const double weight[CO_JET], int axis, co_real along_curve, double out[4][CO_JET]) {
-    co_real basis[4][4];
+static void fill_segment(const double weight[CO_JET], int axis, double along_curve, double out[4][CO_JET]) {
+    double basis[4][4];
     static const int of_axis[2][4] = {{0, 1, 3, 6}, {0, 2, 5, 9}};
     co_bspline_cubic(along_curve, basis);
     for (int i = 0; i < 4; i++) {
         double jet[CO_JET] = {0};
         for (int k = 0; k < 4; k++)
-            jet[of_axis[axis][k]] = (double)basis[i][k];
+            jet[of_axis[axis][k]] = basis[i][k];
         co_jet_multiply(weight, jet, out[i]);
     }
 }
@@ -104,7 +104,7 @@ static void cube_of(const double x[CO_JET], double sign, double out[CO_JET]) {
         out[k] *= sign;
 }
 
-void co_ring_cell_curve_apply(const co_ring_cell_place *cell, co_real s, co_real t, const co_chart *chart,
+void co_ring_cell_curve_apply(const co_ring_cell_place *cell, double s, double t, const co_chart *chart,
                               const double w[CO_JET], double chi[2][CO_JET], double (*terms)[CO_JET],
                               double (*curve)[CO_JET]) {
     curve_part e;

@@ -10,7 +10,7 @@ typedef struct co_ring_cell_place {
     const co_blend_fit *polynomial;
     int32_t sector;
     int is_face; /* a whole face, not one of those at the vertex */
-    co_real origin[2], side;
+    double origin[2], side;
 } co_ring_cell_place;
 
 /* Sets the weights of CO_BLEND_FIT_CURVE functions in the rows of the curve's points: `weights` is the first point's,
@@ -19,7 +19,7 @@ void co_ring_cell_curve_weights(const co_ring_cell_place *cell, double *weights,
 /* At (s, t): takes p's part of E off the jets `terms` [CO_BLEND_FIT_FUNCTIONS] of W times the polynomial's functions,
  * and fills the jets `curve` [CO_BLEND_FIT_CURVE] of the functions that those weights belong to. w: jet of W; chi: of
  * the map; all in the chart's coordinates, or if it is NULL in s, t. */
-void co_ring_cell_curve_apply(const co_ring_cell_place *cell, co_real s, co_real t, const co_chart *chart,
+void co_ring_cell_curve_apply(const co_ring_cell_place *cell, double s, double t, const co_chart *chart,
                               const double w[CO_JET], double chi[2][CO_JET], double (*terms)[CO_JET],
                               double (*curve)[CO_JET]);
 

@@ -95,24 +95,24 @@ static void place_cell(co_stam_disc *d, const curvopt_mesh *m, int which, int32_
 
 /* The larger eigenvalue of the one-ring's subdivision for waves that change by an angle from sector to sector, c its
  * cosine (Stam 1998; Ball and Storry 1988). */
-static co_real eigenvalue_of_wave(co_real c) {
-    return (5 + c + sqrtl((c + 9) * (c + 1))) / 16;
+static double eigenvalue_of_wave(double c) {
+    return (5 + c + sqrt((c + 9) * (c + 1))) / 16;
 }
 
 /* lambda and mu from the eigenvalues a >= b >= c. */
-static void from_plane_and_height(co_real a, co_real b, co_real c, co_real *lambda, co_real *mu) {
-    *lambda = sqrtl(a * b);
-    *mu = *lambda * fminl(sqrtl(a * b) * c / (b * b), 0.9995L);
+static void from_plane_and_height(double a, double b, double c, double *lambda, double *mu) {
+    *lambda = sqrt(a * b);
+    *mu = *lambda * fmin(sqrt(a * b) * c / (b * b), 0.9995);
 }
 
 /* Between two sharp edges: the curve has 1, 1/2 and 1/4, and waves that vanish on both have angles pi k / n. */
-static void crease_eigenvalues(int32_t n, co_real *lambda, co_real *mu) {
-    co_real largest[3] = {0.5L, 0.25L, 0.25L};
+static void crease_eigenvalues(int32_t n, double *lambda, double *mu) {
+    double largest[3] = {0.5, 0.25, 0.25};
     for (int32_t k = 1; k <= 3 && k < n; k++) {
-        co_real value = eigenvalue_of_wave(cosl(CO_PI_LONG * k / n));
+        double value = eigenvalue_of_wave(cos(CO_PI * k / n));
         for (int i = 0; i < 3; i++)
             if (value > largest[i]) {
-                co_real smaller = largest[i];
+                double smaller = largest[i];
                 largest[i] = value;
                 value = smaller;
             }
@@ -121,20 +121,20 @@ static void crease_eigenvalues(int32_t n, co_real *lambda, co_real *mu) {
 }
 
 /* By frequency: those of waves, and for frequency 0, besides 1, the roots of a quadratic. */
-static void eigenvalues(int32_t valence, co_real *lambda, co_real *mu) {
-    co_real n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
-    co_real half_sum = (alpha - 0.25L) / 2, product = (alpha - beta + gamma) / 16;
-    co_real discriminant = half_sum * half_sum - product;
-    *lambda = eigenvalue_of_wave(cosl(2 * CO_PI_LONG / n));
-    *mu = discriminant > 0 ? half_sum + sqrtl(discriminant) : sqrtl(product);
+static void eigenvalues(int32_t valence, double *lambda, double *mu) {
+    double n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
+    double half_sum = (alpha - 0.25) / 2, product = (alpha - beta + gamma) / 16;
+    double discriminant = half_sum * half_sum - product;
+    *lambda = eigenvalue_of_wave(cos(2 * CO_PI / n));
+    *mu = discriminant > 0 ? half_sum + sqrt(discriminant) : sqrt(product);
     if (valence > 3) {
-        co_real second = eigenvalue_of_wave(cosl(4 * CO_PI_LONG / n));
+        double second = eigenvalue_of_wave(cos(4 * CO_PI / n));
         *mu = second > *mu ? second : *mu;
     }
 }
 
 /* out [n] = in [n] subdivided once. */
-static void subdivide_vector(const co_stam_disc *d, const co_real *in, co_real *out) {
+static void subdivide_vector(const co_stam_disc *d, const double *in, double *out) {
     for (int32_t i = 0; i < d->n_points; i++) {
         int32_t r = d->inner[i];
         out[i] = 0;
@@ -145,19 +145,19 @@ static void subdivide_vector(const co_stam_disc *d, const co_real *in, co_real *
 
 /* The largest eigenvalues of a fan for which no formula is at hand, all real: orthogonal iteration. vectors [2][4][n]
  * is work space. */
-static void iterate_eigenvalues(const co_stam_disc *d, co_real *vectors, co_real *lambda, co_real *mu) {
+static void iterate_eigenvalues(const co_stam_disc *d, double *vectors, double *lambda, double *mu) {
     enum { N_EIGEN = 4, STEPS = 1500 }; /* high valences have theirs close together */
     size_t n = (size_t)d->n_points;
-    co_real value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n, change = 1;
+    double value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n, change = 1;
     for (size_t i = 0; i < N_EIGEN * n; i++) /* of no symmetry */
-        vectors[i] = i < n ? 1 : sinl((co_real)(i * i % 1009));
-    for (int step = 0; step < STEPS && change > 1e-14L; step++) {
+        vectors[i] = i < n ? 1 : sin((double)(i * i % 1009));
+    for (int step = 0; step < STEPS && change > 1e-14; step++) {
         change = 0;
         for (size_t k = 0; k < N_EIGEN; k++) {
-            co_real *x = vectors + k * n, square = 0;
+            double *x = vectors + k * n, square = 0;
             subdivide_vector(d, x, image);
             for (size_t j = 0; j < k; j++) {
-                co_real dot = 0;
+                double dot = 0;
                 for (size_t i = 0; i < n; i++)
                     dot += image[i] * vectors[j * n + i];
                 for (size_t i = 0; i < n; i++)
@@ -165,8 +165,8 @@ static void iterate_eigenvalues(const co_stam_disc *d, co_real *vectors, co_real
             }
             for (size_t i = 0; i < n; i++)
                 square += image[i] * image[i];
-            change = fmaxl(change, fabsl(sqrtl(square) - value[k]));
-            value[k] = sqrtl(square);
+            change = fmax(change, fabs(sqrt(square) - value[k]));
+            value[k] = sqrt(square);
             for (size_t i = 0; i < n; i++)
                 x[i] = image[i] / value[k];
         }
@@ -196,12 +196,12 @@ static void subtract_vertex(const co_stam_disc *d) {
  * difference itself shrinks from ring to ring: it is taken back by so much of the vertex' row. */
 static void restore_sums(const co_stam_disc *d) {
     const size_t n_rows = (size_t)d->n_rows;
-    co_real sum[CO_STAM_MOST_ROWS] = {0};
+    double sum[CO_STAM_MOST_ROWS] = {0};
     for (size_t i = 0; i < (size_t)d->n_points; i++)
         for (size_t k = 0; k < n_rows; k++)
             sum[k] += d->rows[i * n_rows + k];
     for (size_t i = 0; i < (size_t)d->n_points; i++) {
-        co_real *row = d->rows + i * n_rows;
+        double *row = d->rows + i * n_rows;
         row[0] /= sum[0];
         for (size_t k = 1; k < n_rows; k++)
             row[k] -= sum[k] * row[0];
@@ -228,8 +228,8 @@ int32_t co_stam_disc_create(int32_t fan, co_stam_disc *d, curvopt_error *error) 
     if (status != CURVOPT_OK)
         goto done;
     d->inner = CO_NEW(int32_t, n);
-    d->rows = CO_NEW(co_real, n * CO_STAM_MOST_ROWS);
-    d->next_rows = CO_NEW(co_real, n * CO_STAM_MOST_ROWS);
+    d->rows = CO_NEW(double, n *CO_STAM_MOST_ROWS);
+    d->next_rows = CO_NEW(double, n *CO_STAM_MOST_ROWS);
     if (!d->inner || !d->rows || !d->next_rows) {
         status = co_status_no_memory(error);
         goto done;
@@ -262,26 +262,26 @@ void co_stam_disc_advance(co_stam_disc *d) {
     const size_t n = (size_t)d->n_points, n_rows = (size_t)d->n_rows;
     memset(d->next_rows, 0, n * n_rows * sizeof *d->next_rows);
     for (size_t i = 0; i < n; i++) {
-        const co_real *from = d->rows + i * n_rows;
+        const double *from = d->rows + i * n_rows;
         const size_t row = (size_t)d->inner[i];
         for (size_t e = d->refine.start[row]; e < d->refine.start[row + 1]; e++) {
-            const co_real value = d->refine.value[e];
-            co_real *to = d->next_rows + (size_t)d->refine.column[e] * n_rows;
+            const double value = d->refine.value[e];
+            double *to = d->next_rows + (size_t)d->refine.column[e] * n_rows;
             for (size_t k = 0; k < n_rows; k++)
                 to[k] += value * from[k];
         }
     }
-    co_real *swap = d->rows;
+    double *swap = d->rows;
     d->rows = d->next_rows;
     d->next_rows = swap;
     d->ring++;
     restore_sums(d);
 }
 
-void co_stam_disc_cell(const co_stam_disc *d, int cell, co_real *vertex, co_real *out) {
+void co_stam_disc_cell(const co_stam_disc *d, int cell, double *vertex, double *out) {
     const size_t n = (size_t)d->n_points;
     for (size_t i = 0; i < n; i++) {
-        const co_real *row = d->rows + i * (size_t)d->n_rows;
+        const double *row = d->rows + i * (size_t)d->n_rows;
         vertex[i] = row[0];
         for (size_t k = 0; k < 16; k++) {
             const int32_t point = d->cell[cell][k], mirrored = d->mirrored[cell][k];
@@ -292,7 +292,7 @@ void co_stam_disc_cell(const co_stam_disc *d, int cell, co_real *vertex, co_real
     }
 }
 
-void co_stam_disc_limit_mask(co_stam_disc *d, co_real *mask) {
+void co_stam_disc_limit_mask(co_stam_disc *d, double *mask) {
     enum { DEEP = 120 }; /* the slowest vertices converge like 0.66^n */
     while (d->ring < DEEP)
         co_stam_disc_advance(d);
@@ -300,21 +300,21 @@ void co_stam_disc_limit_mask(co_stam_disc *d, co_real *mask) {
         mask[i] = d->rows[(size_t)i * (size_t)d->n_rows];
 }
 
-void co_stam_limit_masks(int32_t valence, co_real *masks) {
+void co_stam_limit_masks(int32_t valence, double *masks) {
     int32_t n_points = co_ring_two_ring_size(valence);
-    co_real n = valence, *position = masks, *cosine = masks + n_points, *sine = cosine + n_points;
-    co_real edge = 1 + cosl(2 * CO_PI_LONG / n) + cosl(CO_PI_LONG / n) * sqrtl(2 * (9 + cosl(2 * CO_PI_LONG / n)));
+    double n = valence, *position = masks, *cosine = masks + n_points, *sine = cosine + n_points;
+    double edge = 1 + cos(2 * CO_PI / n) + cos(CO_PI / n) * sqrt(2 * (9 + cos(2 * CO_PI / n)));
     memset(masks, 0, sizeof *masks * 3 * (size_t)n_points);
     position[0] = n / (n + 5);
     for (int32_t s = 0; s < valence; s++) {
         int32_t e = co_ring_two_ring_index(valence, s, 1, 0), f = co_ring_two_ring_index(valence, s, 1, 1);
-        co_real here = 2 * CO_PI_LONG * s / n, there = 2 * CO_PI_LONG * (s + 1) / n;
+        double here = 2 * CO_PI * s / n, there = 2 * CO_PI * (s + 1) / n;
         position[e] = 4 / (n * (n + 5));
         position[f] = 1 / (n * (n + 5));
-        cosine[e] = edge * cosl(here);
-        cosine[f] = cosl(here) + cosl(there);
-        sine[e] = edge * sinl(here);
-        sine[f] = sinl(here) + sinl(there);
+        cosine[e] = edge * cos(here);
+        cosine[f] = cos(here) + cos(there);
+        sine[e] = edge * sin(here);
+        sine[f] = sin(here) + sin(there);
     }
 }
 
@@ -343,13 +343,13 @@ int co_stam_in_window(int32_t fan, int32_t window, int32_t i) {
 
 /* Rotates the average of all sectors, turned back, into each: keeps frequency 1, in which the map lives, and nothing
  * else; rounding would otherwise let the constant, whose eigenvalue is 1, take over. */
-static void keep_frequency_one(int32_t valence, co_real *xy) {
-    co_real mean[CO_RING_SECTOR][2] = {{0}};
+static void keep_frequency_one(int32_t valence, double *xy) {
+    double mean[CO_RING_SECTOR][2] = {{0}};
     for (int turn = 0; turn < 2; turn++)
         for (int32_t s = 0; s < valence; s++) {
-            co_real c = cosl(2 * CO_PI_LONG * s / valence), d = sinl(2 * CO_PI_LONG * s / valence);
+            double c = cos(2 * CO_PI * s / valence), d = sin(2 * CO_PI * s / valence);
             for (int i = 0; i < CO_RING_SECTOR; i++) {
-                co_real *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
+                double *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
                 if (turn == 0) {
                     m[0] += (c * p[0] + d * p[1]) / valence;
                     m[1] += (c * p[1] - d * p[0]) / valence;
@@ -362,7 +362,7 @@ static void keep_frequency_one(int32_t valence, co_real *xy) {
     xy[0] = xy[1] = 0;
 }
 
-void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
+void co_stam_characteristic_map(const co_stam_disc *d, double *xy) {
     enum { STEPS = 100 }; /* other eigenvalues of frequency 1 are below lambda / 1.6 */
     int32_t n = d->n_points;
     for (int32_t i = 0; i < n; i++)
@@ -370,13 +370,13 @@ void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
     for (int32_t s = 0; s < d->valence; s++)
         for (int x = 0; x <= 2; x++)
             for (int y = 0; y <= 2; y++) {
-                co_real angle = 2 * CO_PI_LONG * (s + (x + y > 0 ? (co_real)y / (x + y) : 0)) / d->valence;
+                double angle = 2 * CO_PI * (s + (x + y > 0 ? (double)y / (x + y) : 0)) / d->valence;
                 int32_t i = co_ring_two_ring_index(d->valence, s, x, y);
-                xy[2 * i] = (x + y) * cosl(angle);
-                xy[2 * i + 1] = (x + y) * sinl(angle);
+                xy[2 * i] = (x + y) * cos(angle);
+                xy[2 * i + 1] = (x + y) * sin(angle);
             }
     for (int step = 0; step < STEPS && d->valence > 2; step++) {
-        co_real *image = d->next_rows; /* work space of at least 2 n */
+        double *image = d->next_rows; /* work space of at least 2 n */
         for (int32_t i = 0; i < n; i++) {
             int32_t r = d->inner[i];
             image[2 * i] = image[2 * i + 1] = 0;
@@ -385,7 +385,7 @@ void co_stam_characteristic_map(const co_stam_disc *d, co_real *xy) {
                 image[2 * i + 1] += d->refine.value[e] * xy[2 * d->refine.column[e] + 1];
             }
         }
-        co_real scale = 1 / hypotl(image[2], image[3]); /* point 1 is the first edge point */
+        double scale = 1 / hypot(image[2], image[3]); /* point 1 is the first edge point */
         for (int32_t i = 0; i < 2 * n; i++)
             xy[i] = image[i] * scale;
         keep_frequency_one(d->valence, xy);

@@ -2,7 +2,7 @@
  *
  * Follows: Stam, "Exact evaluation of Catmull-Clark subdivision surfaces at arbitrary parameter values", SIGGRAPH 1998.
  * Differs in that no eigenbasis is used: the few rows of control points that cells need are multiplied by the sparse
- * subdivision matrix from the left, ring after ring, in long double (notes/35-tables-of-high-valence.md). Our parameter
+ * subdivision matrix from the left, ring after ring, in double (notes/35-tables-of-high-valence.md). Our parameter
  * values are known when the table is built, and nothing then depends on the conditioning of eigenvectors. The face,
  * parameters (0,0) at the vertex, is cut into rings: ring n = 1, 2, ... has three cells of side 2^-n, at (1,0), (1,1),
  * (0,1) in units of that side, each a bicubic patch:
@@ -42,11 +42,11 @@ typedef struct co_stam_disc {
     int32_t n_rows;                      /* points that cells are made of; the first is the vertex */
     int32_t cell[CO_RING_CELLS][16];     /* which of them are each cell's; for a phantom 2 P - Q the point P */
     int32_t mirrored[CO_RING_CELLS][16]; /* the point Q of a phantom 2 P - Q; -1: no phantom */
-    co_real *rows;      /* [n_points][n_rows] the present ring's such points over the two-ring, column by column: the
+    double *rows;      /* [n_points][n_rows] the present ring's such points over the two-ring, column by column: the
                            vertex, and how the others differ from it */
-    co_real *next_rows; /* [n_points][n_rows] work space */
-    co_real lambda;     /* ratio of lengths of successive rings, see below */
-    co_real mu;         /* ratio of heights above the tangent plane, see below */
+    double *next_rows; /* [n_points][n_rows] work space */
+    double lambda;     /* ratio of lengths of successive rings, see below */
+    double mu;         /* ratio of heights above the tangent plane, see below */
 } co_stam_disc;
 
 /* Rings' areas shrink by lambda^2, integrals of squared curvature over them by mu^2 / lambda^2. At a smooth vertex
@@ -61,17 +61,17 @@ void co_stam_disc_free(co_stam_disc *disc);
 void co_stam_disc_advance(co_stam_disc *disc);
 /* Control points of a cell of the present ring as rows over the two-ring: vertex [n_points] + out [16][n_points]. The
  * differences from the vertex are as exact, in parts of themselves, however small they have become. */
-void co_stam_disc_cell(const co_stam_disc *disc, int cell, co_real *vertex, co_real *out);
+void co_stam_disc_cell(const co_stam_disc *disc, int cell, double *vertex, double *out);
 
 /* Limit position of the vertex as a row over the fan's points: mask [n_points]. Advances the disc to ring 120, where
  * subdivision has converged. */
-void co_stam_disc_limit_mask(co_stam_disc *disc, co_real *mask);
+void co_stam_disc_limit_mask(co_stam_disc *disc, double *mask);
 
 /* Limit position and two tangents, whose cross product points outward, as rows over the two-ring of a smooth vertex:
  * masks [3][n_points]. Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark surfaces", SIGGRAPH
  * 1993.
  */
-void co_stam_limit_masks(int32_t valence, co_real *masks);
+void co_stam_limit_masks(int32_t valence, double *masks);
 
 /* Whether the limit patch of the fan's sector can depend on point i of the two-ring. In a closed fan of N sectors there
  * are 2 N + 8 such points. */
@@ -86,6 +86,6 @@ int co_stam_in_window(int32_t fan, int32_t window, int32_t i);
  * subdominant eigenvalue over the two-ring, scaled so that the first-ring edge points have distance 1 from the vertex.
  * By the power method on functions of frequency 1. Of valence 2, where the eigenvalue belongs to several vectors, the
  * net that it starts from. */
-void co_stam_characteristic_map(const co_stam_disc *disc, co_real *xy);
+void co_stam_characteristic_map(const co_stam_disc *disc, double *xy);
 
 #endif
