@@ -20,6 +20,7 @@ EXTRA=(coverage package windows arm64) # by name only: coverage's time in a whol
 # root; windows and arm64 run in Wine and qemu, which takes minutes
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
+[[ " $* " != *" arm64 "* ]] || LIMIT=3600 # qemu
 SLOW=5       # seconds; tests above it are counted at the end
 COVERAGE=95  # percent of the lines of libcurvopt/src that must run in the part coverage
 total_passed=0
