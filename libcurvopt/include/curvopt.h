@@ -30,8 +30,8 @@
  * environment variable is read. In a child process after fork() handles of the parent must not be used.
  *
  * Determinism. On one machine the same call gives the same bits, with any number of threads. Another processor may have
- * other vector instructions or another BLAS kernel; there results agree to rounding, and where a run passes near a
- * saddle it may end in another minimum.
+ * other vector instructions or another BLAS kernel; there energies of given positions agree to rounding, while a run
+ * may take other steps and end in another minimum.
  *
  * Structs grow at their end. A caller that was compiled with an older or a newer header works with this library:
  *   - curvopt_options begins with struct_size. Members beyond it have their defaults. A caller's struct may be larger

@@ -6,20 +6,8 @@ set -uo pipefail
 cd "$(dirname "$0")/../.." || exit 1
 work=$PWD/build/tests/install
 prefix=$work/prefix
-passed=0
-failed=0
-
-# check NAME COMMAND...: counts whether the command succeeds; shows its output if it does not.
-check() {
-    local name=$1 output
-    shift
-    if output=$("$@" 2>&1); then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        printf 'install: failed: %s\n%s\n' "$name" "$output" >&2
-    fi
-}
+# shellcheck source=tests/check.sh
+source tests/check.sh
 
 # Finds the package, but not in the version that is wanted.
 refuses_version() {
@@ -103,5 +91,4 @@ check "the command works" "$prefix/bin/curvopt" evaluate blend_files/obj/sphere_
 check "builds with a shared CHOLMOD" unbundled_builds
 check "which it then needs" unbundled_needs_cholmod
 check "and minimizes as well with it" unbundled_minimizes
-echo "$passed passed, $failed failed"
-((failed == 0))
+end_of_checks

@@ -6,20 +6,8 @@ set -u
 cd "$(dirname "$0")/../.." || exit 1
 out=$PWD/build/debian
 root=$out/root
-passed=0
-failed=0
-
-# check NAME COMMAND...
-check() {
-    local name=$1 output
-    shift
-    if output=$("$@" 2>&1); then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        printf 'debian: failed: %s\n%s\n' "$name" "$output" >&2
-    fi
-}
+# shellcheck source=tests/check.sh
+source tests/check.sh
 
 unpack() {
     local package
@@ -56,5 +44,4 @@ check "the command runs" env LD_LIBRARY_PATH="$root/usr/lib/$libraries" "$root/u
 check "pkg-config finds it" pkg_config_finds_it
 check "Python uses it" python_uses_it
 check "Blender uses it" blender_uses_it
-echo "$passed passed, $failed failed"
-((failed == 0))
+end_of_checks

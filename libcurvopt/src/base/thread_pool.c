@@ -15,11 +15,6 @@
 #include <unistd.h>
 #endif
 
-/* Looks at a counter before a thread sleeps (notes/32-waiting-threads.md). */
-#ifndef CO_THREAD_POOL_LOOKS
-#define CO_THREAD_POOL_LOOKS 0
-#endif
-
 typedef struct worker {
     co_thread_pool *pool;
     int32_t number; /* 1 .. n_workers; 0 is the calling thread */
@@ -92,11 +87,7 @@ int32_t co_thread_pool_size(const co_thread_pool *p) {
 
 /* Waits for the task after number `last`, and returns its number. */
 static unsigned next_task(co_thread_pool *p, unsigned last) {
-    unsigned number = last;
-    for (int k = 0; k < CO_THREAD_POOL_LOOKS && number == last; k++)
-        number = atomic_load_explicit(&p->task_number, memory_order_acquire);
-    if (number != last)
-        return number;
+    unsigned number;
     pthread_mutex_lock(&p->mutex);
     while ((number = atomic_load_explicit(&p->task_number, memory_order_relaxed)) == last)
         pthread_cond_wait(&p->begins, &p->mutex);
@@ -151,11 +142,6 @@ static void begin(co_thread_pool *p) {
 }
 
 static void wait_for_workers(co_thread_pool *p) {
-    int n = 1;
-    for (int k = 0; k < CO_THREAD_POOL_LOOKS && n != 0; k++)
-        n = atomic_load_explicit(&p->n_running, memory_order_acquire);
-    if (n == 0)
-        return;
     pthread_mutex_lock(&p->mutex);
     while (atomic_load_explicit(&p->n_running, memory_order_acquire) != 0)
         pthread_cond_wait(&p->ends, &p->mutex);
