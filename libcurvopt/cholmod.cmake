@@ -14,38 +14,36 @@ if(NOT CURVOPT_BUNDLE_CHOLMOD)
   return()
 endif()
 
-function(curvopt_find_archive result name)
-  find_library(CURVOPT_${name} NAMES lib${name}.a PATH_SUFFIXES ${ARGN})
-  if(NOT CURVOPT_${name})
-    message(FATAL_ERROR "lib${name}.a was not found (Debian: libsuitesparse-dev, libopenblas-serial-dev); "
-                        "with CURVOPT_BUNDLE_CHOLMOD=OFF shared libraries are used")
-  endif()
-  set(${result} ${CURVOPT_${name}} PARENT_SCOPE)
+# Our own BLAS, once per instruction set as the element kernels are: the same bits on every processor, and a library of
+# a fourteenth of the size that it has with OpenBLAS (notes/96-blas-of-our-own.md).
+add_library(curvopt_own_blas STATIC src/linalg/own_blas.c)
+target_include_directories(curvopt_own_blas PRIVATE include src)
+function(curvopt_add_blas name lanes)
+  add_library(curvopt_blas_${name} OBJECT src/linalg/blas_routines.c)
+  target_include_directories(curvopt_blas_${name} PRIVATE include src)
+  target_compile_definitions(curvopt_blas_${name} PRIVATE CO_LANES=${lanes} CO_BLAS_ROUTINES=co_blas_routines_${name})
+  target_compile_options(curvopt_blas_${name} PRIVATE -O3 -fno-math-errno -ffp-contract=fast -Wno-psabi ${ARGN})
+  target_sources(curvopt_own_blas PRIVATE $<TARGET_OBJECTS:curvopt_blas_${name}>)
 endfunction()
+curvopt_add_blas(portable 2)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  curvopt_add_blas(avx2 4 -mavx2 -mfma)
+  curvopt_add_blas(avx512 8 -mavx512f -mavx512dq -mavx512vl -mfma -mprefer-vector-width=512)
+  target_compile_definitions(curvopt_own_blas PRIVATE CO_HAVE_X86_KERNELS)
+endif()
 
 set(archives)
-if(CURVOPT_OWN_BLAS) # archives of libcurvopt/toolchains/archives.sh: without OpenMP, Fortran and METIS
-  foreach(name cholmod amd colamd suitesparseconfig)
-    curvopt_find_archive(path ${name})
-    list(APPEND archives ${path})
-  endforeach()
-  find_path(CURVOPT_CHOLMOD_INCLUDE suitesparse/cholmod.h REQUIRED)
-  target_include_directories(curvopt_objects PRIVATE ${CURVOPT_CHOLMOD_INCLUDE})
-  add_library(curvopt_own_blas STATIC src/linalg/own_blas.c)
-  target_include_directories(curvopt_own_blas PRIVATE include src)
-  target_compile_options(curvopt_own_blas PRIVATE -O3 -ffp-contract=fast -Wno-psabi)
-  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    target_compile_definitions(curvopt_own_blas PRIVATE CO_HAVE_X86_KERNELS)
-  endif()
-  target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} curvopt_own_blas -Wl,--end-group m)
-  return()
-endif()
 foreach(name cholmod amd camd colamd ccolamd suitesparseconfig)
-  curvopt_find_archive(path ${name})
-  list(APPEND archives ${path})
+  find_library(CURVOPT_${name} NAMES lib${name}.a)
+  if(CURVOPT_${name})
+    list(APPEND archives ${CURVOPT_${name}})
+  elseif(NOT name MATCHES "camd|ccolamd") # archives of libcurvopt/toolchains/archives.sh do without these
+    message(FATAL_ERROR "lib${name}.a was not found (Debian: libsuitesparse-dev); "
+                        "with CURVOPT_BUNDLE_CHOLMOD=OFF shared libraries are used")
+  endif()
 endforeach()
-# The serial BLAS: small dense blocks do not pay for threads, and the threaded ones need a newer C library to load.
-curvopt_find_archive(blas openblas openblas-serial)
+find_path(CURVOPT_CHOLMOD_INCLUDE suitesparse/cholmod.h REQUIRED)
+target_include_directories(curvopt_objects PRIVATE ${CURVOPT_CHOLMOD_INCLUDE})
 
 # CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: copies of the archives call
 # its functions where the originals call GCC's run time of threads, libgomp, which therefore is not needed. Archives
@@ -65,24 +63,6 @@ foreach(name cholmod suitesparseconfig)
   list(TRANSFORM archives REPLACE "^${CURVOPT_${name}}$" ${serial})
 endforeach()
 
-# OpenBLAS has LAPACK in it, and that Fortran's run time. It lies in a folder of GCC's; clang knows that folder, too.
-foreach(name gfortran quadmath)
-  find_library(CURVOPT_${name} NAMES lib${name}.a)
-  if(NOT CURVOPT_${name})
-    execute_process(COMMAND ${CMAKE_C_COMPILER} -print-file-name=lib${name}.a OUTPUT_VARIABLE path
-                    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-    if(IS_ABSOLUTE "${path}")
-      set(CURVOPT_${name} ${path} CACHE FILEPATH "" FORCE)
-    elseif(name STREQUAL "gfortran") # quadmath is not on every processor
-      message(FATAL_ERROR "libgfortran.a was not found by ${CMAKE_C_COMPILER} (Debian: gfortran); "
-                          "set CURVOPT_gfortran")
-    endif()
-  endif()
-  if(CURVOPT_${name})
-    list(APPEND fortran ${CURVOPT_${name}})
-  endif()
-endforeach()
-
-target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} -Wl,--end-group ${blas} ${fortran} m)
+target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} curvopt_own_blas -Wl,--end-group m)
 # Debian has no static METIS. CHOLMOD only calls it for orderings that we do not ask for (sparse_cholesky.c asks for AMD).
 target_link_options(curvopt_cholmod INTERFACE -Wl,--defsym=METIS_NodeND=0 -Wl,--defsym=METIS_ComputeVertexSeparator=0)

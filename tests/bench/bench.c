@@ -99,15 +99,17 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
         return;
     must(co_basis_table_create(surface, valence, 1, &table, &error), &error);
     size_t lanes = (size_t)kernel->lanes, n = (size_t)table->n_points;
-    double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * lanes, sizeof *sums),
-           *gradients = calloc(6 * n * lanes, sizeof *gradients), *work = CO_NEW_ALIGNED(double, 9 * n * lanes);
-    int32_t *points = calloc(n * lanes, sizeof *points);
+    double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * CO_BLOCK_FACES, sizeof *sums),
+           *gradients = calloc(6 * n * CO_BLOCK_FACES, sizeof *gradients),
+           *work = CO_NEW_ALIGNED(double, 9 * n * lanes);
+    int32_t *points = calloc(n * CO_BLOCK_FACES, sizeof *points);
     if (!xyz || !sums || !gradients || !work || !points)
         stop("out of memory");
     place_points(xyz, table->n_points);
-    for (size_t i = 0; i < n * lanes; i++)
-        points[i] = (int32_t)(i / lanes);
+    for (size_t i = 0; i < n * CO_BLOCK_FACES; i++)
+        points[i] = (int32_t)(i / lanes % n);
     co_element_block sweep = {.table = table,
+                              .n_used = CO_BLOCK_FACES,
                               .points = points,
                               .xyz = xyz,
                               .eps4 = 1e-8,
@@ -123,7 +125,7 @@ static void bench_kernel(const char *name, int32_t surface, int32_t valence, int
         sweep.gradient = gradient;
         sweep.area_gradient = gradient && third;
         double peak = peak_rate(name), t = time_sweep(kernel, &sweep, set->seconds);
-        double again = peak_rate(name), samples = (double)lanes * table->n_samples;
+        double again = peak_rate(name), samples = (double)CO_BLOCK_FACES * table->n_samples;
         peak = again > peak ? again : peak;
         printf(" {\"kind\": \"kernel\", \"kernel\": \"%s\", \"surface\": %d, \"valence\": %d, \"third\": %d, "
                "\"gradient\": %d, \"points\": %d, \"samples\": %d, \"ns_per_sample\": %.2f, \"flops\": %.0f, "

@@ -10,16 +10,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N_KINDS = 8, RULE = 1, POINTS = 16 + 21, SIZE = 3 * POINTS };
+enum { N_KINDS = CO_BLOCK_FACES, RULE = 1, POINTS = 16 + 21, SIZE = 3 * POINTS };
 
 static const char *const names[] = {"portable", "avx2", "avx512"};
 
 typedef struct block {
-    int32_t points[POINTS * CO_MAX_LANES];
-    double xyz[CO_MAX_LANES * POINTS * 3];
-    _Alignas(64) double sums[CO_N_SUMS * CO_MAX_LANES];
-    _Alignas(64) double gradients[POINTS * 6 * CO_MAX_LANES];
-    _Alignas(64) double matrix[SIZE * (SIZE + 1) / 2 * CO_MAX_LANES];
+    int32_t points[POINTS * CO_BLOCK_FACES];
+    double xyz[CO_BLOCK_FACES * POINTS * 3];
+    _Alignas(64) double sums[CO_N_SUMS * CO_BLOCK_FACES];
+    _Alignas(64) double gradients[POINTS * 6 * CO_BLOCK_FACES];
+    _Alignas(64) double matrix[SIZE * (SIZE + 1) / 2 * CO_BLOCK_FACES];
 } block;
 
 /* Faces of discs of two valences and widths. */
@@ -37,12 +37,13 @@ static void make_tables(co_basis_table *table[N_KINDS]) {
 
 /* A bump over the face, and coefficients that are nearly the same polynomial's. */
 static void place(block *b, int32_t lanes) {
+    const size_t n = (size_t)lanes;
     uint64_t seed = 99;
-    for (int32_t l = 0; l < lanes; l++)
+    for (int32_t l = 0; l < CO_BLOCK_FACES; l++)
         for (int32_t p = 0; p < POINTS; p++) {
             int32_t at = l * POINTS + p;
             double *x = b->xyz + 3 * at, u = p < 16 ? p % 4 : 0.3 * (p % 5), v = p < 16 ? p / 4 : 0.2 * (p % 7);
-            b->points[p * lanes + l] = at;
+            b->points[co_lane_place((size_t)l, POINTS, n) + (size_t)p * n] = at;
             x[0] = u + 0.1 * check_random(&seed);
             x[1] = v + 0.1 * check_random(&seed);
             x[2] = 0.2 * u * u - 0.1 * v * v + 0.1 * check_random(&seed);
@@ -55,6 +56,7 @@ static void run(const co_element_kernel *kernel, const co_basis_table *table, in
     double *work = co_memory_aligned(n * sizeof(double), 1);
     CHECK_TRUE(work != NULL);
     kernel->run(&(co_element_block){.table = table,
+                                    .n_used = CO_BLOCK_FACES,
                                     .points = b->points,
                                     .xyz = b->xyz,
                                     .eps4 = 1e-6,
@@ -66,6 +68,7 @@ static void run(const co_element_kernel *kernel, const co_basis_table *table, in
                                     .gradients = b->gradients,
                                     .work = work});
     kernel->run_second(&(co_element_hessian){.table = table,
+                                             .n_used = CO_BLOCK_FACES,
                                              .points = b->points,
                                              .xyz = b->xyz,
                                              .eps4 = 1e-6,
@@ -77,15 +80,15 @@ static void run(const co_element_kernel *kernel, const co_basis_table *table, in
     free(work);
 }
 
-/* Values [n][lanes]: lane `lane` of both. */
-static void compare(const double *mixed, const double *own, size_t n, int32_t lanes, int32_t lane) {
+/* The n values of a face in both. */
+static void compare(const double *mixed, const double *own, size_t n, size_t lanes, size_t face) {
+    const size_t first = co_lane_place(face, n, lanes);
     double largest = 0;
     for (size_t i = 0; i < n; i++)
-        largest = fmax(largest, fabs(own[i * (size_t)lanes + (size_t)lane]));
+        largest = fmax(largest, fabs(own[first + i * lanes]));
     CHECK_TRUE(largest > 0);
     for (size_t i = 0; i < n; i++)
-        CHECK_NEAR(mixed[i * (size_t)lanes + (size_t)lane] / largest, own[i * (size_t)lanes + (size_t)lane] / largest,
-                   1e-12);
+        CHECK_NEAR(mixed[first + i * lanes] / largest, own[first + i * lanes] / largest, 1e-12);
 }
 
 static void check_kernel(const co_element_kernel *kernel, co_basis_table *const table[N_KINDS], block *mixed,
@@ -94,14 +97,15 @@ static void check_kernel(const co_element_kernel *kernel, co_basis_table *const 
     curvopt_error error;
     place(mixed, kernel->lanes);
     memcpy(own, mixed, sizeof *own);
-    CHECK_OK(co_basis_table_mix((const co_basis_table *const *)table, kernel->lanes, &together, &error), &error);
+    CHECK_OK(co_basis_table_mix((const co_basis_table *const *)table, N_KINDS, kernel->lanes, &together, &error),
+             &error);
     for (int way = 0; way < 4; way++) {
         run(kernel, together, way % 2, way / 2, mixed);
-        for (int32_t lane = 0; lane < kernel->lanes; lane++) {
-            run(kernel, table[lane], way % 2, way / 2, own);
-            compare(mixed->sums, own->sums, CO_N_SUMS, kernel->lanes, lane);
-            compare(mixed->gradients, own->gradients, 6 * POINTS, kernel->lanes, lane);
-            compare(mixed->matrix, own->matrix, SIZE * (SIZE + 1) / 2, kernel->lanes, lane);
+        for (size_t face = 0; face < CO_BLOCK_FACES; face++) {
+            run(kernel, table[face], way % 2, way / 2, own);
+            compare(mixed->sums, own->sums, CO_N_SUMS, (size_t)kernel->lanes, face);
+            compare(mixed->gradients, own->gradients, 6 * POINTS, (size_t)kernel->lanes, face);
+            compare(mixed->matrix, own->matrix, SIZE * (SIZE + 1) / 2, (size_t)kernel->lanes, face);
         }
     }
     co_basis_table_destroy(together);

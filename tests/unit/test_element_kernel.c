@@ -49,20 +49,22 @@ static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *ou
 
 /* All faces through one kernel. Lanes left over take the block's first face, or the one of NANs. */
 static void run(const co_element_kernel *kernel, const faces *in, int third, int bad_padding, results *out) {
-    int32_t n = in->table->n_points, lanes = kernel->lanes;
-    size_t work_size = sizeof(double) * 9 * (size_t)(n * lanes);
-    int32_t points[MOST_POINTS * CO_MAX_LANES];
-    double sums[CO_N_SUMS * CO_MAX_LANES], gradients[MOST_POINTS * 6 * CO_MAX_LANES];
+    const int32_t n = in->table->n_points;
+    const size_t lanes = (size_t)kernel->lanes, work_size = sizeof(double) * 9 * (size_t)n * lanes;
+    int32_t points[MOST_POINTS * CO_BLOCK_FACES];
+    double sums[CO_N_SUMS * CO_BLOCK_FACES], gradients[MOST_POINTS * 6 * CO_BLOCK_FACES];
     double *work = co_memory_aligned(work_size, 1);
     CHECK_TRUE(work != NULL);
     memset(out, 0, sizeof *out);
-    for (int32_t first = 0; first < N_FACES; first += lanes) {
-        for (int32_t l = 0; l < lanes; l++) {
-            int32_t f = first + l < N_FACES ? first + l : bad_padding ? N_FACES : first;
+    for (int32_t first = 0; first < N_FACES; first += CO_BLOCK_FACES) {
+        const int32_t n_used = N_FACES - first < CO_BLOCK_FACES ? N_FACES - first : CO_BLOCK_FACES;
+        for (int32_t l = 0; l < CO_BLOCK_FACES; l++) {
+            int32_t f = l < n_used ? first + l : bad_padding ? N_FACES : first;
             for (int32_t p = 0; p < n; p++)
-                points[p * lanes + l] = f * n + p;
+                points[co_lane_place((size_t)l, (size_t)n, lanes) + (size_t)p * lanes] = f * n + p;
         }
         co_element_block block = {.table = in->table,
+                                  .n_used = n_used,
                                   .points = points,
                                   .xyz = in->xyz,
                                   .eps4 = 1e-6,
@@ -74,12 +76,13 @@ static void run(const co_element_kernel *kernel, const faces *in, int third, int
                                   .gradients = gradients,
                                   .work = work};
         kernel->run(&block);
-        for (int32_t l = 0; l < lanes && first + l < N_FACES; l++) {
-            for (int i = 0; i < CO_N_SUMS; i++)
-                out->sums[first + l][i] = sums[i * lanes + l];
-            for (int32_t p = 0; p < n; p++)
-                for (int k = 0; k < 6; k++)
-                    out->gradients[first + l][p][k / 3][k % 3] = gradients[(p * 6 + k) * lanes + l];
+        for (int32_t l = 0; l < n_used; l++) {
+            const double *sum = sums + co_lane_place((size_t)l, CO_N_SUMS, lanes);
+            const double *gradient = gradients + co_lane_place((size_t)l, 6 * (size_t)n, lanes);
+            for (size_t i = 0; i < CO_N_SUMS; i++)
+                out->sums[first + l][i] = sum[i * lanes];
+            for (size_t i = 0; i < 6 * (size_t)n; i++)
+                out->gradients[first + l][i / 6][i % 6 / 3][i % 3] = gradient[i * lanes];
         }
     }
     free(work);
@@ -139,17 +142,21 @@ enum { MOST_ENTRIES = 3 * MOST_POINTS * (3 * MOST_POINTS + 1) / 2 };
 /* Matrices of all faces: the Hessian or the Gauss-Newton matrix, after a step from `before` unless that is NULL. */
 static void run_second(const co_element_kernel *kernel, const faces *in, int third, int exact, const double *before,
                        double (*out)[MOST_ENTRIES]) {
-    int32_t n = in->table->n_points, lanes = kernel->lanes, entries = 3 * n * (3 * n + 1) / 2;
-    int32_t points[MOST_POINTS * CO_MAX_LANES];
-    size_t work_size = sizeof(double) * co_element_hessian_work(n) * (size_t)lanes;
-    size_t matrix_size = sizeof(double) * (size_t)(entries * lanes);
+    const int32_t n = in->table->n_points;
+    const size_t lanes = (size_t)kernel->lanes, entries = co_element_hessian_size(n);
+    int32_t points[MOST_POINTS * CO_BLOCK_FACES];
+    const size_t work_size = sizeof(double) * co_element_hessian_work(n) * lanes;
+    const size_t matrix_size = sizeof(double) * entries * CO_BLOCK_FACES;
     double *work = co_memory_aligned(work_size, 1), *matrix = co_memory_aligned(matrix_size, 1);
     CHECK_TRUE(work && matrix);
-    for (int32_t first = 0; first < N_FACES; first += lanes) {
-        for (int32_t l = 0; l < lanes; l++)
+    for (int32_t first = 0; first < N_FACES; first += CO_BLOCK_FACES) {
+        const int32_t n_used = N_FACES - first < CO_BLOCK_FACES ? N_FACES - first : CO_BLOCK_FACES;
+        for (int32_t l = 0; l < CO_BLOCK_FACES; l++)
             for (int32_t p = 0; p < n; p++)
-                points[p * lanes + l] = (first + l < N_FACES ? first + l : first) * n + p;
+                points[co_lane_place((size_t)l, (size_t)n, lanes) + (size_t)p * lanes] =
+                    (l < n_used ? first + l : first) * n + p;
         co_element_hessian block = {.table = in->table,
+                                    .n_used = n_used,
                                     .points = points,
                                     .xyz = in->xyz,
                                     .before = before,
@@ -160,9 +167,9 @@ static void run_second(const co_element_kernel *kernel, const faces *in, int thi
                                     .matrix = matrix,
                                     .work = work};
         kernel->run_second(&block);
-        for (int32_t l = 0; l < lanes && first + l < N_FACES; l++)
-            for (int32_t e = 0; e < entries; e++)
-                out[first + l][e] = matrix[e * lanes + l];
+        for (int32_t l = 0; l < n_used; l++)
+            for (size_t e = 0; e < entries; e++)
+                out[first + l][e] = matrix[co_lane_place((size_t)l, entries, lanes) + e * lanes];
     }
     free(work);
     free(matrix);
@@ -296,7 +303,7 @@ static void test_unknown_kernel_is_not_found(void **state) {
     CHECK_TRUE(co_element_kernel_select("abacus") == NULL);
     CHECK_TRUE(co_element_kernel_select("portable") != NULL);
     CHECK_TRUE(co_element_kernel_select(NULL) != NULL);
-    CHECK_BETWEEN(co_element_kernel_select(NULL)->lanes, 1, CO_MAX_LANES);
+    CHECK_BETWEEN(co_element_kernel_select(NULL)->lanes, 1, CO_BLOCK_FACES);
 }
 
 int main(void) {

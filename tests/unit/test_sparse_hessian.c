@@ -93,16 +93,19 @@ static double *points_by_variables(const setting *s) {
 }
 
 /* dense [n][n] += weight T^T M T, one face. */
-static void add_face(const setting *s, const co_block *b, int32_t lane, const double *matrix, const double *T,
-                     double weight, double *dense) {
-    int32_t lanes = s->hessian.batches.lanes, size = 3 * b->table->n_points, n = s->dofs.n_variables;
-    const int32_t *points = s->hessian.batches.points + b->points;
+static void add_face(const setting *s, int32_t block, int32_t k, const double *matrices, const double *T, double weight,
+                     double *dense) {
+    const co_element_batches *l = &s->hessian.batches;
+    const co_basis_table *table = l->block[block].table;
+    const int32_t lanes = l->lanes, size = 3 * table->n_points, n = s->dofs.n_variables;
+    const int32_t *points = l->points + co_element_batches_point(l, block, k, 0);
+    const double *matrix = matrices + co_lane_place((size_t)k, co_element_hessian_size(table->n_points), (size_t)lanes);
     for (int32_t i = 0; i < size; i++)
         for (int32_t j = 0; j < size; j++) {
             int32_t at = i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
-            const double *left = T + (3 * points[i / 3 * lanes + lane] + i % 3) * n,
-                         *right = T + (3 * points[j / 3 * lanes + lane] + j % 3) * n;
-            double entry = weight * matrix[at * lanes + lane];
+            const double *left = T + (3 * points[i / 3 * lanes] + i % 3) * n,
+                         *right = T + (3 * points[j / 3 * lanes] + j % 3) * n;
+            double entry = weight * matrix[at * lanes];
             for (int32_t k = 0; k < n; k++)
                 for (int32_t l = 0; left[k] != 0 && l < n; l++)
                     dense[k * n + l] += entry * left[k] * right[l];
@@ -113,7 +116,7 @@ static void add_face(const setting *s, const co_block *b, int32_t lane, const do
 static double *dense_hessian(const setting *s) {
     const co_sparse_hessian *h = &s->hessian;
     const co_assembly *a = &s->assembly;
-    size_t n = (size_t)s->dofs.n_variables, lanes = (size_t)h->batches.lanes;
+    size_t n = (size_t)s->dofs.n_variables;
     double *T = points_by_variables(s), *dense = calloc(n * n, sizeof *dense);
     double *matrix = co_memory_aligned(h->matrix_stride * sizeof *matrix, 1);
     double *work = co_memory_aligned(h->work_stride * sizeof *work, 1);
@@ -121,6 +124,7 @@ static double *dense_hessian(const setting *s) {
     for (int32_t k = 0; k < h->batches.n_blocks; k++) {
         const co_block *b = &h->batches.block[k];
         a->kernel->run_second(&(co_element_hessian){.table = b->table,
+                                                    .n_used = b->n_used,
                                                     .points = h->batches.points + b->points,
                                                     .xyz = a->points,
                                                     .eps4 = co_functional_eps4(),
@@ -129,8 +133,8 @@ static double *dense_hessian(const setting *s) {
                                                     .matrix = matrix,
                                                     .work = work});
         for (int32_t lane = 0; lane < b->n_used; lane++) {
-            int32_t patch = h->batches.patch[(size_t)k * lanes + (size_t)lane];
-            add_face(s, b, lane, matrix, T, a->weight ? a->weight[patch] : 1, dense);
+            int32_t patch = co_element_batches_patch(&h->batches, k, lane);
+            add_face(s, k, lane, matrix, T, a->weight ? a->weight[patch] : 1, dense);
         }
     }
     free(T);

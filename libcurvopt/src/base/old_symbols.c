@@ -1,9 +1,7 @@
 /* Functions of old C libraries; linked into the shared library only. A library that refers to today's version of a
- * function loads nowhere where that version is not known: of pthread_create and two more since glibc 2.34, of exp, log
- * and pow since 2.29, of hypot since 2.35. The linker (--wrap) gives the calls to these functions instead, which refer
- * to the oldest versions. Those of mathematics return the same values, and set errno, too. Those of threads are in
- * libpthread before 2.34, which a program with threads has loaded; in one without the library works on the calling
- * thread alone.
+ * function loads nowhere where that version is not known: of pthread_create and two more since glibc 2.34. The linker
+ * (--wrap) gives the calls to these functions instead, which refer to the oldest versions. They are in libpthread
+ * before 2.34, which a program with threads has loaded; in one without the library works on the calling thread alone.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 200809L /* NOLINT: for sigset_t */
 #include <errno.h>
@@ -25,20 +23,7 @@ __asm__(".symver co_old_create, pthread_create@" OLDEST);
 __asm__(".symver co_old_join, pthread_join@" OLDEST);
 __asm__(".symver co_old_sigmask, pthread_sigmask@" OLDEST);
 
-extern double co_old_exp(double x);
-extern double co_old_log(double x);
-extern double co_old_pow(double x, double y);
-extern double co_old_hypot(double x, double y);
-__asm__(".symver co_old_exp, exp@" OLDEST);
-__asm__(".symver co_old_log, log@" OLDEST);
-__asm__(".symver co_old_pow, pow@" OLDEST);
-__asm__(".symver co_old_hypot, hypot@" OLDEST);
-
 /* NOLINTBEGIN: names that the linker makes */
-double __wrap_exp(double x);
-double __wrap_log(double x);
-double __wrap_pow(double x, double y);
-double __wrap_hypot(double x, double y);
 int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *), void *argument);
 int __wrap_pthread_join(pthread_t thread, void **result);
 int __wrap_pthread_sigmask(int how, const sigset_t *set, sigset_t *before);
@@ -53,21 +38,5 @@ int __wrap_pthread_join(pthread_t thread, void **result) {
 
 int __wrap_pthread_sigmask(int how, const sigset_t *set, sigset_t *before) {
     return co_old_sigmask ? co_old_sigmask(how, set, before) : ENOSYS;
-}
-
-double __wrap_exp(double x) {
-    return co_old_exp(x);
-}
-
-double __wrap_log(double x) {
-    return co_old_log(x);
-}
-
-double __wrap_pow(double x, double y) {
-    return co_old_pow(x, y);
-}
-
-double __wrap_hypot(double x, double y) {
-    return co_old_hypot(x, y);
 }
 /* NOLINTEND */

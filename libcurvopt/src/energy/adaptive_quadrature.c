@@ -26,7 +26,7 @@ static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
     for (int32_t b = (int32_t)begin; b < (int32_t)end; b++)
         for (int32_t lane = 0; lane < l->block[b].n_used; lane++) {
             double term[CURVOPT_MAX_TERMS], integral[CO_N_INTEGRALS];
-            co_patch_terms *to = &s->out[l->patch[b * l->lanes + lane]];
+            co_patch_terms *to = &s->out[co_element_batches_patch(l, b, lane)];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = co_element_batches_sum(l, b, lane, i);
             to->area = integral[CO_INT_AREA];
@@ -122,7 +122,7 @@ static void divide_by_costs(co_assembly *a, const co_element_batches *coarse, co
         const co_element_batches *l = side ? coarse : fine;
         for (int32_t b = 0; b < l->n_blocks; b++)
             for (int32_t lane = 0; lane < l->block[b].n_used; lane++)
-                cost[l->patch[b * l->lanes + lane]] += (side ? -1 : 1) * co_block_cost(&l->block[b]);
+                cost[co_element_batches_patch(l, b, lane)] += (side ? -1 : 1) * co_block_cost(&l->block[b]);
     }
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         e->error_per_cost[p] = co_marking_error_per_cost(e->error[p], cost[p]);
@@ -351,7 +351,7 @@ void co_adaptive_quadrature_glance(co_assembly *a, const double *x, curvopt_ener
 
 /* --------------------------------------------------------------------------------------------- coarsening -- */
 
-/* Blocks cost the same however many of their lanes are in use. */
+/* Blocks count the same however few patches they have. */
 static double cost_of(const co_element_batches *l) {
     double cost = 0;
     for (int32_t b = 0; b < l->n_blocks; b++)

@@ -278,14 +278,13 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
 /* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
 static void weigh_block(const co_assembly *a, const co_element_batches *l, int32_t b, double *gradients, int area) {
     const co_block *block = &l->block[b];
-    size_t lanes = (size_t)l->lanes, n = gradients ? 3 * (size_t)block->table->n_points * (size_t)(1 + area) : 0;
-    for (size_t lane = 0; lane < (size_t)block->n_used; lane++) {
-        double weight = a->weight[l->patch[(size_t)b * lanes + lane]];
-        double *sum = l->sums + (size_t)b * CO_N_SUMS * lanes + lane;
+    size_t lanes = (size_t)l->lanes, n = 3 * (size_t)block->table->n_points * (size_t)(1 + area);
+    for (int32_t k = 0; k < block->n_used; k++) {
+        double weight = a->weight[co_element_batches_patch(l, b, k)], *sum = co_element_batches_sums(l, b, k);
         for (size_t i = 0; i < CO_N_INTEGRALS; i++)
             sum[i * lanes] *= weight;
-        for (size_t i = 0; i < n; i++)
-            gradients[i * lanes + lane] *= weight;
+        for (size_t i = 0; gradients && i < n; i++)
+            gradients[co_lane_place((size_t)k, n, lanes) + i * lanes] *= weight;
     }
 }
 
@@ -295,6 +294,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
     const co_block *block = &l->block[b];
     int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
     co_element_block element = {.table = block->table,
+                                .n_used = block->n_used,
                                 .points = l->points + block->points,
                                 .xyz = a->points,
                                 .eps4 = co_functional_eps4(),
@@ -303,7 +303,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .cancel = a->cancel,
                                 .gradient = gradient,
                                 .area_gradient = area,
-                                .sums = l->sums + (size_t)b * CO_N_SUMS * (size_t)l->lanes,
+                                .sums = co_element_batches_sums(l, b, 0),
                                 .gradients = gradients,
                                 .work = work};
     a->kernel->run(&element);
@@ -389,7 +389,7 @@ static void add_blocks(const co_assembly *a, const co_element_batches *l, int32_
                               co_element_batches_sum(l, b, lane, CO_SUM_MEAN_JACOBIAN);
             if (!isnan(sum->min_jacobian) && !(jacobian >= sum->min_jacobian)) {
                 sum->min_jacobian = jacobian;
-                sum->worst_face = a->patches.place[l->patch[b * l->lanes + lane]].face;
+                sum->worst_face = a->patches.place[co_element_batches_patch(l, b, lane)].face;
             }
         }
 }

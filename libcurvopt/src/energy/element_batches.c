@@ -78,8 +78,8 @@ int32_t co_element_batches_make_tables(const co_element_batches_spec *s, curvopt
     return status;
 }
 
-static int32_t blocks_of(int32_t n, int32_t lanes) {
-    return (n + lanes - 1) / lanes;
+static int32_t blocks_of(int32_t n) {
+    return (n + CO_BLOCK_FACES - 1) / CO_BLOCK_FACES;
 }
 
 /* Fills d->whole: the rest of a bin beside whole blocks is mixed with others of the same rule where that makes fewer
@@ -88,7 +88,7 @@ static int32_t choose_mixed(const co_element_batches_spec *s, sorted_patches *d,
     int32_t rest[CO_N_RULES] = {0}, blocks[CO_N_RULES] = {0};
     for (int pass = 0; pass < 2; pass++)
         for (int32_t k = 0; k < d->n_bins; k++) {
-            int32_t n = d->start[k + 1] - d->start[k], left = n % s->lanes, rule = k % CO_N_RULES;
+            int32_t n = d->start[k + 1] - d->start[k], left = n % CO_BLOCK_FACES, rule = k % CO_N_RULES;
             const co_basis_table *table;
             d->whole[k] = n;
             if (n == 0)
@@ -101,7 +101,7 @@ static int32_t choose_mixed(const co_element_batches_spec *s, sorted_patches *d,
             if (pass == 0) {
                 rest[rule] += left;
                 blocks[rule]++;
-            } else if (blocks_of(rest[rule], s->lanes) < blocks[rule]) {
+            } else if (blocks_of(rest[rule]) < blocks[rule]) {
                 d->whole[k] = n - left;
             }
         }
@@ -111,11 +111,11 @@ static int32_t choose_mixed(const co_element_batches_spec *s, sorted_patches *d,
 /* ------------------------------------------------------------------------------------------------- blocks -- */
 
 static void count_blocks(co_element_batches *l, int32_t n, const co_basis_table *table, size_t *n_points) {
-    int32_t blocks = blocks_of(n, l->lanes);
+    int32_t blocks = blocks_of(n);
     l->n_blocks += blocks;
     l->n_samples += (int64_t)n * table->n_samples;
     l->max_points = table->n_points > l->max_points ? table->n_points : l->max_points;
-    *n_points += (size_t)blocks * (size_t)table->n_points * (size_t)l->lanes;
+    *n_points += (size_t)blocks * (size_t)table->n_points * CO_BLOCK_FACES;
 }
 
 /* Counts blocks and their points. */
@@ -140,7 +140,7 @@ static int32_t measure(const co_element_batches_spec *s, const sorted_patches *d
     for (int rule = 0; rule < CO_N_RULES; rule++)
         if (rest[rule]) {
             count_blocks(l, rest[rule], any[rule], n_points);
-            l->n_mixed += blocks_of(rest[rule], l->lanes);
+            l->n_mixed += blocks_of(rest[rule]);
         }
     return CURVOPT_OK;
 }
@@ -148,14 +148,13 @@ static int32_t measure(const co_element_batches_spec *s, const sorted_patches *d
 static void fill_block(const co_patches *patches, const int32_t *order, int32_t n_used, co_element_batches *l,
                        int32_t b) {
     co_block *block = &l->block[b];
-    int32_t lanes = l->lanes, *points = l->points + block->points;
     block->n_used = n_used;
-    for (int32_t lane = 0; lane < lanes; lane++) {
-        int32_t p = order[lane < n_used ? lane : 0];
+    for (int32_t k = 0; k < CO_BLOCK_FACES; k++) {
+        int32_t p = order[k < n_used ? k : 0];
         const int32_t *from = patches->points + patches->start[p];
-        l->patch[b * lanes + lane] = p;
+        l->patch[b * CO_BLOCK_FACES + k] = p;
         for (int32_t i = 0; i < block->table->n_points; i++)
-            points[i * lanes + lane] = from[block->table->support[i]];
+            l->points[co_element_batches_point(l, b, k, i)] = from[block->table->support[i]];
     }
 }
 
@@ -169,16 +168,16 @@ static void add_block(const co_patches *patches, const co_basis_table *table, co
                       co_element_batches *l, place *at) {
     l->block[at->block].table = table;
     l->block[at->block].points = at->points;
-    fill_block(patches, order, n_used < l->lanes ? n_used : l->lanes, l, at->block);
-    at->points += (size_t)table->n_points * (size_t)l->lanes;
+    fill_block(patches, order, n_used < CO_BLOCK_FACES ? n_used : CO_BLOCK_FACES, l, at->block);
+    at->points += (size_t)table->n_points * CO_BLOCK_FACES;
     at->block++;
 }
 
 static int32_t add_mixed(const co_patches *patches, const co_basis_table **tables, const int32_t *order, int32_t n_used,
                          co_element_batches *l, place *at, curvopt_error *error) {
-    for (int32_t lane = n_used; lane < l->lanes; lane++)
-        tables[lane] = tables[0];
-    int32_t status = co_basis_table_mix(tables, l->lanes, &l->mixed[at->mixed], error);
+    for (int32_t k = n_used; k < CO_BLOCK_FACES; k++)
+        tables[k] = tables[0];
+    int32_t status = co_basis_table_mix(tables, CO_BLOCK_FACES, l->lanes, &l->mixed[at->mixed], error);
     if (status == CURVOPT_OK)
         add_block(patches, l->mixed[at->mixed++], order, n_used, l, at);
     return status;
@@ -187,13 +186,13 @@ static int32_t add_mixed(const co_patches *patches, const co_basis_table **table
 /* The blocks of one rule's mixed patches. */
 static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches *d, int32_t rule,
                           co_element_batches *l, place *at, curvopt_error *error) {
-    const co_basis_table *tables[CO_MAX_LANES];
-    int32_t order[CO_MAX_LANES], n = 0, status = CURVOPT_OK;
+    const co_basis_table *tables[CO_BLOCK_FACES];
+    int32_t order[CO_BLOCK_FACES], n = 0, status = CURVOPT_OK;
     for (int32_t k = rule; k < d->n_bins; k += CO_N_RULES)
         for (int32_t i = d->start[k] + d->whole[k]; status == CURVOPT_OK && i < d->start[k + 1]; i++) {
             order[n] = d->order[i];
             status = table_of(s, k, &tables[n++], error);
-            if (status == CURVOPT_OK && n == l->lanes) {
+            if (status == CURVOPT_OK && n == CO_BLOCK_FACES) {
                 status = add_mixed(s->patches, tables, order, n, l, at, error);
                 n = 0;
             }
@@ -209,7 +208,7 @@ static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patche
         const co_basis_table *table = NULL;
         if (d->whole[k])
             status = table_of(s, k, &table, error);
-        for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += l->lanes)
+        for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += CO_BLOCK_FACES)
             add_block(s->patches, table, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
     }
     for (int32_t rule = 0; rule < CO_N_RULES && status == CURVOPT_OK; rule++)
@@ -229,7 +228,7 @@ static int32_t split_batches(int area, co_element_batches *l, curvopt_error *err
     for (int32_t b = 0; b < l->n_blocks; b++)
         whole += co_block_cost(&l->block[b]);
     for (int32_t b = 0; b < l->n_blocks; b++) {
-        size_t size = (size_t)l->block[b].table->n_points * (size_t)l->lanes * 3 * (size_t)(1 + area);
+        size_t size = (size_t)l->block[b].table->n_points * CO_BLOCK_FACES * 3 * (size_t)(1 + area);
         cost += co_block_cost(&l->block[b]);
         if (at == 0 || at + size > BATCH_SIZE || cost > whole / FEWEST_BATCHES) {
             l->batch_block[l->n_batches++] = b;
@@ -250,7 +249,7 @@ static size_t count_touched(const co_element_batches *l, size_t *mark) {
     size_t n = 0;
     for (int32_t batch = 0; batch < l->n_batches; batch++)
         for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
-            for (int32_t e = 0; e < l->block[b].table->n_points * l->lanes; e++) {
+            for (int32_t e = 0; e < l->block[b].table->n_points * CO_BLOCK_FACES; e++) {
                 size_t *m = &mark[l->points[l->block[b].points + (size_t)e]];
                 n += *m <= (size_t)batch;
                 *m = (size_t)batch + 1;
@@ -258,10 +257,22 @@ static size_t count_touched(const co_element_batches *l, size_t *mark) {
     return n;
 }
 
+/* The e-th contribution of a block: points one after the other, and all of the block's patches to each. */
+static int32_t point_of(const co_element_batches *l, int32_t b, int32_t e) {
+    const int32_t n_used = l->block[b].n_used;
+    return l->points[co_element_batches_point(l, b, e % n_used, e / n_used)];
+}
+static uint32_t gradient_of(const co_element_batches *l, int32_t b, int32_t e, int area) {
+    const co_block *block = &l->block[b];
+    const size_t lanes = (size_t)l->lanes, n = 3 * (size_t)(1 + area), k = (size_t)(e % block->n_used);
+    return (uint32_t)(block->gradient + co_lane_place(k, n * (size_t)block->table->n_points, lanes) +
+                      (size_t)(e / block->n_used) * n * lanes);
+}
+
 /* Lists the points that one batch touches, from entry `first` of `touched` on, and where their contributions are;
  * returns the next free entry. slot [n_points]: 1 + the entry of a point where it was touched last, 0 before.
  *
- * For example the second batch, first = 2, has one block of two lanes, both with the points 7 and 5, and the first
+ * For example the second batch, first = 2, has one block of two patches, both with the points 7 and 5, and the first
  * batch touched point 5 as its entry 1:
  *
  *     1. count       touched[2] = {point 7, is_first}, touched[3] = {point 5}, touched[1].next = 3; slot[7] = 3,
@@ -270,19 +281,19 @@ static size_t count_touched(const co_element_batches *l, size_t *mark) {
  *     3. fill        each contribution is written to its point's place, which is moved on: 11, 13
  *     4. move back   each point's place is the one that the point before was moved on to: 9, 11 */
 static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t first, size_t *slot) {
-    int32_t begin = l->batch_block[batch], end = l->batch_block[batch + 1], lanes = l->lanes;
+    int32_t begin = l->batch_block[batch], end = l->batch_block[batch + 1];
     const size_t start = l->touched[first].incident; /* place of the batch's first; left there by the batch before */
     size_t n = first, at = start;
     for (int32_t b = begin; b < end; b++)
-        for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++) {
-            int32_t point = l->points[l->block[b].points + (size_t)e];
+        for (int32_t e = 0; e < l->block[b].table->n_points * l->block[b].n_used; e++) {
+            int32_t point = point_of(l, b, e);
             if (slot[point] <= first) {
                 l->touched[n] = (co_touched){.point = point, .is_first = slot[point] == 0};
                 if (slot[point])
                     l->touched[slot[point] - 1].next = n;
                 slot[point] = ++n;
             }
-            l->touched[slot[point] - 1].incident += e % lanes < l->block[b].n_used;
+            l->touched[slot[point] - 1].incident++;
         }
     for (size_t k = first; k < n; k++) { /* from counts to places */
         size_t count = l->touched[k].incident;
@@ -290,10 +301,8 @@ static size_t fill_batch(co_element_batches *l, int area, int32_t batch, size_t 
         at += count;
     }
     for (int32_t b = begin; b < end; b++)
-        for (int32_t e = 0; e < l->block[b].table->n_points * lanes; e++)
-            if (e % lanes < l->block[b].n_used)
-                l->incident[l->touched[slot[l->points[l->block[b].points + (size_t)e]] - 1].incident++] =
-                    (uint32_t)(l->block[b].gradient + (size_t)(e / lanes * (1 + area) * 3 * lanes + e % lanes));
+        for (int32_t e = 0; e < l->block[b].table->n_points * l->block[b].n_used; e++)
+            l->incident[l->touched[slot[point_of(l, b, e)] - 1].incident++] = gradient_of(l, b, e, area);
     for (size_t k = n; k > first; k--) /* places were moved on to the next one's */
         l->touched[k].incident = l->touched[k - 1].incident;
     l->touched[first].incident = start;
@@ -329,9 +338,9 @@ done:
 
 static int32_t allocate(co_element_batches *l, size_t n_points, curvopt_error *error) {
     l->block = CO_NEW(co_block, l->n_blocks);
-    l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * (size_t)l->lanes);
+    l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * CO_BLOCK_FACES);
     l->points = CO_NEW(int32_t, n_points);
-    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *(size_t)l->lanes);
+    l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *CO_BLOCK_FACES);
     l->mixed = CO_NEW(co_basis_table *, l->n_mixed);
     if (l->block && l->patch && l->points && l->sums && l->mixed)
         return CURVOPT_OK;

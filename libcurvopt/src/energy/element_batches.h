@@ -1,8 +1,8 @@
 /* Patches grouped for the element kernels.
  *
  *     patch    a piece of the surface, of a kind (fan.h), with a quadrature rule
- *     block    as many patches as there are vector lanes: of one kind and rule, or of kinds that can be mixed
- *              (basis_table_mixed.h); the last of them may leave lanes unused
+ *     block    CO_BLOCK_FACES patches: of one kind and rule, or of kinds that can be mixed (basis_table_mixed.h); the
+ *              last of them may have fewer
  *     batch    blocks that one thread works on one after the other, and whose gradients stay in its cache until they
  *              have been added up for every point that the batch touches (libcurvopt/notes/30-batches-of-gradients.md)
  *
@@ -15,9 +15,9 @@
 
 typedef struct co_block {
     const co_basis_table *table;
-    size_t points;   /* place in co_element_batches.points of its [table->n_points][lanes] */
-    size_t gradient; /* place among its batch's gradients of its [table->n_points][1 + area][3][lanes] */
-    int32_t n_used;  /* lanes in use */
+    size_t points;   /* place in co_element_batches.points of its [parts][table->n_points][lanes] (element_kernel.h) */
+    size_t gradient; /* place among its batch's gradients of its [parts][table->n_points][1 + area][3][lanes] */
+    int32_t n_used;  /* patches */
 } co_block;
 
 /* A point that a batch contributes to. */
@@ -29,16 +29,16 @@ typedef struct co_touched {
 } co_touched;
 
 typedef struct co_element_batches {
-    int32_t lanes;
+    int32_t lanes; /* the kernel's */
     int32_t n_blocks;
     int32_t max_points;     /* most points of any table */
     int64_t n_samples;      /* samples of all patches */
     co_block *block;        /* [n_blocks] */
-    int32_t *patch;         /* [n_blocks][lanes] patch in each lane; unused lanes repeat the first */
+    int32_t *patch;         /* [n_blocks][CO_BLOCK_FACES]; after a block's last patch its first again */
     int32_t *points;        /* points of all blocks' patches, co_block.points says where */
     co_basis_table **mixed; /* [n_mixed] tables of blocks of several kinds */
     int32_t n_mixed;
-    double *sums; /* [n_blocks][CO_N_SUMS][lanes] what was summed over each patch, evaluated last */
+    double *sums; /* [n_blocks][parts][CO_N_SUMS][lanes] what was summed over each patch, evaluated last */
 
     /* The rest is for gradients only, else NULL. */
     size_t batch_size;     /* doubles that the gradients of the largest batch take */
@@ -72,9 +72,24 @@ static inline double co_block_cost(const co_block *block) {
     return (double)block->table->n_samples * block->table->n_points;
 }
 
-/* A sum over one patch: one of CO_N_INTEGRALS, or of element_kernel.h's sums. */
-static inline double co_element_batches_sum(const co_element_batches *l, int32_t block, int32_t lane, int which) {
-    return l->sums[((size_t)block * CO_N_SUMS + (size_t)which) * (size_t)l->lanes + (size_t)lane];
+/* A block's k-th patch. */
+static inline int32_t co_element_batches_patch(const co_element_batches *l, int32_t block, int32_t k) {
+    return l->patch[block * CO_BLOCK_FACES + k];
+}
+/* The sums of a block's k-th patch, [CO_N_SUMS] at a distance of l->lanes. */
+static inline double *co_element_batches_sums(const co_element_batches *l, int32_t block, int32_t k) {
+    const size_t lanes = (size_t)l->lanes;
+    return l->sums + (size_t)block * CO_N_SUMS * CO_BLOCK_FACES + co_lane_place((size_t)k, CO_N_SUMS, lanes);
+}
+/* One of them: one of CO_N_INTEGRALS, or of element_kernel.h's sums. */
+static inline double co_element_batches_sum(const co_element_batches *l, int32_t block, int32_t k, int which) {
+    return co_element_batches_sums(l, block, k)[which * l->lanes];
+}
+/* Place of a point of a block's k-th patch in l->points. */
+static inline size_t co_element_batches_point(const co_element_batches *l, int32_t block, int32_t k, int32_t point) {
+    const co_block *b = &l->block[block];
+    const size_t lanes = (size_t)l->lanes;
+    return b->points + co_lane_place((size_t)k, (size_t)b->table->n_points, lanes) + (size_t)point * lanes;
 }
 
 #endif

@@ -173,7 +173,8 @@ static void store(const co_element_block *s, const block *b, const lane sums[CO_
     }
 }
 
-static void run(const co_element_block *s) {
+/* One part of a block: L faces. */
+static void run_part(const co_element_block *s) {
     size_t n = (size_t)s->table->n_points;
     block b = {.P = (lane(*)[3])(void *)s->work};
     b.G = b.P + n;
@@ -199,6 +200,28 @@ static void run(const co_element_block *s) {
     }
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
+}
+
+/* A block's part, from the first: its table is the block's, from the part's rows on if it is mixed. */
+static co_basis_table table_of_part(const co_basis_table *t, size_t part) {
+    co_basis_table of_part = *t;
+    if (t->is_mixed)
+        of_part.rows += part * (size_t)t->n_samples * (size_t)t->n_points * CO_JET * CO_LANES;
+    return of_part;
+}
+
+static void run(const co_element_block *s) {
+    const size_t n = (size_t)s->table->n_points;
+    for (size_t part = 0; part * CO_LANES < (size_t)s->n_used; part++) {
+        const co_basis_table table = table_of_part(s->table, part);
+        co_element_block of_part = *s;
+        of_part.table = &table;
+        of_part.points += part * n * CO_LANES;
+        of_part.sums += part * CO_N_SUMS * CO_LANES;
+        if (s->gradient)
+            of_part.gradients += part * n * 3 * (s->area_gradient ? 2 : 1) * CO_LANES;
+        run_part(&of_part);
+    }
 }
 
 /* ---------------------------------------------------------------------------------- second derivatives -- */
@@ -356,11 +379,11 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
     }
 }
 
-static void run_second(const co_element_hessian *s) {
-    size_t n = (size_t)s->table->n_points, size = 3 * n;
+static void run_second_part(const co_element_hessian *s) {
+    size_t n = (size_t)s->table->n_points, entries = co_element_hessian_size(s->table->n_points);
     lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
     gather(s->table->n_points, s->points, s->xyz, P);
-    memset(s->matrix, 0, sizeof(lane) * (size * (size + 1) / 2));
+    memset(s->matrix, 0, sizeof(lane) * entries);
     const int mixed = s->table->is_mixed;
     if (s->exact && !s->table->blend) {
         if (s->third && mixed)
@@ -385,8 +408,20 @@ static void run_second(const co_element_hessian *s) {
         add_gauss_newton(s, P, V, 0, 0, 1);
     else
         add_gauss_newton(s, P, V, 0, 0, 0);
-    for (size_t i = 0; i < size * (size + 1) / 2 * CO_LANES; i++)
+    for (size_t i = 0; i < entries * CO_LANES; i++)
         s->matrix[i] *= 2; /* a square r^2 has 2 grad r grad r^T */
+}
+
+static void run_second(const co_element_hessian *s) {
+    const size_t n = (size_t)s->table->n_points;
+    for (size_t part = 0; part * CO_LANES < (size_t)s->n_used; part++) {
+        const co_basis_table table = table_of_part(s->table, part);
+        co_element_hessian of_part = *s;
+        of_part.table = &table;
+        of_part.points += part * n * CO_LANES;
+        of_part.matrix += part * co_element_hessian_size(s->table->n_points) * CO_LANES;
+        run_second_part(&of_part);
+    }
 }
 
 #define STRING_(x) #x

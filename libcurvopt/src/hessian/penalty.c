@@ -2,6 +2,7 @@
 #include "hessian/penalty.h"
 
 #include "base/constants.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 #include <math.h>
@@ -151,7 +152,7 @@ double co_penalty_value(const co_penalty *p, const double *z, double *gradient) 
         double q = quadratic(p, k, z, force), left = 1 - q / p->most[k];
         if (!(left > 0))
             return (double)INFINITY;
-        value += isfinite(p->most[k]) ? -p->most[k] * log1p(-q / p->most[k]) : q;
+        value += isfinite(p->most[k]) ? -p->most[k] * co_log_1_plus(-q / p->most[k]) : q;
         for (int i = 0; gradient && i < p->size[k]; i++)
             gradient[p->first[k] + i] += force[i] / left;
     }

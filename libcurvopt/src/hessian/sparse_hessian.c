@@ -58,8 +58,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarsest
     free(rule);
     if (status != CURVOPT_OK)
         return status;
-    size_t size = 3 * (size_t)h->batches.max_points;
-    h->matrix_stride = size * (size + 1) / 2 * lanes;
+    h->matrix_stride = co_element_hessian_size(h->batches.max_points) * CO_BLOCK_FACES;
     h->work_stride = co_element_hessian_work(h->batches.max_points) * lanes;
     h->chunk = CO_NEW_ALIGNED(double, CHUNK_BLOCKS * h->matrix_stride);
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
@@ -253,12 +252,18 @@ typedef struct share {
     int32_t *panel; /* [stencils.most_points] */
 } share;
 
+/* The matrix of a block's face among the block's; its entries have a distance of h->batches.lanes. */
+static const double *matrix_of(const co_sparse_hessian *h, int32_t block, int32_t lane, const double *matrices) {
+    const size_t n = co_element_hessian_size(h->batches.block[block].table->n_points);
+    return matrices + co_lane_place((size_t)lane, n, (size_t)h->batches.lanes);
+}
+
 /* Adds one face's matrix, in its lane of a block's, to the columns of some nodes. */
 static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t block, int32_t lane, const double *matrix,
                          const share *mine) {
     const co_block *b = &h->batches.block[block];
     const int32_t *node = h->dofs->node;
-    const int32_t patch = h->batches.patch[block * h->batches.lanes + lane];
+    const int32_t patch = co_element_batches_patch(&h->batches, block, lane);
     const co_stencils *s = &h->stencils;
     const size_t n_own = (size_t)b->table->n_own;
     const face_matrix f = {.dofs = h->dofs,
@@ -275,7 +280,7 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
     const int32_t *vertex = s->vertex + f.first;
     if (f.n_vertices == 0 || node[vertex[0]] >= mine->end || node[vertex[f.n_vertices - 1]] < mine->begin)
         return;
-    unpack(b->table, matrix + lane, (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1,
+    unpack(b->table, matrix_of(h, block, lane, matrix), (size_t)h->batches.lanes, a->weight ? a->weight[patch] : 1,
            co_patches_own_size(a->patches.kind[patch]), mine->fold, mine->panel);
     for (size_t j = 0; j < f.n_vertices && !co_cancel_is_due(a->cancel); j++)
         if (node[vertex[j]] >= mine->begin && node[vertex[j]] < mine->end)
@@ -303,6 +308,7 @@ static void run_blocks_of_chunk(void *context, int32_t thread, int32_t n_threads
     while ((k = atomic_fetch_add_explicit(&r->next_free, 1, memory_order_relaxed)) < r->n) {
         const co_block *b = &h->batches.block[r->first + k];
         co_element_hessian element = {.table = b->table,
+                                      .n_used = b->n_used,
                                       .points = h->batches.points + b->points,
                                       .xyz = a->points,
                                       .before = r->before,
@@ -324,11 +330,12 @@ static void scatter_discs(const co_assembly *a, co_sparse_hessian *h, int32_t bl
     if (!co_fan_is_wide(b->table->kind))
         return;
     for (int32_t lane = 0; lane < b->n_used; lane++) {
-        co_blend_disc_face_matrix face = {.patch = h->batches.patch[block * h->batches.lanes + lane],
+        co_blend_disc_face_matrix face = {.patch = co_element_batches_patch(&h->batches, block, lane),
                                           .n_own = b->table->n_own,
                                           .n_terms = b->table->n_points - b->table->n_own,
-                                          .points = h->batches.points + b->points + lane,
-                                          .face = matrix + lane,
+                                          .points =
+                                              h->batches.points + co_element_batches_point(&h->batches, block, lane, 0),
+                                          .face = matrix_of(h, block, lane, matrix),
                                           .stride = (size_t)h->batches.lanes};
         face.weight = a->weight ? a->weight[face.patch] : 1;
         if (co_blend_disc_hessian_disc_of(&a->patches, face.patch) % a->n_threads == thread)

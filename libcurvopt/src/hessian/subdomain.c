@@ -67,7 +67,7 @@ static void add_contributions(const co_assembly *a, const co_element_batches *l,
             double integral[CO_N_INTEGRALS];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = co_element_batches_sum(l, b, lane, i);
-            errors[a->patches.place[l->patch[b * l->lanes + lane]].face] +=
+            errors[a->patches.place[co_element_batches_patch(l, b, lane)].face] +=
                 sign * co_functional_integrate(&integrand, integral);
         }
 }

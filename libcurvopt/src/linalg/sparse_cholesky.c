@@ -9,6 +9,7 @@
 #include "linalg/sparse_cholesky.h"
 
 #include "base/constants.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "linalg/vector.h"
 
@@ -143,8 +144,7 @@ static int32_t solve_with(co_sparse_cholesky *f, cholmod_factor *factor, const d
 /* Probes: the count below is wrong and believed with a probability of at most 10^-PROBES. */
 enum { PROBES = 6 };
 
-/* Normally distributed numbers: Box and Muller 1958, from Marsaglia's xorshift, the same in every run. logl
- * because log needs a newer C library than we ask for. */
+/* Normally distributed numbers: Box and Muller 1958, from Marsaglia's xorshift, the same in every run. */
 static void draw_normal(size_t n, uint64_t *state, double *out) {
     for (size_t i = 0; i < n; i++) {
         double uniform[2];
@@ -154,7 +154,7 @@ static void draw_normal(size_t n, uint64_t *state, double *out) {
             *state ^= *state << 17;
             uniform[k] = ((double)(*state >> 11) + 0.5) * 0x1p-53; /* inside 0..1 */
         }
-        out[i] = sqrt(-2 * log(uniform[0])) * cos(2 * CO_PI * uniform[1]);
+        out[i] = sqrt(-2 * co_log(uniform[0])) * co_cos_pi(2 * uniform[1]);
     }
 }
 

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/basis_table.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "surface/blend_fit_cut.h"
 #include "surface/blend_fit_half.h"
@@ -92,7 +93,7 @@ static int rule_set_of(const co_basis_table *t) {
 }
 
 static int points_of_ring(int set, const rule *r, int ring) {
-    int points = fall[set] > 0 ? (int)ceil(r->points * pow(fall[set], ring - 1)) : r->points - (ring - 1);
+    int points = fall[set] > 0 ? (int)ceil(r->points * co_power(fall[set], ring - 1)) : r->points - (ring - 1);
     points = points > r->least ? points : r->least;
     int splits = (points + MAX_GAUSS - 1) / MAX_GAUSS; /* equal sub-cells: rounded up to a multiple */
     return (points + splits - 1) / splits * splits;
@@ -110,8 +111,10 @@ static ring_tail tail_of(const co_stam_disc *disc, int32_t surface, double hole)
     ring_tail t = {.area_ratio = lambda * lambda, .curvature_ratio = mu * mu / (lambda * lambda)};
     if (surface != CURVOPT_SURFACE_LIMIT) /* smooth there: curvature behaves like a constant */
         t.curvature_ratio = t.area_ratio;
-    t.n_rings = (int)ceil(log(hole) / log(fmax(t.area_ratio, t.curvature_ratio)));
-    t.n_rings = t.n_rings < MIN_RINGS ? MIN_RINGS : t.n_rings > MAX_RINGS ? MAX_RINGS : t.n_rings;
+    const double ratio = fmax(t.area_ratio, t.curvature_ratio);
+    t.n_rings = MIN_RINGS;
+    while (t.n_rings < MAX_RINGS && co_power(ratio, t.n_rings) > hole)
+        t.n_rings++;
     return t;
 }
 
@@ -316,7 +319,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_basis_table_cache *cac
                                 .cancel = cache->cancel,
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
                                 .curvature_factor = last ? 1 / (1 - tail.curvature_ratio) : 1,
-                                .jacobian_scale = pow(tail.area_ratio, -ring)};
+                                .jacobian_scale = co_power(tail.area_ratio, -ring)};
         for (int c = 0; c < CO_RING_CELLS; c++) {
             co_ring_cell_set(&cell, disc, c);
             sample = add_samples(t, &samples, sample);
@@ -443,7 +446,7 @@ static int32_t ring_rows(co_stam_disc *disc, const co_blend_fit *polynomial, dou
     co_ring_cell_set(&cell, disc, v < side ? 0 : u < side ? 2 : 1);
     co_ring_cell_rows(&cell, (u - cell.origin[0]) / side, (v - cell.origin[1]) / side, n_all, all, rows, &chart);
     for (int32_t i = 0; i < n_all * CO_JET; i++)
-        rows[i] /= pow(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
+        rows[i] /= co_power(side, co_jet_order_u[i % CO_JET] + co_jet_order_v[i % CO_JET]);
     co_ring_cell_free(&cell);
     return CURVOPT_OK;
 }

@@ -22,7 +22,8 @@ typedef struct co_basis_table {
     double *area_weight;    /* [n_samples] for integrals of smooth functions */
     double *weight;         /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
     double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
-    double *rows;           /* [n_samples][n_points][CO_JET], of a mixed table [n_samples][n_points][CO_JET][lanes] */
+    double *rows;           /* [n_samples][n_points][CO_JET], of a mixed table
+                               [parts][n_samples][n_points][CO_JET][lanes] (basis_table_mixed.h) */
     int is_mixed;           /* whether each vector lane has a kind of its own (basis_table_mixed.h) */
     double *blend;          /* [n_samples][CO_JET] the weight w(u) w(v) of `plane`; NULL on other surfaces */
     double *masks;          /* [3][n_points] limit position and tangents at the vertex, for `plane`; else NULL */

@@ -6,13 +6,13 @@
 
 #include <string.h>
 
-enum { MOST_MIXED = 36 }; /* samples: a mixed table is as many times as large as there are lanes */
+enum { MOST_MIXED = 36 }; /* samples: a mixed table is as large as all of its tables */
 
 int co_basis_table_is_mixable(const co_basis_table *t) {
     return co_fan_is_wide(t->kind) && co_patches_own_size(t->kind) == CO_RING_REGULAR && t->n_samples <= MOST_MIXED;
 }
 
-int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, co_basis_table **out,
+int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t n_tables, int32_t lanes, co_basis_table **out,
                            curvopt_error *error) {
     const co_basis_table *first = tables[0];
     size_t n_samples = (size_t)first->n_samples, n = n_samples * (size_t)first->n_points * CO_JET;
@@ -29,7 +29,7 @@ int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, c
                           .area_weight = CO_NEW(double, n_samples),
                           .weight = CO_NEW(double, n_samples),
                           .jacobian_scale = CO_NEW(double, n_samples),
-                          .rows = CO_NEW_ALIGNED(double, n *(size_t)lanes)};
+                          .rows = CO_NEW_ALIGNED(double, n *(size_t)n_tables)};
     if (!t->support || !t->area_weight || !t->weight || !t->jacobian_scale || !t->rows) {
         co_basis_table_destroy(t);
         *out = NULL;
@@ -39,8 +39,10 @@ int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, c
     memcpy(t->area_weight, first->area_weight, sizeof(double) * n_samples);
     memcpy(t->weight, first->weight, sizeof(double) * n_samples);
     memcpy(t->jacobian_scale, first->jacobian_scale, sizeof(double) * n_samples);
-    for (size_t i = 0; i < n; i++)
-        for (size_t lane = 0; lane < (size_t)lanes; lane++)
-            t->rows[i * (size_t)lanes + lane] = tables[lane]->rows[i];
+    double *to = t->rows;
+    for (int32_t part = 0; part < n_tables; part += lanes)
+        for (size_t i = 0; i < n; i++)
+            for (int32_t lane = 0; lane < lanes; lane++)
+                *to++ = tables[part + lane]->rows[i];
     return CURVOPT_OK;
 }

@@ -8,8 +8,9 @@
  * discs away from the vertex: their tables differ in rows alone, and a symmetric cage may have only one face of each
  * kind. So may not those with large tables (MOST_MIXED). */
 int co_basis_table_is_mixable(const co_basis_table *table);
-/* A table whose rows are those of tables [lanes], all of one rule, side by side. ERROR_MEMORY. */
-int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t lanes, co_basis_table **out,
+/* A table whose rows are those of tables [n_tables], all of one rule, side by side, `lanes` of them at a time, which
+ * divides n_tables. ERROR_MEMORY. */
+int32_t co_basis_table_mix(const co_basis_table *const *tables, int32_t n_tables, int32_t lanes, co_basis_table **out,
                            curvopt_error *error);
 
 #endif

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_disc_half.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "mesh/ring.h"
@@ -196,7 +197,7 @@ static double misfit_at(const finder *f, const co_blend_disc_fit *fit, double p[
             chi[c] += row.weight[k] * fit->map[2 * row.index[k] + c];
     point_of(&row, place, at);
     co_blend_fit_values(chi[0], chi[1], value);
-    value[CO_BLEND_FIT_CUSP] = pow(hypot(chi[0], chi[1]), 3);
+    value[CO_BLEND_FIT_CUSP] = co_power(co_length(chi[0], chi[1]), 3);
     for (int a = 0; a < CO_BLEND_FIT_FUNCTIONS; a++)
         for (int c = 0; c < 3; c++)
             image[c] += value[a] * p[a][c];

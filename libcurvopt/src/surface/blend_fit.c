@@ -1,7 +1,7 @@
 /* The fit of the surface `polynomial` (method: blend_fit.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_fit.h"
 
-#include "base/constants.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "surface/gauss_legendre.h"
 
@@ -113,7 +113,7 @@ int32_t co_blend_fit_index_of_two_ring(const co_blend_fit *p, int32_t i) {
 }
 
 void co_blend_fit_turn(int32_t valence, int32_t sector, double turn[TERMS][TERMS]) {
-    const double angle = 2 * CO_PI * sector / valence, c = cos(angle), d = sin(angle);
+    const double angle = 2.0 * sector / valence, c = co_cos_pi(angle), d = co_sin_pi(angle);
     double image[TERMS][TERMS] = {{1}}; /* monomials of c x - d y, d x + c y, by those of x, y */
     for (int degree = 1, at = 1; degree <= CO_BLEND_FIT_DEGREE; degree++) {
         int before = at - degree;
@@ -162,7 +162,7 @@ static void add_sample(const disc_fit *f, const sample *at, double weight) {
         y += at->row[i] * p->map[2 * at->index[i] + 1];
     }
     for (int32_t s = 0; s < p->valence; s++) {
-        double c = cos(2 * CO_PI * s / p->valence), d = sin(2 * CO_PI * s / p->valence);
+        double c = co_cos_pi(2.0 * s / p->valence), d = co_sin_pi(2.0 * s / p->valence);
         co_blend_fit_values(c * x - d * y, c * y + d * x, value[s]);
         for (int a = 0; a < TERMS; a++) {
             value[s][a] *= root;
@@ -322,7 +322,7 @@ int32_t co_blend_fit_create_map(const co_stam_disc *disc, int width, co_blend_fi
     free(core);
     extend_map(p, disc->lambda);
     for (int32_t i = 0; i < p->n_points; i++)
-        largest = fmax(largest, hypot(p->map[2 * i], p->map[2 * i + 1]));
+        largest = fmax(largest, co_length(p->map[2 * i], p->map[2 * i + 1]));
     for (int32_t i = 0; width > 1 && i < 2 * p->n_points; i++) /* or high powers, as their coefficients, lose digits */
         p->map[i] /= largest;
     return CURVOPT_OK;

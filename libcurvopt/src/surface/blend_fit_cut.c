@@ -2,7 +2,7 @@
  */
 #include "surface/blend_fit_cut.h"
 
-#include "base/constants.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 #include <math.h>
@@ -14,11 +14,11 @@ enum {
 };
 
 void co_blend_fit_natural(int32_t fan, int32_t sector, int x, int y, double at[2]) {
-    const double sector_angle = (co_fan_is_open(fan) ? 1 : 2) * CO_PI / co_fan_sectors(fan);
-    const double angle = x + y ? sector_angle * (sector + atan2(y, x) * 2 / CO_PI) : 0;
+    const double sector_angle = (co_fan_is_open(fan) ? 1.0 : 2.0) / co_fan_sectors(fan); /* over pi, as angle */
+    const double angle = sector_angle * (sector + 2 * co_angle_over_pi(y, x));
     const int one_face = co_fan_is_open(fan) && co_fan_sectors(fan) == 1;
-    at[0] = one_face ? x - y : hypot(x, y) * cos(angle);
-    at[1] = one_face ? x * y : hypot(x, y) * sin(angle);
+    at[0] = one_face ? x - y : co_length(x, y) * co_cos_pi(angle);
+    at[1] = one_face ? x * y : co_length(x, y) * co_sin_pi(angle);
 }
 
 static void fill_map(int32_t fan, double *map) {
@@ -82,7 +82,7 @@ static void add_sample(void *user, const double *row, double weight) {
         y += row[i] * p->map[2 * i + 1];
     }
     co_blend_fit_values(x, y, value);
-    value[CO_BLEND_FIT_CUSP] = pow(x * x + y * y, 1.5);
+    value[CO_BLEND_FIT_CUSP] = co_power(co_length(x, y), 3);
     for (int a = 0; a < f->n_terms; a++) {
         scaled[a] = root * value[f->term[a]];
         for (int b = 0; b <= a; b++)

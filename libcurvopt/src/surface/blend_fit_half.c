@@ -1,6 +1,7 @@
 /* Fits on half discs (method: blend_fit_half.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_fit_half.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "surface/blend_fit_cut.h"
 #include "surface/gauss_legendre.h"
@@ -102,7 +103,7 @@ int32_t co_blend_fit_create_half_map(const co_blend_fit_half_kind *kind, co_blen
     fill_map(kind->n_sectors, kind->width, kind->steps, p->map, room);
     free(room);
     for (size_t i = 0; i < n; i += 2)
-        largest = fmax(largest, hypot(p->map[i], p->map[i + 1]));
+        largest = fmax(largest, co_length(p->map[i], p->map[i + 1]));
     p->unit = 1 / largest; /* or high powers, as their coefficients, lose digits */
     for (size_t i = 0; i < n; i++)
         p->map[i] *= p->unit;
@@ -129,7 +130,7 @@ static void add_sample(void *user, const double *row, double weight) {
         y += row[f->part[k]] * f->weight[k] * p->map[2 * f->index[k] + 1];
     }
     co_blend_fit_values(x, y, value);
-    value[CO_BLEND_FIT_CUSP] = pow(x * x + y * y, 1.5);
+    value[CO_BLEND_FIT_CUSP] = co_power(co_length(x, y), 3);
     for (int a = 0; a < FUNCTIONS; a++) {
         value[a] *= root;
         for (int b = 0; b <= a; b++)
@@ -163,7 +164,7 @@ static void fit_curve(half_fit *f) {
             const double root = sqrt(weight);
             for (int a = 1; a < CURVE - 1; a++)
                 value[a] = value[a - 1] * x * p->unit;
-            value[CURVE - 1] = pow(fabs(x) * p->unit, 3);
+            value[CURVE - 1] = co_power(fabs(x) * p->unit, 3);
             for (int a = 0; a < CURVE; a++) {
                 value[a] *= root;
                 for (int b = 0; b <= a; b++)

@@ -1,6 +1,8 @@
 /* Blending weights near extraordinary vertices (sources: blend_weight.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/blend_weight.h"
 
+#include "base/elementary.h"
+
 #include <math.h>
 
 /* Terms of a truncated Taylor series, a[0] + a[1] s + a[2] s^2 + a[3] s^3. */
@@ -25,7 +27,7 @@ static void series_reciprocal(const double *a, double *out) {
 }
 
 static void series_exp(const double *a, double *out) {
-    out[0] = exp(a[0]);
+    out[0] = co_exp(a[0]);
     for (int k = 1; k < TERMS; k++) {
         out[k] = 0;
         for (int i = 1; i <= k; i++)

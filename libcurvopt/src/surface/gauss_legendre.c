@@ -1,7 +1,7 @@
 /* Gauss-Legendre quadrature rules on 0..1 (source: gauss_legendre.h). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/gauss_legendre.h"
 
-#include "base/constants.h"
+#include "base/elementary.h"
 
 #include <math.h>
 
@@ -24,7 +24,7 @@ void co_gauss_legendre(int n, double *nodes, double *weights) {
         return;
     }
     for (int i = 0; i < n; i++) {
-        double x = -cos(CO_PI * (i + 0.75) / (n + 0.5)), value, slope;
+        double x = -co_cos_pi((i + 0.75) / (n + 0.5)), value, slope;
         for (int step = 0; step < 8; step++) { /* Newton; quadratic from Tricomi's start */
             legendre(n, x, &value, &slope);
             x -= value / slope;

@@ -1,6 +1,8 @@
 /* The curve's part of rows on a half disc. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/ring_cell_curve.h"
 
+#include "base/elementary.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -26,7 +28,7 @@ void co_ring_cell_curve_weights(const co_ring_cell_place *cell, double *weights,
     for (int a = 0; a < CO_BLEND_FIT_CURVE; a++) /* of x^a, and of |x|^3 */
         for (int i = 0; i < CO_BLEND_FIT_CURVE; i++)
             weights[(size_t)point[i] * stride + (size_t)a] =
-                (co_blend_fit_curve_weight[a][i] * pow(per_unit, a < 4 ? a : 3));
+                (co_blend_fit_curve_weight[a][i] * co_power(per_unit, a < 4 ? a : 3));
 }
 
 /* Jet of w(u) w(v) over the faces at the vertex; with `only` 0 or 1 that of w(u) or w(v) alone. */
@@ -35,7 +37,7 @@ static void narrow_weight(const co_ring_cell_place *cell, double s, double t, in
     const double u = cell->origin[0] + cell->side * s, v = cell->origin[1] + cell->side * t;
     co_blend_weight(CO_BLEND_POLYNOMIAL, only == 1 ? 0 : u, only == 0 ? 0 : v, jet);
     for (int k = 0; k < CO_JET; k++)
-        out[k] = (jet[k] * pow(cell->side, co_jet_order_u[k] + co_jet_order_v[k]));
+        out[k] = (jet[k] * co_power(cell->side, co_jet_order_u[k] + co_jet_order_v[k]));
 }
 
 /* Weights and coordinates of E's two parts: at the vertex, and along the curve. */

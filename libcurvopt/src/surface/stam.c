@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/stam.h"
 
-#include "base/constants.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "mesh/subdivide.h"
@@ -109,7 +109,7 @@ static void from_plane_and_height(double a, double b, double c, double *lambda, 
 static void crease_eigenvalues(int32_t n, double *lambda, double *mu) {
     double largest[3] = {0.5, 0.25, 0.25};
     for (int32_t k = 1; k <= 3 && k < n; k++) {
-        double value = eigenvalue_of_wave(cos(CO_PI * k / n));
+        double value = eigenvalue_of_wave(co_cos_pi((double)k / n));
         for (int i = 0; i < 3; i++)
             if (value > largest[i]) {
                 double smaller = largest[i];
@@ -125,10 +125,10 @@ static void eigenvalues(int32_t valence, double *lambda, double *mu) {
     double n = valence, alpha = 1 - 7 / (4 * n), beta = 3 / (2 * n), gamma = 1 / (4 * n);
     double half_sum = (alpha - 0.25) / 2, product = (alpha - beta + gamma) / 16;
     double discriminant = half_sum * half_sum - product;
-    *lambda = eigenvalue_of_wave(cos(2 * CO_PI / n));
+    *lambda = eigenvalue_of_wave(co_cos_pi(2 / n));
     *mu = discriminant > 0 ? half_sum + sqrt(discriminant) : sqrt(product);
     if (valence > 3) {
-        double second = eigenvalue_of_wave(cos(4 * CO_PI / n));
+        double second = eigenvalue_of_wave(co_cos_pi(4 / n));
         *mu = second > *mu ? second : *mu;
     }
 }
@@ -150,7 +150,7 @@ static void iterate_eigenvalues(const co_stam_disc *d, double *vectors, double *
     size_t n = (size_t)d->n_points;
     double value[N_EIGEN] = {0}, *image = vectors + N_EIGEN * n, change = 1;
     for (size_t i = 0; i < N_EIGEN * n; i++) /* of no symmetry */
-        vectors[i] = i < n ? 1 : sin((double)(i * i % 1009));
+        vectors[i] = i < n ? 1 : co_sin_pi((double)(i * i % 1009) / 1009);
     for (int step = 0; step < STEPS && change > 1e-14; step++) {
         change = 0;
         for (size_t k = 0; k < N_EIGEN; k++) {
@@ -303,18 +303,18 @@ void co_stam_disc_limit_mask(co_stam_disc *d, double *mask) {
 void co_stam_limit_masks(int32_t valence, double *masks) {
     int32_t n_points = co_ring_two_ring_size(valence);
     double n = valence, *position = masks, *cosine = masks + n_points, *sine = cosine + n_points;
-    double edge = 1 + cos(2 * CO_PI / n) + cos(CO_PI / n) * sqrt(2 * (9 + cos(2 * CO_PI / n)));
+    double edge = 1 + co_cos_pi(2 / n) + co_cos_pi(1 / n) * sqrt(2 * (9 + co_cos_pi(2 / n)));
     memset(masks, 0, sizeof *masks * 3 * (size_t)n_points);
     position[0] = n / (n + 5);
     for (int32_t s = 0; s < valence; s++) {
         int32_t e = co_ring_two_ring_index(valence, s, 1, 0), f = co_ring_two_ring_index(valence, s, 1, 1);
-        double here = 2 * CO_PI * s / n, there = 2 * CO_PI * (s + 1) / n;
+        double here = 2 * s / n, there = 2 * (s + 1) / n; /* over pi */
         position[e] = 4 / (n * (n + 5));
         position[f] = 1 / (n * (n + 5));
-        cosine[e] = edge * cos(here);
-        cosine[f] = cos(here) + cos(there);
-        sine[e] = edge * sin(here);
-        sine[f] = sin(here) + sin(there);
+        cosine[e] = edge * co_cos_pi(here);
+        cosine[f] = co_cos_pi(here) + co_cos_pi(there);
+        sine[e] = edge * co_sin_pi(here);
+        sine[f] = co_sin_pi(here) + co_sin_pi(there);
     }
 }
 
@@ -347,7 +347,7 @@ static void keep_frequency_one(int32_t valence, double *xy) {
     double mean[CO_RING_SECTOR][2] = {{0}};
     for (int turn = 0; turn < 2; turn++)
         for (int32_t s = 0; s < valence; s++) {
-            double c = cos(2 * CO_PI * s / valence), d = sin(2 * CO_PI * s / valence);
+            double c = co_cos_pi(2.0 * s / valence), d = co_sin_pi(2.0 * s / valence);
             for (int i = 0; i < CO_RING_SECTOR; i++) {
                 double *p = xy + 2 * (1 + CO_RING_SECTOR * s + i), *m = mean[i];
                 if (turn == 0) {
@@ -370,10 +370,10 @@ void co_stam_characteristic_map(const co_stam_disc *d, double *xy) {
     for (int32_t s = 0; s < d->valence; s++)
         for (int x = 0; x <= 2; x++)
             for (int y = 0; y <= 2; y++) {
-                double angle = 2 * CO_PI * (s + (x + y > 0 ? (double)y / (x + y) : 0)) / d->valence;
+                double angle = 2 * (s + (x + y > 0 ? (double)y / (x + y) : 0)) / d->valence; /* over pi */
                 int32_t i = co_ring_two_ring_index(d->valence, s, x, y);
-                xy[2 * i] = (x + y) * cos(angle);
-                xy[2 * i + 1] = (x + y) * sin(angle);
+                xy[2 * i] = (x + y) * co_cos_pi(angle);
+                xy[2 * i + 1] = (x + y) * co_sin_pi(angle);
             }
     for (int step = 0; step < STEPS && d->valence > 2; step++) {
         double *image = d->next_rows; /* work space of at least 2 n */
@@ -385,7 +385,7 @@ void co_stam_characteristic_map(const co_stam_disc *d, double *xy) {
                 image[2 * i + 1] += d->refine.value[e] * xy[2 * d->refine.column[e] + 1];
             }
         }
-        double scale = 1 / hypot(image[2], image[3]); /* point 1 is the first edge point */
+        double scale = 1 / co_length(image[2], image[3]); /* point 1 is the first edge point */
         for (int32_t i = 0; i < 2 * n; i++)
             xy[i] = image[i] * scale;
         keep_frequency_one(d->valence, xy);
