@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Static archives of CHOLMOD and cmocka for another platform, from Debian 12's sources.
 #
-#   bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32|aarch64-linux-gnu|x86_64-linux-gnu
-#
-# The last is for comparisons (tests/checks/platforms.py) and takes the machine's own compiler; then
-#   cmake --preset release -B build/own-blas -DCURVOPT_OWN_BLAS=ON -DCMAKE_PREFIX_PATH=$PWD/build/cross/x86_64-linux-gnu
+#   bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32|aarch64-linux-gnu
 #
 # They go to build/cross/TRIPLE/include and lib; the sources stay in build/cross/sources. What is there is not made again.
 # Needs apt-get, dpkg-dev, make, perl and the cross compiler; no root: the lists of sources are kept in build/cross, too.
-# No OpenMP. The BLAS is our own: libcurvopt/notes/96-blas-of-the-cross-builds.md.
+# No OpenMP, and no a*b+c is fused, as in Debian's own for x86-64: results then have the same bits
+# (libcurvopt/notes/98-other-platforms-other-last-digits.md). The BLAS is our own (96-blas-of-our-own.md).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 FOLDER=$PWD/libcurvopt/toolchains
@@ -22,14 +20,14 @@ OUT=$CROSS/$TRIPLE
 case $TRIPLE in
 x86_64-w64-mingw32)
     CC=$TRIPLE-gcc-posix
-    FLAGS="-O2 -g0 -Wa,-muse-unaligned-vector-move"
+    FLAGS="-O2 -g0 -ffp-contract=off -Wa,-muse-unaligned-vector-move"
     ;;
-aarch64-linux-gnu | x86_64-linux-gnu)
+aarch64-linux-gnu)
     CC=$TRIPLE-gcc
-    FLAGS="-O2 -g0 -fPIC"
+    FLAGS="-O2 -g0 -ffp-contract=off -fPIC"
     ;;
 *)
-    echo "usage: archives.sh x86_64-w64-mingw32|aarch64-linux-gnu|x86_64-linux-gnu" >&2
+    echo "usage: archives.sh x86_64-w64-mingw32|aarch64-linux-gnu" >&2
     exit 2
     ;;
 esac
@@ -95,5 +93,5 @@ make_cmocka() {
 
 mkdir -p "$OUT/lib" "$OUT/include"
 [[ -e $OUT/lib/libcholmod.a ]] || (make_suitesparse)
-[[ $TRIPLE == x86_64-linux-gnu || -e $OUT/lib/libcmocka.a ]] || (make_cmocka)
+[[ -e $OUT/lib/libcmocka.a ]] || (make_cmocka)
 rm -rf "$CROSS/making-$TRIPLE"

@@ -2,7 +2,7 @@
  * Compiled once per instruction set, like the library's sweeps. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "peak.h"
 
-#include "energy/simd.h"
+#include "base/simd.h"
 
 enum { CHAINS = 12 }; /* latency times units, and some */
 

@@ -20,9 +20,9 @@ typedef struct block {
 CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
     return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
 }
-/* Entry i of some rows, times x. */
-CO_SIMD_INLINE lane times(const double *rows, int mixed, int32_t i, lane x) {
-    return mixed ? ((const lane *)(const void *)rows)[i] * x : rows[i] * x;
+/* Entry i of some rows. */
+CO_SIMD_INLINE lane entry(const double *rows, int mixed, int32_t i) {
+    return mixed ? ((const lane *)(const void *)rows)[i] : lane_all(rows[i]);
 }
 
 CO_SIMD_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, lane (*P)[3]) {
@@ -45,7 +45,7 @@ CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (
             sum[k] = lane_all(0);
         for (int32_t p = 0; p < n_points; p++)
             for (int k = first; k <= last; k++)
-                sum[k] += times(rows, mixed, p * CO_JET + k, P[p][c]);
+                sum[k] = lane_fma(entry(rows, mixed, p * CO_JET + k), P[p][c], sum[k]);
         for (int k = first; k <= last; k++)
             S[k][c] = sum[k];
     }
@@ -58,7 +58,7 @@ CO_SIMD_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_poin
         for (int c = 0; c < 3; c++) {
             lane sum = more ? G[p][c] : lane_all(0);
             for (int k = first; k <= last; k++)
-                sum += times(rows, mixed, p * CO_JET + k, S_bar[k][c]);
+                sum = lane_fma(entry(rows, mixed, p * CO_JET + k), S_bar[k][c], sum);
             G[p][c] = sum;
         }
 }
@@ -81,13 +81,13 @@ CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane 
 CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int third, const sample_state *m,
                                const sample_values *value, lane sums[CO_N_SUMS]) {
     lane weight = t->weight[sample] * m->J, jacobian = t->jacobian_scale[sample] * m->J;
-    sums[CO_INT_AREA] += t->area_weight[sample] * m->J;
-    sums[CO_INT_H2] += weight * value->h2;
-    sums[CO_INT_K] += weight * value->gauss;
+    sums[CO_INT_AREA] = lane_fma(lane_all(t->area_weight[sample]), m->J, sums[CO_INT_AREA]);
+    sums[CO_INT_H2] = lane_fma(weight, value->h2, sums[CO_INT_H2]);
+    sums[CO_INT_K] = lane_fma(weight, value->gauss, sums[CO_INT_K]);
     if (third) {
-        sums[CO_INT_F1] += weight * value->f1;
-        sums[CO_INT_F3] += weight * value->f3;
-        sums[CO_INT_X] += weight * value->x;
+        sums[CO_INT_F1] = lane_fma(weight, value->f1, sums[CO_INT_F1]);
+        sums[CO_INT_F3] = lane_fma(weight, value->f3, sums[CO_INT_F3]);
+        sums[CO_INT_X] = lane_fma(weight, value->x, sums[CO_INT_X]);
     }
     sums[CO_SUM_MIN_JACOBIAN] = lane_min(sums[CO_SUM_MIN_JACOBIAN], jacobian);
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
@@ -237,12 +237,12 @@ CO_SIMD_INLINE void add_squares(const lane *V, int n_columns, int size, lane *ma
                 for (int k = 0; k < n_columns; k++)
                     for (int r = 0; r < 4; r++)
                         for (int c = 0; c < 4; c++)
-                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+                            sum[r][c] = lane_fma(V[k * size + i + r], V[k * size + j + c], sum[r][c]);
             } else {
                 for (int k = 0; k < n_columns; k++)
                     for (int r = 0; r < rows; r++)
                         for (int c = 0; c < columns; c++)
-                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
+                            sum[r][c] = lane_fma(V[k * size + i + r], V[k * size + j + c], sum[r][c]);
             }
             for (int r = 0; r < rows; r++)
                 for (int c = 0; c < columns && j + c <= i + r; c++)
@@ -321,7 +321,7 @@ CO_SIMD_INLINE void lift_curvature(const double *rows, int mixed, int32_t n_poin
         C[i] = at.value[i];
         for (int k = 1; k < CO_JET; k++)
             for (int c = 0; c < 3; c++)
-                C[i] += at.slope[i][k][c] * (S[k][c] - from[k][c]);
+                C[i] = lane_fma(at.slope[i][k][c], (S[k][c] - from[k][c]), C[i]);
     }
 }
 
@@ -361,11 +361,11 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
         for (int p = 0; p < n; p++) {
             lane row[CO_JET], *framed = V + p * CO_JET;
             for (int k = 1; k <= last; k++)
-                row[k] = times(rows, mixed, p * CO_JET + k, lane_all(1));
+                row[k] = entry(rows, mixed, p * CO_JET + k);
             rows_to_frame(&state, third, row, framed);
             framed[0] = lane_all(0);
             for (int l = 0; l < n_top; l++)
-                framed[0] += core.slope[l] * framed[1 + n_low + l];
+                framed[0] = lane_fma(core.slope[l], framed[1 + n_low + l], framed[0]);
         }
         for (int p = 0; p < n; p += 2) {
             const lane *framed = V + p * CO_JET;

@@ -11,7 +11,7 @@
 #define CO_ENERGY_KERNEL_GRADIENT_H
 
 #include "energy/functional.h"
-#include "energy/simd.h"
+#include "base/simd.h"
 #include "surface/bspline.h"
 
 /* Results of the forward pass that the adjoint needs. */
@@ -31,7 +31,7 @@ typedef struct sample_values {
 } sample_values;
 
 CO_SIMD_INLINE void to_frame_second(const sample_state *m, const lane X[3], lane out[3]) {
-    lane u1 = X[1] - m->tau * X[0], u2 = X[2] - m->tau * (X[1] + u1);
+    lane u1 = lane_fma(-m->tau, X[0], X[1]), u2 = lane_fma(-m->tau, X[1] + u1, X[2]);
     out[0] = m->s * m->s * X[0];
     out[1] = m->s * m->t * u1;
     out[2] = m->t * m->t * u2;
@@ -39,8 +39,8 @@ CO_SIMD_INLINE void to_frame_second(const sample_state *m, const lane X[3], lane
 
 CO_SIMD_INLINE void to_frame_third(const sample_state *m, const lane Y[4], lane out[4]) {
     lane tau = m->tau, s = m->s, t = m->t;
-    lane v1 = Y[1] - tau * Y[0], v2 = Y[2] - tau * (2 * Y[1] - tau * Y[0]);
-    lane v3 = Y[3] - tau * (3 * Y[2] - tau * (3 * Y[1] - tau * Y[0]));
+    lane v1 = lane_fma(-tau, Y[0], Y[1]), v2 = lane_fma(-tau, Y[1] + v1, Y[2]);
+    lane v3 = lane_fma(-tau, lane_fma(-tau, 2 * Y[1] + v1, 3 * Y[2]), Y[3]);
     out[0] = s * s * s * Y[0];
     out[1] = s * s * t * v1;
     out[2] = s * t * t * v2;
@@ -62,8 +62,8 @@ CO_SIMD_INLINE void forward_second(lane S[CO_JET][3], sample_state *m, sample_va
     for (int k = 0; k < 3; k++)
         m->L[k] = lane_dot(S[3 + k], m->n);
     to_frame_second(m, m->L, m->h);
-    out->h2 = m->h[0] * m->h[0] + 2 * m->h[1] * m->h[1] + m->h[2] * m->h[2];
-    out->gauss = m->h[0] * m->h[2] - m->h[1] * m->h[1];
+    out->h2 = lane_fma(m->h[0], m->h[0], lane_fma(2 * m->h[1], m->h[1], m->h[2] * m->h[2]));
+    out->gauss = lane_fma(m->h[0], m->h[2], -m->h[1] * m->h[1]);
 }
 
 /* C = grad h: its Fourier coefficients. After forward_second. */
@@ -74,7 +74,7 @@ CO_SIMD_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
         m->ga[k] = lane_dot(S[3 + k], S[1]);
         m->gb[k] = lane_dot(S[3 + k], S[2]);
         m->p_raw[k] = m->s * m->ga[k];
-        m->q_raw[k] = m->t * (m->gb[k] - m->tau * m->ga[k]);
+        m->q_raw[k] = m->t * lane_fma(-m->tau, m->ga[k], m->gb[k]);
     }
     to_frame_second(m, m->p_raw, m->p);
     to_frame_second(m, m->q_raw, m->q);
@@ -109,29 +109,29 @@ typedef struct frame_adjoint {
 
 CO_SIMD_INLINE void from_frame_second(const sample_state *m, const lane X[3], const lane bar[3], lane X_bar[3],
                                       frame_adjoint *f) {
-    lane s = m->s, t = m->t, tau = m->tau, u1 = X[1] - tau * X[0], u2 = X[2] - tau * (X[1] + u1);
+    lane s = m->s, t = m->t, tau = m->tau, u1 = lane_fma(-tau, X[0], X[1]), u2 = lane_fma(-tau, X[1] + u1, X[2]);
     lane b1 = s * t * bar[1], b2 = t * t * bar[2];
-    X_bar[0] = s * s * bar[0] - tau * (b1 - tau * b2);
-    X_bar[1] = b1 - 2 * tau * b2;
+    X_bar[0] = lane_fma(-tau, lane_fma(-tau, b2, b1), s * s * bar[0]);
+    X_bar[1] = lane_fma(-2 * tau, b2, b1);
     X_bar[2] = b2;
-    f->s += 2 * s * X[0] * bar[0] + t * u1 * bar[1];
-    f->t += s * u1 * bar[1] + 2 * t * u2 * bar[2];
-    f->tau -= X[0] * b1 + 2 * u1 * b2;
+    f->s += lane_fma(2 * s * X[0], bar[0], t * u1 * bar[1]);
+    f->t += lane_fma(s * u1, bar[1], 2 * t * u2 * bar[2]);
+    f->tau -= lane_fma(X[0], b1, 2 * u1 * b2);
 }
 
 CO_SIMD_INLINE void from_frame_third(const sample_state *m, const lane Y[4], const lane bar[4], lane Y_bar[4],
                                      frame_adjoint *f) {
     lane s = m->s, t = m->t, tau = m->tau;
-    lane v1 = Y[1] - tau * Y[0], v2 = Y[2] - tau * (2 * Y[1] - tau * Y[0]);
-    lane v3 = Y[3] - tau * (3 * Y[2] - tau * (3 * Y[1] - tau * Y[0]));
+    lane v1 = lane_fma(-tau, Y[0], Y[1]), v2 = lane_fma(-tau, Y[1] + v1, Y[2]);
+    lane v3 = lane_fma(-tau, lane_fma(-tau, 2 * Y[1] + v1, 3 * Y[2]), Y[3]);
     lane b1 = s * s * t * bar[1], b2 = s * t * t * bar[2], b3 = t * t * t * bar[3];
-    Y_bar[0] = s * s * s * bar[0] - tau * (b1 - tau * (b2 - tau * b3));
-    Y_bar[1] = b1 - tau * (2 * b2 - 3 * tau * b3);
-    Y_bar[2] = b2 - 3 * tau * b3;
+    Y_bar[0] = lane_fma(-tau, lane_fma(-tau, lane_fma(-tau, b3, b2), b1), s * s * s * bar[0]);
+    Y_bar[1] = lane_fma(-tau, lane_fma(-3 * tau, b3, 2 * b2), b1);
+    Y_bar[2] = lane_fma(-3 * tau, b3, b2);
     Y_bar[3] = b3;
-    f->s += 3 * s * s * Y[0] * bar[0] + 2 * s * t * v1 * bar[1] + t * t * v2 * bar[2];
-    f->t += s * s * v1 * bar[1] + 2 * s * t * v2 * bar[2] + 3 * t * t * v3 * bar[3];
-    f->tau -= Y[0] * b1 + 2 * v1 * b2 + 3 * v2 * b3;
+    f->s += lane_fma(3 * s * s * Y[0], bar[0], lane_fma(2 * s * t * v1, bar[1], t * t * v2 * bar[2]));
+    f->t += lane_fma(s * s * v1, bar[1], lane_fma(2 * s * t * v2, bar[2], 3 * t * t * v3 * bar[3]));
+    f->tau -= lane_fma(Y[0], b1, lane_fma(2 * v1, b2, 3 * v2 * b3));
 }
 
 /* Adjoint of the invariants with respect to C (C_bar) and the second fundamental form (added to h_bar). */
@@ -194,9 +194,9 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
         }
         for (int k = 0; k < 3; k++) {
             lane tq = m->t * q_raw_bar[k], ga_bar = m->s * p_raw_bar[k] - m->tau * tq;
-            f.s += m->ga[k] * p_raw_bar[k];
-            f.t += (m->gb[k] - m->tau * m->ga[k]) * q_raw_bar[k];
-            f.tau -= m->ga[k] * tq;
+            f.s = lane_fma(m->ga[k], p_raw_bar[k], f.s);
+            f.t = lane_fma((m->gb[k] - m->tau * m->ga[k]), q_raw_bar[k], f.t);
+            f.tau = lane_fma(-m->ga[k], tq, f.tau);
             lane_add_scaled(S_bar[3 + k], ga_bar, S[1]);
             lane_add_scaled(S_bar[3 + k], tq, S[2]);
             lane_add_scaled(S_bar[1], ga_bar, S[3 + k]);
@@ -211,16 +211,16 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
     lane inv_J = 1.0 / m->J;
     F_bar = f.tau * m->inv_E;
     E_bar = 0.5 * m->s * (f.t * inv_J - f.s * m->inv_E) - m->tau * F_bar;
-    J_bar -= m->t * inv_J * f.t;
+    J_bar = lane_fma(-(m->t * inv_J), f.t, J_bar);
     lane along = J_bar - lane_dot(n_bar, m->n) * inv_J, normal_bar[3], turned[3];
     for (int c = 0; c < 3; c++)
-        normal_bar[c] = n_bar[c] * inv_J + along * m->n[c];
+        normal_bar[c] = lane_fma(n_bar[c], inv_J, along * m->n[c]);
     lane_cross(S[2], normal_bar, turned);
     for (int c = 0; c < 3; c++)
-        S_bar[1][c] += turned[c] + 2 * E_bar * S[1][c] + F_bar * S[2][c];
+        S_bar[1][c] = lane_fma(2 * E_bar, S[1][c], lane_fma(F_bar, S[2][c], S_bar[1][c] + turned[c]));
     lane_cross(normal_bar, S[1], turned);
     for (int c = 0; c < 3; c++)
-        S_bar[2][c] += turned[c] + F_bar * S[1][c];
+        S_bar[2][c] = lane_fma(F_bar, S[1][c], S_bar[2][c] + turned[c]);
 }
 
 /* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value. */

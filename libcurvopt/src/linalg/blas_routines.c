@@ -8,13 +8,13 @@
  * matrix library software", SIAM Review 46(1), 2004. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/blas_routines.h"
 
+#include "base/simd.h"
+
 #include <math.h>
 #include <string.h>
 
 typedef co_blas_operand operand;
-typedef double vector __attribute__((vector_size(8 * CO_LANES), aligned(8)));
-typedef double four __attribute__((vector_size(32), aligned(8)));
-#define ALWAYS_INLINE static inline __attribute__((always_inline))
+typedef double unaligned __attribute__((vector_size(8 * CO_LANES), aligned(8))); /* a lane, in memory */
 
 enum {
     VECTORS = 2, /* a tile of sums: 2 vectors by 6 columns, beside 2 vectors of A and an element of B; our matrices' */
@@ -58,33 +58,35 @@ static int columns_within(target to, int rows, int columns) {
 
 /* C [rows][columns] += alpha A B: A [k] columns of `vectors` vectors, a_column apart; B's first `width` columns, of
  * which there are as many in memory. vectors and width are constants where this is called. */
-ALWAYS_INLINE void tile(int vectors, int width, int k, double alpha, const double *a, ptrdiff_t a_column, operand b,
-                        target to, int rows, int columns) {
-    vector sum[COLUMNS][VECTORS];
+CO_SIMD_INLINE void tile(int vectors, int width, int k, double alpha, const double *a, ptrdiff_t a_column, operand b,
+                         target to, int rows, int columns) {
+    lane sum[COLUMNS][VECTORS];
     for (int j = 0; j < width; j++)
         for (int v = 0; v < vectors; v++)
-            sum[j][v] = (vector){0};
+            sum[j][v] = lane_all(0);
     for (int p = 0; p < k; p++) {
         const double *b_p = b.a + p * b.row, *a_p = a + p * a_column;
-        vector x[VECTORS];
+        lane x[VECTORS];
         for (int v = 0; v < vectors; v++)
-            x[v] = *(const vector *)(a_p + (ptrdiff_t)v * CO_LANES);
+            x[v] = *(const unaligned *)(a_p + (ptrdiff_t)v * CO_LANES);
         for (int j = 0; j < width; j++)
             for (int v = 0; v < vectors; v++)
-                sum[j][v] += x[v] * b_p[j * b.column];
+                sum[j][v] = lane_fma(x[v], lane_all(b_p[j * b.column]), sum[j][v]);
     }
     if (rows == vectors * CO_LANES && columns == width && (!to.is_lower || to.i >= to.j + columns - 1)) {
         for (int j = 0; j < width; j++)
-            for (int v = 0; v < vectors; v++)
-                *(vector *)(to.c + j * to.ld + (ptrdiff_t)v * CO_LANES) += alpha * sum[j][v];
+            for (int v = 0; v < vectors; v++) {
+                unaligned *at = (unaligned *)(to.c + j * to.ld + (ptrdiff_t)v * CO_LANES);
+                *at = lane_fma(lane_all(alpha), sum[j][v], *at);
+            }
         return;
     }
     for (int j = 0; j < columns; j++) {
         const int above = to.is_lower ? to.j + j - to.i : 0;
         double column[ROWS];
-        memcpy(column, sum[j], sizeof(vector) * (size_t)vectors);
+        memcpy(column, sum[j], sizeof(lane) * (size_t)vectors);
         for (int i = above > 0 ? above : 0; i < rows; i++)
-            to.c[i + j * to.ld] += alpha * column[i];
+            to.c[i + j * to.ld] = lane_fma_1(alpha, column[i], to.c[i + j * to.ld]);
     }
 }
 
@@ -103,7 +105,7 @@ static void run_tile(int k, double alpha, const double *a, ptrdiff_t a_column, o
 }
 
 /* Up to `width` rows of X [m][k], zeros after the last: to [k][width]. width is a constant where this is called. */
-ALWAYS_INLINE void pack(operand x, int m, int k, int width, double *to) {
+CO_SIMD_INLINE void pack(operand x, int m, int k, int width, double *to) {
     if (m == width && x.row == 1) {
         for (int p = 0; p < k; p++)
             memcpy(to + p * width, x.a + p * x.column, sizeof *to * (size_t)width);
@@ -171,17 +173,20 @@ static void multiply_add_lower(int n, int k, double alpha, operand a, operand b,
 
 /* A sum of products: sixteen sums, then these one after the other. */
 static double dot(int n, const double *x, const double *y) {
-    four sum[4] = {{0}};
+    enum { SUMS = 16 };
+    lane sum[SUMS / CO_LANES];
     double total = 0;
     int i = 0;
-    for (; i + 16 <= n; i += 16)
-        for (int k = 0; k < 4; k++)
-            sum[k] += *(const four *)(x + i + 4 * (ptrdiff_t)k) * *(const four *)(y + i + 4 * (ptrdiff_t)k);
-    for (int k = 0; k < 4; k++)
-        for (int j = 0; j < 4; j++)
-            total += sum[k][j];
+    for (int k = 0; k < SUMS / CO_LANES; k++)
+        sum[k] = lane_all(0);
+    for (; i + SUMS <= n; i += SUMS)
+        for (int k = 0; k < SUMS / CO_LANES; k++)
+            sum[k] = lane_fma(*(const unaligned *)(x + i + (ptrdiff_t)k * CO_LANES),
+                              *(const unaligned *)(y + i + (ptrdiff_t)k * CO_LANES), sum[k]);
+    for (int k = 0; k < SUMS; k++)
+        total += sum[k / CO_LANES][k % CO_LANES];
     for (; i < n; i++)
-        total += x[i] * y[i];
+        total = lane_fma_1(x[i], y[i], total);
     return total;
 }
 
@@ -194,17 +199,17 @@ static void multiply_vector(int transposed, int m, int n, double alpha, const do
         for (int i = 0; i < m; i++) {
             double sum = y[i];
             for (int k = 0; k < 4; k++)
-                sum += by[k] * column[i + k * ld];
+                sum = lane_fma_1(by[k], column[i + k * ld], sum);
             y[i] = sum;
         }
     }
     for (; j < n; j++)
         if (transposed) {
-            y[j] += alpha * dot(m, a + j * ld, x);
+            y[j] = lane_fma_1(alpha, dot(m, a + j * ld, x), y[j]);
         } else {
             const double by = alpha * x[j];
             for (int i = 0; i < m; i++)
-                y[i] += by * a[i + j * ld];
+                y[i] = lane_fma_1(by, a[i + j * ld], y[i]);
         }
 }
 
@@ -221,14 +226,14 @@ static void solve_vector(int transposed, int n, const double *l, ptrdiff_t ld, d
     } else if (transposed) {
         for (int j = n - 1; j >= 0; j--) {
             for (int i = j + 1; i < n; i++)
-                x[j] -= l[i + j * ld] * x[i];
+                x[j] = lane_fma_1(-l[i + j * ld], x[i], x[j]);
             x[j] /= l[j + j * ld];
         }
     } else {
         for (int j = 0; j < n; j++) {
             x[j] /= l[j + j * ld];
             for (int i = j + 1; i < n; i++)
-                x[i] -= l[i + j * ld] * x[j];
+                x[i] = lane_fma_1(-l[i + j * ld], x[j], x[i]);
         }
     }
 }
@@ -254,18 +259,28 @@ static void solve_left(int transposed, int n, int m, const double *l, ptrdiff_t 
     }
 }
 
-/* B [rows][n] := B L^-T for n <= SMALL; `rows` is a constant where this is called for many. */
-ALWAYS_INLINE void solve_strip(int rows, int n, const double *l, ptrdiff_t ld, double *restrict b, ptrdiff_t ldb) {
+/* B [STRIP][n] := B L^-T for n <= SMALL */
+static void solve_strip(int n, const double *l, ptrdiff_t ld, double *b, ptrdiff_t ldb) {
     for (int j = 0; j < n; j++) {
-        const double inverse = 1 / l[j + j * ld];
-        double at[STRIP];
-        for (int i = 0; i < rows; i++)
-            at[i] = b[i + j * ldb];
+        const lane inverse = lane_all(1 / l[j + j * ld]);
+        lane at[STRIP / CO_LANES];
+        for (int v = 0; v < STRIP / CO_LANES; v++)
+            at[v] = *(const unaligned *)(b + v * CO_LANES + j * ldb);
         for (int p = 0; p < j; p++)
-            for (int i = 0; i < rows; i++)
-                at[i] -= l[j + p * ld] * b[i + p * ldb];
-        for (int i = 0; i < rows; i++)
-            b[i + j * ldb] = at[i] * inverse;
+            for (int v = 0; v < STRIP / CO_LANES; v++)
+                at[v] = lane_fma(lane_all(-l[j + p * ld]), *(const unaligned *)(b + v * CO_LANES + p * ldb), at[v]);
+        for (int v = 0; v < STRIP / CO_LANES; v++)
+            *(unaligned *)(b + v * CO_LANES + j * ldb) = at[v] * inverse;
+    }
+}
+
+/* The same for one row. */
+static void solve_row(int n, const double *l, ptrdiff_t ld, double *b, ptrdiff_t ldb) {
+    for (int j = 0; j < n; j++) {
+        double at = b[j * ldb];
+        for (int p = 0; p < j; p++)
+            at = lane_fma_1(-l[j + p * ld], b[p * ldb], at);
+        b[j * ldb] = at * (1 / l[j + j * ld]);
     }
 }
 
@@ -273,8 +288,9 @@ static void solve_right(int m, int n, const double *l, ptrdiff_t ld, double *b, 
     if (n <= SMALL) {
         int i = 0;
         for (; i + STRIP <= m; i += STRIP)
-            solve_strip(STRIP, n, l, ld, b + i, ldb);
-        solve_strip(m - i, n, l, ld, b + i, ldb);
+            solve_strip(n, l, ld, b + i, ldb);
+        for (; i < m; i++)
+            solve_row(n, l, ld, b + i, ldb);
         return;
     }
     const int half = (n / 2 + 2) / 3 * 3;
@@ -304,7 +320,7 @@ static int factor(int n, double *a, ptrdiff_t ld) {
             a[i + j * ld] *= inverse;
         for (int k = j + 1; k < n; k++)
             for (int i = k; i < n; i++)
-                a[i + k * ld] -= a[i + j * ld] * a[k + j * ld];
+                a[i + k * ld] = lane_fma_1(-a[i + j * ld], a[k + j * ld], a[i + k * ld]);
     }
     return 0;
 }

@@ -1,0 +1,71 @@
+/* Vectors of doubles, such as one face in each lane. CO_LANES is set by the build, once per instruction set.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_BASE_SIMD_H
+#define CO_BASE_SIMD_H
+
+#include <math.h>
+#if defined(__FMA__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+#ifndef CO_LANES
+#error "CO_LANES: lanes of this instruction set"
+#endif
+
+typedef double lane __attribute__((vector_size(8 * CO_LANES)));
+#define CO_SIMD_INLINE static inline __attribute__((always_inline))
+
+CO_SIMD_INLINE lane lane_all(double x) {
+    return x - (lane){0}; /* and not + 0, which -0 is not the same with */
+}
+/* a b + c, rounded once where the processor can. Nothing else is fused: which a compiler would fuse hangs on the
+ * processor, and results with it (libcurvopt/notes/98-other-platforms-other-last-digits.md). */
+CO_SIMD_INLINE lane lane_fma(lane a, lane b, lane c) {
+#if defined(__FMA__) && CO_LANES == 8
+    return _mm512_fmadd_pd(a, b, c);
+#elif defined(__FMA__) && CO_LANES == 4
+    return _mm256_fmadd_pd(a, b, c);
+#elif defined(__aarch64__) && CO_LANES == 2
+    return vfmaq_f64(c, a, b);
+#else
+    return a * b + c;
+#endif
+}
+/* The same of numbers. */
+CO_SIMD_INLINE double lane_fma_1(double a, double b, double c) {
+#if defined(__FMA__) || defined(__aarch64__)
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+CO_SIMD_INLINE lane lane_sqrt(lane x) {
+    for (int i = 0; i < CO_LANES; i++)
+        x[i] = sqrt(x[i]);
+    return x;
+}
+CO_SIMD_INLINE lane lane_min(lane x, lane y) {
+    for (int i = 0; i < CO_LANES; i++)
+        x[i] = x[i] < y[i] ? x[i] : y[i];
+    return x;
+}
+CO_SIMD_INLINE lane lane_max(lane x, lane y) {
+    return -lane_min(-x, -y);
+}
+CO_SIMD_INLINE lane lane_dot(const lane a[3], const lane b[3]) {
+    return lane_fma(a[2], b[2], lane_fma(a[1], b[1], a[0] * b[0]));
+}
+CO_SIMD_INLINE void lane_cross(const lane a[3], const lane b[3], lane out[3]) {
+    out[0] = lane_fma(a[1], b[2], -(a[2] * b[1]));
+    out[1] = lane_fma(a[2], b[0], -(a[0] * b[2]));
+    out[2] = lane_fma(a[0], b[1], -(a[1] * b[0]));
+}
+/* y += s x */
+CO_SIMD_INLINE void lane_add_scaled(lane y[3], lane s, const lane x[3]) {
+    for (int c = 0; c < 3; c++)
+        y[c] = lane_fma(s, x[c], y[c]);
+}
+
+#endif
