@@ -37,7 +37,11 @@ if(CURVOPT_OWN_BLAS) # archives of libcurvopt/toolchains/archives.sh: without Op
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     target_compile_definitions(curvopt_own_blas PRIVATE CO_HAVE_X86_KERNELS)
   endif()
-  target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} curvopt_own_blas -Wl,--end-group m)
+  if(APPLE) # whose linker goes round by itself
+    target_link_libraries(curvopt_cholmod INTERFACE ${archives} curvopt_own_blas m)
+  else()
+    target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} curvopt_own_blas -Wl,--end-group m)
+  endif()
   return()
 endif()
 foreach(name cholmod amd camd colamd ccolamd suitesparseconfig)

@@ -7,9 +7,9 @@ set(CURVOPT_TRIPLE x86_64-w64-mingw32)
 set(CMAKE_C_COMPILER ${CURVOPT_TRIPLE}-gcc-posix)
 set(CMAKE_CXX_COMPILER ${CURVOPT_TRIPLE}-g++-posix)
 set(CMAKE_RC_COMPILER ${CURVOPT_TRIPLE}-windres)
-set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
-# The library asks for no console.
-set(CMAKE_SHARED_LINKER_FLAGS_INIT "-static -Wl,--subsystem,windows")
+# No time of the link in what is built: the same sources give the same bytes. The library asks for no console.
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-static -Wl,--no-insert-timestamp")
+set(CMAKE_SHARED_LINKER_FLAGS_INIT "-static -Wl,--no-insert-timestamp -Wl,--subsystem,windows")
 # GCC aligns the stack to 16 bytes there and believes in 32 (GCC bug 54412); the assembler makes such accesses unaligned
 # ones. libcurvopt/notes/97-vectors-on-windows.md
 set(CMAKE_C_FLAGS_INIT -Wa,-muse-unaligned-vector-move)
