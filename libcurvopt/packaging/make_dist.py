@@ -224,7 +224,7 @@ def how_to_build(preset: str) -> str:
     """A sentence."""
     presets = json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]
     if any(each["name"] == preset for each in presets):
-        return f"It is built by: cmake --preset {preset} && cmake --build build/{preset}"
+        return f"It is built by: cmake --preset {preset} && cmake --build build/{preset} (CONTRIBUTING.md: what that needs)"
     return "No preset builds it yet."
 
 
