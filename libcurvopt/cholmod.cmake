@@ -45,9 +45,18 @@ endforeach()
 find_path(CURVOPT_CHOLMOD_INCLUDE suitesparse/cholmod.h REQUIRED)
 target_include_directories(curvopt_objects PRIVATE ${CURVOPT_CHOLMOD_INCLUDE})
 
+if(CMAKE_CROSSCOMPILING) # archives without parallel loops and METIS
+  if(APPLE) # whose linker goes round by itself
+    target_link_libraries(curvopt_cholmod INTERFACE ${archives} curvopt_own_blas m)
+  else()
+    target_link_libraries(curvopt_cholmod INTERFACE -Wl,--start-group ${archives} curvopt_own_blas -Wl,--end-group m)
+  endif()
+  return()
+endif()
+
 # CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: copies of the archives call
-# its functions where the originals call GCC's run time of threads, libgomp, which therefore is not needed. Archives
-# without parallel loops have none of these names; those of a function that is missing here do not link.
+# its functions where the originals call GCC's run time of threads, libgomp, which therefore is not needed. Those of
+# a function that is missing here do not link.
 if(NOT CMAKE_OBJCOPY)
   message(FATAL_ERROR "objcopy was not found (Debian: binutils)")
 endif()

@@ -6,6 +6,9 @@
 #   bash tests/run.sh               every part
 #   bash tests/run.sh PART...       only these, such as format or release; a wrong name lists them
 #
+# The parts tao and wine are skipped, and say so, where what they need is not there: PETSc; Wine, the compiler for Windows and
+# CHOLMOD made by it.
+#
 # At the end: passed, failed and seconds of each part; the slowest tests. The last line is "N passed, N failed". A part
 # that cannot run, or runs nothing, is a failure.
 set -uo pipefail
@@ -15,12 +18,14 @@ source tests/setup.sh
 export PYTEST_ADDOPTS="--durations=0 --durations-min=1 ${PYTEST_ADDOPTS:-}" # for report_times
 
 PYTHON=/usr/bin/python3
-PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python addon)
-EXTRA=(coverage package windows arm64) # by name only: coverage's time in a whole run is not measured yet; package needs
-# root; windows and arm64 run in Wine and qemu, which takes minutes
+PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python wine addon)
+EXTRA=(coverage package windows arm64 macos reproducible) # by name only: coverage's time in a whole run is not measured yet;
+# package needs root; windows and arm64 run in Wine and qemu, which takes minutes; macos needs npm; reproducible builds all of
+# them twice
 LOGS=build/tests
 LIMIT=900    # seconds a part may take
-[[ " $* " != *" arm64 "* ]] || LIMIT=3600 # qemu
+[[ " $* " != *" windows "* ]] || LIMIT=1800
+[[ " $* " != *" arm64 "* && " $* " != *" reproducible "* ]] || LIMIT=7200 # qemu is 50 to 100 times as slow
 SLOW=5       # seconds; tests above it are counted at the end
 COVERAGE=95  # percent of the lines of libcurvopt/src that must run in the part coverage
 total_passed=0
@@ -35,7 +40,7 @@ packages_of() {
     tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy ;;
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
-    release | install | asan | tsan | coverage) echo "${CTEST_PACKAGES[@]}" ;;
+    release | install | asan | tsan | coverage | wine) echo "${CTEST_PACKAGES[@]}" ;;
     numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist libosd-dev ;;
     tao)
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
@@ -45,6 +50,8 @@ packages_of() {
     package) echo "${CTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}" ;;
     windows) echo "${CROSS_PACKAGES[@]}" "${WINDOWS_PACKAGES[@]}" ;;
     arm64) echo "${CROSS_PACKAGES[@]}" "${ARM64_PACKAGES[@]}" ;;
+    macos) echo "${CROSS_PACKAGES[@]}" "${MACOS_PACKAGES[@]}" ;;
+    reproducible) echo git:git "${CTEST_PACKAGES[@]}" "${CROSS_PACKAGES[@]}" ;;
     addon) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" "${BLENDER_PACKAGES[@]}" xvfb:Xvfb imagemagick:import ;;
     esac
 }
@@ -52,10 +59,11 @@ packages_of() {
 # preset_of PART: the build that it uses. The preset debug is for debuggers; no part uses it.
 preset_of() {
     case $1 in
-    release | install | numeric | tao | python | addon | package) echo release ;;
+    release | install | numeric | tao | python | wine | addon | package) echo release ;;
     asan | tsan | coverage) echo "$1" ;;
     windows) echo windows-x64 ;;
     arm64) echo linux-arm64 ;;
+    macos) echo macos-arm64 && echo macos-x64 ;;
     esac
 }
 
@@ -157,13 +165,50 @@ run_package() {
     bash tests/package/run.sh
 }
 
-# The tests in C for other platforms. CTest calls Wine or qemu (CMAKE_CROSSCOMPILING_EMULATOR of the toolchain file).
+# The tests in C, and those of the command line, for other platforms. CTest calls Wine or qemu
+# (CMAKE_CROSSCOMPILING_EMULATOR of the toolchain file).
 run_windows() {
-    WINEDEBUG=-all ctest_of windows-x64 '^(unit|robust|abi)$'
+    local code
+    wine_starts || { echo "Wine does not start" >&2 && return 1; }
+    ctest_of windows-x64 '^(unit|robust|abi)$'
+    code=$?
+    wine_ends
+    say_skipped windows-x64
+    return $code
 }
 
 run_arm64() {
     ctest_of linux-arm64 '^(unit|robust|abi)$'
+    local code=$?
+    say_skipped linux-arm64
+    return $code
+}
+
+# say_skipped PRESET: the tests of the command line that cannot be on that platform, and why.
+say_skipped() {
+    sed -n 's/^skipped - /not on this platform: /p' "build/$1/Testing/Temporary/LastTest.log"
+}
+
+# A part of windows, wherever it can run without installing anything.
+run_wine() {
+    bash tests/checks/wine.sh
+}
+
+# Built, not run: nothing here can run it.
+run_macos() {
+    local ok bad passed=0 failed=0 architecture
+    for architecture in arm64 x86_64; do
+        bash tests/checks/macos_files.sh "build/macos-${architecture/x86_64/x64}" "$architecture" | tee "$LOGS/macos_files.txt"
+        ok=0 bad=1
+        read -r ok _ bad _ < <(tail -n 1 "$LOGS/macos_files.txt")
+        passed=$((passed + ok)) failed=$((failed + bad))
+    done
+    echo "$passed passed, $failed failed"
+    ((failed == 0))
+}
+
+run_reproducible() {
+    bash tests/package/reproducible.sh
 }
 
 # archives_of PRESET: CHOLMOD and cmocka for a cross build, if it is one.
@@ -171,6 +216,8 @@ archives_of() {
     case $1 in
     windows-x64) bash libcurvopt/toolchains/archives.sh x86_64-w64-mingw32 ;;
     linux-arm64) bash libcurvopt/toolchains/archives.sh aarch64-linux-gnu ;;
+    macos-arm64) bash libcurvopt/toolchains/archives.sh arm64-apple-macos11 ;;
+    macos-x64) bash libcurvopt/toolchains/archives.sh x86_64-apple-macos11 ;;
     esac >"$LOGS/archives-$1.log" 2>&1 || { tail -n 20 "$LOGS/archives-$1.log" >&2 && return 1; }
 }
 
@@ -197,8 +244,8 @@ counts_of() {
         read -r failed total < <(sed -nE 's/^.*tests passed, ([0-9]+) tests? failed out of ([0-9]+).*$/\1 \2/p' "$2")
         passed=${failed:+$((total - failed))}
         ;;
-    tao)
-        if [[ $3 == 0 ]] && grep -q '^skipped: no PETSc' "$2"; then
+    tao | wine)
+        if [[ $3 == 0 ]] && grep -q '^skipped: ' "$2"; then
             echo "0 0 $(grep -m 1 '^skipped:' "$2")"
             return
         fi

@@ -13,8 +13,9 @@
     PYTEST_PACKAGES=(python3-pytest python3-numpy)
     DEBIAN_PACKAGES=(dpkg-dev debhelper dh-python lintian fakeroot libblas-dev pkg-config:pkg-config)
     CROSS_PACKAGES=(cmake:cmake ninja-build:ninja binutils:objdump dpkg-dev:dpkg-source make:make perl:perl python3:python3)
-    WINDOWS_PACKAGES=(gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix wine:wine wine64)
+    WINDOWS_PACKAGES=(gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix wine64)
     ARM64_PACKAGES=(gcc-aarch64-linux-gnu g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user:qemu-aarch64)
+    MACOS_PACKAGES=(clang-14:clang-14 lld-14 llvm-14 npm:npm)
     TAO_PACKAGES=(pkg-config:pkg-config petsc-dev libopenmpi-dev openmpi-bin:mpirun)
 }
 
@@ -82,6 +83,25 @@ build() {
         printf '%s: the build of preset %s failed; all of its output is in %s\n' "$ME" "$preset" "$log" >&2
         return 1
     fi
+}
+
+# wine_starts, wine_ends: one server of Wine for all programs of the Windows build between them, without which each of them
+# starts its own, which takes 2 s. Its drives and registry are the build's own (libcurvopt/toolchains/windows-x64.cmake).
+wine_starts() {
+    mkdir -p build/windows-x64/wine
+    wine_server --kill
+    wine_server --persistent=60 # seconds after its last program
+    bash build/windows-x64/tests/curvopt.sh --version >build/windows-x64/wine.log 2>&1
+}
+
+wine_ends() {
+    wine_server --kill
+}
+
+wine_server() {
+    local server
+    server=$(command -v wineserver) || server=/usr/lib/wine/wineserver
+    [[ ! -x $server ]] || WINEPREFIX=$PWD/build/windows-x64/wine "$server" "$1" >/dev/null 2>&1 </dev/null
 }
 
 # run_blender ARGUMENT...: Blender without a window, without this user's settings and Python paths; a script that

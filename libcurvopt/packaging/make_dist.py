@@ -34,19 +34,26 @@ DATE = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the earliest that the fo
 
 
 class Platform(NamedTuple):
-    """A platform by Blender's name: the wheel's tag (PEP 425, PEP 600), the library's file, the preset that builds it."""
+    """A platform by Blender's name: the wheel's tag (PEP 425, PEP 600), the library's file, the preset that builds it,
+    and whether our tests run there."""
 
     name: str
     tag: str
     library: str
     preset: str
+    is_run: bool = True
 
 
 PLATFORMS = (
     Platform("linux-x64", "manylinux_2_17_x86_64", "libcurvopt.so", "release"),
     Platform("linux-arm64", "manylinux_2_17_aarch64", "libcurvopt.so", "linux-arm64"),
     Platform("windows-x64", "win_amd64", "curvopt.dll", "windows-x64"),
-    Platform("macos-arm64", "macosx_11_0_arm64", "libcurvopt.dylib", "macos-arm64"),
+    Platform("macos-arm64", "macosx_11_0_arm64", "libcurvopt.dylib", "macos-arm64", is_run=False),
+    Platform("macos-x64", "macosx_11_0_x86_64", "libcurvopt.dylib", "macos-x64", is_run=False),
+)
+NOT_RUN = (  # goes beside the library
+    "Built, not run: the library for this system is compiled and checked from outside, but no machine of ours can run it.\n"
+    "Please tell us whether it works.\n"
 )
 Files = dict[str, bytes]  # path in an archive -> contents
 
@@ -114,11 +121,19 @@ def addon_files(top: str = "") -> Files:
     return files
 
 
+def library_files(top: str, platform: Platform, library: bytes) -> Files:
+    """A platform's folder of the package: the library, and what is to be known of it."""
+    folder = f"{top}native/{platform.name}/"
+    files = {folder + platform.library: library}
+    if not platform.is_run:
+        files[folder + "BUILT_NOT_RUN.txt"] = NOT_RUN.encode()
+    return files
+
+
 def wheel(platform: Platform, library: bytes) -> tuple[str, bytes]:
     """File name and contents of a platform's wheel."""
     tag, info = f"py3-none-{platform.tag}", f"curvopt-{version()}.dist-info/"
-    files = package_files("curvopt/")
-    files[f"curvopt/native/{platform.name}/{platform.library}"] = library
+    files = {**package_files("curvopt/"), **library_files("curvopt/", platform, library)}
     files[info + "METADATA"] = (
         f"Metadata-Version: 2.1\nName: curvopt\nVersion: {version()}\n"
         "Summary: Minimize curvature energies (Willmore, MVS, MVS_cross) of Catmull-Clark surfaces\n"
@@ -126,6 +141,7 @@ def wheel(platform: Platform, library: bytes) -> tuple[str, bytes]:
         "Classifier: License :: OSI Approved :: GNU General Public License v3 or later (GPLv3+)\n"
         "Classifier: Programming Language :: Python :: 3\nClassifier: Topic :: Scientific/Engineering :: Mathematics\n"
         "Requires-Python: >=3.9\nRequires-Dist: numpy\nDescription-Content-Type: text/markdown\n\n"
+        + ("" if platform.is_run else NOT_RUN + "\n")
         + (PACKAGE.parent / "README.md").read_text()
     ).encode()
     files[info + "WHEEL"] = f"Wheel-Version: 1.0\nGenerator: curvopt\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
@@ -158,7 +174,7 @@ def legacy(libraries: dict[Platform, bytes]) -> bytes:
     package's name: a package `curvopt` on Python's path would be loaded in its place."""
     files = {**addon_files("curvopt_addon/"), **package_files("curvopt_addon/vendor/curvopt/")}
     for platform, library in libraries.items():
-        files[f"curvopt_addon/vendor/curvopt/native/{platform.name}/{platform.library}"] = library
+        files.update(library_files("curvopt_addon/vendor/curvopt/", platform, library))
     return zipped(files)
 
 
@@ -208,7 +224,7 @@ def how_to_build(preset: str) -> str:
     """A sentence."""
     presets = json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]
     if any(each["name"] == preset for each in presets):
-        return f"It is built by: cmake --preset {preset} && cmake --build build/{preset}"
+        return f"It is built by: cmake --preset {preset} && cmake --build build/{preset} (CONTRIBUTING.md: what that needs)"
     return "No preset builds it yet."
 
 
@@ -254,6 +270,8 @@ def make_dist(build: Path) -> None:
         (dist / name).write_bytes(contents)
         print(f"dist: {len(contents):>10}  {name}")
     for platform in PLATFORMS:
+        if platform in libraries and not platform.is_run:
+            print(f"dist: {platform.name} is built, not run: nothing here can run it.")
         if platform not in libraries:
             print(
                 f"dist: left out {platform.name}: there is no build/{platform.preset}/{platform.library}. "

@@ -85,6 +85,9 @@ FILE *platform_open(const char *path, const char *mode) {
 int platform_replace(const char *from, const char *to) {
     wchar_t *wide_from = wide_path(from), *wide_to = wide_path(to);
     int failed = wide_from && wide_to ? 0 : ENOMEM;
+    DWORD there = failed ? INVALID_FILE_ATTRIBUTES : GetFileAttributesW(wide_to);
+    if (there != INVALID_FILE_ATTRIBUTES && there & FILE_ATTRIBUTE_READONLY)
+        failed = EACCES; /* Windows refuses that by itself, and Wine does not */
     if (!failed && !MoveFileExW(wide_from, wide_to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH))
         failed = GetLastError() == ERROR_ACCESS_DENIED || GetLastError() == ERROR_SHARING_VIOLATION ? EACCES : EIO;
     free(wide_from);

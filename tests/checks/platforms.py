@@ -2,8 +2,7 @@
 """How far the results of the command line differ between platforms: programs, given as commands, against the first of them.
 
     python3 tests/checks/platforms.py --program linux=build/release/curvopt \\
-        --program windows="wine build/windows-x64/curvopt.exe" \\
-        --program arm64="qemu-aarch64 -L /usr/aarch64-linux-gnu build/linux-arm64/curvopt"
+        --program windows=build/windows-x64/tests/curvopt.sh --program arm64=build/linux-arm64/tests/curvopt.sh
 
 Each cage of blend_files/obj is evaluated, and minimized on one level, with each energy, on one thread. Per program, command and
 energy: the largest relative difference of the objective, and where; in how many runs the steps of a level and the verdict are

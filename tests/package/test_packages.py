@@ -3,6 +3,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -126,6 +127,40 @@ def test_the_wheel_of_another_platform_says_so(wheel, tmp_path):
     package = unpacked(wheel, tmp_path)
     (package / "native/linux-x64").rename(package / "native/windows-x64")
     assert "for linux-x64 is missing: this package is for windows-x64" in import_from(tmp_path).stderr
+
+
+def test_a_library_that_is_of_another_system_or_empty_says_so(wheel, tmp_path):
+    library = unpacked(wheel, tmp_path) / "native/linux-x64/libcurvopt.so"
+    for contents in (b"MZ" + bytes(5000), b""):
+        library.write_bytes(contents)
+        said = import_from(tmp_path).stderr
+        assert "cannot be loaded on linux-x64: " in said and "Install the file for this system." in said, said
+
+
+def test_pip_refuses_the_wheel_of_another_platform(tmp_path):
+    (platform,) = (each for each in make_dist.PLATFORMS if each.name == "windows-x64")
+    name, contents = make_dist.wheel(platform, b"a library")
+    (tmp_path / name).write_bytes(contents)
+    subprocess.run(["/usr/bin/python3", "-m", "venv", tmp_path / "venv"], check=True)
+    done = subprocess.run(
+        [tmp_path / "venv/bin/python", "-m", "pip", "install", "--no-index", "--no-deps", tmp_path / name],
+        capture_output=True, text=True, env=clean_environment(),
+    )  # fmt: skip
+    assert done.returncode and "is not a supported wheel on this platform" in done.stderr, done.stderr
+    assert not list((tmp_path / "venv").rglob("curvopt*"))
+
+
+@pytest.mark.parametrize("platform", make_dist.PLATFORMS, ids=lambda platform: platform.name)
+def test_what_was_never_run_says_so(platform):
+    never = platform.name.startswith("macos")
+    archives = {"curvopt/": make_dist.wheel(platform, b"")[1], "curvopt_addon/vendor/curvopt/": make_dist.legacy({platform: b""})}
+    for top, contents in archives.items():
+        with zipfile.ZipFile(io.BytesIO(contents)) as found:
+            note = f"{top}native/{platform.name}/BUILT_NOT_RUN.txt"
+            assert (note in found.namelist()) == never
+            assert not never or found.read(note).startswith(b"Built, not run: ")
+            for name in found.namelist():
+                assert not name.endswith("METADATA") or (b"Built, not run: " in found.read(name)) == never
 
 
 def test_an_older_library_beside_a_newer_package_says_so(wheel, tmp_path):

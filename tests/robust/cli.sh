@@ -2,15 +2,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What the tests of the command line share; to be sourced. Each test is a function test_BEHAVIOUR that runs in an empty
 # folder of its own; run_tests runs them all and fails if one did.
+#
+#   test_cli_NAME.sh PROGRAM [SYSTEM]     native (if it is not given), windows (in Wine) or emulated (Linux, in qemu)
 set -uo pipefail
 
 CURVOPT=$(realpath -- "$1")
+SYSTEM=${2:-native}
 HEADER=$(realpath -- "$(dirname "${BASH_SOURCE[0]}")/../../libcurvopt/include/curvopt.h")
 OUT='' ERR='' CODE=0
 
 fail() {
     printf '    %s\n' "$*" >&2
     FAILED=1
+}
+
+# cannot_be_on SYSTEM REASON: whether that is this system; the test then ends, and is counted as skipped, for that reason.
+cannot_be_on() {
+    [[ $SYSTEM == "$1" ]] || return 1
+    SKIPPED=$2
 }
 
 # run ARGUMENT...: output, errors and exit code into OUT, ERR, CODE.
@@ -98,13 +107,18 @@ torus_obj() {
 }
 
 run_tests() {
-    local name failed=0 count=0
+    local name failed=0 count=0 skipped=0
     SCRATCH=$(mktemp -d) || exit 1
     trap 'rm -rf "$SCRATCH"' EXIT
     for name in $(declare -F | sed -n 's/^declare -f \(test_.*\)/\1/p'); do
-        FAILED=0
+        FAILED=0 SKIPPED=
         mkdir "$SCRATCH/$name" && cd "$SCRATCH/$name" || exit 1
         "$name"
+        if [[ -n $SKIPPED ]]; then
+            skipped=$((skipped + 1))
+            echo "skipped - $name: $SKIPPED"
+            continue
+        fi
         count=$((count + 1))
         if ((FAILED)); then
             failed=$((failed + 1))
@@ -113,6 +127,6 @@ run_tests() {
             echo "ok - $name"
         fi
     done
-    echo "$((count - failed)) passed, $failed failed"
+    echo "$((count - failed)) passed, $failed failed, $skipped skipped"
     ((count > 0 && failed == 0))
 }

@@ -90,8 +90,6 @@ test_trace_is_written_whole_or_not_at_all() {
     expect 0 ''
     [[ $OUT == level,iteration,energy,* && $OUT != *willmore:* ]] || fail "printed: $OUT"
     [[ -s result.obj && -z $(ls ./*.part 2>/dev/null) ]] || fail "left: $(ls)"
-    run minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --quiet --trace /dev/full
-    expect 1 "No space left"
 }
 
 test_quiet_prints_nothing() {
@@ -141,6 +139,7 @@ test_unwritable_outputs_are_refused_and_nothing_is_left() {
 }
 
 test_full_disk_is_reported() {
+    cannot_be_on windows "there is no /dev/full" && return
     cube_obj >cage.obj
     [[ -c /dev/full ]] || fail "this system has no /dev/full"
     run evaluate cage.obj --quiet --json /dev/full
@@ -148,9 +147,12 @@ test_full_disk_is_reported() {
     [[ -c /dev/full ]] || fail "the device is gone"
     "$CURVOPT" evaluate cage.obj >/dev/full 2>err
     [[ $? == 1 ]] || fail "a report that could not be printed passes for done"
+    run minimize cage.obj -o result.obj --levels 1 --max-iterations 1 --quiet --trace /dev/full
+    expect 1 "No space left"
 }
 
 test_devices_are_written_not_replaced() {
+    cannot_be_on windows "its pipes are no files of a folder; test_cli_paths.sh writes to its device NUL" && return
     cube_obj >cage.obj
     mkfifo pipe
     cat pipe >copy.obj &
@@ -162,17 +164,26 @@ test_devices_are_written_not_replaced() {
     [[ $(grep -c '^f ' copy.obj) == 6 ]] || fail "the cage did not come through the pipe"
 }
 
-# Waits until process $1 catches SIGINT, then sends it.
+# Whether process $1 catches SIGINT, and has 3 s of CPU time behind it in an emulator: Wine and qemu catch it from the
+# start, before the program does.
+is_ready() {
+    local caught ticks
+    caught=$(sed -n 's/^SigCgt:[[:space:]]*//p' "/proc/$1/status" 2>/dev/null) && ((0x$caught & 2)) || return
+    [[ $SYSTEM != native ]] || return 0
+    read -r -a ticks < <(sed 's/^.*) //' "/proc/$1/stat") && ((ticks[11] + ticks[12] > 3 * $(getconf CLK_TCK)))
+}
+
+# Waits until process $1 is ready for SIGINT, at most 120 s, then sends it.
 interrupt() {
-    local caught tries
-    for ((tries = 0; tries < 500; tries++)); do
-        caught=$(sed -n 's/^SigCgt:[[:space:]]*//p' "/proc/$1/status" 2>/dev/null) || return 1
-        if ((0x$caught & 2)); then
+    local tries
+    for ((tries = 0; tries < 2400; tries++)); do
+        if is_ready "$1"; then
             sleep 0.3
             kill -INT "$1"
             return
         fi
-        sleep 0.02
+        [[ -e /proc/$1 ]] || return 1
+        sleep 0.05
     done
     return 1
 }

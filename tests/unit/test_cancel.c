@@ -13,6 +13,8 @@ enum { RINGS = 3, LARGEST = 96 };
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 enum { SLOWER = 20 }; /* times that sanitizers may take longer */
+#elif defined(IN_QEMU)
+enum { SLOWER = 100 }; /* 50 to 100 were seen */
 #else
 enum { SLOWER = 1 };
 #endif
