@@ -84,29 +84,40 @@ void co_bezier_point(const double piece[CO_BEZIER], double u, double v, double o
     }
 }
 
-/* Four points `step` numbers apart, cut to [a, b]: the blossom's values at a a a, a a b, a b b, b b b. */
-static void cut_line(double *p, int step, double a, double b) {
-    const double q[4] = {p[0], p[step], p[2 * step], p[3 * step]};
+/* The blossom's values at a a a, a a b, a b b, b b b over the four points of a cubic: those of the part [a, b]. */
+static void cut_weights(double a, double b, double w[4][4]) {
     const double parameter[4][3] = {{a, a, a}, {a, a, b}, {a, b, b}, {b, b, b}};
     for (int k = 0; k < 4; k++) {
-        double x[4] = {q[0], q[1], q[2], q[3]};
-        for (int r = 0; r < 3; r++)
-            for (int i = 0; i < 3 - r; i++)
-                x[i] += parameter[k][r] * (x[i + 1] - x[i]);
-        p[k * step] = x[0];
+        const double x = parameter[k][0], y = parameter[k][1], z = parameter[k][2];
+        const double p = 1 - x, q = 1 - y, r = 1 - z;
+        w[k][0] = p * q * r;
+        w[k][1] = x * q * r + p * y * r + p * q * z;
+        w[k][2] = p * y * z + x * q * z + x * y * r;
+        w[k][3] = x * y * z;
     }
 }
 
+/* Rows of four points, `n` numbers in a row side by side: out[k] = sum of w[k][i] in[i]. */
+static void combine(const double w[4][4], const double *in, int n, double *out) {
+    for (int k = 0; k < 4; k++)
+        for (int c = 0; c < n; c++)
+            out[k * n + c] = w[k][0] * in[c] + w[k][1] * in[n + c] + w[k][2] * in[2 * n + c] + w[k][3] * in[3 * n + c];
+}
+
 void co_bezier_part(const double piece[CO_BEZIER], const double u[2], const double v[2], double out[CO_BEZIER]) {
-    if (out != piece)
-        memcpy(out, piece, sizeof(double) * CO_BEZIER);
-    if (u[0] != 0 || u[1] != 1)
-        for (int j = 0; j < 4; j++)
-            for (int c = 0; c < 3; c++)
-                cut_line(out + 12 * j + c, 3, u[0], u[1]);
-    if (v[0] != 0 || v[1] != 1)
-        for (int i = 0; i < 12; i++)
-            cut_line(out + i, 12, v[0], v[1]);
+    double rows[CO_BEZIER], w[4][4];
+    memcpy(rows, piece, sizeof rows);
+    if (u[0] != 0 || u[1] != 1) {
+        cut_weights(u[0], u[1], w);
+        for (size_t j = 0; j < 4; j++)
+            combine((const double(*)[4])w, piece + 12 * j, 3, rows + 12 * j);
+    }
+    if (v[0] != 0 || v[1] != 1) {
+        cut_weights(v[0], v[1], w);
+        combine((const double(*)[4])w, rows, 12, out);
+    } else {
+        memcpy(out, rows, sizeof rows);
+    }
 }
 
 /* Square of the length of a second difference of control points. */

@@ -30,7 +30,8 @@ void co_bezier_from_bspline(const double spline[CO_BEZIER], double out[CO_BEZIER
 void co_bezier_at(const double piece[CO_BEZIER], double u, double v, co_bezier_jet *out);
 /* Position alone. */
 void co_bezier_point(const double piece[CO_BEZIER], double u, double v, double out[3]);
-/* The part u in [u0, u1], v in [v0, v1] of a piece, by de Casteljau's algorithm; out may be the piece. */
+/* The part u in [u[0], u[1]], v in [v[0], v[1]] of a piece, by its blossom; out may be the piece. A range that runs
+ * backwards turns the part round. */
 void co_bezier_part(const double piece[CO_BEZIER], const double u[2], const double v[2], double out[CO_BEZIER]);
 /* Largest lengths of the second derivatives uu, uv, vv: not more than these bounds anywhere on the piece. */
 void co_bezier_second(const double piece[CO_BEZIER], double bound[3]);

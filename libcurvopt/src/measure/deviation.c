@@ -35,6 +35,17 @@ static double rings_radius(const co_surface_pieces *s, int32_t patch, int32_t ri
     return sqrt(largest);
 }
 
+/* Largest distance of the points of two patches at fans of one kind: a bound of what is between the patches. */
+static double distance_of_fans(const co_surface_pieces *a, int32_t p, const co_surface_pieces *b, int32_t q) {
+    double largest = 0;
+    if (a->patches.kind[p] != b->patches.kind[q])
+        return (double)INFINITY;
+    const int32_t *of_a = a->patches.points + a->patches.start[p], *of_b = b->patches.points + b->patches.start[q];
+    for (int32_t i = 0; i < co_patches_own_size(a->patches.kind[p]); i++)
+        largest = fmax(largest, co_distance_squared(a->points + 3 * (size_t)of_a[i], b->points + 3 * (size_t)of_b[i]));
+    return sqrt(largest);
+}
+
 static void bound_tip(const search *s, item *it) {
     const co_surface_pieces *own = s->surface[it->of].pieces;
     const int32_t patch = -1 - it->piece;
@@ -43,6 +54,9 @@ static void bound_tip(const search *s, item *it) {
     it->lower = near.distance;
     it->hint = near.part;
     it->upper = fmin(it->upper, near.distance + rings_radius(own, patch, it->ring));
+    const co_surface_pieces *other = s->surface[!it->of].pieces;
+    if (near.piece < 0)
+        it->upper = fmin(it->upper, distance_of_fans(own, patch, other, other->tip[-1 - near.piece].patch));
 }
 
 static void bound_part(const search *s, item *it) {
@@ -165,7 +179,8 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
         out->n_parts += s.n_now;
         take_largest(&s, out);
         const int give_up = out->n_parts > budget || co_cancel_is_requested(cancel);
-        const double enough = give_up ? (double)INFINITY : fmax(CO_DEVIATION_RATIO * out->max, floor);
+        const double ratio = out->n_parts < CO_DEVIATION_FEW ? CO_DEVIATION_CLOSE : CO_DEVIATION_RATIO;
+        const double enough = give_up ? (double)INFINITY : fmax(ratio * out->max, floor);
         status = next_items(&s, enough, out, error);
     }
     free(s.now);

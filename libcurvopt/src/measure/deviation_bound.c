@@ -71,6 +71,24 @@ static void cut_to(const double b[CO_BEZIER], double uv[4][2], double part[CO_BE
     co_bezier_part(b, range[0], range[1], part);
 }
 
+/* Largest distance of control points of a and of b's part between the means of the corners' parameters, along u and v as
+ * these run: a bound with another phi, exact where both are the same surface. */
+static double distance_of_nets(const double a[CO_BEZIER], const double b[CO_BEZIER], double at[4][2]) {
+    const double *p = at[0], *q = at[1], *r = at[2], *s = at[3];
+    const int swapped = fabs(q[0] - p[0] + s[0] - r[0]) < fabs(q[1] - p[1] + s[1] - r[1]);
+    double range[2][2], part[CO_BEZIER], largest = 0;
+    for (int k = 0; k < 2; k++) {
+        const int along_s = (k == 0) != swapped;
+        range[k][0] = (p[k] + (along_s ? r[k] : q[k])) / 2;
+        range[k][1] = (s[k] + (along_s ? q[k] : r[k])) / 2;
+    }
+    co_bezier_part(b, range[0], range[1], part);
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 4; i++)
+            largest = fmax(largest, co_distance_squared(a + 12 * j + 3 * i, part + (swapped ? 12 * i + 3 * j : 12 * j + 3 * i)));
+    return sqrt(largest);
+}
+
 double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], const double uv[2]) {
     static const double whole[2] = {0, 1};
     static const int corner[4] = {0, 9, 36, 45};
@@ -80,6 +98,7 @@ double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], 
         at[i][1] = uv[1];
         largest = fmax(largest, co_nearest_on_piece(b, a + corner[i], whole, whole, at[i], point));
     }
+    const double of_nets = distance_of_nets(a, b, at);
     cut_to(b, at, part);
     const spread of_a = second_derivatives(a), of_b = second_derivatives(part);
     double along[2][2], twist[2];
@@ -88,6 +107,7 @@ double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], 
         along[1][k] = (at[2][k] - at[0][k] + at[3][k] - at[1][k]) / 2;
         twist[k] = (at[3][k] - at[2][k] - at[1][k] + at[0][k]) / 2;
     }
-    return largest + (second_of_difference(&of_a, 0, &of_b, along[0], twist) +
-                      second_of_difference(&of_a, 2, &of_b, along[1], twist)) / 8;
+    const double second = second_of_difference(&of_a, 0, &of_b, along[0], twist) +
+                          second_of_difference(&of_a, 2, &of_b, along[1], twist);
+    return fmin(of_nets, largest + second / 8);
 }

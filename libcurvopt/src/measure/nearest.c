@@ -83,57 +83,67 @@ static int is_flat(const double bezier[CO_BEZIER]) {
     return (second[0] + second[2]) / 8 <= FLAT * sqrt(fmin(diagonal, other));
 }
 
-/* Counts the parts of a piece, and writes them where `out` is not NULL. */
-static int32_t cut_piece(const co_surface_pieces *s, int32_t piece, co_part *out, co_box *box) {
+/* Room for one more part. */
+static int grow(co_nearest *s, int32_t *room) {
+    if (s->n_parts < *room)
+        return 1;
+    const size_t more = 2 * (size_t)*room;
+    co_part *part = more < INT32_MAX / 4 ? CO_RESIZED(s->part, more) : NULL;
+    if (part)
+        s->part = part;
+    co_box *box = part ? CO_RESIZED(s->box, more) : NULL;
+    if (!box)
+        return 0;
+    s->box = box;
+    *room = (int32_t)more;
+    return 1;
+}
+
+/* Adds the parts of a piece; 0: memory is out. */
+static int cut_piece(co_nearest *s, int32_t piece, int32_t *room) {
     struct {
         double u, v, side;
     } stack[4 * DEEPEST + 4];
     int depth = 1;
-    int32_t n = 0;
     stack[0].u = stack[0].v = 0;
     stack[0].side = 1;
     while (depth) {
         const double u0 = stack[--depth].u, v0 = stack[depth].v, side = stack[depth].side;
         const double u[2] = {u0, u0 + side}, v[2] = {v0, v0 + side};
         double bezier[CO_BEZIER];
-        co_bezier_part(co_pieces_bezier(s, piece), u, v, bezier);
+        co_bezier_part(co_pieces_bezier(s->pieces, piece), u, v, bezier);
         if (side * (1 << DEEPEST) <= 1 || is_flat(bezier)) {
-            if (out) {
-                out[n] = (co_part){.piece = piece, .side = (float)side, .u = (float)u0, .v = (float)v0};
-                box[n] = co_box_of(bezier, 16);
-            }
-            n++;
+            if (!grow(s, room))
+                return 0;
+            s->part[s->n_parts] = (co_part){.piece = piece, .side = (float)side, .u = (float)u0, .v = (float)v0};
+            s->box[s->n_parts++] = co_box_of(bezier, 16);
             continue;
         }
         for (int k = 0; k < 4; k++) {
-            stack[depth].u = u0 + (k % 2) * side / 2; /* NOLINT(bugprone-integer-division): 0 or 1 */
-            stack[depth].v = v0 + (k >= 2) * side / 2;
+            stack[depth].u = u0 + (k % 2 ? side / 2 : 0);
+            stack[depth].v = v0 + (k >= 2 ? side / 2 : 0);
             stack[depth++].side = side / 2;
         }
     }
-    return n;
+    return 1;
 }
 
 int32_t co_nearest_create(const co_surface_pieces *s, co_nearest *out, curvopt_error *error) {
+    int32_t room = s->n_tips + s->n_pieces + 16;
     *out = (co_nearest){.pieces = s};
-    size_t n = (size_t)s->n_tips;
-    for (int32_t k = 0; k < s->n_pieces; k++)
-        n += (size_t)cut_piece(s, k, NULL, NULL);
-    if (n > INT32_MAX / 4)
-        return co_status_no_memory(error);
-    out->part = CO_NEW(co_part, n);
-    out->box = CO_NEW(co_box, n);
-    if (!out->part || !out->box) {
-        co_nearest_free(out);
-        return co_status_no_memory(error);
+    out->part = CO_NEW(co_part, room);
+    out->box = CO_NEW(co_box, room);
+    int fits = out->part && out->box;
+    for (int32_t k = 0; fits && k < s->n_pieces; k++)
+        fits = cut_piece(out, k, &room);
+    for (int32_t t = 0; fits && t < s->n_tips; t++) {
+        fits = grow(out, &room);
+        if (fits) { /* a point of the surface: the rest is within its radius */
+            out->part[out->n_parts] = (co_part){.piece = -1 - t};
+            out->box[out->n_parts++] = co_box_of(s->tip[t].at, 1);
+        }
     }
-    for (int32_t k = 0; k < s->n_pieces; k++)
-        out->n_parts += cut_piece(s, k, out->part + out->n_parts, out->box + out->n_parts);
-    for (int32_t t = 0; t < s->n_tips; t++, out->n_parts++) {
-        out->part[out->n_parts] = (co_part){.piece = -1 - t};
-        out->box[out->n_parts] = co_box_of(s->tip[t].at, 1); /* a point of the surface: the rest is within its radius */
-    }
-    const int32_t status = co_box_tree_create(out->n_parts, out->box, &out->tree, error);
+    int32_t status = fits ? co_box_tree_create(out->n_parts, out->box, &out->tree, error) : co_status_no_memory(error);
     if (status != CURVOPT_OK)
         co_nearest_free(out);
     return status;
