@@ -604,9 +604,9 @@ typedef struct curvopt_deviation {
     double max;            /* largest distance found from a point of either surface to the other one */
     double rms;            /* root mean square distance of the first surface's points from the second, by area; NAN if
                               cancelled */
-    double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, but 1e-9 size
-                              where that is more; larger only if cancelled, or where 400 000 parts were looked at and
-                              did not do */
+    double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, unless that is
+                              below 1e-9 size or 1e-4 of a face at an extraordinary vertex; larger also if cancelled,
+                              or if 400 000 parts of the surfaces did not do */
     double size;           /* root mean square distance of the first cage's vertices from their centroid */
     double point[3];       /* the point of the first surface, */
     double other_point[3]; /* and that of the second, whose distance is max */
@@ -618,8 +618,8 @@ typedef struct curvopt_deviation {
  *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
  *     surface; NAN for isolated vertices. May be NULL.
- * `bound` holds but for rounding and for the tips at extraordinary vertices, of 2e-5 of a face, whose extent is
- * estimated. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite, zero size),
+ * `bound` holds up to rounding, by convex hulls of control nets; only the extent of the tips at extraordinary vertices,
+ * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite, zero size),
  * ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                               const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
@@ -635,6 +635,8 @@ typedef struct curvopt_crossings {
     int32_t n_unresolved; /* pairs of faces not decided: parts of 1/256 of a face still may meet, and no common point
                              was found */
     int32_t n_listed;     /* pairs written to the caller's array: n_pairs or its room, whichever is less */
+    int32_t is_complete;  /* 1: everything was looked at; 0: cancelled, and there may be more */
+    int32_t reserved;     /* 0 */
 } curvopt_crossings;
 
 /* Finds where the limit surface of a cage xyz [3 n_vertices] crosses itself. A pair is (f, g), f <= g, with f = g for a

@@ -5,6 +5,7 @@
 #include "curvopt.h"
 
 #include "held.h"
+#include "measures.h"
 
 #include <stdio.h>
 
@@ -17,7 +18,8 @@ typedef struct json_report {
     const curvopt_level_report *levels; /* [summary->n_levels] */
     const char *energy;                 /* as asked for */
     const char *method;
-    const held_list *held; /* or NULL */
+    const held_list *held;    /* or NULL */
+    const measures *measures; /* or NULL */
     const char *more;      /* further members, each ending in a comma and a line's end; or NULL */
 } json_report;
 

@@ -134,7 +134,8 @@ class Deviation(C.Structure):
 class Crossings(C.Structure):
     """curvopt_crossings; crossings() adds `pairs`"""
 
-    _fields_ = [(name, I32) for name in ("n_pairs", "n_contacts", "n_unresolved", "n_listed")]
+    _fields_ = [(name, I32) for name in ("n_pairs", "n_contacts", "n_unresolved", "n_listed",
+                                         "is_complete", "reserved")]
 
 
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)

@@ -124,6 +124,7 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
     if (status == CURVOPT_OK) {
         curvopt_crossings theirs;
         list_crossings(&found, n_room, pairs, &theirs);
+        theirs.is_complete = !co_cancel_is_requested(cancel);
         co_api_copy_out(out, size, &theirs, sizeof theirs);
     }
     co_crossings_free(&found);

@@ -8,7 +8,8 @@
 
 enum {
     DEEPEST = 8,        /* parts of 1 / 256 of a piece are not cut */
-    MOST_PAIRS = 20000, /* of parts, for one pair of pieces */
+    MOST_PAIRS = 800,   /* of parts, for one pair of pieces */
+    ENOUGH_PAIRS = 60,  /* where common points were found, but no crossing: surfaces that lie on each other */
     NEWTON_STEPS = 12
 };
 /* Common points: distance, in sizes of the cage; least angle of tangent planes; least area of a part's parallelogram of
@@ -239,7 +240,7 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
     stack[0] = (task){.level = 0};
-    while (depth && n_pairs++ < MOST_PAIRS) {
+    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : MOST_PAIRS)) {
         const task t = stack[--depth];
         const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];
         take_part(s, a, t.u[0], t.v[0], t.level, &of_a);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 /* Parts are halved until they differ from a bilinear patch by less than FLAT of their diagonal, DEEPEST times at most. */
-#define FLAT 0.04
+#define FLAT 0.08
 enum { DEEPEST = 4, NEWTON_STEPS = 20 };
 
 static double clamped(double x, const double range[2]) {
@@ -45,7 +45,7 @@ static void newton_step(const co_bezier_jet *j, const double r[3], const double 
 double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], const double u[2], const double v[2],
                            double uv[2], double at[3]) {
     co_bezier_jet jet;
-    double best = INFINITY, from[2] = {clamped(uv[0], u), clamped(uv[1], v)}, step[2] = {0};
+    double best = INFINITY, moved = 1, from[2] = {clamped(uv[0], u), clamped(uv[1], v)}, step[2] = {0};
     uv[0] = from[0];
     uv[1] = from[1];
     for (int k = 0; k < NEWTON_STEPS; k++) {
@@ -67,7 +67,10 @@ double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], con
         }
         uv[0] = clamped(from[0] + step[0], u);
         uv[1] = clamped(from[1] + step[1], v);
-        if (fabs(uv[0] - from[0]) + fabs(uv[1] - from[1]) < 1e-11)
+        if (moved < 1e-6) /* Newton's step squares the error: what is left is of rounding */
+            break;
+        moved = fabs(uv[0] - from[0]) + fabs(uv[1] - from[1]);
+        if (moved < 1e-11)
             break;
     }
     uv[0] = from[0];
