@@ -22,7 +22,10 @@ typedef struct item {
 typedef struct search {
     const co_nearest *surface; /* [2] */
     item *now;                 /* [n_now] */
-    size_t n_now, room;
+    size_t n_now;
+    item farthest; /* the item of the largest distance found */
+    int n_promising;
+    item promising[CO_DEVIATION_CLIMBS]; /* items not cut of the largest bounds, these falling */
 } search;
 
 /* Largest distance from a patch's tip to a control point of the rings from `ring` on. */
@@ -112,7 +115,6 @@ static int cut(const co_surface_pieces *own, const item *it, item child[4]) {
 static int32_t start(search *s, curvopt_error *error) {
     const size_t n_first = (size_t)s->surface[0].pieces->patches.n_patches;
     s->n_now = n_first + (size_t)s->surface[1].pieces->patches.n_patches;
-    s->room = s->n_now;
     s->now = CO_NEW(item, s->n_now);
     if (!s->now)
         return co_status_no_memory(error);
@@ -125,27 +127,76 @@ static int32_t start(search *s, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Takes over the largest distance of the present items, and where it is. */
-static void take_largest(const search *s, co_deviation *out) {
-    size_t at = s->n_now;
+/* Takes over the largest distance of the present items, and whose it is. */
+static void take_largest(search *s, co_deviation *out) {
     for (size_t k = 0; k < s->n_now; k++)
         if (s->now[k].lower > out->max) {
             out->max = s->now[k].lower;
-            at = k;
+            s->farthest = s->now[k];
         }
-    if (at == s->n_now)
+}
+
+/* Keeps an item that is not cut, if its bound is among the largest. */
+static void keep_promising(search *s, const item *it) {
+    int at = s->n_promising < CO_DEVIATION_CLIMBS ? s->n_promising++ : CO_DEVIATION_CLIMBS - 1;
+    if (s->promising[at].upper >= it->upper && s->n_promising == CO_DEVIATION_CLIMBS && s->promising[at].upper > 0)
         return;
-    const item *it = &s->now[at];
-    const co_surface_pieces *own = s->surface[it->of].pieces;
-    double *x = out->point[it->of];
-    if (it->piece >= 0)
-        co_bezier_point(co_pieces_bezier(own, it->piece), it->u + it->side / 2, it->v + it->side / 2, x);
-    for (int c = 0; c < 3 && it->piece < 0; c++)
-        x[c] = own->tip[own->tip_of[-1 - it->piece]].at[c];
+    for (; at > 0 && s->promising[at - 1].upper < it->upper; at--)
+        s->promising[at] = s->promising[at - 1];
+    s->promising[at] = *it;
+}
+
+/* Takes over a point of an item's piece, if it is farther than *largest; and than all, if it is. */
+static int try_farther(const search *s, const item *it, double u, double v, double *largest, co_deviation *out) {
+    double x[3];
     co_surface_point near;
+    co_bezier_point(co_pieces_bezier(s->surface[it->of].pieces, it->piece), u, v, x);
     co_nearest_find(&s->surface[!it->of], x, it->hint, &near);
-    for (int c = 0; c < 3; c++)
+    if (near.distance < *largest)
+        return 0;
+    *largest = near.distance;
+    if (near.distance < out->max)
+        return 1;
+    out->max = near.distance;
+    for (int c = 0; c < 3; c++) {
+        out->point[it->of][c] = x[c];
         out->point[!it->of][c] = near.at[c];
+    }
+    return 1;
+}
+
+/* From an item's middle uphill on its piece, by a pattern of eight points that shrinks (Hooke and Jeeves,
+ * "Direct search solution of numerical and statistical problems", JACM 8(2), 1961). */
+static void climb(const search *s, const item *it, co_deviation *out) {
+    enum { MOST_STEPS = 40 };
+    double u = it->u + it->side / 2, v = it->v + it->side / 2, side = it->side, largest = 0;
+    const co_surface_pieces *own = s->surface[it->of].pieces;
+    if (it->piece < 0) {
+        co_surface_point near;
+        const double *x = own->tip[own->tip_of[-1 - it->piece]].at;
+        co_nearest_find(&s->surface[!it->of], x, it->hint, &near);
+        for (int c = 0; c < 3 && near.distance >= out->max; c++) {
+            out->point[it->of][c] = x[c];
+            out->point[!it->of][c] = near.at[c];
+        }
+        return;
+    }
+    try_farther(s, it, u, v, &largest, out);
+    for (int n = 0; n < MOST_STEPS && side > 1e-3; n++) {
+        double to[2] = {u, v};
+        for (int k = 0; k < 9; k++) {
+            const double x = fmin(fmax(u + (k % 3 - 1) * side, 0), 1);
+            const double y = fmin(fmax(v + (k >= 6) * side - (k < 3) * side, 0), 1);
+            if (k != 4 && try_farther(s, it, x, y, &largest, out)) {
+                to[0] = x;
+                to[1] = y;
+            }
+        }
+        if (to[0] == u && to[1] == v)
+            side /= 2;
+        u = to[0];
+        v = to[1];
+    }
 }
 
 /* Cuts the items whose bound is above `enough`; the others' bounds are final. */
@@ -159,8 +210,10 @@ static int32_t next_items(search *s, double enough, co_deviation *out, curvopt_e
     for (size_t k = 0; k < s->n_now; k++) {
         const item *it = &s->now[k];
         const int n_children = it->upper > enough ? cut(s->surface[it->of].pieces, it, next + n) : 0;
-        if (n_children == 0)
+        if (n_children == 0) {
             out->bound = fmax(out->bound, it->upper);
+            keep_promising(s, it);
+        }
         n += (size_t)n_children;
     }
     free(s->now);
@@ -183,6 +236,11 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
         const double enough = give_up ? (double)INFINITY : fmax(ratio * out->max, floor);
         status = next_items(&s, enough, out, error);
     }
+    if (status == CURVOPT_OK)
+        climb(&s, &s.farthest, out);
+    for (int k = 0; status == CURVOPT_OK && k < s.n_promising; k++)
+        if (s.promising[k].upper > CO_DEVIATION_CLOSE * out->max)
+            climb(&s, &s.promising[k], out);
     free(s.now);
     out->bound = fmax(out->bound, out->max);
     return status;

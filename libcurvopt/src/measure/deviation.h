@@ -21,7 +21,10 @@
 #define CO_DEVIATION_RATIO 1.15
 /* As long as few parts have been looked at, it is this, so that the largest distance found is close, too. */
 #define CO_DEVIATION_CLOSE 1.02
-enum { CO_DEVIATION_FEW = 3000 };
+enum {
+    CO_DEVIATION_FEW = 3000,
+    CO_DEVIATION_CLIMBS = 16 /* parts from which a larger distance is looked for at the end */
+};
 /* Distances below it count as none, in root mean square radii of the first cage. */
 #define CO_DEVIATION_FLOOR 1e-9
 
