@@ -61,8 +61,9 @@ def _on_edges(mesh: Mesh, n: int, boundary: str) -> np.ndarray:
     return osd_jets(mesh, face, corner, np.tile(sides, (len(place), 1)), boundary).jets[:, 0]
 
 
-def _on_taylor(x: np.ndarray, jets: np.ndarray) -> np.ndarray:
-    """Distance [n] from points x [n, 3] to a cell by the series round its middle, u and v within the cell."""
+def _on_taylor(x: np.ndarray, jets: np.ndarray, low=-0.5, high=0.5) -> np.ndarray:
+    """Distance [n] from points x [n, 3] to a cell by the series round its middle, (u, v) between low and high [n, 2]."""
+    low, high = np.broadcast_to(low, (len(x), 2)).T, np.broadcast_to(high, (len(x), 2)).T
     s, su, sv, suu, suv, svv = (jets[:, k] for k in range(6))
     u = v = np.zeros(len(x))
     for _ in range(8):
@@ -72,7 +73,8 @@ def _on_taylor(x: np.ndarray, jets: np.ndarray) -> np.ndarray:
         a, b, c = (du * du).sum(1), (du * dv).sum(1), (dv * dv).sum(1)
         g, h = (r * du).sum(1), (r * dv).sum(1)
         det = np.maximum(a * c - b * b, 1e-300)
-        u, v = np.clip(u - (c * g - b * h) / det, -0.5, 0.5), np.clip(v - (a * h - b * g) / det, -0.5, 0.5)
+        u, v = (np.clip(u - (c * g - b * h) / det, low[0], high[0]),
+                np.clip(v - (a * h - b * g) / det, low[1], high[1]))
     r = s + u[:, None] * su + v[:, None] * sv + (u * u)[:, None] * suu / 2 + (u * v)[:, None] * suv + (
         v * v)[:, None] * svv / 2 - x
     return np.linalg.norm(r, axis=1)
@@ -80,7 +82,7 @@ def _on_taylor(x: np.ndarray, jets: np.ndarray) -> np.ndarray:
 
 def distances(points: np.ndarray, other: Samples, tried: int = 12, looked_at: int = 48, rounds: int = 6) -> np.ndarray:
     """Distance [n] from each point to the other surface: of `tried` nearest cells the least by Taylor's series. Those of
-    the largest distance again, by the series of ten times as many a side of these cells, until the largest is one of them."""
+    the largest distance again, by points 24 times as close on the nearest four, until the largest is one of them."""
     m = len(other.jets)
     to_samples = cKDTree(other.points).query(points)[0]
     best = to_samples.copy()
@@ -93,23 +95,30 @@ def distances(points: np.ndarray, other: Samples, tried: int = 12, looked_at: in
         if done[worst[0]]:
             return best
         worst = worst[~done[worst]]
-        for i, fine in zip(worst, _closer(other, index[worst])):
-            near = fine[np.argsort(((fine[:, 0] - points[i]) ** 2).sum(1))[:24]]
-            best[i] = min(to_samples[i], _on_taylor(np.repeat(points[None, i], len(near), axis=0), near).min())
+        for i, (fine, low, high) in zip(worst, _closer(other, index[worst, :4])):
+            to_fine = np.linalg.norm(fine[:, 0] - points[i], axis=1)
+            near = np.argsort(to_fine)[:16]
+            on_series = _on_taylor(np.repeat(points[None, i], len(near), axis=0), fine[near], low[near],
+                                   high[near])
+            best[i] = min(to_samples[i], to_fine.min(), np.nanmin(on_series, initial=np.inf))
         done[worst] = True
     raise AssertionError("the largest distance was not found")
 
 
-def _closer(surface: Samples, index: np.ndarray, n: int = 10) -> list[np.ndarray]:
-    """Jets [m, 6, 3] of n x n parts of each row's cells."""
-    at = (np.arange(n) + 0.5) / n - 0.5
+def _closer(surface: Samples, index: np.ndarray, n: int = 24) -> list[tuple[np.ndarray, ...]]:
+    """Jets [m, 6, 3] at (n + 1) x (n + 1) points of each row's cells, their edges included, u and v over one of n x n
+    parts; and how far the series may go within its part and face, low and high [m, 2]."""
+    at = np.linspace(-0.5, 0.5, n + 1)
     grid = np.stack(np.meshgrid(at, at, indexing="ij"), axis=-1).reshape(-1, 2)
     cells = np.unique(index)
-    uv = surface.uv[cells][:, None] + grid[None] / surface.cells[cells][:, None, None]
+    uv = np.clip(surface.uv[cells][:, None] + grid[None] / surface.cells[cells][:, None, None], 0, 1)
     found = osd_jets(surface.mesh, np.repeat(surface.face[cells], len(grid)), np.repeat(surface.corner[cells], len(grid)),
                      uv.reshape(-1, 2), surface.boundary).jets.reshape(len(cells), len(grid), 6, 3)
     found = found / (n * surface.cells[cells])[:, None, None, None] ** np.array([0, 1, 1, 2, 2, 2])[:, None]
-    return [found[np.searchsorted(cells, row)].reshape(-1, 6, 3) for row in index]
+    scale = (n * surface.cells[cells])[:, None, None]
+    low, high = np.maximum(-0.5, -uv * scale), np.minimum(0.5, (1 - uv) * scale)
+    rows = [np.searchsorted(cells, row) for row in index]
+    return [(found[row].reshape(-1, 6, 3), low[row].reshape(-1, 2), high[row].reshape(-1, 2)) for row in rows]
 
 
 def triangles(mesh: Mesh, levels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -124,13 +133,15 @@ def triangles(mesh: Mesh, levels: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _segments_cross(p: np.ndarray, q: np.ndarray, tri: np.ndarray) -> np.ndarray:
-    """Whether segments p q [n, 3] pass through triangles [n, 3, 3] (Moeller and Trumbore 1997)."""
+    """Whether segments p q [n, 3] pass through triangles [n, 3, 3], not nearly in their plane (Moeller, Trumbore 1997)."""
     e1, e2, d, t = tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0], q - p, p - tri[:, 0]
     h, k = np.cross(d, e2), np.cross(t, e1)
     det = (e1 * h).sum(1)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, v, s = (t * h).sum(1) / det, (d * k).sum(1) / det, (e2 * k).sum(1) / det
-    return (det != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (s >= 0) & (s <= 1)
+    steep = np.abs(det) > 1e-6 * np.linalg.norm(d, axis=1) * np.linalg.norm(np.cross(e1, e2), axis=1)
+    with np.errstate(invalid="ignore"):
+        return steep & (u >= 0) & (v >= 0) & (u + v <= 1) & (s >= 0) & (s <= 1)
 
 
 def crossing_faces(mesh: Mesh, levels: int) -> set[tuple[int, int]]:
