@@ -601,7 +601,8 @@ CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
 
 /* How far two limit surfaces are from each other. Lengths are in units of the cages. */
 typedef struct curvopt_deviation {
-    double max;            /* largest distance found from a point of either surface to the other one */
+    double max;            /* largest distance found from a point of either surface to the other one; near
+                              extraordinary vertices up to 1e-5 of a face too large */
     double rms;            /* root mean square distance of the first surface's points from the second, by area; NAN if
                               cancelled */
     double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, unless that is
@@ -619,8 +620,8 @@ typedef struct curvopt_deviation {
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
  *     surface; NAN for isolated vertices. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets; only the extent of the tips at extraordinary vertices,
- * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite, zero size),
- * ERROR_MEMORY. */
+ * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
+ * zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                               const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
                                               curvopt_deviation *out, size_t size, double *distances,
@@ -644,10 +645,10 @@ typedef struct curvopt_crossings {
  *   threads: as in the options. cancel may be NULL; a cancelled search is OK, and has what it found.
  *   pairs [2 n_room]: the first pairs, ascending; NULL if n_room is 0.
  * What is proven: pairs that are in none of the counts do not cross, up to rounding. For neighbours (faces, or parts of
- * one, that share an edge or a vertex) this is by a cone of directions, and where three or more parts share a vertex the
- * outline of their projection is not looked at; folds of neighbours smaller than 1/256 of a face, and what is nearer
- * than that to an extraordinary vertex, are not seen.
- * ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
+ * one, that share an edge or a vertex) this is by a cone of directions, and where three or more parts share a vertex
+ * the outline of their projection is not looked at; folds of neighbours smaller than 1/256 of a face, and what is
+ * nearer than that to an extraordinary vertex, are not seen. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces),
+ * ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int32_t threads,
                                            const curvopt_cancel *cancel, int32_t n_room, int32_t *pairs,
                                            curvopt_crossings *out, size_t size, curvopt_error *error);

@@ -67,8 +67,8 @@ int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt
         status = curvopt_find_crossings(mesh, xyz, threads, NULL, MEASURES_MOST_PAIRS, m->pairs, &m->crossings,
                                         sizeof m->crossings, error);
     if (status == CURVOPT_OK && from)
-        status = curvopt_measure_deviation(from, from_xyz, mesh, xyz, threads, NULL, &m->deviation,
-                                           sizeof m->deviation, NULL, error);
+        status = curvopt_measure_deviation(from, from_xyz, mesh, xyz, threads, NULL, &m->deviation, sizeof m->deviation,
+                                           NULL, error);
     if (!m->pairs || (status == CURVOPT_OK && !to_input(mesh, input, m))) {
         status = CURVOPT_ERROR_MEMORY;
         snprintf(error->message, sizeof error->message, "%s", curvopt_status_text(status));
@@ -103,7 +103,8 @@ void measures_print(FILE *f, const measures *m, int always) {
     else if (always)
         fprintf(f, "%-22s nowhere found\n", "crosses itself");
     if (c->n_contacts)
-        fprintf(f, "%-22s %d pairs of faces, without a crossing that could be proven\n", "touches itself", c->n_contacts);
+        fprintf(f, "%-22s %d pairs of faces, without a crossing that could be proven\n", "touches itself",
+                c->n_contacts);
     if (c->n_unresolved && !c->n_pairs)
         fprintf(f, "%-22s %d pairs of faces come too close to tell\n", "may touch itself", c->n_unresolved);
 }

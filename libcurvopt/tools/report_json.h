@@ -20,7 +20,7 @@ typedef struct json_report {
     const char *method;
     const held_list *held;    /* or NULL */
     const measures *measures; /* or NULL */
-    const char *more;      /* further members, each ending in a comma and a line's end; or NULL */
+    const char *more;         /* further members, each ending in a comma and a line's end; or NULL */
 } json_report;
 
 /* One object, keys as the README lists them; numbers that do not exist are null. Nonzero if writing failed. */

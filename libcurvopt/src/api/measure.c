@@ -11,7 +11,7 @@
 /* Parts that a measurement looks at; 4 us each on one 2-GHz core (notes/110-deviation-with-a-bound.md). */
 enum { MOST_PARTS = 400000 };
 /* Of an extraordinary patch: how small the tip is at which its rings end. */
-#define TIP 2e-5
+#define TIP              2e-5
 #define TIP_OF_CROSSINGS (1.0 / 256)
 
 static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_error *error) {
@@ -54,18 +54,13 @@ static int32_t measure_vertices(const curvopt_mesh *mesh, const co_surface_piece
 
 int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                   const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
-                                  curvopt_deviation *out, size_t size, double *distances,
-                                  curvopt_error *error) {
+                                  curvopt_deviation *out, size_t size, double *distances, curvopt_error *error) {
     co_surface_pieces pieces[2] = {{.n_pieces = 0}, {.n_pieces = 0}};
     co_nearest surface[2] = {{.n_parts = 0}, {.n_parts = 0}};
     co_deviation found;
     co_thread_pool *pool = NULL;
     if (!mesh || !xyz || !other || !other_xyz || !out)
-        return co_api_null(error, !mesh      ? "mesh"
-                                  : !xyz     ? "xyz"
-                                  : !other   ? "other"
-                                  : !out     ? "out"
-                                             : "other_xyz");
+        return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
     int32_t status = start_threads(threads, &pool, error);
     if (status == CURVOPT_OK)
         status = co_pieces_create(mesh, xyz, TIP, pool, &pieces[0], error);

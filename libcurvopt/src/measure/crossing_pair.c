@@ -7,9 +7,9 @@
 #include <string.h>
 
 enum {
-    DEEPEST = 8,        /* parts of 1 / 256 of a piece are not cut */
-    MOST_PAIRS = 800,   /* of parts, for one pair of pieces */
-    ENOUGH_PAIRS = 60,  /* where common points were found, but no crossing: surfaces that lie on each other */
+    DEEPEST = 8,       /* parts of 1 / 256 of a piece are not cut */
+    MOST_PAIRS = 800,  /* of parts, for one pair of pieces */
+    ENOUGH_PAIRS = 60, /* where common points were found, but no crossing: surfaces that lie on each other */
     NEWTON_STEPS = 12
 };
 /* Common points: distance, in sizes of the cage; least angle of tangent planes; least area of a part's parallelogram of
@@ -137,7 +137,8 @@ static int common_step(const co_bezier_jet *a, const co_bezier_jet *b, const dou
         }
     for (int i = 0; i < 3; i++)
         m[i][i] += 1e-12 * trace;
-    const double d = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+    const double d = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                     m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
                      m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
     if (!(d > 0))
         return 0;

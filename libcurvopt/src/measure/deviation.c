@@ -9,14 +9,14 @@
 
 /* A part of one surface that may be far from the other one. */
 typedef struct item {
-    double upper;   /* bound of its distance */
-    double lower;   /* distance of one of its points */
-    double u, v;    /* corner of least parameters on the piece */
-    double side;    /* in the piece's parameters */
-    int32_t piece;  /* -1 - p: what patch p has from ring `ring` on, at its tip */
-    int32_t ring;   /* counted from 0 */
-    int32_t hint;   /* part of the other surface where the nearest point was */
-    int32_t of;     /* 0, 1: the surface that it is part of */
+    double upper;  /* bound of its distance */
+    double lower;  /* distance of one of its points */
+    double u, v;   /* corner of least parameters on the piece */
+    double side;   /* in the piece's parameters */
+    int32_t piece; /* -1 - p: what patch p has from ring `ring` on, at its tip */
+    int32_t ring;  /* counted from 0 */
+    int32_t hint;  /* part of the other surface where the nearest point was */
+    int32_t of;    /* 0, 1: the surface that it is part of */
 } item;
 
 typedef struct search {

@@ -16,8 +16,8 @@ static const int factor[3] = {6, 9, 6};
 
 static void difference(const double *p, int which, double out[3]) {
     for (int c = 0; c < 3; c++)
-        out[c] = factor[which] * (p[c] - p[step[which][0] + c] - p[step[which][1] + c] +
-                                  p[step[which][0] + step[which][1] + c]);
+        out[c] = factor[which] *
+                 (p[c] - p[step[which][0] + c] - p[step[which][1] + c] + p[step[which][0] + step[which][1] + c]);
 }
 
 static spread second_derivatives(const double piece[CO_BEZIER]) {
@@ -71,8 +71,8 @@ static void cut_to(const double b[CO_BEZIER], double uv[4][2], double part[CO_BE
     co_bezier_part(b, range[0], range[1], part);
 }
 
-/* Largest distance of control points of a and of b's part between the means of the corners' parameters, along u and v as
- * these run: a bound with another phi, exact where both are the same surface. */
+/* Largest distance of control points of a and of b's part between the means of the corners' parameters, along u and v
+ * as these run: a bound with another phi, exact where both are the same surface. */
 static double distance_of_nets(const double a[CO_BEZIER], const double b[CO_BEZIER], double at[4][2]) {
     const double *p = at[0], *q = at[1], *r = at[2], *s = at[3];
     const int swapped = fabs(q[0] - p[0] + s[0] - r[0]) < fabs(q[1] - p[1] + s[1] - r[1]);
@@ -85,7 +85,8 @@ static double distance_of_nets(const double a[CO_BEZIER], const double b[CO_BEZI
     co_bezier_part(b, range[0], range[1], part);
     for (int j = 0; j < 4; j++)
         for (int i = 0; i < 4; i++)
-            largest = fmax(largest, co_distance_squared(a + 12 * j + 3 * i, part + (swapped ? 12 * i + 3 * j : 12 * j + 3 * i)));
+            largest = fmax(largest,
+                           co_distance_squared(a + 12 * j + 3 * i, part + (swapped ? 12 * i + 3 * j : 12 * j + 3 * i)));
     return sqrt(largest);
 }
 
@@ -107,7 +108,7 @@ double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], 
         along[1][k] = (at[2][k] - at[0][k] + at[3][k] - at[1][k]) / 2;
         twist[k] = (at[3][k] - at[2][k] - at[1][k] + at[0][k]) / 2;
     }
-    const double second = second_of_difference(&of_a, 0, &of_b, along[0], twist) +
-                          second_of_difference(&of_a, 2, &of_b, along[1], twist);
+    const double second =
+        second_of_difference(&of_a, 0, &of_b, along[0], twist) + second_of_difference(&of_a, 2, &of_b, along[1], twist);
     return fmin(of_nets, largest + second / 8);
 }

@@ -29,7 +29,8 @@ co_location co_location_of(const co_place *place, const double s[2], const doubl
 
 /* A segment on a line that faces or quarters share. */
 typedef struct segment {
-    int32_t line; /* an edge; n_edges + h: the line inside h's face from the middle of edge h to the middle of the face */
+    int32_t
+        line; /* an edge; n_edges + h: the line inside h's face from the middle of edge h to the middle of the face */
     double from, to;
 } segment;
 
@@ -84,7 +85,7 @@ co_contact co_location_contact(const curvopt_mesh *m, const co_location *a, cons
     co_contact best = CO_CONTACT_NONE;
     if (a->face == b->face && a->quarter == b->quarter) {
         const co_contact u = meet(a->u, b->u), v = meet(a->v, b->v);
-        return u == CO_CONTACT_NONE || v == CO_CONTACT_NONE         ? CO_CONTACT_NONE
+        return u == CO_CONTACT_NONE || v == CO_CONTACT_NONE   ? CO_CONTACT_NONE
                : u == CO_CONTACT_EDGE || v == CO_CONTACT_EDGE ? CO_CONTACT_EDGE
                                                               : CO_CONTACT_VERTEX;
     }

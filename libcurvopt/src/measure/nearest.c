@@ -6,7 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Parts are halved until they differ from a bilinear patch by less than FLAT of their diagonal, DEEPEST times at most. */
+/* Parts are halved until they differ from a bilinear patch by less than FLAT of their diagonal, DEEPEST times at most.
+ */
 #define FLAT 0.08
 enum { DEEPEST = 4, NEWTON_STEPS = 20 };
 
@@ -82,7 +83,8 @@ double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], con
 static int is_flat(const double bezier[CO_BEZIER]) {
     double second[3];
     co_bezier_second(bezier, second);
-    const double diagonal = co_distance_squared(bezier, bezier + 45), other = co_distance_squared(bezier + 9, bezier + 36);
+    const double diagonal = co_distance_squared(bezier, bezier + 45),
+                 other = co_distance_squared(bezier + 9, bezier + 36);
     return (second[0] + second[2]) / 8 <= FLAT * sqrt(fmin(diagonal, other));
 }
 
