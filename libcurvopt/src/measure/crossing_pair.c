@@ -237,7 +237,7 @@ static int push_children(const task *t, int same, task *stack, int depth) {
 
 co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
     task stack[16 * (DEEPEST + 1)];
-    part of_a, of_b;
+    part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
     stack[0] = (task){.level = 0};
