@@ -30,10 +30,6 @@ NAMES = {
     "curvopt_status_name": STATUSES,
     "curvopt_term_name": TERMS,
     "curvopt_surface_name": SURFACES,
-    "curvopt_measure_deviation": (
-        _I, (_HANDLE, REALS, _HANDLE, REALS, _I, _HANDLE, C.POINTER(CDeviation), _SIZE, REALS, _ERROR)
-    ),
-    "curvopt_find_crossings": (_I, (_HANDLE, REALS, _I, _HANDLE, _I, INTS, C.POINTER(CCrossings), _SIZE, _ERROR)),
     "curvopt_stop_text": STOPS,
     "curvopt_verdict_text": VERDICTS,
     "curvopt_boundary_name": BOUNDARIES,
@@ -255,6 +251,10 @@ SIGNATURES = {
     "curvopt_sampler_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
     "curvopt_sampler_destroy": (None, (_HANDLE,)),
     "curvopt_sampler_jets": (_I, (_HANDLE, _I, INTS, INTS, REALS, REALS, _ERROR)),
+    "curvopt_measure_deviation": (
+        _I, (_HANDLE, REALS, _HANDLE, REALS, _I, _HANDLE, C.POINTER(CDeviation), _SIZE, REALS, _ERROR)
+    ),
+    "curvopt_find_crossings": (_I, (_HANDLE, REALS, _I, _HANDLE, _I, INTS, C.POINTER(CCrossings), _SIZE, _ERROR)),
     "curvopt_stop_text": (C.c_char_p, (_I,)),
     "curvopt_verdict_text": (C.c_char_p, (_I,)),
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),
