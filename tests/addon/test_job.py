@@ -388,7 +388,7 @@ def test_failures_become_one_sentence():
 def test_solutions_say_how_far_and_whether_they_cross():
     points, faces = shapes.cube()
     cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
-    solution = job.solve(cube, job.Request(energy="willmore", levels=1))
+    solution = job.solve(cube, job.Request(energy="willmore", levels=2))
     assert 0 < solution.deviation.max <= solution.deviation.bound <= 1.2 * solution.deviation.max
     text = messages.deviation_text(solution)
     assert text.startswith("Farthest from the original: ") and "root mean square" in text

@@ -38,15 +38,27 @@ static double rings_radius(const co_surface_pieces *s, int32_t patch, int32_t ri
     return sqrt(largest);
 }
 
-/* Largest distance of the points of two patches at fans of one kind: a bound of what is between the patches. */
+/* Largest distance of the points of two patches at fans of one type and number of sectors: a bound of what is between
+ * the fans' surfaces. Closed fans are turned to where it is least, for each of their patches counts from its own
+ * sector. */
 static double distance_of_fans(const co_surface_pieces *a, int32_t p, const co_surface_pieces *b, int32_t q) {
-    double largest = 0;
-    if (a->patches.kind[p] != b->patches.kind[q])
-        return (double)INFINITY;
+    const int32_t one = a->patches.kind[p], two = b->patches.kind[q], n = co_fan_sectors(one);
+    double least = (double)INFINITY;
+    if (one == CO_FAN_REGULAR || two == CO_FAN_REGULAR || n != co_fan_sectors(two) ||
+        co_fan_type_of(one) != co_fan_type_of(two))
+        return least;
+    const int closed = co_fan_type_of(one) == CO_FAN_CLOSED || co_fan_type_of(one) == CO_FAN_CONE;
     const int32_t *of_a = a->patches.points + a->patches.start[p], *of_b = b->patches.points + b->patches.start[q];
-    for (int32_t i = 0; i < co_patches_own_size(a->patches.kind[p]); i++)
-        largest = fmax(largest, co_distance_squared(a->points + 3 * (size_t)of_a[i], b->points + 3 * (size_t)of_b[i]));
-    return sqrt(largest);
+    for (int32_t turn = 0; turn < (closed ? n : 1); turn++) {
+        double largest = co_distance_squared(a->points + 3 * (size_t)of_a[0], b->points + 3 * (size_t)of_b[0]);
+        for (int32_t i = 1; i < co_fan_n_points(one) && largest < least; i++) {
+            const int32_t k = closed ? 1 + (i - 1 + CO_FAN_SECTOR_POINTS * turn) % (CO_FAN_SECTOR_POINTS * n) : i;
+            const double *x = a->points + 3 * (size_t)of_a[i], *y = b->points + 3 * (size_t)of_b[k];
+            largest = fmax(largest, co_distance_squared(x, y));
+        }
+        least = fmin(least, largest);
+    }
+    return sqrt(least);
 }
 
 static void bound_tip(const search *s, item *it) {
