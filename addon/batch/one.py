@@ -62,7 +62,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
-    parts = messages.solution_text(request, solution), *counted, held, verdict
+    measured = messages.deviation_text(solution), messages.crossings_text(solution)
+    parts = messages.solution_text(request, solution), *counted, *measured, held, verdict
     return "\n".join(part for part in parts if part)
 
 
@@ -160,6 +161,21 @@ def report(
         "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),
         "verdict": messages.verdict_of(request, solution),
+        **_measures(solution),
+    }
+
+
+def _measures(solution: job.Solution) -> dict[str, object]:
+    """As the command line writes it; pairs are faces of the result. Empty for a cancelled run."""
+    far, crossed = solution.deviation, solution.crossings
+    if far is None or crossed is None:
+        return {}
+    return {
+        "deviation": {"max": far.max, "rms": far.rms, "bound": far.bound, "size": far.size},
+        "n_crossings": crossed.n_pairs,
+        "n_contacts": crossed.n_contacts,
+        "n_unresolved": crossed.n_unresolved,
+        "crossings": crossed.pairs[:1000].tolist(),
     }
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..binding import library
+from ..binding import library, measure
 from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, COptions
 from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
 from .crop import Crop
@@ -64,8 +64,9 @@ class Request:
 @dataclass(frozen=True)
 class Solution:
     """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
-    that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices of the optimized cage that show the first one's
-    surface: the first cage, subdivided as often."""
+    that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
+    of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
+    first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run."""
 
     cage: Cage
     start_positions: np.ndarray
@@ -79,6 +80,8 @@ class Solution:
     symmetry_order: int
     exceptions: Exceptions = Exceptions()
     n_sliding: int = 0
+    deviation: measure.Deviation | None = None
+    crossings: measure.Crossings | None = None
 
 
 OnProgress = Callable[[Progress], object]
@@ -199,10 +202,14 @@ def _solve(
             start = _subdivided(mesh, cage.positions, len(final.positions))
             of_interest = request.free(len(cage.positions)) if len(request.holes) else None
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
+            deviation = crossings = None
+            if summary.stop != "cancelled":
+                deviation = measure.deviation(mesh, cage.positions, result.mesh(), final.positions)
+                crossings = measure.crossings(result.mesh(), final.positions)
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
-                summary.n_sliding,
+                summary.n_sliding, deviation, crossings,
             )  # fmt: skip
 
 

@@ -102,6 +102,24 @@ def sliding_text(request: Request, solution: Solution) -> str:
     return f"Slide lets {_counted(solution.n_sliding, 'vertex', 'vertices')} move along boundaries and creases{little}"
 
 
+def deviation_text(solution: Solution) -> str:
+    """How far the result's surface is from the original's, in a sentence; empty if that was not measured."""
+    found = solution.deviation
+    if found is None:
+        return ""
+    return (
+        f"Farthest from the original: {number_text(found.max)} (at most {number_text(found.bound)}), "
+        f"root mean square {number_text(found.rms)}."
+    )
+
+
+def crossings_text(solution: Solution) -> str:
+    """That the result's surface crosses itself, in a sentence; empty if it was not found to."""
+    if solution.crossings is None or not solution.crossings.n_pairs:
+        return ""
+    return f"The surface crosses itself at {_counted(solution.crossings.n_pairs, 'pair', 'pairs')} of faces"
+
+
 def smoothed_text(name: str, in_place: bool) -> str:
     """That a result looks smoother than object `name`, which had no Subdivision Surface modifier, for that reason
     alone."""

@@ -24,7 +24,7 @@ from ..core.crease import BOUNDARY_SMOOTH, edge_indices, to_blender
 from ..core.energy import ENERGY_LABELS
 from ..core.job import Request, Solution
 from ..core.layout import Written
-from ..core.messages import verdict_of
+from ..core.messages import deviation_text, verdict_of
 from .amount import store_blend
 from .modifiers import with_images
 from .read_cage import Source, read_edges, read_positions, turned_over
@@ -259,6 +259,7 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
     obj["curvopt_surface"] = solution.end.surface
     obj["curvopt_stop"] = solution.stop
     obj["curvopt_verdict"] = verdict
+    obj["curvopt_deviation"] = deviation_text(solution)
     obj["curvopt_symmetry_order"] = solution.symmetry_order
     for when, energies in (("before", solution.start), ("after", solution.end)):
         for name, value in _numbers(energies).items():
@@ -285,6 +286,11 @@ def stored_energies(obj: bpy.types.Object | None) -> list[tuple[str, float, floa
     keys = ((label, f"curvopt_before_{name}", f"curvopt_after_{name}") for name, label in names.items())
     rows = [(label, obj.get(before, np.nan), obj.get(after, np.nan)) for label, before, after in keys]
     return [row for row in rows if np.isfinite(row[1:]).any()]
+
+
+def stored_deviation(obj: bpy.types.Object | None) -> str:
+    """How far a result is from its original, as the object remembers it; empty for other objects."""
+    return "" if obj is None else str(obj.get("curvopt_deviation", ""))
 
 
 def stored_verdict(obj: bpy.types.Object | None) -> str:

@@ -85,7 +85,8 @@ strength, or with Slide"""
             is_shown_smooth = placement.is_shown_smooth(source.name)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
-            warnings = messages.refined_text(request), held, remark
+            crossed = messages.crossings_text(solution)
+            warnings = messages.refined_text(request), held, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
             parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)

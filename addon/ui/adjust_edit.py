@@ -74,7 +74,7 @@ class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
             held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
-            parts = held, moved.remark, messages.sliding_text(request, solution), smooth
+            parts = held, messages.crossings_text(solution), moved.remark, messages.sliding_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"

@@ -13,7 +13,7 @@ from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
 from ..scene.read_cage import check_object
 from ..scene.read_edit import selection_text
-from ..scene.write_result import stored_energies, stored_verdict
+from ..scene.write_result import stored_deviation, stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
 from .wave_length import wave_text
 
@@ -154,7 +154,7 @@ class CURVOPT_PT_report(_Tab, bpy.types.Panel):
             for value in values:
                 pair.label(text=value if isinstance(value, str) else number_text(value))
         verdict = self.layout.column(align=True)
-        for line in _lines(context, stored_verdict(active)):
+        for line in (*_lines(context, stored_deviation(active)), *_lines(context, stored_verdict(active))):
             verdict.label(text=line)
 
 

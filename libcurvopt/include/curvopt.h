@@ -591,6 +591,68 @@ CURVOPT_API void curvopt_sampler_destroy(curvopt_sampler *sampler);
 CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, const int32_t *face,
                                          const int32_t *corner, const double *uv, double *jets, curvopt_error *error);
 
+/* ---------------------------------------------------------------------------------------------- measuring -- */
+
+/* A flag that any thread may raise to stop a measurement or a run. */
+typedef struct curvopt_cancel curvopt_cancel;
+CURVOPT_API int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error);
+CURVOPT_API void curvopt_cancel_request(curvopt_cancel *cancel);
+CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
+
+/* How far two limit surfaces are from each other. Lengths are in units of the cages. */
+typedef struct curvopt_deviation {
+    double max;            /* largest distance found from a point of either surface to the other one; near
+                              extraordinary vertices up to 1e-5 of a face too large */
+    double rms;            /* root mean square distance of the first surface's points from the second, by area; NAN if
+                              cancelled */
+    double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, unless that is
+                              below 1e-9 size or 1e-4 of a face at an extraordinary vertex; larger also if cancelled,
+                              or if 400 000 parts of the surfaces did not do */
+    double size;           /* root mean square distance of the first cage's vertices from their centroid */
+    double point[3];       /* the point of the first surface, */
+    double other_point[3]; /* and that of the second, whose distance is max */
+} curvopt_deviation;
+
+/* Measures from the limit surface of a cage xyz [3 n_vertices] to that of another one, other_xyz [3 n_vertices of the
+ * other], and back (Hausdorff distance), whatever the surface that was optimized. All faces count, also those that are
+ * left out of energies. The cages need not have the same faces: matching is by nearest points.
+ *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
+ *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
+ *     surface; NAN for isolated vertices. May be NULL.
+ * `bound` holds up to rounding, by convex hulls of control nets; only the extent of the tips at extraordinary vertices,
+ * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
+ * zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
+                                              const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
+                                              curvopt_deviation *out, size_t size, double *distances,
+                                              curvopt_error *error);
+
+/* How often a limit surface crosses itself. */
+typedef struct curvopt_crossings {
+    int32_t n_pairs;      /* pairs of faces whose surfaces cross: Newton's method found a common point, to 1e-10 of the
+                             size, at which their tangent planes are at least 1e-3 radians apart */
+    int32_t n_contacts;   /* pairs of faces that come that close, but with nearly parallel tangent planes wherever it
+                             was looked: they touch, cross at a small angle, or lie on each other */
+    int32_t n_unresolved; /* pairs of faces not decided: parts of 1/256 of a face still may meet, and no common point
+                             was found */
+    int32_t n_listed;     /* pairs written to the caller's array: n_pairs or its room, whichever is less */
+    int32_t is_complete;  /* 1: everything was looked at; 0: cancelled, and there may be more */
+    int32_t reserved;     /* 0 */
+} curvopt_crossings;
+
+/* Finds where the limit surface of a cage xyz [3 n_vertices] crosses itself. A pair is (f, g), f <= g, with f = g for a
+ * face that crosses itself. All faces count, also those that are left out of energies.
+ *   threads: as in the options. cancel may be NULL; a cancelled search is OK, and has what it found.
+ *   pairs [2 n_room]: the first pairs, ascending; NULL if n_room is 0.
+ * What is proven: pairs that are in none of the counts do not cross, up to rounding. For neighbours (faces, or parts of
+ * one, that share an edge or a vertex) this is by a cone of directions, and where three or more parts share a vertex
+ * the outline of their projection is not looked at; folds of neighbours smaller than 1/256 of a face, and what is
+ * nearer than that to an extraordinary vertex, are not seen. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces),
+ * ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int32_t threads,
+                                           const curvopt_cancel *cancel, int32_t n_room, int32_t *pairs,
+                                           curvopt_crossings *out, size_t size, curvopt_error *error);
+
 /* --------------------------------------------------------------------------------------------- minimizing -- */
 
 /* The reason why a run or a level stopped. None of them is an error; each has the best iterate as its result.
@@ -668,12 +730,6 @@ typedef struct curvopt_progress {
 
 /* Called on the thread that called curvopt_minimize. Nonzero cancels. */
 typedef int32_t (*curvopt_progress_fn)(const curvopt_progress *progress, void *user);
-
-/* A flag that any thread may raise to stop a run. */
-typedef struct curvopt_cancel curvopt_cancel;
-CURVOPT_API int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error);
-CURVOPT_API void curvopt_cancel_request(curvopt_cancel *cancel);
-CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
 
 typedef struct curvopt_result curvopt_result;
 

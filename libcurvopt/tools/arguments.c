@@ -42,6 +42,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_integer(value, &o->levels);
     else if (!strcmp(name, "--max-iterations"))
         return parse_integer(value, &o->max_iterations);
+    else if (!strcmp(name, "--deviation-from"))
+        a->deviation_from = value;
     else if (!strcmp(name, "--pin"))
         a->pins = value;
     else if (!strcmp(name, "--trace"))
@@ -59,6 +61,7 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
     return 0;
 }
 
+/* The options with a value that a command has. */
 static int is_valued(const char *name, int minimize) {
     static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
                                        "--threads", "--boundary-rule", "--blend-width"};
@@ -75,6 +78,8 @@ static int is_valued(const char *name, int minimize) {
                                                 "--spacing",
                                                 "--strength"};
     size_t length = strlen(name);
+    if (!minimize && !strcmp(name, "--deviation-from"))
+        return 1;
     return parse_name(both, sizeof both / sizeof *both, name, length) >= 0 ||
            (minimize && parse_name(only_minimize, sizeof only_minimize / sizeof *only_minimize, name, length) >= 0);
 }

@@ -85,6 +85,8 @@ int json_write(FILE *f, const json_report *r) {
     }
     if (r->held)
         held_write_json(f, r->held);
+    if (r->measures)
+        measures_write_json(f, r->measures);
     if (r->more)
         fputs(r->more, f);
     put_energies(f, r->energies, "  ");

@@ -5,6 +5,7 @@
 #include "curvopt.h"
 
 #include "held.h"
+#include "measures.h"
 
 #include <stdio.h>
 
@@ -17,8 +18,9 @@ typedef struct json_report {
     const curvopt_level_report *levels; /* [summary->n_levels] */
     const char *energy;                 /* as asked for */
     const char *method;
-    const held_list *held; /* or NULL */
-    const char *more;      /* further members, each ending in a comma and a line's end; or NULL */
+    const held_list *held;    /* or NULL */
+    const measures *measures; /* or NULL */
+    const char *more;         /* further members, each ending in a comma and a line's end; or NULL */
 } json_report;
 
 /* One object, keys as the README lists them; numbers that do not exist are null. Nonzero if writing failed. */

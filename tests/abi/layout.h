@@ -124,6 +124,22 @@ AT(curvopt_level_report, evaluations, 36);
 AT(curvopt_level_report, stop, 40);
 AT(curvopt_level_report, reserved, 44);
 
+SIZE(curvopt_deviation, 80);
+AT(curvopt_deviation, max, 0);
+AT(curvopt_deviation, rms, 8);
+AT(curvopt_deviation, bound, 16);
+AT(curvopt_deviation, size, 24);
+AT(curvopt_deviation, point, 32);
+AT(curvopt_deviation, other_point, 56);
+
+SIZE(curvopt_crossings, 24);
+AT(curvopt_crossings, n_pairs, 0);
+AT(curvopt_crossings, n_contacts, 4);
+AT(curvopt_crossings, n_unresolved, 8);
+AT(curvopt_crossings, n_listed, 12);
+AT(curvopt_crossings, is_complete, 16);
+AT(curvopt_crossings, reserved, 20);
+
 SIZE(curvopt_summary, 96);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);

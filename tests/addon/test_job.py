@@ -383,3 +383,17 @@ def test_failures_become_one_sentence():
     assert messages.failure_text(library.CurvoptError(4, 1, "face 1 is bad")) == "Face 1 is bad."
     assert messages.failure_text(library.LibraryError("Gone.")) == "Gone."
     assert messages.failure_text(KeyError("x")) == "Unexpected KeyError: 'x'."
+
+
+def test_solutions_say_how_far_and_whether_they_cross():
+    points, faces = shapes.cube()
+    cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
+    solution = job.solve(cube, job.Request(energy="willmore", levels=2))
+    assert 0 < solution.deviation.max <= solution.deviation.bound <= 1.2 * solution.deviation.max
+    text = messages.deviation_text(solution)
+    assert text.startswith("Farthest from the original: ") and "root mean square" in text
+    assert messages.crossings_text(solution) == "" and solution.crossings.is_complete
+    crossed = dataclasses.replace(solution, crossings=dataclasses.replace(solution.crossings, n_pairs=2))
+    assert messages.crossings_text(crossed) == "The surface crosses itself at 2 pairs of faces"
+    stopped = job.solve(cube, job.Request(energy="mvs", levels=3), lambda progress: True)
+    assert stopped.deviation is None and messages.deviation_text(stopped) == messages.crossings_text(stopped) == ""

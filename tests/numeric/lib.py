@@ -125,6 +125,19 @@ class Summary(C.Structure):
         ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32)]
 
 
+class Deviation(C.Structure):
+    """curvopt_deviation"""
+
+    _fields_ = [("max", F64), ("rms", F64), ("bound", F64), ("size", F64), ("point", F64 * 3), ("other_point", F64 * 3)]
+
+
+class Crossings(C.Structure):
+    """curvopt_crossings; crossings() adds `pairs`"""
+
+    _fields_ = [(name, I32) for name in ("n_pairs", "n_contacts", "n_unresolved", "n_listed",
+                                         "is_complete", "reserved")]
+
+
 PROGRESS_FN = C.CFUNCTYPE(I32, C.POINTER(Progress), PTR)
 
 SIGNATURES = {
@@ -145,6 +158,8 @@ SIGNATURES = {
     "curvopt_sampler_create": (I32, [PTR, PTR, PTR, PTR, PTR]),
     "curvopt_sampler_destroy": (None, [PTR]),
     "curvopt_sampler_jets": (I32, [PTR, I32, PTR, PTR, PTR, PTR, PTR]),
+    "curvopt_measure_deviation": (I32, [PTR, PTR, PTR, PTR, I32, PTR, PTR, SIZE, PTR, PTR]),
+    "curvopt_find_crossings": (I32, [PTR, PTR, I32, PTR, I32, PTR, PTR, SIZE, PTR]),
     "curvopt_minimize": (I32, [PTR, PTR, PTR, PROGRESS_FN, PTR, PTR, PTR, PTR]),
     "curvopt_cancel_create": (I32, [PTR, PTR]),
     "curvopt_cancel_request": (None, [PTR]),
@@ -322,6 +337,24 @@ def jets(mesh: Mesh, face, corner, uv, surface: str = "limit", boundary_rule: in
     call("curvopt_sampler_create", handle.pointer, _pointer(positions(mesh)), C.byref(opts), C.byref(sampler.pointer))
     call("curvopt_sampler_jets", sampler.pointer, len(face), _pointer(face), _pointer(corner), _pointer(uv),
          _pointer(out))
+    return out
+
+
+def deviation(mesh: Mesh, other: Mesh, threads: int = 0, boundary_rule: int = 0) -> tuple[Deviation, np.ndarray]:
+    """curvopt_measure_deviation, and the distances [n] of the other cage's limit points."""
+    one, two, out = make_mesh(mesh, boundary_rule), make_mesh(other, boundary_rule), Deviation()
+    distances = np.full(other.n_vertices, -1.0)
+    call("curvopt_measure_deviation", one.pointer, _pointer(positions(mesh)), two.pointer, _pointer(positions(other)),
+         threads, None, C.byref(out), C.sizeof(out), _pointer(distances))
+    return out, distances
+
+
+def crossings(mesh: Mesh, threads: int = 0, room: int = 10000, boundary_rule: int = 0) -> Crossings:
+    """curvopt_find_crossings, with pairs [n_listed, 2]."""
+    handle, out, pairs = make_mesh(mesh, boundary_rule), Crossings(), np.empty((room, 2), np.int32)
+    call("curvopt_find_crossings", handle.pointer, _pointer(positions(mesh)), threads, None, room, _pointer(pairs),
+         C.byref(out), C.sizeof(out))
+    out.pairs = pairs[:out.n_listed]
     return out
 
 

@@ -79,6 +79,29 @@ def test_refined_cages_have_the_same_surface(cube):
     assert curvopt.energies(fine).objective == pytest.approx(curvopt.energies(cube).objective, rel=1e-4)
 
 
+def test_deviation_of_a_translation(cube):
+    moved = curvopt.Cage(cube.positions + [0, 0, 0.01], cube.face_sizes, cube.face_vertices)
+    got = curvopt.deviation(cube, moved)
+    assert 0.0098 < got.max <= 0.01 + 1e-9 and 0.01 - 1e-9 <= got.bound <= 0.012 and 0 < got.rms < 0.01
+    assert got.distances.shape == (len(cube.positions),) and got.distances.max() <= got.bound
+    assert np.linalg.norm(got.point - got.other_point) == pytest.approx(got.max)
+    assert curvopt.deviation(cube, curvopt.refine(cube)).bound < 1e-3
+    with curvopt.Cancel() as cancel:
+        cancel.request()
+        assert np.isnan(curvopt.deviation(cube, moved, cancel=cancel).rms)
+
+
+def test_crossings_of_two_cubes(cube):
+    def pair(shift):
+        n, sizes = len(cube.positions), np.tile(cube.face_sizes, 2)
+        corners = np.concatenate([cube.face_vertices, cube.face_vertices + n])
+        return curvopt.crossings(curvopt.Cage(np.concatenate([cube.positions, cube.positions + shift]), sizes, corners))
+
+    none, some = pair([9.0, 0, 0]), pair(0.3 * np.ptp(cube.positions, axis=0))
+    assert none.n_pairs == none.n_contacts == 0 and none.is_complete and none.pairs.shape == (0, 2)
+    assert some.n_pairs == len(some.pairs) > 0 and (some.pairs[:, 0] < some.pairs[:, 1]).all()
+
+
 def test_symmetry_planes_and_mixes(cube):
     found = curvopt.minimize(cube, {"willmore": 1, "mvs": 0.1}, levels=2, symmetry="x,y")
     assert found.summary.symmetry_order == 4

@@ -38,9 +38,14 @@ test_options_of_minimize_are_refused_by_evaluate() {
     done
 }
 
+test_deviation_is_for_evaluate() {
+    minimize "unknown option --deviation-from" --deviation-from cage.obj
+    refused 1 "nowhere.obj" evaluate cage.obj --deviation-from nowhere.obj
+}
+
 test_missing_values_are_named() {
     local option
-    for option in --json --energy --surface --tolerance --threads; do
+    for option in --json --energy --surface --tolerance --threads --deviation-from; do
         usage "a value is missing after $option" evaluate cage.obj "$option"
     done
     for option in -o --output --levels --max-iterations --method --trace; do
@@ -163,7 +168,7 @@ test_help_and_version() {
     [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
     local option
     for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
-        --joshi-sequin --trace; do
+        --joshi-sequin --trace --deviation-from; do
         [[ $OUT == *"$option"* ]] || fail "help does not mention $option"
     done
     run --version

@@ -185,6 +185,21 @@ class CSummary(C.Structure):
     ]
 
 
+class CDeviation(C.Structure):
+    """curvopt_deviation"""
+
+    _fields_ = [
+        *((name, C.c_double) for name in "max rms bound size".split()),
+        ("point", C.c_double * 3), ("other_point", C.c_double * 3),
+    ]  # fmt: skip
+
+
+class CCrossings(C.Structure):
+    """curvopt_crossings"""
+
+    _fields_ = [(name, C.c_int32) for name in "n_pairs n_contacts n_unresolved n_listed is_complete reserved".split()]
+
+
 # Bytes of each struct in every build of the library; COptions is compared with the library's own size as well.
 STRUCT_SIZES = {
     CError: 256,
@@ -196,6 +211,8 @@ STRUCT_SIZES = {
     CProgress: 120,
     CLevelReport: 48,
     CSummary: 96,
+    CDeviation: 80,
+    CCrossings: 24,
 }
 
 # ------------------------------------------------------------------------------------------------ signature table --
@@ -234,6 +251,10 @@ SIGNATURES = {
     "curvopt_sampler_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
     "curvopt_sampler_destroy": (None, (_HANDLE,)),
     "curvopt_sampler_jets": (_I, (_HANDLE, _I, INTS, INTS, REALS, REALS, _ERROR)),
+    "curvopt_measure_deviation": (
+        _I, (_HANDLE, REALS, _HANDLE, REALS, _I, _HANDLE, C.POINTER(CDeviation), _SIZE, REALS, _ERROR)
+    ),
+    "curvopt_find_crossings": (_I, (_HANDLE, REALS, _I, _HANDLE, _I, INTS, C.POINTER(CCrossings), _SIZE, _ERROR)),
     "curvopt_stop_text": (C.c_char_p, (_I,)),
     "curvopt_verdict_text": (C.c_char_p, (_I,)),
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),

@@ -19,6 +19,9 @@ from .library import Problem as _Problem
 from .library import Sampler as _Sampler
 from .library import Library, load
 from .library import minimize as _minimize
+from .measure import Crossings, Deviation
+from .measure import crossings as _crossings
+from .measure import deviation as _deviation
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary
 
 Energy = "str | Mapping[str, float]"
@@ -193,6 +196,20 @@ def refine(cage: Cage, times: int = 1) -> Cage:
         return Cage(points, *mesh.faces(), mesh.creases())
 
 
+def deviation(cage: Cage, other: Cage, *, threads: int = 0, cancel: Cancel | None = None) -> Deviation:
+    """How far the limit surfaces of two cages are apart, whatever their faces: largest distance with a bound, and root mean
+    square. A cancelled measurement has a larger bound, and `rms` NAN."""
+    lib, flag = load(), cancel._flag if cancel is not None else None
+    with _Mesh.of_cage(lib, cage) as mesh, _Mesh.of_cage(lib, other) as another:
+        return _deviation(mesh, cage.positions, another, other.positions, threads, flag)
+
+
+def crossings(cage: Cage, *, threads: int = 0, cancel: Cancel | None = None) -> Crossings:
+    """Where the limit surface of a cage crosses itself, by pairs of faces."""
+    with _Mesh.of_cage(load(), cage) as mesh:
+        return _crossings(mesh, cage.positions, threads, cancel._flag if cancel is not None else None)
+
+
 class Sampler:
     """Points of a cage's surface and their derivatives. A context manager; belongs to one thread at a time.
 
@@ -242,6 +259,6 @@ def library_version() -> str:
 
 
 __all__ = [
-    "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Creases", "Minimum", "Problem", "Sampler", "cage",
-    "energies", "library_version", "minimize", "refine",
+    "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Creases", "Crossings", "Deviation", "Minimum", "Problem",
+    "Sampler", "cage", "crossings", "deviation", "energies", "library_version", "minimize", "refine",
 ]  # fmt: skip

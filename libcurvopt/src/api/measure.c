@@ -1,0 +1,129 @@
+/* Exported functions that measure and compare surfaces. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "api/api.h"
+#include "base/memory.h"
+#include "measure/crossings.h"
+#include "measure/deviation.h"
+#include "measure/location.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Parts that a measurement looks at; 4 us each on one 2-GHz core (notes/110-deviation-with-a-bound.md). */
+enum { MOST_PARTS = 400000 };
+/* Of an extraordinary patch: how small the tip is at which its rings end. */
+#define TIP              2e-5
+#define TIP_OF_CROSSINGS (1.0 / 256)
+
+static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_error *error) {
+    curvopt_options check;
+    curvopt_options_init(&check, sizeof check);
+    check.threads = threads;
+    int32_t status = curvopt_options_validate(&check, error);
+    return status == CURVOPT_OK ? co_thread_pool_create(threads, pool, error) : status;
+}
+
+typedef struct vertices {
+    const co_nearest *surface;
+    const double *limits;
+    double *distances;
+} vertices;
+
+static void measure_some(void *context, size_t begin, size_t end) {
+    const vertices *v = context;
+    co_surface_point near = {.part = -1};
+    for (size_t k = begin; k < end; k++) {
+        v->distances[k] = (double)NAN;
+        if (v->limits[3 * k] == v->limits[3 * k]) { /* not NAN */
+            co_nearest_find(v->surface, v->limits + 3 * k, near.part, &near);
+            v->distances[k] = near.distance;
+        }
+    }
+}
+
+static int32_t measure_vertices(const curvopt_mesh *mesh, const co_surface_pieces *pieces, const co_nearest *from,
+                                co_thread_pool *pool, double *distances, curvopt_error *error) {
+    double *limits = CO_NEW(double, 3 * (size_t)mesh->info.n_vertices);
+    if (!limits)
+        return co_status_no_memory(error);
+    co_location_limits(mesh, pieces, limits);
+    vertices v = {.surface = from, .limits = limits, .distances = distances};
+    co_thread_pool_for(pool, (size_t)mesh->info.n_vertices, measure_some, &v);
+    free(limits);
+    return CURVOPT_OK;
+}
+
+int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
+                                  const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
+                                  curvopt_deviation *out, size_t size, double *distances, curvopt_error *error) {
+    co_surface_pieces pieces[2] = {{.n_pieces = 0}, {.n_pieces = 0}};
+    co_nearest surface[2] = {{.n_parts = 0}, {.n_parts = 0}};
+    co_deviation found;
+    co_thread_pool *pool = NULL;
+    if (!mesh || !xyz || !other || !other_xyz || !out)
+        return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
+    int32_t status = start_threads(threads, &pool, error);
+    if (status == CURVOPT_OK)
+        status = co_pieces_create(mesh, xyz, TIP, pool, &pieces[0], error);
+    if (status == CURVOPT_OK)
+        status = co_pieces_create(other, other_xyz, TIP, pool, &pieces[1], error);
+    for (int k = 0; status == CURVOPT_OK && k < 2; k++)
+        status = co_nearest_create(&pieces[k], &surface[k], error);
+    if (status == CURVOPT_OK)
+        status = co_deviation_measure(surface, MOST_PARTS, pool, cancel, &found, error);
+    if (status == CURVOPT_OK && distances)
+        status = measure_vertices(other, &pieces[1], &surface[0], pool, distances, error);
+    if (status == CURVOPT_OK) {
+        curvopt_deviation theirs = {.max = found.max, .rms = found.rms, .bound = found.bound, .size = pieces[0].size};
+        memcpy(theirs.point, found.point[0], sizeof theirs.point);
+        memcpy(theirs.other_point, found.point[1], sizeof theirs.other_point);
+        co_api_copy_out(out, size, &theirs, sizeof theirs);
+    }
+    for (int k = 0; k < 2; k++) {
+        co_nearest_free(&surface[k]);
+        co_pieces_free(&pieces[k]);
+    }
+    co_thread_pool_destroy(pool);
+    return status;
+}
+
+/* The counts, and the pairs that cross as far as there is room. */
+static void list_crossings(const co_crossings *found, int32_t n_room, int32_t *pairs, curvopt_crossings *out) {
+    *out = (curvopt_crossings){0};
+    for (size_t k = 0; k < found->n; k++) {
+        const co_face_pair *pair = &found->pair[k];
+        out->n_pairs += pair->what == CO_CROSSING_PROVEN;
+        out->n_contacts += pair->what == CO_CROSSING_CONTACT;
+        out->n_unresolved += pair->what == CO_CROSSING_UNRESOLVED;
+        if (pair->what == CO_CROSSING_PROVEN && out->n_listed < n_room) {
+            pairs[2 * (size_t)out->n_listed] = pair->face[0];
+            pairs[2 * (size_t)out->n_listed++ + 1] = pair->face[1];
+        }
+    }
+}
+
+int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int32_t threads,
+                               const curvopt_cancel *cancel, int32_t n_room, int32_t *pairs, curvopt_crossings *out,
+                               size_t size, curvopt_error *error) {
+    co_surface_pieces pieces = {.n_pieces = 0};
+    co_crossings found = {.n = 0};
+    co_thread_pool *pool = NULL;
+    if (!mesh || !xyz || !out || (n_room > 0 && !pairs))
+        return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !out ? "out" : "pairs");
+    if (n_room < 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n_room is %d; it must be 0 or more", n_room);
+    int32_t status = start_threads(threads, &pool, error);
+    if (status == CURVOPT_OK)
+        status = co_pieces_create(mesh, xyz, TIP_OF_CROSSINGS, pool, &pieces, error);
+    if (status == CURVOPT_OK)
+        status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
+    if (status == CURVOPT_OK) {
+        curvopt_crossings theirs;
+        list_crossings(&found, n_room, pairs, &theirs);
+        theirs.is_complete = !co_cancel_is_requested(cancel);
+        co_api_copy_out(out, size, &theirs, sizeof theirs);
+    }
+    co_crossings_free(&found);
+    co_pieces_free(&pieces);
+    co_thread_pool_destroy(pool);
+    return status;
+}

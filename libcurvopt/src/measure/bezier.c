@@ -1,0 +1,213 @@
+/* Bicubic Bezier pieces (sources: bezier.h). SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measure/bezier.h"
+
+#include "base/constants.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Four points `step` numbers apart from a cubic B-spline's to the Bezier points. */
+static void line_from_bspline(const double *in, int step, double *out) {
+    const double a = in[0], b = in[step], c = in[2 * step], d = in[3 * step];
+    out[0] = (a + 4 * b + c) / 6;
+    out[step] = (2 * b + c) / 3;
+    out[2 * step] = (b + 2 * c) / 3;
+    out[3 * step] = (b + 4 * c + d) / 6;
+}
+
+void co_bezier_from_bspline(const double spline[CO_BEZIER], double out[CO_BEZIER]) {
+    double rows[CO_BEZIER];
+    for (int j = 0; j < 4; j++)
+        for (int c = 0; c < 3; c++)
+            line_from_bspline(spline + 12 * j + c, 3, rows + 12 * j + c);
+    for (int i = 0; i < 12; i++)
+        line_from_bspline(rows + i, 12, out + i);
+}
+
+/* Bernstein's polynomials of degree 3 and their derivatives. */
+static void bernstein(double t, double b[3][4]) {
+    const double s = 1 - t;
+    b[0][0] = s * s * s;
+    b[0][1] = 3 * s * s * t;
+    b[0][2] = 3 * s * t * t;
+    b[0][3] = t * t * t;
+    b[1][0] = -3 * s * s;
+    b[1][1] = 3 * s * s - 6 * s * t;
+    b[1][2] = 6 * s * t - 3 * t * t;
+    b[1][3] = 3 * t * t;
+    b[2][0] = 6 * s;
+    b[2][1] = 6 * t - 12 * s;
+    b[2][2] = 6 * s - 12 * t;
+    b[2][3] = 6 * t;
+}
+
+void co_bezier_at(const double piece[CO_BEZIER], double u, double v, co_bezier_jet *out) {
+    double bu[3][4], bv[3][4], row[3][4][3];
+    bernstein(u, bu);
+    bernstein(v, bv);
+    for (int k = 0; k < 3; k++)
+        for (int j = 0; j < 4; j++)
+            for (int c = 0; c < 3; c++) {
+                const double *p = piece + 12 * j + c;
+                row[k][j][c] = bu[k][0] * p[0] + bu[k][1] * p[3] + bu[k][2] * p[6] + bu[k][3] * p[9];
+            }
+    for (int c = 0; c < 3; c++) {
+        double sum[6] = {0};
+        for (int j = 0; j < 4; j++) {
+            sum[0] += bv[0][j] * row[0][j][c];
+            sum[1] += bv[0][j] * row[1][j][c];
+            sum[2] += bv[1][j] * row[0][j][c];
+            sum[3] += bv[0][j] * row[2][j][c];
+            sum[4] += bv[1][j] * row[1][j][c];
+            sum[5] += bv[2][j] * row[0][j][c];
+        }
+        out->s[c] = sum[0];
+        out->u[c] = sum[1];
+        out->v[c] = sum[2];
+        out->uu[c] = sum[3];
+        out->uv[c] = sum[4];
+        out->vv[c] = sum[5];
+    }
+}
+
+void co_bezier_point(const double piece[CO_BEZIER], double u, double v, double out[3]) {
+    const double s = 1 - u, t = 1 - v;
+    const double bu[4] = {s * s * s, 3 * s * s * u, 3 * s * u * u, u * u * u};
+    const double bv[4] = {t * t * t, 3 * t * t * v, 3 * t * v * v, v * v * v};
+    for (int c = 0; c < 3; c++) {
+        double sum = 0;
+        for (int j = 0; j < 4; j++) {
+            const double *p = piece + 12 * j + c;
+            sum += bv[j] * (bu[0] * p[0] + bu[1] * p[3] + bu[2] * p[6] + bu[3] * p[9]);
+        }
+        out[c] = sum;
+    }
+}
+
+/* The blossom's values at a a a, a a b, a b b, b b b over the four points of a cubic: those of the part [a, b]. */
+static void cut_weights(double a, double b, double w[4][4]) {
+    const double parameter[4][3] = {{a, a, a}, {a, a, b}, {a, b, b}, {b, b, b}};
+    for (int k = 0; k < 4; k++) {
+        const double x = parameter[k][0], y = parameter[k][1], z = parameter[k][2];
+        const double p = 1 - x, q = 1 - y, r = 1 - z;
+        w[k][0] = p * q * r;
+        w[k][1] = x * q * r + p * y * r + p * q * z;
+        w[k][2] = p * y * z + x * q * z + x * y * r;
+        w[k][3] = x * y * z;
+    }
+}
+
+/* Rows of four points, `n` numbers in a row side by side: out[k] = sum of w[k][i] in[i]. */
+static void combine(const double w[4][4], const double *in, int n, double *out) {
+    for (int k = 0; k < 4; k++)
+        for (int c = 0; c < n; c++)
+            out[k * n + c] = w[k][0] * in[c] + w[k][1] * in[n + c] + w[k][2] * in[2 * n + c] + w[k][3] * in[3 * n + c];
+}
+
+void co_bezier_part(const double piece[CO_BEZIER], const double u[2], const double v[2], double out[CO_BEZIER]) {
+    double rows[CO_BEZIER], w[4][4];
+    memcpy(rows, piece, sizeof rows);
+    if (u[0] != 0 || u[1] != 1) {
+        cut_weights(u[0], u[1], w);
+        for (size_t j = 0; j < 4; j++)
+            combine((const double(*)[4])w, piece + 12 * j, 3, rows + 12 * j);
+    }
+    if (v[0] != 0 || v[1] != 1) {
+        cut_weights(v[0], v[1], w);
+        combine((const double(*)[4])w, rows, 12, out);
+    } else {
+        memcpy(out, rows, sizeof rows);
+    }
+}
+
+/* Square of the length of a second difference of control points. */
+static double second_difference(const double *p, int step_one, int step_two) {
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        const double d = p[c] - p[step_one + c] - p[step_two + c] + p[step_one + step_two + c];
+        sum += d * d;
+    }
+    return sum;
+}
+
+void co_bezier_second(const double piece[CO_BEZIER], double bound[3]) {
+    double largest[3] = {0};
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 4; i++) {
+            const double *p = piece + 12 * j + 3 * i;
+            if (i < 2)
+                largest[0] = fmax(largest[0], second_difference(p, 3, 3));
+            if (i < 3 && j < 3)
+                largest[1] = fmax(largest[1], second_difference(p, 3, 12));
+            if (j < 2)
+                largest[2] = fmax(largest[2], second_difference(p, 12, 12));
+        }
+    bound[0] = 6 * sqrt(largest[0]);
+    bound[1] = 9 * sqrt(largest[1]);
+    bound[2] = 6 * sqrt(largest[2]);
+}
+
+/* The cone of n directions; those of length 0 count as any. */
+static co_cone cone_of(const double direction[][3], int n) {
+    co_cone cone = {.angle = CO_PI};
+    double unit[12][3], least = 1;
+    for (int k = 0; k < n; k++) {
+        const double length = sqrt(co_dot3(direction[k], direction[k]));
+        if (!(length > 0))
+            return cone;
+        for (int c = 0; c < 3; c++) {
+            unit[k][c] = direction[k][c] / length;
+            cone.axis[c] += unit[k][c];
+        }
+    }
+    const double length = sqrt(co_dot3(cone.axis, cone.axis));
+    if (!(length > 0))
+        return cone;
+    for (int c = 0; c < 3; c++)
+        cone.axis[c] /= length;
+    for (int k = 0; k < n; k++)
+        least = fmin(least, co_dot3(unit[k], cone.axis));
+    cone.angle = acos(fmax(-1, least));
+    return cone;
+}
+
+void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v) {
+    double along_u[12][3], along_v[12][3];
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 3; i++)
+            for (int c = 0; c < 3; c++) {
+                along_u[3 * j + i][c] = piece[12 * j + 3 * i + 3 + c] - piece[12 * j + 3 * i + c];
+                along_v[3 * j + i][c] = piece[12 * i + 12 + 3 * j + c] - piece[12 * i + 3 * j + c];
+            }
+    *u = cone_of((const double(*)[3])along_u, 12);
+    *v = cone_of((const double(*)[3])along_v, 12);
+}
+
+co_cone co_cone_product(const co_cone *u, const co_cone *v) {
+    co_cone out = {.angle = CO_PI};
+    double sine = 0;
+    for (int c = 0; c < 3; c++) {
+        const int d = (c + 1) % 3, e = (c + 2) % 3;
+        out.axis[c] = u->axis[d] * v->axis[e] - u->axis[e] * v->axis[d];
+        sine += out.axis[c] * out.axis[c];
+    }
+    sine = sqrt(sine);
+    const double a = sin(u->angle), b = sin(v->angle), cosine = fabs(co_dot3(u->axis, v->axis));
+    const double between = atan2(sine, cosine);
+    if (!(u->angle + v->angle < between))
+        return out;
+    for (int c = 0; c < 3; c++)
+        out.axis[c] /= sine;
+    out.angle = asin(fmin(1, sqrt(a * a + 2 * a * b * cosine + b * b) / sine));
+    return out;
+}
+
+co_box co_box_of(const double *points, int n) {
+    co_box box = {{points[0], points[1], points[2]}, {points[0], points[1], points[2]}};
+    for (int k = 1; k < n; k++)
+        for (int c = 0; c < 3; c++) {
+            box.low[c] = fmin(box.low[c], points[3 * k + c]);
+            box.high[c] = fmax(box.high[c], points[3 * k + c]);
+        }
+    return box;
+}

@@ -1,0 +1,272 @@
+/* Whether two pieces of a limit surface cross (crossing_pair.h). SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measure/crossing_pair.h"
+
+#include "base/constants.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    DEEPEST = 8,       /* parts of 1 / 256 of a piece are not cut */
+    MOST_PAIRS = 800,  /* of parts, for one pair of pieces */
+    ENOUGH_PAIRS = 60, /* where common points were found, but no crossing: surfaces that lie on each other */
+    NEWTON_STEPS = 12
+};
+/* Common points: distance, in sizes of the cage; least angle of tangent planes; least area of a part's parallelogram of
+ * derivatives, in products of their lengths. */
+#define COMMON      1e-10
+#define TRANSVERSAL 1e-3
+#define DEGENERATE  1e-6
+#define NORMALS     (75 * CO_PI / 180)
+
+typedef struct part {
+    double bezier[CO_BEZIER];
+    double u[2], v[2];
+    co_location where;
+} part;
+
+/* Two rectangles of 2^-level of a piece each; corners counted in units of that. */
+typedef struct task {
+    int32_t u[2], v[2];
+    int level;
+} task;
+
+co_directions co_directions_of(const double piece[CO_BEZIER]) {
+    co_directions out;
+    co_bezier_cones(piece, &out.u, &out.v);
+    out.normal = co_cone_product(&out.u, &out.v);
+    return out;
+}
+
+static void take_part(const co_crossing_search *s, int32_t piece, int32_t u, int32_t v, int level, part *out) {
+    const double side = ldexp(1, -level);
+    out->u[0] = u * side;
+    out->u[1] = (u + 1) * side;
+    out->v[0] = v * side;
+    out->v[1] = (v + 1) * side;
+    co_bezier_part(co_pieces_bezier(s->pieces, piece), out->u, out->v, out->bezier);
+    out->where = co_location_of(&s->pieces->place[piece], out->u, out->v);
+}
+
+/* Whether the control nets' projections on a direction are apart. */
+static int are_apart_along(const double a[CO_BEZIER], const double b[CO_BEZIER], const double axis[3]) {
+    double low[2], high[2];
+    for (int k = 0; k < 2; k++) {
+        const double *net = k ? b : a;
+        low[k] = high[k] = co_dot3(net, axis);
+        for (int i = 1; i < 16; i++) {
+            const double x = co_dot3(net + 3 * (size_t)i, axis);
+            low[k] = fmin(low[k], x);
+            high[k] = fmax(high[k], x);
+        }
+    }
+    return low[0] > high[1] || low[1] > high[0];
+}
+
+static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
+                     const co_directions *of_b) {
+    double between[3];
+    for (int c = 0; c < 3; c++) {
+        const double axis[3] = {c == 0, c == 1, c == 2};
+        if (are_apart_along(a, b, axis))
+            return 1;
+        between[c] = b[15 + c] + b[30 + c] - a[15 + c] - a[30 + c];
+    }
+    return are_apart_along(a, b, between) || (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
+           (of_b->normal.angle < CO_PI && are_apart_along(a, b, of_b->normal.axis));
+}
+
+static double angle_between(const double a[3], const double b[3]) {
+    return acos(fmax(-1, fmin(1, co_dot3(a, b))));
+}
+
+/* A cone round two, the second turned round where `sign` is -1. */
+static co_cone join(const co_cone *a, const co_cone *b, double sign) {
+    co_cone out = {.angle = CO_PI};
+    double turned[3], length;
+    for (int c = 0; c < 3; c++) {
+        turned[c] = sign * b->axis[c];
+        out.axis[c] = a->axis[c] + turned[c];
+    }
+    length = sqrt(co_dot3(out.axis, out.axis));
+    if (!(length > 1e-3))
+        return out;
+    for (int c = 0; c < 3; c++)
+        out.axis[c] /= length;
+    out.angle = fmax(a->angle + angle_between(a->axis, out.axis), b->angle + angle_between(turned, out.axis));
+    return out;
+}
+
+/* Parts with a common edge: the second one's parameters are turned to where they agree best with the first one's. */
+static int edge_is_clear(const co_directions *a, const co_directions *b) {
+    static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, 1, -1, -1}, sign_v[4] = {1, -1, -1, 1};
+    double best = -3;
+    int at = 0;
+    if (!(a->normal.angle < CO_PI) || !(b->normal.angle < CO_PI))
+        return 0;
+    for (int r = 0; r < 4; r++) {
+        const co_cone *u = swaps[r] ? &b->v : &b->u, *v = swaps[r] ? &b->u : &b->v;
+        const double fit = sign_u[r] * co_dot3(a->u.axis, u->axis) + sign_v[r] * co_dot3(a->v.axis, v->axis);
+        if (fit > best) {
+            best = fit;
+            at = r;
+        }
+    }
+    const co_cone u = join(&a->u, swaps[at] ? &b->v : &b->u, sign_u[at]);
+    const co_cone v = join(&a->v, swaps[at] ? &b->u : &b->v, sign_v[at]);
+    const double between = angle_between(u.axis, v.axis);
+    return u.angle + v.angle < fmin(between, CO_PI - between);
+}
+
+static int neighbours_are_clear(co_contact contact, const co_directions *a, const co_directions *b) {
+    if (contact == CO_CONTACT_EDGE && edge_is_clear(a, b))
+        return 1;
+    return join(&a->normal, &b->normal, 1).angle < NORMALS;
+}
+
+/* Least-norm step of Newton's method for a(p0, p1) = b(p2, p3) from the jets; 0 where it is singular. */
+static int common_step(const co_bezier_jet *a, const co_bezier_jet *b, const double r[3], double step[4]) {
+    const double *const column[4] = {a->u, a->v, b->u, b->v};
+    double m[3][3], x[3], trace = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            m[i][j] = 0;
+            for (int k = 0; k < 4; k++)
+                m[i][j] += column[k][i] * column[k][j];
+            trace += i == j ? m[i][j] : 0;
+        }
+    for (int i = 0; i < 3; i++)
+        m[i][i] += 1e-12 * trace;
+    const double d = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                     m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                     m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    if (!(d > 0))
+        return 0;
+    for (int i = 0; i < 3; i++) { /* Cramer's rule; m is symmetric */
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        x[i] = 0;
+        for (int c = 0; c < 3; c++) {
+            const int e = (c + 1) % 3, f = (c + 2) % 3;
+            x[i] += (m[j][e] * m[k][f] - m[j][f] * m[k][e]) * r[c] / d;
+        }
+    }
+    for (int k = 0; k < 4; k++)
+        step[k] = (k < 2 ? -1 : 1) * co_dot3(column[k], x);
+    return 1;
+}
+
+/* Whether a point of a part is on the surface's boundary. */
+static int is_on_boundary(const co_crossing_search *s, int32_t piece, double u, double v) {
+    const co_place *place = &s->pieces->place[piece];
+    const curvopt_mesh *m = s->mesh;
+    const double st[2] = {u, v};
+    double uv[2];
+    co_location_uv(place, st, uv);
+    const int32_t first = m->face_start[place->face], size = co_mesh_face_size(m, place->face);
+    const double end[4] = {uv[1], 1 - uv[0], 1 - uv[1], uv[0]};
+    for (int k = 0; k < 4; k++) {
+        if (end[k] > 1e-9 || (size != 4 && (k == 1 || k == 2)))
+            continue;
+        const int32_t own = first + place->quarter;
+        if (m->twin[size == 4 ? first + k : k == 0 ? own : co_mesh_prev(m, own)] < 0)
+            return 1;
+    }
+    return 0;
+}
+
+/* Sine of the angle between two tangent planes; 0 where a part has none. */
+static double sine_between(const co_bezier_jet *a, const co_bezier_jet *b) {
+    double n[2][3], length[2], product = 0;
+    for (int k = 0; k < 2; k++) {
+        const co_bezier_jet *j = k ? b : a;
+        for (int c = 0; c < 3; c++) {
+            const int d = (c + 1) % 3, e = (c + 2) % 3;
+            n[k][c] = j->u[d] * j->v[e] - j->u[e] * j->v[d];
+        }
+        length[k] = sqrt(co_dot3(n[k], n[k]));
+        if (!(length[k] > DEGENERATE * (co_dot3(j->u, j->u) + co_dot3(j->v, j->v))))
+            return 0;
+    }
+    for (int c = 0; c < 3; c++) {
+        const int d = (c + 1) % 3, e = (c + 2) % 3;
+        const double x = (n[0][d] * n[1][e] - n[0][e] * n[1][d]) / (length[0] * length[1]);
+        product += x * x;
+    }
+    return sqrt(product);
+}
+
+/* Newton's method from the middles of both parts, which its points do not leave. */
+static co_crossing common_point(const co_crossing_search *s, int32_t a, int32_t b, const part *of_a, const part *of_b) {
+    const double *const range[4] = {of_a->u, of_a->v, of_b->u, of_b->v};
+    const double enough = COMMON * s->pieces->size;
+    double p[4], step[4];
+    for (int k = 0; k < 4; k++)
+        p[k] = (range[k][0] + range[k][1]) / 2;
+    for (int n = 0; n < NEWTON_STEPS; n++) {
+        co_bezier_jet ja, jb;
+        co_bezier_at(co_pieces_bezier(s->pieces, a), p[0], p[1], &ja);
+        co_bezier_at(co_pieces_bezier(s->pieces, b), p[2], p[3], &jb);
+        const double r[3] = {ja.s[0] - jb.s[0], ja.s[1] - jb.s[1], ja.s[2] - jb.s[2]};
+        if (co_dot3(r, r) <= enough * enough) {
+            const int inside = !is_on_boundary(s, a, p[0], p[1]) && !is_on_boundary(s, b, p[2], p[3]);
+            return inside && sine_between(&ja, &jb) > TRANSVERSAL ? CO_CROSSING_PROVEN : CO_CROSSING_CONTACT;
+        }
+        if (!common_step(&ja, &jb, r, step))
+            break;
+        double moved = 0;
+        for (int k = 0; k < 4; k++) {
+            const double old = p[k];
+            p[k] = fmin(fmax(p[k] + step[k], range[k][0]), range[k][1]);
+            moved += fabs(p[k] - old);
+        }
+        if (!(moved > 1e-14))
+            break;
+    }
+    return CO_CROSSING_NONE;
+}
+
+/* Adds the pairs of children of both parts; of a part with itself each pair once. */
+static int push_children(const task *t, int same, task *stack, int depth) {
+    for (int i = 0; i < 4; i++)
+        for (int j = same ? i : 0; j < 4; j++)
+            stack[depth++] = (task){.u = {2 * t->u[0] + i % 2, 2 * t->u[1] + j % 2},
+                                    .v = {2 * t->v[0] + i / 2, 2 * t->v[1] + j / 2},
+                                    .level = t->level + 1};
+    return depth;
+}
+
+co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
+    task stack[16 * (DEEPEST + 1)];
+    part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
+    int depth = 1, n_pairs = 0;
+    co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
+    stack[0] = (task){.level = 0};
+    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : MOST_PAIRS)) {
+        const task t = stack[--depth];
+        const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];
+        take_part(s, a, t.u[0], t.v[0], t.level, &of_a);
+        take_part(s, b, t.u[1], t.v[1], t.level, &of_b);
+        const co_directions directions[2] = {t.level ? co_directions_of(of_a.bezier) : s->directions[a],
+                                             t.level ? co_directions_of(of_b.bezier) : s->directions[b]};
+        if (same) {
+            if (!(directions[0].normal.angle < CO_PI) && t.level < DEEPEST)
+                depth = push_children(&t, 1, stack, depth);
+            continue;
+        }
+        const co_contact contact = co_location_contact(s->mesh, &of_a.where, &of_b.where);
+        if (contact != CO_CONTACT_NONE ? neighbours_are_clear(contact, &directions[0], &directions[1])
+                                       : are_apart(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
+            continue;
+        if (contact == CO_CONTACT_NONE) {
+            now = common_point(s, a, b, &of_a, &of_b);
+            if (now == CO_CROSSING_PROVEN)
+                return now;
+            if (now == CO_CROSSING_NONE && t.level == DEEPEST)
+                now = CO_CROSSING_UNRESOLVED;
+            worst = now > worst ? now : worst;
+        }
+        if (t.level < DEEPEST)
+            depth = push_children(&t, 0, stack, depth);
+    }
+    return depth && worst == CO_CROSSING_NONE ? CO_CROSSING_UNRESOLVED : worst;
+}

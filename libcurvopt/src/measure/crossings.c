@@ -1,0 +1,155 @@
+/* Where a limit surface crosses itself. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measure/crossings.h"
+
+#include "base/memory.h"
+#include "measure/box_tree.h"
+
+#include <stdlib.h>
+
+typedef struct found {
+    co_face_pair *pair;
+    size_t n, room;
+    int failed; /* memory is out */
+} found;
+
+typedef struct work {
+    co_crossing_search search;
+    co_directions *directions;
+    co_box *box;
+    co_box_tree tree;
+    const curvopt_cancel *cancel;
+    found *of_thread; /* [n_threads] */
+} work;
+
+static void bound_pieces(void *context, size_t begin, size_t end) {
+    const work *w = context;
+    for (size_t k = begin; k < end; k++) {
+        const double *bezier = co_pieces_bezier(w->search.pieces, (int32_t)k);
+        w->box[k] = co_box_of(bezier, 16);
+        w->directions[k] = co_directions_of(bezier);
+    }
+}
+
+static void add_pair(const work *w, int32_t a, int32_t b, co_crossing what, found *f) {
+    const int32_t one = w->search.pieces->place[a].face, two = w->search.pieces->place[b].face;
+    const co_face_pair pair = {.face = {one < two ? one : two, one < two ? two : one}, .what = what};
+    if (f->n && f->pair[f->n - 1].face[0] == pair.face[0] && f->pair[f->n - 1].face[1] == pair.face[1] &&
+        f->pair[f->n - 1].what >= (int32_t)what)
+        return;
+    if (f->n == f->room) {
+        co_face_pair *more = CO_RESIZED(f->pair, 2 * f->room + 16);
+        if (!more) {
+            f->failed = 1;
+            return;
+        }
+        f->pair = more;
+        f->room = 2 * f->room + 16;
+    }
+    f->pair[f->n++] = pair;
+}
+
+/* Looks at piece a with itself and with all pieces of larger numbers whose boxes overlap its own. */
+static void look_round(const work *w, int32_t a, found *f) {
+    int32_t stack[CO_BOX_TREE_DEPTH];
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth) {
+        const int32_t at = stack[--depth];
+        const co_box_node *node = &w->tree.node[at];
+        if (!co_box_overlap(&node->box, &w->box[a]))
+            continue;
+        if (node->second) {
+            stack[depth++] = node->second;
+            stack[depth++] = at + 1;
+            continue;
+        }
+        for (int32_t k = node->begin; k < node->end; k++) {
+            const int32_t b = w->tree.order[k];
+            if (b < a || !co_box_overlap(&w->box[a], &w->box[b]))
+                continue;
+            const co_crossing what = co_crossing_of(&w->search, a, b);
+            if (what != CO_CROSSING_NONE)
+                add_pair(w, a, b, what, f);
+        }
+    }
+}
+
+/* Every n_threads-th run of pieces. */
+static void look(void *context, int32_t thread, int32_t n_threads) {
+    enum { RUN = 64 };
+    const work *w = context;
+    found *f = &w->of_thread[thread];
+    const int32_t n = w->search.pieces->n_pieces, stride = RUN * n_threads;
+    for (int32_t begin = RUN * thread; begin < n && !f->failed; begin += stride) {
+        if (co_cancel_is_requested(w->cancel))
+            return;
+        for (int32_t a = begin; a < begin + RUN && a < n; a++)
+            look_round(w, a, f);
+    }
+}
+
+static int compare(const void *a, const void *b) {
+    const co_face_pair *x = a, *y = b;
+    for (int k = 0; k < 2; k++)
+        if (x->face[k] != y->face[k])
+            return x->face[k] < y->face[k] ? -1 : 1;
+    return x->what > y->what ? -1 : x->what < y->what;
+}
+
+/* All threads' pairs in order, each once. */
+static int32_t gather(const work *w, int32_t n_threads, co_crossings *out, curvopt_error *error) {
+    size_t n = 0;
+    for (int32_t t = 0; t < n_threads; t++) {
+        if (w->of_thread[t].failed)
+            return co_status_no_memory(error);
+        n += w->of_thread[t].n;
+    }
+    out->pair = CO_NEW(co_face_pair, n);
+    if (!out->pair)
+        return co_status_no_memory(error);
+    n = 0;
+    for (int32_t t = 0; t < n_threads; t++)
+        for (size_t k = 0; k < w->of_thread[t].n; k++)
+            out->pair[n++] = w->of_thread[t].pair[k];
+    qsort(out->pair, n, sizeof *out->pair, compare);
+    for (size_t k = 0; k < n; k++) {
+        const co_face_pair *last = out->n ? &out->pair[out->n - 1] : NULL, here = out->pair[k];
+        if (!last || last->face[0] != here.face[0] || last->face[1] != here.face[1])
+            out->pair[out->n++] = here;
+    }
+    return CURVOPT_OK;
+}
+
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
+                          const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
+    const int32_t n = pieces->n_pieces, n_threads = co_thread_pool_size(pool);
+    work w = {.search = {.mesh = mesh, .pieces = pieces}, .cancel = cancel};
+    int32_t status;
+    *out = (co_crossings){0};
+    w.directions = CO_NEW(co_directions, n);
+    w.box = CO_NEW(co_box, n);
+    w.of_thread = CO_NEW(found, n_threads);
+    w.search.directions = w.directions;
+    w.search.box = w.box;
+    status = w.directions && w.box && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);
+        status = co_box_tree_create(n, w.box, &w.tree, error);
+    }
+    if (status == CURVOPT_OK) {
+        co_thread_pool_run(pool, look, &w);
+        status = gather(&w, n_threads, out, error);
+    }
+    for (int32_t t = 0; w.of_thread && t < n_threads; t++)
+        free(w.of_thread[t].pair);
+    free(w.of_thread);
+    free(w.directions);
+    free(w.box);
+    co_box_tree_free(&w.tree);
+    return status;
+}
+
+void co_crossings_free(co_crossings *crossings) {
+    free(crossings->pair);
+    *crossings = (co_crossings){0};
+}

@@ -1,0 +1,217 @@
+/* A cage's limit surface as bicubic Bezier pieces. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measure/pieces.h"
+
+#include "base/memory.h"
+#include "mesh/similarity.h"
+#include "surface/stam.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_PIECES = 2000000, LEAST_RINGS = 3, MOST_RINGS = 40 };
+
+/* Rows of all rings of one kind of fan. */
+typedef struct ring_table {
+    int32_t n_rings, n_points, n_rows;
+    double *rows; /* [n_rings][n_points][n_rows], as co_stam_disc.rows */
+    double *mask; /* [n_points] limit position of the vertex */
+    int32_t cell[CO_RING_CELLS][16], mirrored[CO_RING_CELLS][16];
+} ring_table;
+
+typedef struct build {
+    co_surface_pieces *out;
+    ring_table *tables; /* [n_kinds] */
+} build;
+
+static void table_free(ring_table *t) {
+    free(t->rows);
+    free(t->mask);
+}
+
+static int32_t table_create(int32_t fan, double ratio, int32_t most_rings, ring_table *t, curvopt_error *error) {
+    co_stam_disc disc;
+    int32_t status = co_stam_disc_create(fan, &disc, error);
+    if (status != CURVOPT_OK)
+        return status;
+    int32_t n_rings = (int32_t)ceil(log(ratio) / log(fmin(disc.lambda, 0.9)));
+    n_rings = n_rings < LEAST_RINGS ? LEAST_RINGS : n_rings > most_rings ? most_rings : n_rings;
+    const size_t n = (size_t)disc.n_points * (size_t)disc.n_rows;
+    *t = (ring_table){.n_rings = n_rings, .n_points = disc.n_points, .n_rows = disc.n_rows};
+    t->rows = CO_NEW(double, n *(size_t)n_rings);
+    t->mask = CO_NEW(double, disc.n_points);
+    if (!t->rows || !t->mask) {
+        table_free(t);
+        *t = (ring_table){0};
+        co_stam_disc_free(&disc);
+        return co_status_no_memory(error);
+    }
+    memcpy(t->cell, disc.cell, sizeof t->cell);
+    memcpy(t->mirrored, disc.mirrored, sizeof t->mirrored);
+    for (int32_t ring = 0; ring < n_rings; ring++) {
+        memcpy(t->rows + n * (size_t)ring, disc.rows, n * sizeof(double));
+        co_stam_disc_advance(&disc);
+    }
+    co_stam_disc_limit_mask(&disc, t->mask);
+    co_stam_disc_free(&disc);
+    return CURVOPT_OK;
+}
+
+/* The place of a cell of a ring, from its patch's. */
+static co_place place_of_cell(const co_place *patch, int32_t ring, int cell) {
+    co_place out = *patch;
+    const double scale = ldexp(1, -(patch->level + ring));
+    double x = scale * co_stam_cell_place[cell][0], y = scale * co_stam_cell_place[cell][1];
+    for (int turn = 0; turn < patch->rotation; turn++) {
+        const double old_x = x;
+        x = -y;
+        y = old_x;
+    }
+    out.origin[0] += x;
+    out.origin[1] += y;
+    out.level += ring;
+    return out;
+}
+
+static void regular_patch(const co_surface_pieces *s, int32_t p) {
+    const int32_t *index = s->patches.points + s->patches.start[p];
+    double spline[CO_BEZIER];
+    for (size_t i = 0; i < 16; i++)
+        memcpy(spline + 3 * i, s->points + 3 * (size_t)index[i], 3 * sizeof(double));
+    co_bezier_from_bspline(spline, s->bezier + CO_BEZIER * (size_t)s->first[p]);
+    s->place[s->first[p]] = s->patches.place[p];
+}
+
+/* The points that one ring's cells are made of: point [n_rows][3], the first the vertex, the others relative to it. */
+static void ring_points(const co_surface_pieces *s, int32_t p, const ring_table *t, int32_t ring, double *point) {
+    const int32_t *index = s->patches.points + s->patches.start[p];
+    const size_t n_rows = (size_t)t->n_rows;
+    const double *rows = t->rows + (size_t)t->n_points * n_rows * (size_t)ring;
+    const double *origin = s->points + 3 * (size_t)index[0];
+    memset(point, 0, sizeof(double) * 3 * n_rows);
+    for (size_t i = 1; i < (size_t)t->n_points; i++)
+        for (size_t k = 0; k < n_rows; k++)
+            for (size_t c = 0; c < 3; c++)
+                point[3 * k + c] += rows[i * n_rows + k] * (s->points[3 * (size_t)index[i] + c] - origin[c]);
+    for (size_t c = 0; c < 3; c++)
+        point[c] += origin[c];
+}
+
+static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const ring_table *t) {
+    const int32_t *index = s->patches.points + s->patches.start[p];
+    double point[3 * CO_STAM_MOST_ROWS], spline[CO_BEZIER];
+    co_tip *tip = &s->tip[s->tip_of[p]];
+    *tip = (co_tip){.patch = p};
+    for (int32_t i = 0; i < t->n_points; i++)
+        for (size_t c = 0; c < 3; c++)
+            tip->at[c] += t->mask[i] * s->points[3 * (size_t)index[i] + c];
+    for (int32_t ring = 0; ring < t->n_rings; ring++) {
+        ring_points(s, p, t, ring, point);
+        for (int cell = 0; cell < CO_RING_CELLS; cell++) {
+            const int32_t piece = s->first[p] + CO_RING_CELLS * ring + cell;
+            for (size_t k = 0; k < 16; k++) {
+                const int32_t at = t->cell[cell][k], mirrored = t->mirrored[cell][k];
+                for (size_t c = 0; c < 3; c++) {
+                    double x = (mirrored < 0 ? 1 : 2) * (at ? point[3 * (size_t)at + c] : 0);
+                    if (mirrored > 0)
+                        x -= point[3 * (size_t)mirrored + c];
+                    spline[3 * k + c] = point[c] + x;
+                }
+            }
+            double *bezier = s->bezier + CO_BEZIER * (size_t)piece;
+            co_bezier_from_bspline(spline, bezier);
+            s->place[piece] = place_of_cell(&s->patches.place[p], ring + 1, cell);
+            for (size_t k = 0; k < 16 && ring + 1 == t->n_rings; k++)
+                tip->radius = fmax(tip->radius, 2 * sqrt(co_distance_squared(bezier + 3 * k, tip->at)));
+        }
+    }
+}
+
+static void build_patches(void *context, size_t begin, size_t end) {
+    const build *b = context;
+    for (size_t p = begin; p < end; p++) {
+        const int32_t kind = b->out->patches.kind[p];
+        if (kind == CO_FAN_REGULAR)
+            regular_patch(b->out, (int32_t)p);
+        else
+            extraordinary_patch(b->out, (int32_t)p, &b->tables[co_patches_kind(&b->out->patches, kind)]);
+    }
+}
+
+static int32_t make_tables(const co_patches *p, double ratio, ring_table *tables, curvopt_error *error) {
+    int32_t n_fans = 1, status = CURVOPT_OK;
+    for (int32_t i = 0; i < p->n_patches; i++)
+        n_fans += p->kind[i] != CO_FAN_REGULAR;
+    int32_t most = MOST_PIECES / CO_RING_CELLS / n_fans;
+    most = most < LEAST_RINGS ? LEAST_RINGS : most > MOST_RINGS ? MOST_RINGS : most;
+    for (int32_t k = 0; status == CURVOPT_OK && k < p->n_kinds; k++)
+        if (p->kinds[k] != CO_FAN_REGULAR)
+            status = table_create(p->kinds[k], ratio, most, &tables[k], error);
+    return status;
+}
+
+/* Counts pieces and tips, and makes room for them. */
+static int32_t allocate(co_surface_pieces *s, const ring_table *tables, curvopt_error *error) {
+    const co_patches *p = &s->patches;
+    size_t n = 0;
+    s->first = CO_NEW(int32_t, (size_t)p->n_patches + 1);
+    s->tip_of = CO_NEW(int32_t, p->n_patches);
+    if (!s->first || !s->tip_of)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < p->n_patches; i++) {
+        const int regular = p->kind[i] == CO_FAN_REGULAR;
+        s->first[i] = (int32_t)n;
+        s->tip_of[i] = regular ? -1 : s->n_tips++;
+        n += regular ? 1 : CO_RING_CELLS * (size_t)tables[co_patches_kind(p, p->kind[i])].n_rings;
+        if (n > INT32_MAX / 4)
+            return co_status_no_memory(error);
+    }
+    s->first[p->n_patches] = s->n_pieces = (int32_t)n;
+    s->bezier = CO_NEW_ALIGNED(double, CO_BEZIER *n);
+    s->place = CO_NEW(co_place, n);
+    s->tip = CO_NEW(co_tip, s->n_tips);
+    return s->bezier && s->place && s->tip ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
+                         co_surface_pieces *out, curvopt_error *error) {
+    ring_table *tables = NULL;
+    double centroid[3];
+    *out = (co_surface_pieces){0};
+    int32_t status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    if (status != CURVOPT_OK)
+        return status;
+    out->size = co_similarity_mesh_frame(mesh, xyz, centroid);
+    /* This surface's patches have no wide blends (patches.h): they are the limit surface's own. */
+    status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_PLANE, 1, &out->patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    out->points = CO_NEW(double, 3 * (size_t)out->patches.n_points);
+    tables = CO_NEW(ring_table, out->patches.n_kinds);
+    status = out->points && tables ? make_tables(&out->patches, ratio, tables, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = allocate(out, tables, error);
+    if (status == CURVOPT_OK) {
+        build b = {.out = out, .tables = tables};
+        memcpy(out->points, xyz, sizeof(double) * 3 * (size_t)mesh->info.n_vertices);
+        co_patches_derive(&out->patches, out->points);
+        co_thread_pool_for(pool, (size_t)out->patches.n_patches, build_patches, &b);
+    }
+    for (int32_t k = 0; tables && k < out->patches.n_kinds; k++)
+        table_free(&tables[k]);
+    free(tables);
+    if (status != CURVOPT_OK)
+        co_pieces_free(out);
+    return status;
+}
+
+void co_pieces_free(co_surface_pieces *s) {
+    co_patches_free(&s->patches);
+    free(s->points);
+    free(s->bezier);
+    free(s->place);
+    free(s->first);
+    free(s->tip_of);
+    free(s->tip);
+    *s = (co_surface_pieces){0};
+}

@@ -1,0 +1,29 @@
+/* What is measured of a surface, for reports: where it crosses itself, and how far it is from another one.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CURVOPT_TOOL_MEASURES_H
+#define CURVOPT_TOOL_MEASURES_H
+
+#include "curvopt.h"
+
+#include <stdio.h>
+
+enum { MEASURES_MOST_PAIRS = 1000 /* that are listed; all are counted */ };
+
+typedef struct measures {
+    curvopt_crossings crossings;
+    int32_t *pairs;              /* [2 crossings.n_listed] faces of the input cage */
+    curvopt_deviation deviation; /* if has_deviation */
+    int has_deviation;
+} measures;
+
+/* Measures a cage, and its deviation from another one (NULL: none). `input` is the cage that it is a subdivision of, or
+ * itself: pairs are its faces. An error, and nothing to be freed, or CURVOPT_OK. */
+int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *input, const curvopt_mesh *from,
+                      const double *from_xyz, int32_t threads, measures *out, curvopt_error *error);
+void measures_free(measures *m);
+/* For people: the deviation, if there is one; crossings, if there are any or `always`. */
+void measures_print(FILE *file, const measures *m, int always);
+/* Members of a JSON object, each with a comma behind it. */
+void measures_write_json(FILE *file, const measures *m);
+
+#endif

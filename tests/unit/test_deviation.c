@@ -1,0 +1,170 @@
+/* How far two limit surfaces are apart: bounds, closed forms, refusals. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "cages.h"
+#include "check.h"
+
+#include "measure/deviation_bound.h"
+
+static curvopt_deviation measure(const cage *a, const cage *b, int32_t threads) {
+    curvopt_mesh *one = cage_mesh(a), *two = cage_mesh(b);
+    curvopt_deviation d;
+    curvopt_error error;
+    memset(&d, 0xff, sizeof d);
+    CHECK_OK(curvopt_measure_deviation(one, a->xyz, two, b->xyz, threads, NULL, &d, sizeof d, NULL, &error), &error);
+    curvopt_mesh_destroy(one);
+    curvopt_mesh_destroy(two);
+    return d;
+}
+
+/* A bicubic piece from a seed, about a unit square. */
+static void piece_of(uint64_t seed, double bend, double out[CO_BEZIER]) {
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 4; i++)
+            for (int c = 0; c < 3; c++) {
+                seed = seed * 6364136223846793005u + 1442695040888963407u;
+                out[12 * j + 3 * i + c] = (c == 0   ? i / 3.0
+                                           : c == 1 ? j / 3.0
+                                                    : 0) +
+                                          bend * ((double)(seed >> 40) / (double)(1 << 24) - 0.5);
+            }
+}
+
+static void test_parts_are_parts(void **state) {
+    double piece[CO_BEZIER], part[CO_BEZIER], x[3], y[3];
+    const double u[2] = {0.625, 0.125}, v[2] = {0.25, 0.75}; /* u runs backwards */
+    (void)state;
+    piece_of(3, 0.6, piece);
+    co_bezier_part(piece, u, v, part);
+    for (int k = 0; k < 9; k++) {
+        const double s = k % 3 * 0.4, t = k / 3 * 0.3;
+        co_bezier_point(part, s, t, x);
+        co_bezier_point(piece, u[0] + s * (u[1] - u[0]), v[0] + t * (v[1] - v[0]), y);
+        CHECK_NEAR(co_distance_squared(x, y), 0, 1e-28);
+    }
+}
+
+static void test_nearest_on_piece_is_least_of_a_grid(void **state) {
+    static const double whole[2] = {0, 1};
+    double piece[CO_BEZIER], y[3];
+    (void)state;
+    for (uint64_t seed = 1; seed < 20; seed++) {
+        const double x[3] = {0.1 * (double)(seed % 11), 0.07 * (double)(seed % 13), 0.3};
+        double uv[2] = {0.5, 0.5}, at[3], least = 1e300;
+        piece_of(seed, 0.2, piece);
+        const double got = co_nearest_on_piece(piece, x, whole, whole, uv, at);
+        for (int k = 0; k <= 100; k++)
+            for (int i = 0; i <= 100; i++) {
+                co_bezier_point(piece, i / 100.0, k / 100.0, y);
+                least = fmin(least, sqrt(co_distance_squared(x, y)));
+            }
+        CHECK_BETWEEN(got, least - 1e-3, least + 1e-12);
+        CHECK_NEAR(sqrt(co_distance_squared(x, at)), got, 1e-14);
+    }
+}
+
+/* The bound holds at all points of a grid, and is close for small parts. */
+static void test_bound_of_a_part(void **state) {
+    static const double whole[2] = {0, 1};
+    double a[CO_BEZIER], b[CO_BEZIER], part[CO_BEZIER], x[3], at[3];
+    (void)state;
+    for (uint64_t seed = 1; seed < 40; seed++) {
+        const double side = seed % 2 ? 0.25 : 0.0625, u[2] = {0.3, 0.3 + side}, v[2] = {0.4, 0.4 + side};
+        double uv[2] = {0.35, 0.45}, largest = 0;
+        piece_of(seed, 0.3, a);
+        piece_of(seed + 100, 0.3, b);
+        co_bezier_part(a, u, v, part);
+        co_bezier_point(part, 0.5, 0.5, x);
+        co_nearest_on_piece(b, x, whole, whole, uv, at);
+        const double bound = co_deviation_bound(part, b, uv);
+        for (int k = 0; k <= 20; k++)
+            for (int i = 0; i <= 20; i++) {
+                double near[2] = {uv[0], uv[1]};
+                co_bezier_point(part, i / 20.0, k / 20.0, x);
+                largest = fmax(largest, co_nearest_on_piece(b, x, whole, whole, near, at));
+            }
+        CHECK_TRUE(bound >= largest * (1 - 1e-12));
+        if (side < 0.1)
+            CHECK_TRUE(bound < largest + 0.02);
+    }
+}
+
+static void test_translation_and_units(void **state) {
+    cage a = cage_torus(8, 6, 1, 0.4), b = cage_torus(8, 6, 1, 0.4);
+    (void)state;
+    for (int32_t v = 0; v < b.n_vertices; v++)
+        b.xyz[3 * v + 2] += 0.01;
+    curvopt_deviation d = measure(&a, &b, 2);
+    CHECK_BETWEEN(d.max, 0.0098, 0.01 + 1e-12);
+    CHECK_BETWEEN(d.bound, 0.01 - 1e-12, 0.012);
+    CHECK_BETWEEN(d.rms, 0.004, 0.01);
+    for (int32_t i = 0; i < 3 * a.n_vertices; i++) {
+        a.xyz[i] *= 8;
+        b.xyz[i] *= 8;
+    }
+    curvopt_deviation big = measure(&a, &b, 1);
+    CHECK_NEAR(big.max, 8 * d.max, 1e-9);
+    CHECK_NEAR(big.bound, 8 * d.bound, 1e-9);
+    CHECK_NEAR(big.size, 8 * d.size, 1e-12);
+    cage_free(&a);
+    cage_free(&b);
+}
+
+static void test_same_surface(void **state) {
+    cage a = cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05),
+         b = cage_refined(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), 1);
+    (void)state;
+    curvopt_deviation d = measure(&a, &b, 2);
+    CHECK_BETWEEN(d.bound, 0, 1e-9);
+    CHECK_BETWEEN(d.max, 0, d.bound);
+    cage_free(&a);
+    cage_free(&b);
+}
+
+static void test_refusals(void **state) {
+    cage a = cage_cube();
+    curvopt_mesh *mesh = cage_mesh(&a);
+    curvopt_deviation d;
+    curvopt_error error;
+    (void)state;
+    CHECK_REFUSED(curvopt_measure_deviation(mesh, a.xyz, mesh, NULL, 1, NULL, &d, sizeof d, NULL, &error), &error,
+                  CURVOPT_ERROR_ARGUMENT, -1, "other_xyz");
+    CHECK_REFUSED(curvopt_measure_deviation(mesh, a.xyz, NULL, a.xyz, 1, NULL, &d, sizeof d, NULL, &error), &error,
+                  CURVOPT_ERROR_ARGUMENT, -1, "other");
+    CHECK_REFUSED(curvopt_measure_deviation(mesh, a.xyz, mesh, a.xyz, -1, NULL, &d, sizeof d, NULL, &error), &error,
+                  CURVOPT_ERROR_ARGUMENT, -1, "threads");
+    a.xyz[4] = (double)NAN;
+    CHECK_REFUSED(curvopt_measure_deviation(mesh, a.xyz, mesh, a.xyz, 1, NULL, &d, sizeof d, NULL, &error), &error,
+                  CURVOPT_ERROR_GEOMETRY, 1, "1");
+    curvopt_mesh_destroy(mesh);
+    cage_free(&a);
+}
+
+static void test_cancelled_bound_still_holds(void **state) {
+    cage a = cage_torus(8, 6, 1, 0.4), b = cage_torus(8, 6, 1, 0.5);
+    curvopt_mesh *mesh = cage_mesh(&a);
+    curvopt_cancel *cancel = NULL;
+    curvopt_deviation d;
+    curvopt_error error;
+    (void)state;
+    curvopt_deviation whole = measure(&a, &b, 1);
+    CHECK_OK(curvopt_cancel_create(&cancel, &error), &error);
+    curvopt_cancel_request(cancel);
+    CHECK_OK(curvopt_measure_deviation(mesh, a.xyz, mesh, b.xyz, 1, cancel, &d, sizeof d, NULL, &error), &error);
+    CHECK_TRUE(d.bound >= whole.max && d.max <= whole.bound && isnan(d.rms));
+    curvopt_cancel_destroy(cancel);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&a);
+    cage_free(&b);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_parts_are_parts),
+        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_bound_of_a_part),
+        cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_cancelled_bound_still_holds),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
