@@ -6,8 +6,7 @@
 # Packages, by what they are for: PACKAGE, or PACKAGE:COMMAND where having the command, from wherever, will do.
 # shellcheck disable=SC2034
 {
-    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev libopenblas-serial-dev
-        gfortran:gfortran python3:python3)
+    BUILD_PACKAGES=(gcc:gcc libc6-dev cmake:cmake ninja-build:ninja libsuitesparse-dev python3:python3)
     CTEST_PACKAGES=("${BUILD_PACKAGES[@]}" g++:g++ libcmocka-dev)
     BLENDER_PACKAGES=(blender:blender python3-numpy libegl1 libegl-mesa0)
     PYTEST_PACKAGES=(python3-pytest python3-numpy)

@@ -9,8 +9,8 @@
 #
 # They go to build/cross/TRIPLE/include and lib; the sources stay in build/cross/sources. What is there, made with the same
 # flags, is not made again. Needs apt-get, dpkg-dev, make, perl and the cross compiler; no root: the lists of sources are kept
-# in build/cross, too. No OpenMP. No a*b+c is fused, as in Debian's own for
-# x86-64: results then have the same bits (notes/98-other-platforms-other-last-digits.md). The BLAS is our own (96-blas-of-our-own.md).
+# in build/cross, too. No OpenMP. No a*b+c is fused, as in Debian's own for x86-64: results then have the same bits
+# (libcurvopt/notes/98-other-platforms.md). The BLAS is our own.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 FOLDER=$PWD/libcurvopt/toolchains
@@ -131,7 +131,7 @@ fi
 [[ -z $SYSROOT || -e $SYSROOT/usr/lib/libpthread.tbd ]] || (make_sysroot)
 [[ -e $OUT/lib/libcholmod.a ]] || (make_suitesparse)
 case $TRIPLE in
-x86_64-linux-gnu | *-apple-*) ;;
+*-apple-*) ;;
 *) [[ -e $OUT/lib/libcmocka.a ]] || (make_cmocka) ;;
 esac
 rm -rf "$CROSS/making-$TRIPLE"

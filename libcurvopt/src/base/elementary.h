@@ -1,5 +1,5 @@
 /* Elementary functions with the same bits on every platform: those of C libraries differ in their last digits, and with
- * them tables, and minimizers (libcurvopt/notes/98-other-platforms-other-last-digits.md). Additions, products,
+ * them tables, and minimizers (libcurvopt/notes/98-other-platforms.md). Additions, products,
  * quotients and roots alone, which IEEE 754 defines; errors are below 2 units in the last place. Finite arguments.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_BASE_ELEMENTARY_H

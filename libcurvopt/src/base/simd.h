@@ -21,7 +21,7 @@ CO_SIMD_INLINE lane lane_all(double x) {
     return x - (lane){0}; /* and not + 0, which -0 is not the same with */
 }
 /* a b + c, rounded once where the processor can. Nothing else is fused: which a compiler would fuse hangs on the
- * processor, and results with it (libcurvopt/notes/98-other-platforms-other-last-digits.md). */
+ * processor, and results with it (libcurvopt/notes/98-other-platforms.md). */
 CO_SIMD_INLINE lane lane_fma(lane a, lane b, lane c) {
 #if defined(__FMA__) && CO_LANES == 8
     return _mm512_fmadd_pd(a, b, c);

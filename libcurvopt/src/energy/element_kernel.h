@@ -1,7 +1,7 @@
 /* Energies and gradients of a block of faces of one kind, one face per vector lane.
  *
  * A block has as many faces on every processor, for sums are added block by block, and their last digits would differ
- * else (libcurvopt/notes/98-other-platforms-other-last-digits.md). A kernel takes them a part at a time, as many as its
+ * else (libcurvopt/notes/98-other-platforms.md). A kernel takes them a part at a time, as many as its
  * vectors have lanes, L; arrays of n numbers a face are [parts][n][L].
  *
  *     block of 8, L = 4, n = 2, faces a .. h:    a0 b0 c0 d0  a1 b1 c1 d1    e0 f0 g0 h0  e1 f1 g1 h1

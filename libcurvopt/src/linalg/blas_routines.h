@@ -2,7 +2,7 @@
  *
  * Matrices lie by columns, `ld` apart. Triangles are lower ones, without unit diagonals. Every sum is added up in an
  * order that hangs on the matrices' sizes alone, so that processors that fuse a*b+c have the same bits
- * (libcurvopt/notes/98-other-platforms-other-last-digits.md). SPDX-License-Identifier: GPL-3.0-or-later */
+ * (libcurvopt/notes/98-other-platforms.md). SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LINALG_BLAS_ROUTINES_H
 #define CO_LINALG_BLAS_ROUTINES_H
 
