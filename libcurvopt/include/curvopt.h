@@ -31,8 +31,8 @@
  *
  * Determinism. The same call gives the same bits, with any number of threads, on every processor that fuses
  * multiplication and addition (x86-64 with AVX2 or AVX-512, arm64), on Linux and on Windows. Processors without, a
- * library that was built for macOS and one that takes CHOLMOD and the BLAS from the system have other last digits; there
- * energies of given positions agree to rounding, while a run may take other steps and end in another minimum.
+ * library that was built for macOS and one that takes CHOLMOD and the BLAS from the system have other last digits;
+ * there energies of given positions agree to rounding, while a run may take other steps and end in another minimum.
  *
  * Structs grow at their end. A caller that was compiled with an older or a newer header works with this library:
  *   - curvopt_options begins with struct_size. Members beyond it have their defaults. A caller's struct may be larger

@@ -71,6 +71,7 @@ void fail_every_allocation(failing_run *run, void *context, long least) {
     curvopt_error error;
     CHECK_OK(run(context, &error), &error); /* whatever libraries keep for good is there now */
     long blocks = atomic_load(&live), n = 0, met;
+    const int apart = FAILURES_APART;
     int has_failed;
     do {
         memset(&error, 0, sizeof error);
@@ -86,7 +87,7 @@ void fail_every_allocation(failing_run *run, void *context, long least) {
             CHECK_OK(status, &error);
         CHECK_INT(atomic_load(&live), blocks);
         has_failed = met > n;
-        n += n < FIRST_FAILURES ? 1 : FAILURES_APART;
+        n += n < FIRST_FAILURES ? 1 : apart;
     } while (has_failed);
     CHECK_TRUE(n > least); /* a lower bound on what was tried: the wrapping works */
 }
