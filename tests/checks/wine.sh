@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The Windows build in Wine, in short: a few unit tests; the library loaded 100 times; which DLLs it needs; names of files;
-# two cages evaluated and minimized on two levels with the same bits as by the Linux program (notes/98-other-platforms.md). All of it: tests/run.sh windows. Last line: "N passed, N failed", or why it cannot run: "skipped: ...".
+# two cages evaluated and minimized on two levels with the same bits as by the Linux program
+# (libcurvopt/notes/98-other-platforms.md). All of it: tests/run.sh windows. Last line: "N passed, N failed", or why it cannot
+# run: "skipped: ...".
 set -uo pipefail
 cd "$(dirname "$0")/../.." || exit 1
 # shellcheck source=tests/setup.sh

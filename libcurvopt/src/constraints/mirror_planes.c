@@ -31,7 +31,9 @@ typedef struct directed {
 
 static int by_place(const void *a, const void *b) {
     const ranked *x = a, *y = b;
-    return (x->at > y->at) - (x->at < y->at);
+    if (x->at != y->at)
+        return x->at > y->at ? 1 : -1;
+    return (x->vertex > y->vertex) - (x->vertex < y->vertex);
 }
 
 static int by_ends(const void *a, const void *b) {

@@ -240,7 +240,9 @@ typedef struct ranked {
 
 static int by_length(const void *a, const void *b) {
     const ranked *x = a, *y = b;
-    return (x->length > y->length) - (x->length < y->length);
+    if (x->length != y->length)
+        return x->length > y->length ? 1 : -1;
+    return (x->vertex > y->vertex) - (x->vertex < y->vertex); /* C libraries differ in what they do with ties */
 }
 
 static int32_t choose_seed(search *s, curvopt_error *error) {

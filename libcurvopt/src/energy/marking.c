@@ -10,7 +10,9 @@ double co_marking_error_per_cost(double error, double cost) {
 
 static int by_error_per_cost(const void *a, const void *b) {
     const co_marking_candidate *x = a, *y = b;
-    return (x->error_per_cost > y->error_per_cost) - (x->error_per_cost < y->error_per_cost);
+    if (x->error_per_cost != y->error_per_cost)
+        return x->error_per_cost > y->error_per_cost ? 1 : -1;
+    return (x->error > y->error) - (x->error < y->error);
 }
 
 double co_marking_threshold(co_marking_candidate *candidates, int32_t n, double unmarked, double tie) {
