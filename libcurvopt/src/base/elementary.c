@@ -66,6 +66,10 @@ double co_angle_over_pi(double y, double x) {
     return y < 0 ? -angle : angle;
 }
 
+double co_arc_cosine(double x) {
+    return CO_PI * co_angle_over_pi(sqrt((1 - x) * (1 + x)), x);
+}
+
 double co_exp(double x) {
     static const double ln2_high = 0x1.62e42fefa0000p-1,
                         ln2_low = 0x1.cf79abc9e3b3ap-40; /* products with k are exact */

@@ -10,6 +10,8 @@ double co_cos_pi(double x);
 double co_sin_pi(double x);
 /* The angle of (x, y) from the first axis over pi, -1 to 1; 0 at the origin. */
 double co_angle_over_pi(double y, double x);
+/* The angle between 0 and pi that has this cosine, -1 to 1. */
+double co_arc_cosine(double x);
 double co_exp(double x);
 /* x > 0 */
 double co_log(double x);

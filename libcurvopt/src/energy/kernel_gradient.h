@@ -10,8 +10,8 @@
 #ifndef CO_ENERGY_KERNEL_GRADIENT_H
 #define CO_ENERGY_KERNEL_GRADIENT_H
 
-#include "energy/functional.h"
 #include "base/simd.h"
+#include "energy/functional.h"
 #include "surface/bspline.h"
 
 /* Results of the forward pass that the adjoint needs. */

@@ -2,6 +2,7 @@
 #include "measure/bezier.h"
 
 #include "base/constants.h"
+#include "base/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -167,7 +168,7 @@ static co_cone cone_of(const double direction[][3], int n) {
         cone.axis[c] /= length;
     for (int k = 0; k < n; k++)
         least = fmin(least, co_dot3(unit[k], cone.axis));
-    cone.angle = acos(fmax(-1, least));
+    cone.angle = co_arc_cosine(fmax(-1, least));
     return cone;
 }
 
@@ -192,8 +193,9 @@ co_cone co_cone_product(const co_cone *u, const co_cone *v) {
         sine += out.axis[c] * out.axis[c];
     }
     sine = sqrt(sine);
-    const double a = sin(u->angle), b = sin(v->angle), cosine = fabs(co_dot3(u->axis, v->axis));
-    const double between = atan2(sine, cosine);
+    const double a = co_sin_pi(u->angle / CO_PI), b = co_sin_pi(v->angle / CO_PI),
+                 cosine = fabs(co_dot3(u->axis, v->axis));
+    const double between = CO_PI * co_angle_over_pi(sine, cosine);
     if (!(u->angle + v->angle < between))
         return out;
     for (int c = 0; c < 3; c++)

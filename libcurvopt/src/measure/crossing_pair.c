@@ -2,6 +2,7 @@
 #include "measure/crossing_pair.h"
 
 #include "base/constants.h"
+#include "base/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -77,7 +78,7 @@ static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const
 }
 
 static double angle_between(const double a[3], const double b[3]) {
-    return acos(fmax(-1, fmin(1, co_dot3(a, b))));
+    return co_arc_cosine(fmax(-1, fmin(1, co_dot3(a, b))));
 }
 
 /* A cone round two, the second turned round where `sign` is -1. */

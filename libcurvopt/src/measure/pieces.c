@@ -1,6 +1,7 @@
 /* A cage's limit surface as bicubic Bezier pieces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "measure/pieces.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "mesh/similarity.h"
 #include "surface/stam.h"
@@ -34,7 +35,7 @@ static int32_t table_create(int32_t fan, double ratio, int32_t most_rings, ring_
     int32_t status = co_stam_disc_create(fan, &disc, error);
     if (status != CURVOPT_OK)
         return status;
-    int32_t n_rings = (int32_t)ceil(log(ratio) / log(fmin(disc.lambda, 0.9)));
+    int32_t n_rings = (int32_t)ceil(co_log(ratio) / co_log(fmin(disc.lambda, 0.9)));
     n_rings = n_rings < LEAST_RINGS ? LEAST_RINGS : n_rings > most_rings ? most_rings : n_rings;
     const size_t n = (size_t)disc.n_points * (size_t)disc.n_rows;
     *t = (ring_table){.n_rings = n_rings, .n_points = disc.n_points, .n_rows = disc.n_rows};

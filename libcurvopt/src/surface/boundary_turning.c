@@ -263,8 +263,7 @@ static double corner_angle(int k, const int32_t *index, const double *points) {
             for (int i = 0; i < 2; i++)
                 d[i][c] += basis[p][1 + i] * points[3 * (size_t)index[p] + (size_t)c];
     double cosine = dot(d[0], d[1]) / sqrt(dot(d[0], d[0]) * dot(d[1], d[1]));
-    cosine = fmax(-1, fmin(1, k % 2 ? -cosine : cosine));
-    return CO_PI * co_angle_over_pi(sqrt((1 - cosine) * (1 + cosine)), cosine);
+    return co_arc_cosine(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
 }
 
 double co_boundary_turning_total(const co_boundary_turning *turning, const co_patches *patches, const double *weight,
