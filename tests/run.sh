@@ -23,7 +23,7 @@ EXTRA=(coverage package windows arm64 macos reproducible) # by name only: covera
 # package needs root; windows and arm64 run in Wine and qemu, which takes minutes; macos needs npm; reproducible builds all of
 # them twice
 LOGS=build/tests
-LIMIT=900    # seconds a part may take
+LIMIT=1800   # seconds a part may take; on a busy machine they take three times as long
 [[ " $* " != *" windows "* ]] || LIMIT=1800
 [[ " $* " != *" arm64 "* && " $* " != *" reproducible "* ]] || LIMIT=7200 # qemu is 50 to 100 times as slow
 SLOW=5       # seconds; tests above it are counted at the end

@@ -212,7 +212,7 @@ def spoken_verdict(name: str, *arguments: str) -> str:
         path = lib.write_obj(Path(folder) / "cage.obj", cage(name))
         run = lib.run_cli("minimize", str(path), "--energy", "mvs", "--levels", "1", "-o", f"{folder}/out.obj", *arguments)
     assert run.returncode == 0, run.stderr
-    return run.stdout.strip().partition(", ")[2]
+    return run.stdout.splitlines()[0].partition(", ")[2]
 
 
 def test_the_command_line_says_which_shapes_a_minimum_is_among():
