@@ -14,23 +14,11 @@ if(NOT CURVOPT_BUNDLE_CHOLMOD)
   return()
 endif()
 
-# Our own BLAS, once per instruction set as the element kernels are: the same bits on every processor, and a library of
+# Our own BLAS: the same bits on every processor, and a library of
 # a fourteenth of the size that it has with OpenBLAS (notes/96-blas-of-our-own.md).
 add_library(curvopt_own_blas STATIC src/linalg/own_blas.c)
 target_include_directories(curvopt_own_blas PRIVATE include src)
-function(curvopt_add_blas name lanes)
-  add_library(curvopt_blas_${name} OBJECT src/linalg/blas_routines.c)
-  target_include_directories(curvopt_blas_${name} PRIVATE include src)
-  target_compile_definitions(curvopt_blas_${name} PRIVATE CO_LANES=${lanes} CO_BLAS_ROUTINES=co_blas_routines_${name})
-  target_compile_options(curvopt_blas_${name} PRIVATE -O3 -fno-math-errno -Wno-psabi ${ARGN})
-  target_sources(curvopt_own_blas PRIVATE $<TARGET_OBJECTS:curvopt_blas_${name}>)
-endfunction()
-curvopt_add_blas(portable 2)
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  curvopt_add_blas(avx2 4 -mavx2 -mfma)
-  curvopt_add_blas(avx512 8 -mavx512f -mavx512dq -mavx512vl -mfma -mprefer-vector-width=512)
-  target_compile_definitions(curvopt_own_blas PRIVATE CO_HAVE_X86_KERNELS)
-endif()
+curvopt_add_vectors(curvopt_own_blas src/linalg/blas_routines.c)
 
 set(archives)
 foreach(name cholmod amd camd colamd ccolamd suitesparseconfig)

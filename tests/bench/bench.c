@@ -45,8 +45,8 @@ static void must(int32_t status, const curvopt_error *error) {
 /* ---------------------------------------------------------------------------------------------- kernels -- */
 
 static double peak_rate(const char *kernel) {
-    double (*run)(long, double *) = peak_portable;
-#ifdef CO_HAVE_X86_KERNELS
+    peak_function *run = peak_portable;
+#ifdef CO_HAVE_AVX
     run = !strcmp(kernel, "avx512") ? peak_avx512 : !strcmp(kernel, "avx2") ? peak_avx2 : run;
 #else
     (void)kernel;

@@ -2,12 +2,13 @@
  * Compiled once per instruction set, like the library's sweeps. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "peak.h"
 
+#include "base/instruction_set.h"
 #include "base/simd.h"
 
 enum { CHAINS = 12 }; /* latency times units, and some */
 
 /* Floating-point operations; *sink keeps the work from being left out. */
-double PEAK_FUNCTION(long rounds, double *sink) {
+double CO_NAME_OF_SET(peak)(long rounds, double *sink) {
     lane x[CHAINS], factor = lane_all(0.999999), shift = lane_all(1e-6);
     for (int i = 0; i < CHAINS; i++)
         x[i] = lane_all(1 + 0.01 * i);

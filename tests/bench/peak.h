@@ -2,8 +2,7 @@
 #ifndef BENCH_PEAK_H
 #define BENCH_PEAK_H
 
-double peak_portable(long rounds, double *sink);
-double peak_avx2(long rounds, double *sink);
-double peak_avx512(long rounds, double *sink);
+typedef double peak_function(long rounds, double *sink);
+peak_function peak_portable, peak_avx2, peak_avx512;
 
 #endif

@@ -100,16 +100,22 @@ static void add_face(const setting *s, int32_t block, int32_t k, const double *m
     const int32_t lanes = l->lanes, size = 3 * table->n_points, n = s->dofs.n_variables;
     const int32_t *points = l->points + co_element_batches_point(l, block, k, 0);
     const double *matrix = matrices + co_lane_place((size_t)k, co_element_hessian_size(table->n_points), (size_t)lanes);
-    for (int32_t i = 0; i < size; i++)
+    double *row = calloc((size_t)n, sizeof *row); /* of M T */
+    CHECK_TRUE(row != NULL);
+    for (int32_t i = 0; i < size; i++) {
+        const double *left = T + (3 * points[i / 3 * lanes] + i % 3) * n;
+        memset(row, 0, (size_t)n * sizeof *row);
         for (int32_t j = 0; j < size; j++) {
             int32_t at = i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
-            const double *left = T + (3 * points[i / 3 * lanes] + i % 3) * n,
-                         *right = T + (3 * points[j / 3 * lanes] + j % 3) * n;
-            double entry = weight * matrix[at * lanes];
-            for (int32_t k = 0; k < n; k++)
-                for (int32_t l = 0; left[k] != 0 && l < n; l++)
-                    dense[k * n + l] += entry * left[k] * right[l];
+            const double *right = T + (3 * points[j / 3 * lanes] + j % 3) * n;
+            for (int32_t v = 0; v < n; v++)
+                row[v] += weight * matrix[at * lanes] * right[v];
         }
+        for (int32_t u = 0; u < n; u++)
+            for (int32_t v = 0; left[u] != 0 && v < n; v++)
+                dense[u * n + v] += left[u] * row[v];
+    }
+    free(row);
 }
 
 /* The Hessian as a dense matrix, from the matrices of all faces. */

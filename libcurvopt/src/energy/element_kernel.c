@@ -1,7 +1,8 @@
 /* Energies and gradients of a block of faces of one kind, one face per vector lane. Compiled once per instruction set,
- * with CO_LANES and CO_ELEMENT_KERNEL set. SPDX-License-Identifier: GPL-3.0-or-later */
+ * with CO_LANES and CO_INSTRUCTION_SET set. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/element_kernel.h"
 
+#include "base/instruction_set.h"
 #include "energy/kernel_gauss_newton.h"
 #include "energy/kernel_plane.h"
 #include "energy/kernel_products.h"
@@ -426,5 +427,5 @@ static void run_second(const co_element_hessian *s) {
 
 #define STRING_(x) #x
 #define STRING(x)  STRING_(x)
-const co_element_kernel CO_ELEMENT_KERNEL = {
-    .lanes = CO_LANES, .name = STRING(CO_ELEMENT_KERNEL_NAME), .run = run, .run_second = run_second};
+const co_element_kernel CO_NAME_OF_SET(co_element_kernel) = {
+    .lanes = CO_LANES, .name = STRING(CO_INSTRUCTION_SET), .run = run, .run_second = run_second};

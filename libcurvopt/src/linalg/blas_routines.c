@@ -1,5 +1,5 @@
 /* Dense products, triangular solutions and Cholesky factors. Compiled once per instruction set, with CO_LANES and
- * CO_BLAS_ROUTINES set.
+ * CO_INSTRUCTION_SET set.
  *
  * All of the work of matrices is in one product, whose tile of sums stays in registers: Van Zee, van de Geijn, "BLIS: a
  * framework for rapidly instantiating BLAS functionality", ACM TOMS 41(3), 2015, on Goto, van de Geijn, "Anatomy of
@@ -8,6 +8,7 @@
  * matrix library software", SIAM Review 46(1), 2004. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/blas_routines.h"
 
+#include "base/instruction_set.h"
 #include "base/simd.h"
 
 #include <math.h>
@@ -325,10 +326,10 @@ static int factor(int n, double *a, ptrdiff_t ld) {
     return 0;
 }
 
-const co_blas_routines CO_BLAS_ROUTINES = {.multiply_add = multiply_add,
-                                           .multiply_add_lower = multiply_add_lower,
-                                           .solve_left = solve_left,
-                                           .solve_right = solve_right,
-                                           .factor = factor,
-                                           .multiply_vector = multiply_vector,
-                                           .solve_vector = solve_vector};
+const co_blas_routines CO_NAME_OF_SET(co_blas_routines) = {.multiply_add = multiply_add,
+                                                           .multiply_add_lower = multiply_add_lower,
+                                                           .solve_left = solve_left,
+                                                           .solve_right = solve_right,
+                                                           .factor = factor,
+                                                           .multiply_vector = multiply_vector,
+                                                           .solve_vector = solve_vector};

@@ -3,23 +3,19 @@
  * diagonals. Conjugates are transposes. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/own_blas.h"
 
+#include "base/instruction_set.h"
 #include "linalg/blas_routines.h"
 
 #include <stdlib.h>
 
-extern const co_blas_routines co_blas_routines_portable;
-#ifdef CO_HAVE_X86_KERNELS
-extern const co_blas_routines co_blas_routines_avx2, co_blas_routines_avx512;
-#endif
+CO_DECLARE_SETS(co_blas_routines, co_blas_routines);
 
 static const co_blas_routines *routines(void) {
-#ifdef CO_HAVE_X86_KERNELS
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        return &co_blas_routines_avx512;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return &co_blas_routines_avx2;
-#endif
-    return &co_blas_routines_portable;
+    static const co_blas_routines *const sets[CO_N_INSTRUCTION_SETS] = CO_OBJECTS_OF_SETS(co_blas_routines);
+    co_instruction_set set = CO_N_INSTRUCTION_SETS - 1;
+    while (!co_has_instruction_set(set))
+        set--;
+    return sets[set];
 }
 
 static co_blas_operand operand_of(char transposed, const double *a, int ld) {
