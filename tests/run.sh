@@ -43,7 +43,7 @@ packages_of() {
     release | install | asan | tsan | coverage | wine) echo "${CTEST_PACKAGES[@]}" ;;
     numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist libosd-dev ;;
     tao)
-        echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}"
+        echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist
         [[ ${CURVOPT_TAO:-} != 1 ]] || echo "${TAO_PACKAGES[@]}"
         ;;
     python) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-venv python3-matplotlib ;;
@@ -153,7 +153,7 @@ run_tao() {
         return 0
     fi
     cmake --preset release -DCURVOPT_TAO=ON >/dev/null && cmake --build --preset release --target curvopt_tao &&
-        env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider tests/tao
+        env -u PYTHONPATH "$PYTHON" -B -m pytest -q -p no:cacheprovider -n "$(nproc)" tests/tao
 }
 
 # The Python package, its examples, what the target dist makes, and what bad installs are told.

@@ -14,40 +14,56 @@ trap 'rm -rf "$work"' EXIT
 passed=0
 failed=0
 
-# part NAME COMMAND...: runs it, shows its output, and adds the counts of its last pytest or "N passed, N failed" line.
-# A part that dies, or that ran no test, counts as one more failure.
+# part NAME COMMAND...: runs it, its output in a file.
 part() {
-    local name=$1 log="$work/$1.log" code line ok bad
+    local name=$1
     shift
-    echo "== $name"
-    "$@" >"$log" 2>&1
-    code=$?
-    cat "$log"
-    line=$(grep -E '(^|[^0-9])[0-9]+ (passed|failed|errors?)' "$log" | tail -n 1)
-    ok=$(grep -oE '[0-9]+ passed' <<<"$line" | grep -oE '[0-9]+')
-    bad=$(grep -oE '[0-9]+ (failed|errors?)' <<<"$line" | grep -oE '[0-9]+' | paste -sd+ | sed 's/$/+0/;s/^+//')
-    ok=${ok:-0}
-    bad=$((${bad:-0}))
-    if [ "$ok" -eq 0 ] || { [ "$code" -ne 0 ] && [ "$bad" -eq 0 ]; }; then
-        echo "FAIL $name: exit code $code after $ok passed"
-        bad=$((bad + 1))
-    fi
-    passed=$((passed + ok))
-    failed=$((failed + bad))
+    "$@" >"$work/$name.log" 2>&1
+    echo $? >"$work/$name.code"
+}
+
+# report NAME...: shows the output of these parts, and adds the counts of its last pytest or "N passed, N failed" line. A
+# part that dies, or that ran no test, counts as one more failure.
+report() {
+    local name line code ok bad
+    for name in "$@"; do
+        echo "== $name"
+        cat "$work/$name.log"
+        code=$(<"$work/$name.code")
+        line=$(grep -E '(^|[^0-9])[0-9]+ (passed|failed|errors?)' "$work/$name.log" | tail -n 1)
+        ok=$(grep -oE '[0-9]+ passed' <<<"$line" | grep -oE '[0-9]+')
+        bad=$(grep -oE '[0-9]+ (failed|errors?)' <<<"$line" | grep -oE '[0-9]+' | paste -sd+ | sed 's/$/+0/;s/^+//')
+        ok=${ok:-0}
+        bad=$((${bad:-0}))
+        if [ "$ok" -eq 0 ] || { [ "$code" -ne 0 ] && [ "$bad" -eq 0 ]; }; then
+            echo "FAIL $name: exit code $code after $ok passed"
+            bad=$((bad + 1))
+        fi
+        passed=$((passed + ok))
+        failed=$((failed + bad))
+    done
 }
 
 start=$SECONDS
-part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here"/test_*.py
-part background /usr/bin/python3 "$here/run_in_blender.py" -q
 zips=$root/build/release # as the build's target `addon` made them
 some="new_object or off_and_on or shape_of_the_catalogue or presets or picture_and_report"
+# Two at a time.
+part background_1 /usr/bin/python3 "$here/run_in_blender.py" --deal 1/2 -q &
+part background_2 /usr/bin/python3 "$here/run_in_blender.py" --deal 2/2 -q
+wait
+part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here"/test_*.py &
 part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$zips/curvopt_addon.zip" -q -k "$some"
+wait
+report library background_1 background_2 zip
 if [[ $(blender --version 2>/dev/null) == "Blender "[5-9]* || $(blender --version 2>/dev/null) == "Blender 4."[2-9]* ]]; then
     part manifest bash "$here/extension.sh" "$zips/curvopt_extension.zip"
     part extension /usr/bin/python3 "$here/run_in_blender.py" --extension "$zips/curvopt_extension.zip" -q -k "$some"
+    report manifest extension
 fi
+# One at a time: they have limits of time.
 part window bash "$here/window/run.sh"
 part campaign bash "$here/window/campaign.sh" "$([ -n "${CURVOPT_LONG:-}" ] && echo 200 || echo 5)"
+report window campaign
 echo "add-on tests took $((SECONDS - start)) s"
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

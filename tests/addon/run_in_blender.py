@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run tests/addon/blender inside a real Blender in background, with the add-on installed for the occasion.
 
-    python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP | --extension ZIP] [pytest arguments ...]
+    python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP | --extension ZIP] [--deal K/N] [pytest arguments ...]
 
 The add-on goes into a temporary user folder (a zip by Blender's own installer), so nothing of the user's Blender is
-touched. As an extension it has another name, which the tests are told. The exit code is pytest's. The same file, run by
+touched. As an extension it has another name, which the tests are told. --deal: every N-th test, from the K-th on. The exit code is pytest's. The same file, run by
 Blender, is the inner half.
 """
 
@@ -21,6 +21,7 @@ ROOT = HERE.parents[1]
 NAME = "curvopt"  # of the installed add-on
 ZIP_VARIABLE = "CURVOPT_TEST_ZIP"
 EXTENSION_VARIABLE = "CURVOPT_TEST_EXTENSION"
+DEAL_VARIABLE = "CURVOPT_TEST_DEAL"
 NAME_VARIABLE = "CURVOPT_TEST_NAME"  # for the tests: what the add-on is called
 EXTENSION_NAME = f"bl_ext.user_default.{NAME}"
 
@@ -52,9 +53,10 @@ def outer() -> int:
     parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
     parser.add_argument("--addon", type=Path, default=ROOT / "addon")
     parser.add_argument("--extension", type=Path)
+    parser.add_argument("--deal", default="1/1")
     options, pytest_arguments = parser.parse_known_args()
     with tempfile.TemporaryDirectory(prefix="curvopt-test-") as folder:
-        scripts, extra = Path(folder) / "scripts", {}
+        scripts, extra = Path(folder) / "scripts", {DEAL_VARIABLE: options.deal}
         (scripts / "addons").mkdir(parents=True)
         if options.extension is not None:
             extra[EXTENSION_VARIABLE] = str(options.extension.resolve())
