@@ -69,6 +69,9 @@ def _parser() -> argparse.ArgumentParser:
         "--pin-group", metavar="NAME", help="pin vertices by their weights in this vertex group: 1 is exact, 0 is free"
     )
     parser.add_argument(
+        "--pin-surface", action="store_true", help="pin the points of the surface that belong to these vertices instead"
+    )
+    parser.add_argument(
         "--object", metavar="NAME", action="append",
         help="the object (default: the active or the only mesh object); again for more with --into",
     )  # fmt: skip

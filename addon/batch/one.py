@@ -43,7 +43,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         obj = chosen_object(options.object)
         source = read_cage.read_source(bpy.context, obj)
         pin = "NOTHING" if options.pin_group is None else "GROUP"
-        held = read_cage.read_held(obj, pin, options.pin_group)
+        held = read_cage.read_held(obj, pin, options.pin_group, options.pin_surface)
         request = job.Request(
             options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength
         )

@@ -9,7 +9,7 @@ has more vertices than the mesh.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -143,7 +143,8 @@ class Layout:
         """Vertices of the mesh that may not move freely, as vertices of the cage; loose ones never move."""
         numbers = self._numbers()[held.vertices.astype(np.intp)]
         there = numbers >= 0
-        return self.halves.held(Held(numbers[there], np.asarray(held.weights, float)[there]))
+        weights = np.asarray(held.weights, float)[there]
+        return self.halves.held(replace(held, vertices=numbers[there], weights=weights))
 
     def in_mesh_numbers(self, text: str) -> str:
         """The library's sentence with vertices and faces numbered as the mesh numbers them."""

@@ -196,6 +196,7 @@ _IN_BLENDER = (
         "edges of length 0 leave no tangent plane",
         "vertices in one place leave no tangent plane, Merge by Distance joins them",
     ),
+    ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
 )
 

@@ -13,7 +13,7 @@ vertex on a plane is the same in the copies on both sides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class Halves:
         weight = np.zeros(len(self.on_plane))
         weight[held.vertices] = held.weights
         vertices = np.flatnonzero(weight[self.origin])
-        return Held(vertices.astype(np.int32), weight[self.origin[vertices]])
+        return replace(held, vertices=vertices.astype(np.int32), weights=weight[self.origin[vertices]])
 
     def half_of(self, whole: Cage) -> Half:
         """What is to be kept of an optimized whole: the faces that come from the half, and their vertices. Subdivision

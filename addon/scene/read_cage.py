@@ -212,10 +212,15 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str, domain: str, count: int) 
     return values
 
 
-def read_held(obj: bpy.types.Object, pin: str, group: str = "") -> Held:
+def read_held(obj: bpy.types.Object, pin: str, group: str = "", on_surface: bool = False) -> Held:
     """Vertices of the mesh of `obj` that may not move freely, by `pin`: NOTHING; GROUP, as firmly as the weights of
-    the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. CageError if
-    these are none where some were asked for; there is no harm in all being selected."""
+    the vertex group named `group` say; SELECTED or UNSELECTED, by the selection that Edit Mode has left. `on_surface`:
+    their limit points in their place. CageError if these are none where some were asked for; there is no harm in all
+    being selected."""
+    return replace(_read_vertices(obj, pin, group), limit_points=on_surface)
+
+
+def _read_vertices(obj: bpy.types.Object, pin: str, group: str) -> Held:
     if pin == "NOTHING":
         return Held()
     if pin == "GROUP":

@@ -138,7 +138,7 @@ Edit Mode the selected vertices move, and all others stay"""
             return
         self._outcome = values["outcome"]
         self._source = read_cage.read_source(context, obj, with_keys=self._outcome == "SHAPE_KEY")
-        held = read_cage.read_held(obj, values["pin"], values["vertex_group"])
+        held = read_cage.read_held(obj, values["pin"], values["vertex_group"], values["pin_surface"])
         request, cage = self._source.fitted(properties.request_of(values, held)), self._source.cage
         marks = read_marks.read_marks(obj.data, self._source)
         self._request = job.freed(cage, job.with_marks(cage, request, *marks))

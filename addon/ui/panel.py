@@ -71,6 +71,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop(settings, "pin")
         if settings.pin == "GROUP" and active is not None and active.type == "MESH":
             column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
+        if settings.pin != "NOTHING":
+            column.prop(settings, "pin_surface")
         column.prop(settings, "outcome")
 
     def _draw_edit(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:

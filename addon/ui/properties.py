@@ -164,6 +164,11 @@ class RunSettings:
         "with every level; it stays itself where all vertices of a face and of all faces that touch it are pinned",
         items=PINS, default="NOTHING",
     )
+    pin_surface: bpy.props.BoolProperty(
+        name="On Surface", description="Pin the points of the surface that belong to the vertices, and let the vertices "
+        "move as that needs: the surface goes through the same points. A weight below 1 pulls the vertex itself",
+        default=False,
+    )
     vertex_group: bpy.props.StringProperty(
         name="Vertex Group", description="The vertex group whose weights pin vertices: 1 is exact, 0 is free, and "
         "between them a spring pulls the vertex back, whatever the size, the levels and the number of vertices",

@@ -371,10 +371,19 @@ typedef enum curvopt_plane {
 CURVOPT_API const char *curvopt_plane_name(int32_t plane);
 CURVOPT_API int32_t curvopt_plane_from_name(const char *name);
 
+/* Added to a freedom: the constraint is on the vertex' limit point, which lies on the surface, and not on the vertex.
+ */
+enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
+
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices. Afterwards the held
  * ones go back to their point, line or plane, and so the surface comes closer to these with every level. Where all
  * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
  * constraint and stay where subdivision puts them.
+ *
+ * A constrained limit point is a point of the surface: on every level the surface goes through it (held), or touches
+ * its line or plane. The vertex then moves as that needs. Where a crease fades or ends at the vertex, where the vertex
+ * has no face, and with weights below 1 that is refused. What a boundary or a crease holds stays itself. At most 1 000
+ * vertices whose masks overlap, on the first level; afterwards any number.
  *
  * A weight w between 0 and 1 draws a vertex to its point, line or plane by a spring, whose energy adds to the
  * objective: w / (1 - w) * (distance / size of the input)^2 * half of the stiffness of a sphere (for Willmore 24 pi).
@@ -383,7 +392,8 @@ CURVOPT_API int32_t curvopt_plane_from_name(const char *name);
  * of energy and springs; every reported energy is the surface's alone. */
 typedef struct curvopt_constraints {
     const int32_t *vertices;  /* [n] a vertex may stand here twice only with the same constraint */
-    const int32_t *freedom;   /* [n] 0: held, 1: moves along its direction, 2: moves across it; NULL: all 0 */
+    const int32_t *freedom;   /* [n] 0: held, 1: moves along its direction, 2: moves across it; each plus
+                                 CURVOPT_FREEDOM_OF_LIMIT_POINT: so the limit point; NULL: all 0 */
     const double *directions; /* [3 n] of any length, ignored where the freedom is 0; NULL if it is 0 everywhere */
     int32_t n;
     int32_t reserved;      /* 0 */

@@ -9,6 +9,7 @@
 #include <string.h>
 
 enum { LONGEST_LINE = 512 };
+static const char BLANK[] = " \t\r\n";
 
 void pins_free(pin_list *pins) {
     free(pins->vertices);
@@ -46,30 +47,37 @@ static int take_real(char **at, double *out) {
     return 1;
 }
 
+/* Whether the line goes on with this word; goes past it. */
+static int take_word(char **at, const char *word) {
+    const size_t n = strlen(word);
+    if (strncmp(*at, word, n) || ((*at)[n] && !strchr(BLANK, (*at)[n])))
+        return 0;
+    *at += n + strspn(*at + n, BLANK);
+    return 1;
+}
+
 /* 1 a pin, 0 an empty line, -1 neither. */
 static int parse_line(char *line, pin *out) {
-    static const char blank[] = " \t\r\n";
-    char *end, *at = line + strspn(line, blank);
+    char *end, *at = line + strspn(line, BLANK);
     line[strcspn(line, "#")] = 0;
     if (!*at)
         return 0;
     errno = 0;
     long value = strtol(at, &end, 10);
-    if (end == at || errno || value < 0 || value > INT32_MAX || (*end && !strchr(blank, *end)))
+    if (end == at || errno || value < 0 || value > INT32_MAX || (*end && !strchr(BLANK, *end)))
         return -1;
     *out = (pin){.vertex = (int32_t)value, .weight = 1};
-    at = end + strspn(end, blank);
-    if (!strncmp(at, "line", 4) || !strncmp(at, "plane", 5)) {
-        out->freedom = *at == 'l' ? 1 : 2;
-        at += *at == 'l' ? 4 : 5;
-        for (int c = 0; c < 3; c++)
-            if (!take_real(&at, &out->direction[c]))
-                return -1;
-        at += strspn(at, blank);
-    }
+    at = end + strspn(end, BLANK);
+    const int of_limit = take_word(&at, "surface");
+    out->freedom = take_word(&at, "line") ? 1 : take_word(&at, "plane") ? 2 : 0;
+    for (int c = 0; c < 3 && out->freedom; c++)
+        if (!take_real(&at, &out->direction[c]))
+            return -1;
+    at += strspn(at, BLANK);
     if (*at && !take_real(&at, &out->weight))
         return -1;
-    at += strspn(at, blank);
+    at += strspn(at, BLANK);
+    out->freedom += of_limit ? CURVOPT_FREEDOM_OF_LIMIT_POINT : 0;
     return *at ? -1 : 1;
 }
 
@@ -81,7 +89,7 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
             snprintf(message, size,
-                     "line %d is no pin: VERTEX, VERTEX line X Y Z or VERTEX plane X Y Z, and perhaps a weight",
+                     "line %d is no pin: VERTEX or VERTEX surface, perhaps line X Y Z or plane X Y Z, and perhaps a weight",
                      number);
             return 1;
         }

@@ -257,7 +257,7 @@ static void bench_matrix(int32_t n_u, int32_t n_v, int third, int threads) {
     co_basis_table_cache_create(o.surface, &tables);
     must(co_symmetry_none(mesh, &none, &error), &error);
     must(co_dof_map_create(mesh, &none, &hold, c.xyz, &reduction, &error), &error);
-    must(co_assembly_create(mesh, NULL, &o, &tables, NULL, &assembly, &error), &error);
+    must(co_assembly_create(mesh, NULL, NULL, &o, &tables, NULL, &assembly, &error), &error);
     times[0] = now();
     must(co_newton_system_create(&assembly, &reduction, &model, &error), &error);
     times[0] = now() - times[0];

@@ -105,7 +105,7 @@ static void settle(const cage *c, const curvopt_options *options, co_basis_table
     co_values values;
     double change = 0;
     must(curvopt_mesh_create(c->n_vertices, c->n_faces, c->sizes, c->corners, &mesh, &error), &error);
-    must(co_assembly_create(mesh, NULL, options, tables, NULL, &a, &error), &error);
+    must(co_assembly_create(mesh, NULL, NULL, options, tables, NULL, &a, &error), &error);
     co_assembly_evaluate(&a, c->xyz, &(co_request){.all_terms = 0}, &values); /* sets positions */
     double *share = CO_NEW(double, 2 * (size_t)a.patches.n_patches);
     if (!share)

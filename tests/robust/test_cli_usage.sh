@@ -103,6 +103,9 @@ pins() {
 test_bad_pins_are_refused_by_name() {
     pins '' 'pins.txt: names no vertex'
     pins '# nothing but a comment\n\n' 'pins.txt: names no vertex'
+    pins '1 surfaces\n' 'pins.txt: line 1 is no pin'
+    pins '1 surface line 0 0\n' 'pins.txt: line 1 is no pin'
+    pins '1 surface 0.5\n' 'limit point of vertex 1 has the weight 0.5; it must be 1'
     pins '1\n2 lime 0 0 1\n' 'pins.txt: line 2 is no pin'
     pins '1 line 0 0\n' 'pins.txt: line 1 is no pin'
     pins '-1\n' 'pins.txt: line 1 is no pin'

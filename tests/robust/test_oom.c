@@ -5,10 +5,12 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
 #include "surface/basis_table.h"
 #include "surface/boundary_turning.h"
+#include "surface/substitution.h"
 
 #include <stdlib.h>
 
@@ -98,6 +100,26 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
     curvopt_result_destroy(result);
+    return status;
+}
+
+/* What held limit points add: their map, of vertices that touch, and patches of its rows. */
+static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t vertices[2] = {0, 1}, freedom[2] = {CURVOPT_FREEDOM_OF_LIMIT_POINT, CURVOPT_FREEDOM_OF_LIMIT_POINT};
+    const curvopt_constraints wanted = {.vertices = vertices, .freedom = freedom, .n = 2};
+    co_constraints held = {0};
+    co_interpolation map = {0};
+    co_patches patches = {0};
+    int32_t status = co_constraints_create(mesh, c->xyz, &wanted, &held, error);
+    if (status == CURVOPT_OK)
+        status = co_interpolation_create(mesh, &held, &map, error);
+    if (status == CURVOPT_OK)
+        status = co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, error);
+    if (status == CURVOPT_OK)
+        status = co_patches_substitute(&patches, &(co_substitution){map.vertex, &map.cage}, error);
+    co_patches_free(&patches);
+    co_interpolation_free(&map);
+    co_constraints_free(&held);
     return status;
 }
 
@@ -215,6 +237,12 @@ static void test_wide_blends_survive_every_failure(void **state) {
     fail_each(cage_half_star(3, 8), half_parts, 100);
 }
 
+static void test_held_limit_points_survive_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_torus(4, 3, 1, 0.45), limit_parts, 20);
+    fail_each(cage_tetrahedron(), limit_parts, 30);
+}
+
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
@@ -249,6 +277,7 @@ int main(void) {
         cmocka_unit_test(test_evaluation_survives_every_failure),
         cmocka_unit_test(test_evaluation_of_blended_surfaces_survives_every_failure),
         cmocka_unit_test(test_wide_blends_survive_every_failure),
+        cmocka_unit_test(test_held_limit_points_survive_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_minimization_with_all_options_survives_every_failure),
         cmocka_unit_test(test_sampling_survives_every_failure),

@@ -29,7 +29,7 @@ double solve_area(const solve_setting *s, const double *xyz) {
     co_assembly assembly;
     co_values values;
     curvopt_error error;
-    CHECK_OK(co_assembly_create(s->mesh, NULL, &s->options, s->run.tables, NULL, &assembly, &error), &error);
+    CHECK_OK(co_assembly_create(s->mesh, NULL, NULL, &s->options, s->run.tables, NULL, &assembly, &error), &error);
     co_assembly_evaluate(&assembly, xyz, &(co_request){0}, &values);
     co_assembly_free(&assembly);
     return values.integral[CO_INT_AREA] * values.radius * values.radius;
@@ -41,7 +41,7 @@ double solve_energy(const solve_setting *s, const double *xyz) {
     curvopt_energies energies;
     curvopt_error error;
     int resolved, changed;
-    CHECK_OK(co_assembly_create(s->mesh, NULL, &s->options, s->run.tables, NULL, &assembly, &error), &error);
+    CHECK_OK(co_assembly_create(s->mesh, NULL, NULL, &s->options, s->run.tables, NULL, &assembly, &error), &error);
     CHECK_OK(co_adaptive_quadrature_resolve(&assembly, xyz, &goal, &energies, &resolved, &changed, &error), &error);
     CHECK_TRUE(resolved);
     co_assembly_free(&assembly);

@@ -107,7 +107,7 @@ static problem problem_of(cage c, int term) {
     curvopt_options o = options_of(term);
     curvopt_error error;
     CHECK_TRUE(p.assembly != NULL);
-    CHECK_OK(co_assembly_create(p.mesh, NULL, &o, NULL, NULL, p.assembly, &error), &error);
+    CHECK_OK(co_assembly_create(p.mesh, NULL, NULL, &o, NULL, NULL, p.assembly, &error), &error);
     return p;
 }
 

@@ -190,7 +190,7 @@ static void test_normalization_is_that_of_positions(void **state) {
         curvopt_options_init(&o, sizeof o);
         o.surface = CURVOPT_SURFACE_POLYNOMIAL;
         o.threads = 1;
-        CHECK_OK(co_assembly_create(s.mesh, NULL, &o, NULL, NULL, &assembly, &error), &error);
+        CHECK_OK(co_assembly_create(s.mesh, NULL, NULL, &o, NULL, NULL, &assembly, &error), &error);
         co_assembly_evaluate(&assembly, c.xyz, &(co_request){.gradient = g}, &raw);
         co_assembly_evaluate(&assembly, s.x, &(co_request){.is_normalized = 1, .gradient = s.gx}, &values);
         CHECK_NEAR(values.objective / raw.objective, 1, 1e-13);

@@ -218,7 +218,7 @@ static void check_findings(cage c, curvopt_options options, double amount) {
     co_level_objective_place(&f.o, f.z);
     double centroid[3], radius = co_similarity_frame((size_t)f.s->c.n_vertices, f.o.positions, centroid);
     int held = f.s->constraints.freedom || f.s->mesh->info.n_boundary_edges;
-    CHECK_OK(co_assembly_create(f.s->mesh, NULL, &f.s->options, f.s->run.tables, NULL, &direct, &error), &error);
+    CHECK_OK(co_assembly_create(f.s->mesh, NULL, NULL, &f.s->options, f.s->run.tables, NULL, &direct, &error), &error);
     co_assembly_evaluate(&direct, f.o.positions, &(co_request){0}, &values);
     double unit = held ? radius : 1; /* integrals of the direct sum are normalized by what the cage is now */
     CHECK_NEAR(values.radius, radius, 1e-12);

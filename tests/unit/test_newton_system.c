@@ -37,7 +37,8 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
         CHECK_OK(co_symmetry_none(p.mesh, &p.symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(p.mesh, &p.symmetry, &p.hold, p.x, &p.reduction, &error), &error);
     CHECK_OK(co_dof_map_face_weights(p.mesh, &p.symmetry, &weight, &error), &error);
-    CHECK_OK(co_assembly_create(p.mesh, NULL, o, p.tables, symmetric ? weight : NULL, &p.assembly, &error), &error);
+    CHECK_OK(co_assembly_create(p.mesh, NULL, NULL, o, p.tables, symmetric ? weight : NULL, &p.assembly, &error),
+             &error);
     co_dof_map_variables(&p.reduction, p.x, p.z);
     p.n = p.reduction.n_variables;
     free(weight);

@@ -43,7 +43,7 @@ static setting *setting_on(int32_t surface, cage c, int symmetric, const curvopt
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(s->mesh, &s->symmetry, &s->hold, s->x, &s->dofs, &error), &error);
     CHECK_OK(co_dof_map_face_weights(s->mesh, &s->symmetry, &weight, &error), &error);
-    CHECK_OK(co_assembly_create(s->mesh, c.xyz, &o, &s->tables, symmetric ? weight : NULL, &s->assembly, &error),
+    CHECK_OK(co_assembly_create(s->mesh, c.xyz, NULL, &o, &s->tables, symmetric ? weight : NULL, &s->assembly, &error),
              &error);
     CHECK_OK(co_sparse_hessian_create(&s->assembly, &s->dofs, &s->hessian, &error), &error);
     const co_second_kind kind = {.exact = 1};

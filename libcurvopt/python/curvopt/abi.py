@@ -89,6 +89,9 @@ class CCreases(C.Structure):
     ]
 
 
+FREEDOM_OF_LIMIT_POINT = 4  # CURVOPT_FREEDOM_OF_LIMIT_POINT
+
+
 class CConstraints(C.Structure):
     """curvopt_constraints"""
 

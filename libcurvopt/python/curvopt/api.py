@@ -144,6 +144,7 @@ def minimize(
     slide: bool = DEFAULTS.slide,
     held: object = None,
     weights: object = None,
+    limit_points: bool = False,
     left_out: Sequence[int] = (),
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
@@ -157,6 +158,7 @@ def minimize(
     strength     0.001 .. 1; below 1 the surface stays near the cage's: waves shorter than S / (1 - S) RMS radii go
     slide        whether held vertices on boundaries and creases slide along these
     held (k,)    vertices that stay; with `weights` (k,) 0 .. 1 below 1 a spring pulls them back
+    limit_points whether, in place of vertices that stay, the surface goes on through the points that belong to them
     left_out     faces that do not count and stay
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread
@@ -172,7 +174,8 @@ def minimize(
         options.update(symmetry=SYMMETRIES.index("planes"), symmetry_planes=sum(1 << plane for plane in planes))
     pins = None
     if held is not None:
-        pins = Held.exactly(held) if weights is None else Held(np.asarray(held), np.asarray(weights, float))
+        firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
+        pins = Held(np.asarray(held), firmness, limit_points)
     raw = _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
         strength=strength, slide=int(slide), **options,

@@ -21,6 +21,7 @@ import numpy as np
 from .abi import (
     BOUNDARY_RULES,
     EXCEPTIONS,
+    FREEDOM_OF_LIMIT_POINT,
     HEADER_VERSION,
     INTS,
     MAX_TERMS,
@@ -33,6 +34,7 @@ from .abi import (
     SURFACES,
     TERMS,
     VERDICTS,
+    FREEDOM_OF_LIMIT_POINT,
     CConstraints,
     CCreases,
     CEnergies,
@@ -211,10 +213,10 @@ class Library:
         if held is not None and len(held.vertices):
             vertices = indices(held.vertices, "held")
             firmness = reals(held.weights, vertices.size, "weights of held vertices")
-            options.held = vertices, firmness  # an attribute of Python's: pointers do not keep arrays alive
-            options.constraints = C.pointer(
-                CConstraints(_int_pointer(vertices), None, None, vertices.size, 0, _real_pointer(firmness))
-            )
+            freedom = indices(np.where(firmness == 1, FREEDOM_OF_LIMIT_POINT * held.limit_points, 0), "freedom")
+            options.held = vertices, freedom, firmness  # an attribute of Python's: pointers do not keep arrays alive
+            pointers = _int_pointer(vertices), _int_pointer(freedom), None
+            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, 0, _real_pointer(firmness)))
         if len(holes):
             faces = indices(holes, "holes")
             options.left_out = faces

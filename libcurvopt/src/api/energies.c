@@ -56,7 +56,8 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *xyz, const
     p->is_part = face_weight != NULL;
     p->tolerance = own.joshi_sequin ? (double)INFINITY : own.tolerance;
     p->n_faces = mesh->info.n_faces;
-    status = co_assembly_create(mesh, xyz, &own, NULL, face_weight ? face_weight : own_weight, &p->assembly, error);
+    status =
+        co_assembly_create(mesh, xyz, NULL, &own, NULL, face_weight ? face_weight : own_weight, &p->assembly, error);
     p->assembly.leaves_out = own_weight != NULL;
     free(own_weight);
     if (status != CURVOPT_OK) {

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
+#include "surface/vertex_mask.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,7 +18,8 @@ static int32_t allocate(int32_t n_vertices, co_constraints *constraints, curvopt
     constraints->freedom = CO_NEW(uint8_t, n_vertices);
     constraints->direction = CO_NEW(double, 3 * (size_t)n_vertices);
     constraints->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
-    if (!constraints->freedom || !constraints->direction || !constraints->anchor) {
+    constraints->of_limit = CO_NEW(uint8_t, n_vertices);
+    if (!constraints->freedom || !constraints->direction || !constraints->anchor || !constraints->of_limit) {
         co_constraints_free(constraints);
         return co_status_no_memory(error);
     }
@@ -29,6 +31,7 @@ void co_constraints_free(co_constraints *constraints) {
     free(constraints->freedom);
     free(constraints->direction);
     free(constraints->anchor);
+    free(constraints->of_limit);
     co_soft_constraints_free(&constraints->springs);
     free(constraints->left_out);
     *constraints = (co_constraints){0};
@@ -42,6 +45,12 @@ int32_t co_constraints_leave_out(const curvopt_mesh *m, const int32_t *face, co_
     for (int32_t f = 0; f < m->info.n_faces; f++)
         constraints->left_out[f] = face[f] >= 0;
     return CURVOPT_OK;
+}
+
+/* The vertex itself, whatever else was constrained. */
+static void hold_vertex(co_constraints *constraints, int32_t v) {
+    constraints->freedom[v] = CO_FREEDOM_NONE;
+    constraints->of_limit[v] = 0;
 }
 
 static int32_t copy_left_out(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
@@ -68,6 +77,7 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
     memcpy(to->freedom, from->freedom, n);
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
     memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
+    memcpy(to->of_limit, from->of_limit, n);
     status = co_soft_constraints_copy(m, &from->springs, &to->springs, error);
     if (status != CURVOPT_OK)
         co_constraints_free(to);
@@ -76,7 +86,7 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
 
 static int same_constraint(const co_constraints *constraints, int32_t v, int32_t w) {
     int freedom = constraints->freedom[v];
-    if (freedom != constraints->freedom[w])
+    if (freedom != constraints->freedom[w] || constraints->of_limit[v] != constraints->of_limit[w])
         return 0;
     return freedom == CO_FREEDOM_NONE || freedom == CO_FREEDOM_ALL ||
            co_freedom_same_direction(constraints->direction + 3 * (size_t)v, constraints->direction + 3 * (size_t)w);
@@ -85,17 +95,29 @@ static int same_constraint(const co_constraints *constraints, int32_t v, int32_t
 /* weight [n_vertices]: UNSEEN where there is no constraint yet. */
 static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, double *weight,
                               co_constraints *constraints, curvopt_error *error) {
-    int32_t v = from->vertices[i], freedom = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
+    const int32_t v = from->vertices[i], given = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
+    const int of_limit = given >= CURVOPT_FREEDOM_OF_LIMIT_POINT;
+    const int32_t freedom = of_limit ? given - CURVOPT_FREEDOM_OF_LIMIT_POINT : given;
     double direction[3] = {0, 0, 0}, length = 0, firm = from->weights ? from->weights[i] : 1;
     if (v < 0 || v >= m->info.n_vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
                               i, v, m->info.n_vertices);
     if (freedom < CO_FREEDOM_NONE || freedom > CO_FREEDOM_PLANE)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, freedom);
+                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, given);
     if (!(firm >= 0 && firm <= 1))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
                               "constraint %d on vertex %d has the weight %g; it must be 0 to 1", i, v, firm);
+    if (of_limit && firm < 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d on the limit point of vertex %d has the weight %g; it must be 1", i, v,
+                              firm);
+    if (of_limit && !co_vertex_mask_exists(m, v))
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "constraint %d is on the limit point of vertex %d, where a crease fades or ends, or there "
+            "is no surface; constrain the vertex itself",
+            i, v);
     if (freedom != CO_FREEDOM_NONE) {
         if (!from->directions)
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
@@ -110,11 +132,12 @@ static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *
     for (int c = 0; c < 3 && length > 0; c++)
         direction[c] /= length;
     if (weight[v] != UNSEEN &&
-        (weight[v] != firm || constraints->freedom[v] != freedom ||
+        (weight[v] != firm || constraints->freedom[v] != freedom || constraints->of_limit[v] != of_limit ||
          (length > 0 && !co_freedom_same_direction(direction, constraints->direction + 3 * (size_t)v))))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
     weight[v] = firm;
     constraints->freedom[v] = (uint8_t)freedom;
+    constraints->of_limit[v] = (uint8_t)of_limit;
     memcpy(constraints->direction + 3 * (size_t)v, direction, sizeof direction);
     return CURVOPT_OK;
 }
@@ -181,13 +204,14 @@ int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, const
 /* Vertex `to` of the finer cage, at xyz, inherits the constraint of vertex `from` of the coarser one. */
 static void inherit(const co_constraints *coarse, int32_t from, const double *xyz, co_constraints *fine, int32_t to) {
     fine->freedom[to] = coarse->freedom[from];
+    fine->of_limit[to] = coarse->of_limit[from];
     memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
     memcpy(fine->anchor + 3 * (size_t)to, xyz + 3 * (size_t)to, 3 * sizeof(double));
 }
 
 static int is_constrained_face(const curvopt_mesh *m, const co_constraints *constraints, int32_t f) {
     int32_t first = m->corner_vertex[m->face_start[f]];
-    if (constraints->freedom[first] == CO_FREEDOM_ALL)
+    if (constraints->freedom[first] == CO_FREEDOM_ALL || constraints->of_limit[first])
         return 0;
     for (int32_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
         if (!same_constraint(constraints, first, m->corner_vertex[h]))
@@ -254,7 +278,8 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     for (int32_t v = 0; v < n; v++)
         if (out.freedom[v] == CO_FREEDOM_ALL && constraints->freedom[v] != CO_FREEDOM_ALL) {
             inherit(constraints, v, constraints->anchor, &out, v);
-            put_back(&out, v, xyz + 3 * (size_t)v);
+            if (!out.of_limit[v])
+                put_back(&out, v, xyz + 3 * (size_t)v);
         }
     co_constraints_free(constraints);
     *constraints = out;
@@ -308,7 +333,7 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
             status = allocate(m->info.n_vertices, constraints, error);
         for (int32_t v = 0; any && status == CURVOPT_OK && v < m->info.n_vertices; v++)
             if (mark[v])
-                constraints->freedom[v] = CO_FREEDOM_NONE;
+                hold_vertex(constraints, v);
     }
     free(mark);
     return status;
@@ -319,10 +344,10 @@ static int32_t hold_exceptions(const curvopt_mesh *m, co_constraints *all, curvo
         return CURVOPT_OK;
     int32_t status = allocate(m->info.n_vertices, all, error);
     for (int32_t i = 0; status == CURVOPT_OK && i < m->info.n_isolated; i++)
-        all->freedom[m->isolated[i]] = CO_FREEDOM_NONE;
+        hold_vertex(all, m->isolated[i]);
     for (int32_t h = 0; status == CURVOPT_OK && all->left_out && h < m->info.n_corners; h++)
         if (all->left_out[m->corner_face[h]])
-            all->freedom[m->corner_vertex[h]] = CO_FREEDOM_NONE;
+            hold_vertex(all, m->corner_vertex[h]);
     return status;
 }
 
@@ -443,6 +468,8 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *a
             restrict_motion(all->freedom[v], all->direction + 3 * v, &freedom, out->direction + 3 * v);
         out->freedom[v] = (uint8_t)freedom;
     }
+    if (status == CURVOPT_OK && all->freedom)
+        memcpy(out->of_limit, all->of_limit, n);
     if (status != CURVOPT_OK)
         co_constraints_free(out);
     free(frame);

@@ -9,6 +9,8 @@ typedef struct co_constraints {
     uint8_t *freedom;  /* [n_vertices] dimensions in which a vertex may move (freedom.h); NULL: all are free */
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
     double *anchor;    /* [3 n_vertices] a point of the line or plane, in the user's units */
+    uint8_t *of_limit; /* [n_vertices] whether the limit point of the vertex is constrained, and not the vertex itself
+                          (interpolation.h) */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */
@@ -34,7 +36,8 @@ void co_constraints_free(co_constraints *constraints);
  *
  * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of
  * its children inherit the constraint, at the places where subdivision puts them. Any other constrained vertex keeps
- * its point, line or plane, and is put back there; the surface comes closer to it with every level. The children of
+ * its point, line or plane, and is put back there; the surface comes closer to it with every level. Constrained limit
+ * points stay where they are: they are points of the same surface. The children of
  * faces that are left out are left out. ERROR_MEMORY. */
 int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                  double *xyz, co_constraints *constraints, curvopt_error *error);

@@ -125,9 +125,9 @@ static int32_t take_threads(co_assembly *a, const curvopt_options *options, cons
     return status;
 }
 
-int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
-                           co_basis_table_cache *tables, const double *face_weight, co_assembly *a,
-                           curvopt_error *error) {
+int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co_substitution *substitution,
+                           const curvopt_options *options, co_basis_table_cache *tables, const double *face_weight,
+                           co_assembly *a, curvopt_error *error) {
     *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
@@ -140,7 +140,10 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const cu
         co_thread_pool_destroy(a->own_threads);
         return status;
     }
-    status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
+    if (substitution)
+        status = co_patches_substitute(&a->patches, substitution, error);
+    if (status == CURVOPT_OK)
+        status = co_admissibility_check(mesh, &a->patches, &a->functional, a->surface, &a->third_allowed, error);
     if (status == CURVOPT_OK)
         status = co_boundary_turning_create(mesh, &a->patches, a->surface, &a->turning, error);
     if (status == CURVOPT_OK)

@@ -18,6 +18,7 @@
 #include "energy/element_batches.h"
 #include "energy/quadrature_error.h"
 #include "surface/boundary_turning.h"
+#include "surface/substitution.h"
 
 /* The finest rule of a patch: there are finer ones to compare it with. */
 enum { CO_FINEST_RULE = CO_N_RULES - 2 };
@@ -75,15 +76,16 @@ typedef struct co_values {
     int32_t worst_face;              /* cage face that has it */
 } co_values;
 
-/* Needs options->surface other than AUTO. xyz: as co_patches_create. `tables`: a cache of that surface, which several
- * assemblies may share one after another, and which they must not outlive; NULL: the assembly has its own, and must
- * then stay where it is in memory. Threads are those of the cache; where it has none the assembly has
- * options->threads of its own. face_weight [n_faces] or NULL: factor of each face's contribution; faces of weight 0
- * are left out. With weights from a cage's symmetry (dof_map.h) values are those of the whole; of a gradient, only the
- * symmetric part is. Errors are those of curvopt_problem_create. */
-int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
-                           co_basis_table_cache *tables, const double *face_weight, co_assembly *out,
-                           curvopt_error *error);
+/* Needs options->surface other than AUTO. xyz: as co_patches_create.
+ * substitution: what stands in the place of vertices in all positions from then on; NULL: the vertices. `tables`: a
+ * cache of that surface, which several assemblies may share one after another, and which they must not outlive; NULL:
+ * the assembly has its own, and must then stay where it is in memory. Threads are those of the cache; where it has none
+ * the assembly has options->threads of its own. face_weight [n_faces] or NULL: factor of each face's contribution;
+ * faces of weight 0 are left out. With weights from a cage's symmetry (dof_map.h) values are those of the whole; of a
+ * gradient, only the symmetric part is. Errors are those of curvopt_problem_create. */
+int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co_substitution *substitution,
+                           const curvopt_options *options, co_basis_table_cache *tables, const double *face_weight,
+                           co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */

@@ -104,7 +104,8 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     if (o->is_framed) {
         for (size_t i = 0; i < 3 * n; i++)
             xyz[i] =
-                o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->start[i] : run->centroid[i % 3] + run->radius * xyz[i];
+                o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : run->centroid[i % 3] + run->radius * xyz[i];
+        co_interpolation_to_cage(&o->interpolation, xyz);
         return;
     }
     double scale = sqrt(run->area / normalized_area);
@@ -119,6 +120,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_values values;
     for (size_t i = 0; i < 3 * (size_t)o->mesh->info.n_vertices; i++)
         o->positions[i] = (xyz[i] - run->centroid[i % 3]) / run->radius;
+    co_interpolation_from_cage(&o->interpolation, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
     return values.objective + co_spacing_value(&o->spacing, o->positions, NULL) +
@@ -142,10 +144,14 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     const curvopt_options *options = run->options;
     size_t n = (size_t)o->mesh->info.n_vertices;
     double centroid[3], radius = co_similarity_mesh_frame(o->mesh, o->start, centroid), *face_weight = NULL;
+    const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
     const double *origin = o->is_framed ? run->centroid : centroid;
     double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
+    co_interpolation_from_cage(&o->interpolation, o->positions);
+    memcpy(o->stays, o->start, 3 * n * sizeof *o->stays);
+    co_interpolation_from_cage(&o->interpolation, o->stays);
     o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
     if (status == CURVOPT_OK)
@@ -158,11 +164,22 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
         face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
-        status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, options, run->tables, face_weight,
-                                    &o->assembly, error);
+        status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, options, run->tables,
+                                    face_weight, &o->assembly, error);
     o->assembly.leaves_out = o->held.left_out != NULL;
     free(face_weight);
     return status;
+}
+
+/* Springs that pull vertices back pull limit points back to where these were. */
+static void pull_limit_points(co_level_objective *o) {
+    const co_soft_constraints *springs = &o->held.springs;
+    const co_interpolation *in = &o->interpolation;
+    if (!springs->stiffness || !in->limit.n_rows)
+        return;
+    co_sparse_rows_apply(&in->limit, springs->original, in->work);
+    for (int32_t i = 0; i < in->limit.n_rows; i++)
+        memcpy(springs->anchor + 3 * (size_t)in->vertex[i], in->work + 3 * (size_t)i, 3 * sizeof(double));
 }
 
 /* The gauge is that of the whole problem: motion along normals does not see similarities either. */
@@ -175,10 +192,14 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
     if (motion != CO_MOTION_NORMALS || status != CURVOPT_OK) {
         o->held = all;
-        return status;
+    } else {
+        status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
+        co_constraints_free(&all);
     }
-    status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
-    co_constraints_free(&all);
+    if (status == CURVOPT_OK)
+        status = co_interpolation_create(o->mesh, &o->held, &o->interpolation, error);
+    if (status == CURVOPT_OK)
+        pull_limit_points(o);
     return status;
 }
 
@@ -200,12 +221,13 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
                               .mesh = mesh,
                               .start = start,
                               .likeness = start,
+                              .stays = CO_NEW(double, n),
                               .positions = CO_NEW(double, n),
                               .point_gradient = CO_NEW(double, n),
                               .spacing_gradient = CO_NEW(double, n),
                               .normalized = CO_NEW(double, n),
                               .step = CO_NEW(double, n)};
-    int32_t status = o->positions && o->point_gradient && o->spacing_gradient && o->normalized && o->step
+    int32_t status = o->stays && o->positions && o->point_gradient && o->spacing_gradient && o->normalized && o->step
                          ? CURVOPT_OK
                          : co_status_no_memory(error);
     if (status == CURVOPT_OK)
@@ -224,7 +246,9 @@ void co_level_objective_free(co_level_objective *o) {
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);
     co_constraints_free(&o->held);
+    co_interpolation_free(&o->interpolation);
     free(o->sliding);
+    free(o->stays);
     free(o->positions);
     free(o->point_gradient);
     free(o->spacing_gradient);

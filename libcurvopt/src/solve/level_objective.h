@@ -9,6 +9,7 @@
 #ifndef CO_SOLVE_LEVEL_OBJECTIVE_H
 #define CO_SOLVE_LEVEL_OBJECTIVE_H
 
+#include "constraints/interpolation.h"
 #include "energy/assembly.h"
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
@@ -27,20 +28,23 @@ enum {
 typedef struct co_level_objective {
     const co_run_context *run;
     const curvopt_mesh *mesh;
-    const double *start;      /* [3 n_vertices] the level's first cage, in the user's units */
-    const double *likeness;   /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
-    co_constraints held;      /* pins and boundary; on normals, lines */
-    int is_framed;            /* the user holds something: the result lies in the input's frame */
-    co_dof_map reduction;     /* variables -> positions */
-    co_assembly assembly;     /* the energy */
-    co_penalty penalty;       /* what springs add */
-    co_spacing spacing;       /* what an even cage is worth; nothing on normals */
-    double spaced_energy;     /* by which that was weighed */
-    co_gauge gauge;           /* motions that the function does not see */
+    const double *start;            /* [3 n_vertices] the level's first cage, in the user's units */
+    double *stays;                  /* [3 n_vertices] its positions, as those below: where what cannot move is */
+    const double *likeness;         /* [3 n_vertices] the cage that results are placed like; `start` until replaced */
+    co_constraints held;            /* pins and boundary; on normals, lines */
+    co_interpolation interpolation; /* whose positions are those of all that follows */
+    int is_framed;                  /* the user holds something: the result lies in the input's frame */
+    co_dof_map reduction;           /* variables -> positions */
+    co_assembly assembly;           /* the energy */
+    co_penalty penalty;             /* what springs add */
+    co_spacing spacing;             /* what an even cage is worth; nothing on normals */
+    double spaced_energy;           /* by which that was weighed */
+    co_gauge gauge;                 /* motions that the function does not see */
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
     int n_sliding;            /* 0 but on normals */
     double edge;              /* mean edge length of the cage that was normalized last */
-    double *positions;        /* [3 n_vertices] of the point that was expanded last */
+    double *positions;        /* [3 n_vertices] of the point that was expanded last; limit points of those vertices
+                                 that interpolate (interpolation.h) */
     double *point_gradient;   /* [3 n_vertices] work */
     double *spacing_gradient; /* [3 n_vertices] work */
     double *normalized;       /* [n_variables] work */

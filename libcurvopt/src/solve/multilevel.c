@@ -39,7 +39,7 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
         weight[f] = !left_out[f];
     int32_t status =
-        co_assembly_create(mesh, r->at.xyz, r->context.options, r->context.tables, weight, &assembly, error);
+        co_assembly_create(mesh, r->at.xyz, NULL, r->context.options, r->context.tables, weight, &assembly, error);
     free(weight);
     if (status != CURVOPT_OK)
         return status;

@@ -77,6 +77,28 @@ def test_weights_hold_alike_at_any_scale(torus):
     assert np.abs(large - 10 * small).max() < 1e-2 and np.abs(small - positions(torus)).max() > 1e-1
 
 
+def blender_limit(obj, n):
+    """Of the first n vertices (n, 3): the cage's after three subdivisions by Blender, as its limit."""
+    modifier = next((m for m in obj.modifiers if m.type == "SUBSURF"), None) or obj.modifiers.new("Limit", "SUBSURF")
+    modifier.levels, modifier.use_limit_surface, modifier.quality = 3, True, 10
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    values = np.empty(3 * len(evaluated.data.vertices), np.float32)
+    evaluated.data.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3)[:n]
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_pins_on_the_surface_keep_its_points_and_not_the_vertices(torus, levels):
+    """As Blender's own limit surface has them, of the cage and of the result."""
+    select(torus, HELD)
+    was = blender_limit(torus, 32)[HELD].copy()
+    result = minimize(levels=levels, pin="SELECTED", pin_surface=True)
+    assert unmoved(result, torus) == []
+    off = np.linalg.norm(blender_limit(result, 32)[HELD] - was, axis=1)
+    others = np.linalg.norm(blender_limit(result, 32) - blender_limit(torus, 32), axis=1)
+    assert off.max() < 2e-6 and others.max() > 1e-2
+
+
 def test_selection_stays(torus):
     select(torus, HELD)
     assert unmoved(minimize(pin="SELECTED"), torus) == HELD

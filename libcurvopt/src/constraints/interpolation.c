@@ -1,0 +1,270 @@
+/* Vertices that are given by their limit points. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/interpolation.h"
+
+#include "base/memory.h"
+#include "linalg/small_dense.h"
+#include "surface/vertex_mask.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A row that is being made: its entries follow each other from `first` on. */
+typedef struct row_end {
+    co_sparse_rows *rows;
+    size_t first, end;
+} row_end;
+
+static void add_entry(int32_t vertex, double weight, void *context) {
+    row_end *row = context;
+    size_t at = row->first;
+    while (at < row->end && row->rows->column[at] != vertex)
+        at++;
+    if (at == row->end) {
+        row->rows->column[row->end++] = vertex;
+        row->rows->value[at] = 0;
+    }
+    row->rows->value[at] += weight;
+}
+
+/* Fills in->limit, of in->vertex [n]. */
+static int32_t make_limit(const curvopt_mesh *m, int32_t n, co_interpolation *in, curvopt_error *error) {
+    size_t most = 0;
+    for (int32_t i = 0; i < n; i++)
+        most += (size_t)co_vertex_mask_most(m, in->vertex[i]);
+    int32_t status = co_sparse_rows_allocate(&in->limit, n, m->info.n_vertices, most, error);
+    row_end row = {.rows = &in->limit};
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
+        row.first = row.end;
+        co_vertex_mask_visit(m, in->vertex[i], add_entry, &row);
+        in->limit.start[i + 1] = row.end;
+    }
+    return status;
+}
+
+/* Vertices of C by the groups whose masks hang together. */
+typedef struct groups {
+    int32_t *number;  /* [n_vertices] index in C; -1 */
+    int32_t *group;   /* [n] the least index of its group */
+    int32_t *at;      /* [n] index within its group */
+    int32_t *members; /* [n] the group's, while it is gone through */
+} groups;
+
+static void groups_free(groups *g) {
+    free(g->number);
+    free(g->group);
+    free(g->at);
+    free(g->members);
+}
+
+static int32_t root_of(int32_t *group, int32_t i) {
+    while (group[i] != i)
+        i = group[i] = group[group[i]];
+    return i;
+}
+
+static int32_t find_groups(const co_interpolation *in, groups *g, curvopt_error *error) {
+    const int32_t n = in->limit.n_rows, n_vertices = in->limit.n_columns;
+    *g = (groups){.number = CO_NEW(int32_t, n_vertices),
+                  .group = CO_NEW(int32_t, n),
+                  .at = CO_NEW(int32_t, n),
+                  .members = CO_NEW(int32_t, n)};
+    if (!g->number || !g->group || !g->at || !g->members)
+        return co_status_no_memory(error);
+    for (int32_t v = 0; v < n_vertices; v++)
+        g->number[v] = -1;
+    for (int32_t i = 0; i < n; i++) {
+        g->number[in->vertex[i]] = i;
+        g->group[i] = i;
+    }
+    for (int32_t i = 0; i < n; i++)
+        for (size_t e = in->limit.start[i]; e < in->limit.start[i + 1]; e++) {
+            const int32_t other = g->number[in->limit.column[e]];
+            if (other < 0)
+                continue;
+            const int32_t a = root_of(g->group, i), b = root_of(g->group, other);
+            g->group[a > b ? a : b] = a < b ? a : b;
+        }
+    for (int32_t i = 0; i < n; i++)
+        g->group[i] = root_of(g->group, i);
+    return CURVOPT_OK;
+}
+
+/* Takes off C the groups in whose masks nothing can move. */
+static void leave_what_stands(const co_interpolation *in, const groups *g, co_constraints *constraints) {
+    const int32_t n = in->limit.n_rows;
+    for (int32_t i = 0; i < n; i++)
+        g->at[i] = 0; /* whether anything of the group can move */
+    for (int32_t i = 0; i < n; i++)
+        for (size_t e = in->limit.start[i]; e < in->limit.start[i + 1]; e++)
+            g->at[g->group[i]] |= constraints->freedom[in->limit.column[e]] != CO_FREEDOM_NONE;
+    for (int32_t i = 0; i < n; i++)
+        if (!g->at[g->group[i]])
+            constraints->of_limit[in->vertex[i]] = 0;
+}
+
+/* Rows (M_CC)^-1 of one group of `size` members, into inverse by in->limit's order of rows; dense [size][size]. */
+static void invert_group(const co_interpolation *in, const groups *g, int32_t size, double *dense, double *inverse) {
+    memset(dense, 0, (size_t)size * (size_t)size * sizeof *dense);
+    for (int32_t k = 0; k < size; k++) {
+        const int32_t i = g->members[k];
+        for (size_t e = in->limit.start[i]; e < in->limit.start[i + 1]; e++) {
+            const int32_t other = g->number[in->limit.column[e]];
+            if (other >= 0)
+                dense[k * size + g->at[other]] = in->limit.value[e];
+        }
+    }
+    co_small_dense_invert(size, size, dense, inverse);
+}
+
+/* Sizes of the groups, by their least members in size [n], and g->at. Returns the largest one. */
+static int32_t measure_groups(int32_t n, const groups *g, int32_t *size) {
+    int32_t most = 0;
+    for (int32_t i = 0; i < n; i++)
+        size[i] = 0;
+    for (int32_t i = 0; i < n; i++) {
+        g->at[i] = size[g->group[i]]++;
+        most = size[g->group[i]] > most ? size[g->group[i]] : most;
+    }
+    return most;
+}
+
+/* inverse: (M_CC)^-1, n x n. */
+static int32_t make_inverse(const co_interpolation *in, const groups *g, co_sparse_rows *inverse,
+                            curvopt_error *error) {
+    const int32_t n = in->limit.n_rows;
+    int32_t *size = CO_NEW(int32_t, n);
+    if (!size)
+        return co_status_no_memory(error);
+    const int32_t most = measure_groups(n, g, size);
+    size_t n_entries = 0;
+    for (int32_t i = 0; i < n; i++)
+        n_entries += (size_t)size[i] * (size_t)size[i];
+    int32_t status =
+        most <= CO_INTERPOLATION_MOST_TOUCHING
+            ? co_sparse_rows_allocate(inverse, n, n, n_entries, error)
+            : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, most,
+                             "the limit points of %d vertices that touch each other are held; on one level "
+                             "%d can be: hold some of the vertices themselves, or refine the cage once",
+                             most, CO_INTERPOLATION_MOST_TOUCHING);
+    double *dense = status == CURVOPT_OK ? CO_NEW(double, 2 * (size_t)most * (size_t)most) : NULL;
+    if (status == CURVOPT_OK && !dense)
+        status = co_status_no_memory(error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++)
+        inverse->start[i + 1] = inverse->start[i] + (size_t)size[g->group[i]];
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
+        if (g->group[i] != i)
+            continue;
+        int32_t found = 0;
+        for (int32_t k = i; k < n && found < size[i]; k++)
+            if (g->group[k] == i)
+                g->members[found++] = k;
+        double *of_group = dense + (size_t)most * (size_t)most;
+        invert_group(in, g, size[i], dense, of_group);
+        for (int32_t k = 0; k < size[i]; k++) {
+            const size_t to = inverse->start[g->members[k]];
+            memcpy(inverse->value + to, of_group + (size_t)k * (size_t)size[i], (size_t)size[i] * sizeof(double));
+            memcpy(inverse->column + to, g->members, (size_t)size[i] * sizeof *g->members);
+        }
+    }
+    free(size);
+    free(dense);
+    return status;
+}
+
+/* in->cage = (M_CC)^-1 [1, -M_CF] */
+static int32_t make_cage(co_interpolation *in, const groups *g, curvopt_error *error) {
+    co_sparse_rows inverse = {0}, rest = {0};
+    const int32_t n = in->limit.n_rows;
+    size_t end = 0;
+    int32_t status = make_inverse(in, g, &inverse, error);
+    if (status == CURVOPT_OK)
+        status = co_sparse_rows_allocate(&rest, n, in->limit.n_columns, in->limit.start[n] + (size_t)n, error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
+        rest.column[end] = in->vertex[i];
+        rest.value[end++] = 1;
+        for (size_t e = in->limit.start[i]; e < in->limit.start[i + 1]; e++)
+            if (g->number[in->limit.column[e]] < 0) {
+                rest.column[end] = in->limit.column[e];
+                rest.value[end++] = -in->limit.value[e];
+            }
+        rest.start[i + 1] = end;
+    }
+    if (status == CURVOPT_OK)
+        status = co_sparse_rows_multiply(&inverse, &rest, &in->cage, error);
+    co_sparse_rows_free(&inverse);
+    co_sparse_rows_free(&rest);
+    return status;
+}
+
+/* ------------------------------------------------------------------------------------------------------ -- */
+
+/* The vertices that `of_limit` marks, and their masks. */
+static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co_interpolation *out,
+                    curvopt_error *error) {
+    int32_t n = 0;
+    *out = (co_interpolation){0};
+    for (int32_t v = 0; constraints->of_limit && v < m->info.n_vertices; v++)
+        n += constraints->of_limit[v];
+    if (!n)
+        return CURVOPT_OK;
+    out->vertex = CO_NEW(int32_t, n);
+    out->work = CO_NEW(double, 3 * (size_t)n);
+    if (!out->vertex || !out->work)
+        return co_status_no_memory(error);
+    n = 0;
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (constraints->of_limit[v])
+            out->vertex[n++] = v;
+    return make_limit(m, n, out, error);
+}
+
+int32_t co_interpolation_create(const curvopt_mesh *m, co_constraints *constraints, co_interpolation *out,
+                                curvopt_error *error) {
+    groups g = {0};
+    int32_t status = list(m, constraints, out, error);
+    if (status == CURVOPT_OK && out->limit.n_rows) {
+        status = find_groups(out, &g, error);
+        if (status == CURVOPT_OK)
+            leave_what_stands(out, &g, constraints);
+        groups_free(&g);
+        g = (groups){0};
+    }
+    if (status == CURVOPT_OK && out->limit.n_rows) {
+        co_interpolation_free(out);
+        status = list(m, constraints, out, error);
+    }
+    if (status == CURVOPT_OK && out->limit.n_rows) {
+        status = find_groups(out, &g, error);
+        if (status == CURVOPT_OK)
+            status = make_cage(out, &g, error);
+        groups_free(&g);
+    }
+    if (status != CURVOPT_OK)
+        co_interpolation_free(out);
+    return status;
+}
+
+void co_interpolation_free(co_interpolation *in) {
+    free(in->vertex);
+    free(in->work);
+    co_sparse_rows_free(&in->limit);
+    co_sparse_rows_free(&in->cage);
+    *in = (co_interpolation){0};
+}
+
+/* Vertices C of xyz become rows * xyz. */
+static void exchange(const co_interpolation *in, const co_sparse_rows *rows, double *xyz) {
+    if (!in->limit.n_rows)
+        return;
+    co_sparse_rows_apply(rows, xyz, in->work);
+    for (int32_t i = 0; i < in->limit.n_rows; i++)
+        memcpy(xyz + 3 * (size_t)in->vertex[i], in->work + 3 * (size_t)i, 3 * sizeof(double));
+}
+
+void co_interpolation_from_cage(const co_interpolation *in, double *xyz) {
+    exchange(in, &in->limit, xyz);
+}
+
+void co_interpolation_to_cage(const co_interpolation *in, double *xyz) {
+    exchange(in, &in->cage, xyz);
+}

@@ -1,0 +1,72 @@
+/* Limit points of cage vertices. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "surface/vertex_mask.h"
+
+#include "mesh/crease.h"
+
+/* What decides about a vertex' limit point. */
+typedef struct ring {
+    int32_t n_faces, n_corners, n_sharp;
+    int32_t sharp[2]; /* other ends of infinitely sharp edges, the first two */
+    int fades;        /* whether an edge or the vertex does */
+    int is_corner;
+} ring;
+
+static void see_edge(const curvopt_mesh *m, int32_t h, int32_t other, ring *r) {
+    const double sharpness = co_crease_edge(m, h);
+    r->fades |= co_crease_is_fading(sharpness);
+    if (co_crease_is_infinite(sharpness) && r->n_sharp++ < 2)
+        r->sharp[r->n_sharp - 1] = other;
+}
+
+static ring ring_of(const curvopt_mesh *m, int32_t v) {
+    const double sharpness = co_crease_vertex(m, v);
+    ring r = {.fades = co_crease_is_fading(sharpness), .is_corner = co_crease_is_infinite(sharpness)};
+    int32_t h = m->vertex_corner[v];
+    const int32_t first = h;
+    while (h >= 0) {
+        const int32_t before = co_mesh_prev(m, h);
+        see_edge(m, h, co_mesh_destination(m, h), &r);
+        r.n_faces++;
+        r.n_corners += co_mesh_face_size(m, m->corner_face[h]);
+        h = co_mesh_rotate(m, h);
+        if (h < 0)
+            see_edge(m, before, m->corner_vertex[before], &r);
+        if (h == first)
+            break;
+    }
+    r.is_corner |= r.n_sharp > 2;
+    return r;
+}
+
+int co_vertex_mask_exists(const curvopt_mesh *m, int32_t v) {
+    const ring r = ring_of(m, v);
+    return r.n_faces > 0 && co_mesh_flaw_of(m, v) == CO_MESH_SOUND && (r.is_corner || (!r.fades && r.n_sharp != 1));
+}
+
+void co_vertex_mask_visit(const curvopt_mesh *m, int32_t v, co_vertex_mask_fn visit, void *context) {
+    const ring r = ring_of(m, v);
+    const double k = r.n_faces, unit = 1 / (k * (k + 5));
+    if (r.is_corner) {
+        visit(v, 1, context);
+        return;
+    }
+    if (r.n_sharp == 2) {
+        visit(v, 4.0 / 6, context);
+        visit(r.sharp[0], 1.0 / 6, context);
+        visit(r.sharp[1], 1.0 / 6, context);
+        return;
+    }
+    visit(v, k * (k - 1) * unit, context);
+    int32_t h = m->vertex_corner[v];
+    for (int32_t i = 0; i < r.n_faces; i++, h = co_mesh_rotate(m, h)) {
+        const int32_t f = m->corner_face[h];
+        visit(co_mesh_destination(m, h), 2 * unit, context);
+        for (int32_t c = m->face_start[f]; c < m->face_start[f + 1]; c++)
+            visit(m->corner_vertex[c], 4 * unit / co_mesh_face_size(m, f), context);
+    }
+}
+
+size_t co_vertex_mask_most(const curvopt_mesh *m, int32_t v) {
+    const ring r = ring_of(m, v);
+    return (size_t)r.n_corners + (size_t)r.n_faces + 3;
+}

@@ -1,0 +1,21 @@
+/* Limit points of cage vertices, as combinations of the vertices round them: Halstead, Kass, DeRose, "Efficient, fair
+ * interpolation using Catmull-Clark surfaces", SIGGRAPH 1993. With valence k, neighbours w and the middles f of faces
+ * of any size, (k (k - 1) v + 2 sum w + 4 sum f) / (k (k + 5)): the mask of quads after one subdivision, by whose
+ * rules. Boundaries and infinitely sharp creases are cubic B-splines, (4 v + w_1 + w_2) / 6; corners stay.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SURFACE_VERTEX_MASK_H
+#define CO_SURFACE_VERTEX_MASK_H
+
+#include "mesh/mesh.h"
+
+/* Whether a vertex has such a mask: not where creases fade or one ends, the cage is no manifold, or there is no face.
+ */
+int co_vertex_mask_exists(const curvopt_mesh *mesh, int32_t vertex);
+/* Told of a vertex and its weight. */
+typedef void (*co_vertex_mask_fn)(int32_t vertex, double weight, void *context);
+/* The mask of a vertex that has one, entry by entry; a vertex may come more than once. */
+void co_vertex_mask_visit(const curvopt_mesh *mesh, int32_t vertex, co_vertex_mask_fn visit, void *context);
+/* The largest number of entries that it can have. */
+size_t co_vertex_mask_most(const curvopt_mesh *mesh, int32_t vertex);
+
+#endif
