@@ -50,7 +50,7 @@ static int take_real(char **at, double *out) {
 /* Whether the line goes on with this word; goes past it. */
 static int take_word(char **at, const char *word) {
     const size_t n = strlen(word);
-    if (strncmp(*at, word, n) || ((*at)[n] && !strchr(BLANK, (*at)[n])))
+    if (strncmp(*at, word, n) != 0 || ((*at)[n] && !strchr(BLANK, (*at)[n])))
         return 0;
     *at += n + strspn(*at + n, BLANK);
     return 1;
@@ -88,9 +88,10 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         pin one;
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
-            snprintf(message, size,
-                     "line %d is no pin: VERTEX or VERTEX surface, perhaps line X Y Z or plane X Y Z, and perhaps a weight",
-                     number);
+            snprintf(
+                message, size,
+                "line %d is no pin: VERTEX or VERTEX surface, perhaps line X Y Z or plane X Y Z, and perhaps a weight",
+                number);
             return 1;
         }
         if (found == 0)

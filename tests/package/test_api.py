@@ -44,6 +44,18 @@ def test_what_the_library_refuses_is_its_sentence(cube):
         curvopt.energies(curvopt.cage(CORNERS, [[0, 1, 1, 2]]))
 
 
+@pytest.mark.parametrize("levels", [1, 3])
+def test_the_surface_goes_through_held_limit_points(cube, levels):
+    def corner(cage):  # a cube's vertex 0 is corner 0 of its face 0, and of the same face's first child
+        with curvopt.Sampler(cage) as surface:
+            return surface.jets([0], [0], [[0.0, 0.0]])[0, 0]
+
+    through = curvopt.minimize(cube, levels=levels, held=[0, 7], limit_points=True).cage
+    kept = curvopt.minimize(cube, levels=levels, held=[0, 7]).cage
+    assert np.abs(corner(through) - corner(cube)).max() < 1e-12 < np.abs(corner(kept) - corner(cube)).max()
+    assert np.abs(through.positions[0] - cube.positions[0]).max() > 1e-3
+
+
 def test_exceptions_of_a_callback_come_through(cube):
     def fail(progress):
         raise KeyError("mine")

@@ -27,6 +27,12 @@ tent = curvopt.minimize(curvopt.cage(raised, faces), "willmore", levels=1, held=
 soft = curvopt.minimize(curvopt.cage(raised, faces), "willmore", levels=1, held=middle, weights=[0.01])
 print(f"a pin at height .5 stays at {tent.cage.positions[middle[0], 2]:.3f}, one with weight .01 is at {soft.cage.positions[middle[0], 2]:.3f}")
 
+# %% With limit_points the surface goes through its own points there, and the vertices move as that needs.
+through = curvopt.minimize(curvopt.cage(raised, faces), "willmore", levels=1, held=middle, limit_points=True)
+before = (16 * 0.5) / 36  # of the surface in the middle: the vertex counts 16/36 there, its neighbours are at height 0
+vertex = through.cage.positions[middle[0], 2]
+print(f"the surface stays at height {before:.3f} in the middle, with the vertex at {vertex:.3f}")
+
 # %% Strength below 1: short waves go, long ones stay.
 heights = {s: float(np.abs(curvopt.minimize(sheet, levels=1, strength=s).cage.positions[:, 2]).max()) for s in (0.1, 0.3, 0.5, 0.7)}
 print("highest point by strength:", {s: round(height, 4) for s, height in heights.items()})
