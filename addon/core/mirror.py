@@ -79,6 +79,7 @@ class Halves:
         weight = np.zeros(len(self.on_plane))
         weight[held.vertices] = held.weights
         vertices = np.flatnonzero(weight[self.origin])
+        assert held.places is None  # no control of Blender's gives any
         return replace(held, vertices=vertices.astype(np.int32), weights=weight[self.origin[vertices]])
 
     def half_of(self, whole: Cage) -> Half:

@@ -382,8 +382,12 @@ enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
  *
  * A constrained limit point is a point of the surface: on every level the surface goes through it (held), or touches
  * its line or plane. The vertex then moves as that needs. Where a crease fades or ends at the vertex, where the vertex
- * has no face, and with weights below 1 that is refused. What a boundary or a crease holds stays itself. At most 1 000
- * vertices whose masks overlap, on the first level; afterwards any number.
+ * has no face, and with weights below 1 that is refused. What a boundary or a crease holds stays itself. On the
+ * first level at most 1 000 vertices whose masks overlap; where these do not move independently, as all eight of a
+ * cube, that is refused, too. On finer levels they do not overlap.
+ *
+ * Points, lines and planes go through where the vertices and limit points are, or through `places`: the first level
+ * then begins with a cage that has been put there. Held limit points at places are interpolation.
  *
  * A weight w between 0 and 1 draws a vertex to its point, line or plane by a spring, whose energy adds to the
  * objective: w / (1 - w) * (distance / size of the input)^2 * half of the stiffness of a sphere (for Willmore 24 pi).
@@ -398,6 +402,8 @@ typedef struct curvopt_constraints {
     int32_t n;
     int32_t reserved;      /* 0 */
     const double *weights; /* [n] 0: not held at all, to 1: held exactly; NULL: all 1 */
+    const double *places;  /* [3 n] points that are held, or of the lines and planes; three NANs: where it is; NULL:
+                              all are where they are */
 } curvopt_constraints;
 
 /* Fill it in with curvopt_options_init(), then change members. */

@@ -172,12 +172,13 @@ static int take_pins(program *p, const pin_list *pins) {
     return wrong;
 }
 
-/* The first vertex with a soft constraint, which this program does not have; or -1. */
-static int32_t find_soft(const pin_list *pins) {
-    for (int32_t i = 0; i < pins->n; i++)
-        if (pins->weights[i] != 1)
-            return pins->vertices[i];
-    return -1;
+/* What this program does not have of constraint i, a sentence's end; or NULL. */
+static const char *unknown_here(const pin_list *pins, int32_t i) {
+    return pins->weights[i] != 1 ? "has a weight: curvopt-tao holds vertices exactly or not at all"
+           : pins->freedom[i] >= CURVOPT_FREEDOM_OF_LIMIT_POINT
+               ? "is given by its limit point: curvopt-tao holds vertices themselves"
+           : isnan(pins->places[3 * (size_t)i]) ? NULL
+                                                : "is to be elsewhere: curvopt-tao holds vertices where they are";
 }
 
 int input_pins(program *p) {
@@ -188,12 +189,11 @@ int input_pins(program *p) {
         return ARGUMENTS_DONE;
     if (p->rank == 0 && pins_read(p->args.pins, &pins, message, sizeof message))
         code = ARGUMENTS_COULD_NOT;
-    int32_t soft = code == ARGUMENTS_DONE ? find_soft(&pins) : -1;
-    if (soft >= 0) {
-        snprintf(message, sizeof message, "vertex %d has a weight: curvopt-tao holds vertices exactly or not at all",
-                 (int)soft);
-        code = ARGUMENTS_COULD_NOT;
-    }
+    for (int32_t i = 0; code == ARGUMENTS_DONE && i < pins.n; i++)
+        if (unknown_here(&pins, i)) {
+            snprintf(message, sizeof message, "vertex %d %s", (int)pins.vertices[i], unknown_here(&pins, i));
+            code = ARGUMENTS_COULD_NOT;
+        }
     code = program_follow(p, code);
     if (code != ARGUMENTS_DONE) {
         pins_free(&pins);

@@ -368,7 +368,8 @@ static int load_pins(arguments *a, pin_list *pins) {
                                            .freedom = pins->freedom,
                                            .directions = pins->directions,
                                            .n = pins->n,
-                                           .weights = pins->weights};
+                                           .weights = pins->weights,
+                                           .places = pins->places};
     a->options.constraints = &a->constraints;
     return ARGUMENTS_DONE;
 }

@@ -4,6 +4,7 @@
 #include "platform.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,12 +17,13 @@ void pins_free(pin_list *pins) {
     free(pins->freedom);
     free(pins->directions);
     free(pins->weights);
+    free(pins->places);
     *pins = (pin_list){0};
 }
 
 typedef struct pin {
     int32_t vertex, freedom;
-    double direction[3], weight;
+    double direction[3], place[3], weight;
 } pin;
 
 /* Room for one more; 1 if memory is out. */
@@ -66,9 +68,13 @@ static int parse_line(char *line, pin *out) {
     long value = strtol(at, &end, 10);
     if (end == at || errno || value < 0 || value > INT32_MAX || (*end && !strchr(BLANK, *end)))
         return -1;
-    *out = (pin){.vertex = (int32_t)value, .weight = 1};
+    *out = (pin){.vertex = (int32_t)value, .weight = 1, .place = {(double)NAN, (double)NAN, (double)NAN}};
     at = end + strspn(end, BLANK);
-    const int of_limit = take_word(&at, "surface");
+    const int of_limit = take_word(&at, "surface"), is_placed = take_word(&at, "at");
+    for (int c = 0; c < 3 && is_placed; c++)
+        if (!take_real(&at, &out->place[c]))
+            return -1;
+    at += strspn(at, BLANK);
     out->freedom = take_word(&at, "line") ? 1 : take_word(&at, "plane") ? 2 : 0;
     for (int c = 0; c < 3 && out->freedom; c++)
         if (!take_real(&at, &out->direction[c]))
@@ -88,10 +94,11 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         pin one;
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
-            snprintf(
-                message, size,
-                "line %d is no pin: VERTEX or VERTEX surface, perhaps line X Y Z or plane X Y Z, and perhaps a weight",
-                number);
+            snprintf(message, size,
+                     "line %d is no pin: VERTEX, perhaps surface, perhaps at X Y Z, perhaps line X Y Z or plane X Y Z, "
+                     "and perhaps a "
+                     "weight",
+                     number);
             return 1;
         }
         if (found == 0)
@@ -115,8 +122,9 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
                       .freedom = malloc(sizeof(int32_t) * (size_t)n),
                       .directions = malloc(3 * sizeof(double) * (size_t)n),
                       .weights = malloc(sizeof(double) * (size_t)n),
+                      .places = malloc(3 * sizeof(double) * (size_t)n),
                       .n = n};
-    if (!out->vertices || !out->freedom || !out->directions || !out->weights) {
+    if (!out->vertices || !out->freedom || !out->directions || !out->weights || !out->places) {
         pins_free(out);
         return 1;
     }
@@ -124,6 +132,7 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
         out->vertices[i] = list[i].vertex;
         out->freedom[i] = list[i].freedom;
         out->weights[i] = list[i].weight;
+        memcpy(out->places + 3 * (size_t)i, list[i].place, sizeof list[i].place);
         memcpy(out->directions + 3 * (size_t)i, list[i].direction, sizeof list[i].direction);
     }
     return 0;

@@ -69,13 +69,14 @@ AT(curvopt_options, n_holes, 176);
 AT(curvopt_options, strict, 180);
 AT(curvopt_options, slide, 184);
 
-SIZE(curvopt_constraints, 40);
+SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);
 AT(curvopt_constraints, freedom, 8);
 AT(curvopt_constraints, directions, 16);
 AT(curvopt_constraints, n, 24);
 AT(curvopt_constraints, reserved, 28);
 AT(curvopt_constraints, weights, 32);
+AT(curvopt_constraints, places, 40);
 
 SIZE(curvopt_energies, 200);
 AT(curvopt_energies, objective, 0);

@@ -105,7 +105,7 @@ class Constraints(C.Structure):
     """curvopt_constraints; made by constraints()"""
 
     _fields_ = [("vertices", C.c_void_p), ("freedom", C.c_void_p), ("directions", C.c_void_p), ("n", I32),
-                ("reserved", I32), ("weights", C.c_void_p)]
+                ("reserved", I32), ("weights", C.c_void_p), ("places", C.c_void_p)]
 
 
 class LevelReport(C.Structure):
@@ -275,15 +275,16 @@ def holes(faces) -> dict[str, object]:
     return {"holes": array.ctypes.data, "n_holes": len(array)}
 
 
-def constraints(vertices, freedom=None, directions=None, weights=None) -> Constraints:
+def constraints(vertices, freedom=None, directions=None, weights=None, places=None) -> Constraints:
     """Vertices, how many dimensions each has left (None: 0), directions [n, 3], and how firmly each is held, 0 to 1 or
-    all alike (None: 1); keeps the arrays alive."""
+    all alike (None: 1), and places [n, 3]; keeps the arrays alive."""
     kept = [np.ascontiguousarray(list(vertices), np.int32)]
     kept += [None if freedom is None else np.ascontiguousarray(freedom, np.int32),
              None if directions is None else np.ascontiguousarray(directions, np.float64),
-             None if weights is None else np.ascontiguousarray(np.broadcast_to(weights, len(kept[0])), np.float64)]
-    vertex, free, direction, weight = (None if a is None else a.ctypes.data for a in kept)
-    out = Constraints(vertex, free, direction, len(kept[0]), 0, weight)
+             None if weights is None else np.ascontiguousarray(np.broadcast_to(weights, len(kept[0])), np.float64),
+             None if places is None else np.ascontiguousarray(places, np.float64)]
+    vertex, free, direction, weight, place = (None if a is None else a.ctypes.data for a in kept)
+    out = Constraints(vertex, free, direction, len(kept[0]), 0, weight, place)
     out.kept = kept
     return out
 

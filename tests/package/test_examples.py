@@ -49,6 +49,8 @@ def test_constraints(monkeypatch):
     assert 0 < seen["soft"].cage.positions[seen["middle"][0], 2] < 0.4
     height = seen["through"].cage.positions[:, 2].reshape(13, 13)[5:8, 5:8]  # masks: 16, 4 and 1 of 36
     assert (np.outer([1, 4, 1], [1, 4, 1]) * height).sum() / 36 == pytest.approx(seen["before"], abs=1e-12)
+    height = seen["above"].cage.positions[:, 2].reshape(13, 13)[5:8, 5:8]
+    assert (np.outer([1, 4, 1], [1, 4, 1]) * height).sum() / 36 == pytest.approx(0.3, abs=1e-12)
     heights = list(seen["heights"].values())
     assert heights == sorted(heights, reverse=True) and heights[-1] < 0.6 * heights[0]
 

@@ -104,6 +104,8 @@ test_bad_pins_are_refused_by_name() {
     pins '' 'pins.txt: names no vertex'
     pins '# nothing but a comment\n\n' 'pins.txt: names no vertex'
     pins '1 surfaces\n' 'pins.txt: line 1 is no pin'
+    pins '1 at 0 0\n' 'pins.txt: line 1 is no pin'
+    pins '1 surface at 0 0 inf\n' 'constraint 0 on vertex 1 has the place 0 0 inf'
     pins '1 surface line 0 0\n' 'pins.txt: line 1 is no pin'
     pins '1 surface 0.5\n' 'limit point of vertex 1 has the weight 0.5; it must be 1'
     pins '1\n2 lime 0 0 1\n' 'pins.txt: line 2 is no pin'

@@ -5,6 +5,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
@@ -13,6 +14,7 @@
 #include "surface/substitution.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 typedef int32_t (*work)(const cage *c, const curvopt_mesh *mesh, curvopt_error *error);
 
@@ -110,13 +112,17 @@ static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
     co_constraints held = {0};
     co_interpolation map = {0};
     co_patches patches = {0};
-    int32_t status = co_constraints_create(mesh, c->xyz, &wanted, &held, error);
+    int32_t status = co_given_constraints_create(mesh, c->xyz, &wanted, &held, error);
     if (status == CURVOPT_OK)
         status = co_interpolation_create(mesh, &held, &map, error);
     if (status == CURVOPT_OK)
         status = co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, error);
     if (status == CURVOPT_OK)
         status = co_patches_substitute(&patches, &(co_substitution){map.vertex, &map.cage}, error);
+    double xyz[3 * 12];
+    memcpy(xyz, c->xyz, 3 * (size_t)c->n_vertices * sizeof *xyz);
+    if (status == CURVOPT_OK)
+        status = co_given_constraints_place(mesh, &held, xyz, error);
     co_patches_free(&patches);
     co_interpolation_free(&map);
     co_constraints_free(&held);

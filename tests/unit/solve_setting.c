@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include "base/clock.h"
+#include "constraints/given_constraints.h"
 #include "energy/adaptive_quadrature.h"
 #include "mesh/similarity.h"
 #include "mesh/submesh.h"
@@ -60,7 +61,7 @@ solve_setting *solve_setting_of(cage c, const curvopt_options *options) {
     s->run = (co_run_context){.options = &s->options, .tuning = &s->tuning, .cancel = &s->cancel, .tables = &s->tables};
     s->run.radius = co_similarity_frame((size_t)c.n_vertices, c.xyz, s->run.centroid);
     s->run.area = solve_area(s, c.xyz);
-    CHECK_OK(co_constraints_create(s->mesh, c.xyz, options->constraints, &s->constraints, &error), &error);
+    CHECK_OK(co_given_constraints_create(s->mesh, c.xyz, options->constraints, &s->constraints, &error), &error);
     if (options->symmetry == CURVOPT_SYMMETRY_NONE)
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     else

@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include "constraints/constraints.h"
+#include "constraints/given_constraints.h"
 #include "mesh/subdivide.h"
 
 enum { SIDE = 3, N = (SIDE + 1) * (SIDE + 1) };
@@ -29,7 +30,7 @@ static void expect_refusal(const curvopt_constraints *constraints, int32_t eleme
     curvopt_mesh *mesh = cage_mesh(&c);
     co_constraints out;
     curvopt_error error;
-    CHECK_REFUSED(co_constraints_create(mesh, c.xyz, constraints, &out, &error), &error, CURVOPT_ERROR_ARGUMENT,
+    CHECK_REFUSED(co_given_constraints_create(mesh, c.xyz, constraints, &out, &error), &error, CURVOPT_ERROR_ARGUMENT,
                   element, part);
     CHECK_TRUE(!out.freedom && !out.direction && !out.anchor && !out.springs.stiffness);
     curvopt_mesh_destroy(mesh);
@@ -70,7 +71,7 @@ static void test_constraints_are_taken_as_they_are(void **state) {
     curvopt_constraints user = {.n = 4, .vertices = vertex, .freedom = freedom, .directions = direction};
     co_constraints given, copy, none;
     curvopt_error error;
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
     CHECK_OK(co_constraints_copy(mesh, &given, &copy, &error), &error);
     for (int32_t v = 0; v < N; v++)
         CHECK_INT(copy.freedom[v], v == 5 ? 0 : v == 6 ? 1 : v == 9 ? 2 : CO_FREEDOM_ALL);
@@ -80,7 +81,7 @@ static void test_constraints_are_taken_as_they_are(void **state) {
     CHECK_NEAR(copy.anchor[3 * 9], 2, 0);
     CHECK_TRUE(!copy.springs.stiffness && copy.freedom != given.freedom);
     CHECK_TRUE(co_constraints_allow_motion(mesh, &copy));
-    CHECK_OK(co_constraints_create(mesh, c.xyz, NULL, &none, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, NULL, &none, &error), &error);
     CHECK_TRUE(!none.freedom);
     CHECK_TRUE(co_constraints_allow_motion(mesh, &none));
     co_constraints_free(&given);
@@ -99,14 +100,14 @@ static void test_weights_make_springs(void **state) {
     curvopt_constraints user = {.n = 3, .vertices = vertex, .weights = weight};
     co_constraints given;
     curvopt_error error;
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
     for (int32_t v = 0; v < N; v++) {
         CHECK_INT(given.freedom[v], v == 0 ? CO_FREEDOM_NONE : CO_FREEDOM_ALL);
         CHECK_NEAR(given.springs.stiffness[v], v == 5 ? 3 : 0, 1e-15); /* .75 / (1 - .75) */
     }
     co_constraints_free(&given);
     user = (curvopt_constraints){.n = 1, .vertices = vertex + 2, .weights = weight + 2};
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
     CHECK_TRUE(!given.freedom && !given.springs.stiffness);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
@@ -124,7 +125,7 @@ static void test_subdivision_inherits_faces_and_puts_vertices_back(void **state)
     co_constraints held;
     co_sparse_rows rows;
     curvopt_error error;
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &held, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &held, &error), &error);
     CHECK_OK(co_subdivide(mesh, &fine, &rows, &error), &error);
     double *xyz = calloc(3 * (size_t)fine->info.n_vertices, sizeof *xyz);
     double *smooth = calloc(3 * (size_t)fine->info.n_vertices, sizeof *smooth);
@@ -205,7 +206,7 @@ static void test_free_vertices_are_put_on_their_normals(void **state) {
                        1e-15);
     }
     co_constraints_free(&lines);
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
     CHECK_OK(co_constraints_to_normals(mesh, &some, c.xyz, &lines, &error), &error);
     CHECK_INT(lines.freedom[3], CO_FREEDOM_LINE); /* in its plane */
     CHECK_NEAR(lines.direction[11], 0, 1e-15);
@@ -224,7 +225,7 @@ static void check_left(int32_t v, int32_t freedom, const double direction[3], in
     curvopt_constraints user = {.n = 1, .vertices = &v, .freedom = &freedom, .directions = direction};
     co_constraints some, lines;
     curvopt_error error;
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &some, &error), &error);
     CHECK_OK(co_constraints_to_normals(mesh, &some, c.xyz, &lines, &error), &error);
     CHECK_INT(lines.freedom[v], expected);
     const double *d = lines.direction + 3 * v;

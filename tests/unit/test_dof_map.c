@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include "constraints/dof_map.h"
+#include "constraints/given_constraints.h"
 #include "energy/assembly.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
@@ -29,7 +30,7 @@ static double *zeros(size_t n) {
 static setting setting_of(cage c, const curvopt_constraints *user, int symmetric) {
     setting s = {.c = c, .mesh = cage_mesh(&c)};
     curvopt_error error;
-    CHECK_OK(co_constraints_create(s.mesh, c.xyz, user, &s.constraints, &error), &error);
+    CHECK_OK(co_given_constraints_create(s.mesh, c.xyz, user, &s.constraints, &error), &error);
     if (symmetric)
         CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.constraints, 1, &s.symmetry, &error), &error);
     else

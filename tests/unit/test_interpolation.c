@@ -3,6 +3,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "constraints/interpolation.h"
 #include "energy/assembly.h"
 #include "hessian/sparse_hessian.h"
@@ -97,7 +98,7 @@ static setting setting_of(cage c, int32_t n, const int32_t *vertices) {
     for (int32_t i = 0; i < n; i++)
         freedom[i] = CURVOPT_FREEDOM_OF_LIMIT_POINT;
     const curvopt_constraints wanted = {.vertices = vertices, .freedom = freedom, .n = n};
-    CHECK_OK(co_constraints_create(s.mesh, c.xyz, &wanted, &s.held, &error), &error);
+    CHECK_OK(co_given_constraints_create(s.mesh, c.xyz, &wanted, &s.held, &error), &error);
     CHECK_OK(co_interpolation_create(s.mesh, &s.held, &s.map, &error), &error);
     free(freedom);
     return s;
@@ -157,7 +158,7 @@ static void test_too_many_that_touch_are_refused(void **state) {
         freedom[v] = CURVOPT_FREEDOM_OF_LIMIT_POINT;
     }
     const curvopt_constraints wanted = {.vertices = vertices, .freedom = freedom, .n = N - FREE};
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error);
     CHECK_REFUSED(co_interpolation_create(mesh, &held, &map, &error), &error, CURVOPT_ERROR_ARGUMENT, N - FREE,
                   "limit points of 1590 vertices that touch each other");
     CHECK_TRUE(map.vertex == NULL);
@@ -176,20 +177,20 @@ static void test_bad_constraints_are_refused(void **state) {
     const double half[1] = {0.5}, sharpness[1] = {2};
     const int32_t edge[2] = {3, 1};
     curvopt_constraints wanted = {.vertices = vertices, .freedom = of_limit, .n = 1, .weights = half};
-    CHECK_REFUSED(co_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
+    CHECK_REFUSED(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
                   "limit point of vertex 3 has the weight 0.5; it must be 1");
     wanted = (curvopt_constraints){.vertices = vertices, .freedom = both, .n = 2};
-    CHECK_REFUSED(co_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 1,
+    CHECK_REFUSED(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 1,
                   "two constraints that contradict");
     wanted = (curvopt_constraints){.vertices = vertices, .freedom = beyond, .n = 1};
-    CHECK_REFUSED(co_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
+    CHECK_REFUSED(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
                   "leaves vertex 3 7 dimensions");
     CHECK_OK(co_crease_set(mesh,
                            &(curvopt_creases){.crease_vertices = edge, .crease_sharpness = sharpness, .n_creases = 1},
                            &error),
              &error);
     wanted = (curvopt_constraints){.vertices = vertices, .freedom = of_limit, .n = 1};
-    CHECK_REFUSED(co_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
+    CHECK_REFUSED(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error, CURVOPT_ERROR_ARGUMENT, 0,
                   "limit point of vertex 3, where a crease fades");
     curvopt_mesh_destroy(mesh);
     cage_free(&c);

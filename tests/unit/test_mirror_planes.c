@@ -3,6 +3,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "constraints/mirror_planes.h"
 
 static void expect_refusal(const cage *c, const curvopt_mesh *mesh, const co_constraints *constraints, int32_t planes,
@@ -89,10 +90,10 @@ static void test_vertices_that_are_marked_differently_are_named(void **state) {
     expect_refusal(&c, mesh, &none, 1, 3, "vertex 3 and its partner 7 differ in creases or in how they are held");
     curvopt_mesh_destroy(mesh);
     mesh = cage_mesh(&c);
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &pin, &held, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &pin, &held, &error), &error);
     expect_refusal(&c, mesh, &held, 1, 3, "vertex 3 and its partner 7 differ");
     co_constraints_free(&held);
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &lines, &held, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &lines, &held, &error), &error);
     expect_refusal(&c, mesh, &held, 1, -1, "but not the directions in which vertices may move");
     co_constraints_free(&held);
     curvopt_mesh_destroy(mesh);

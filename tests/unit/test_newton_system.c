@@ -3,6 +3,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "hessian/newton_system.h"
 #include "mesh/similarity.h"
 
@@ -30,7 +31,7 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
     co_basis_table_cache_create(o->surface, p.tables);
     for (int32_t i = 0; i < 3 * c.n_vertices; i++)
         p.x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
-    CHECK_OK(co_constraints_create(p.mesh, c.xyz, constraints, &p.hold, &error), &error);
+    CHECK_OK(co_given_constraints_create(p.mesh, c.xyz, constraints, &p.hold, &error), &error);
     if (symmetric)
         CHECK_OK(co_symmetry_create(p.mesh, c.xyz, &p.hold, 1, &p.symmetry, &error), &error);
     else

@@ -3,6 +3,7 @@
 #include "check.h"
 
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "hessian/sparse_hessian.h"
 #include "mesh/similarity.h"
 
@@ -36,7 +37,7 @@ static setting *setting_on(int32_t surface, cage c, int symmetric, const curvopt
     for (int32_t i = 0; i < 3 * c.n_vertices; i++)
         s->x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
     co_basis_table_cache_create(o.surface, &s->tables);
-    CHECK_OK(co_constraints_create(s->mesh, c.xyz, constraints, &s->hold, &error), &error);
+    CHECK_OK(co_given_constraints_create(s->mesh, c.xyz, constraints, &s->hold, &error), &error);
     if (symmetric)
         CHECK_OK(co_symmetry_create(s->mesh, c.xyz, &s->hold, 1, &s->symmetry, &error), &error);
     else

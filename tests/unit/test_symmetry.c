@@ -3,6 +3,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "constraints/symmetry.h"
 
 static const double pi = 3.14159265358979323846;
@@ -37,7 +38,7 @@ static void test_directions_are_compared_at_tolerances_below_1e_8(void **state) 
     co_constraints hold;
     co_symmetry symmetry;
     curvopt_constraints lines = {.n = c.n_vertices, .vertices = vertices, .freedom = freedom, .directions = directions};
-    CHECK_OK(co_constraints_create(mesh, c.xyz, &lines, &hold, &error), &error);
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &lines, &hold, &error), &error);
     CHECK_OK(co_symmetry_create(mesh, c.xyz, &hold, 1, &symmetry, &error), &error);
     CHECK_INT(symmetry.order, 2);
     for (int k = 0; k < 9; k++)
@@ -178,7 +179,7 @@ static void test_marks_on_the_cage_are_kept(void **state) {
     for (int k = 0; k < 4; k++) {
         co_constraints held;
         curvopt_mesh *mesh = cage_mesh(&c);
-        CHECK_OK(co_constraints_create(mesh, c.xyz, &user[k], &held, &error), &error);
+        CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user[k], &held, &error), &error);
         co_symmetry s = symmetry_of(&c, mesh, &held, 1);
         CHECK_INT(s.order, of_user[k]);
         check_group(&s, mesh, c.xyz, 1e-12);

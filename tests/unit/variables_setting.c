@@ -2,6 +2,7 @@
 #include "variables_setting.h"
 #include "check.h"
 
+#include "constraints/given_constraints.h"
 #include "mesh/similarity.h"
 
 variables_setting variables_setting_of(cage c, const curvopt_constraints *pins, int symmetric) {
@@ -14,7 +15,7 @@ variables_setting variables_setting_of(cage c, const curvopt_constraints *pins, 
     CHECK_TRUE(s.x && s.z);
     for (size_t i = 0; i < n; i++)
         s.x[i] = (c.xyz[i] - s.centroid[i % 3]) / s.radius;
-    CHECK_OK(co_constraints_create(s.mesh, c.xyz, pins, &s.held, &error), &error);
+    CHECK_OK(co_given_constraints_create(s.mesh, c.xyz, pins, &s.held, &error), &error);
     if (symmetric)
         CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.held, 1, &s.symmetry, &error), &error);
     else

@@ -102,6 +102,7 @@ class CConstraints(C.Structure):
         ("n", C.c_int32),
         ("reserved", C.c_int32),
         ("weights", C.POINTER(C.c_double)),
+        ("places", C.POINTER(C.c_double)),
     ]
 
 
@@ -208,7 +209,7 @@ STRUCT_SIZES = {
     CError: 256,
     CMeshInfo: 48,
     CCreases: 48,
-    CConstraints: 40,
+    CConstraints: 48,
     COptions: 192,
     CEnergies: 200,
     CProgress: 120,

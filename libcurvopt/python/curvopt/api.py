@@ -145,6 +145,7 @@ def minimize(
     held: object = None,
     weights: object = None,
     limit_points: bool = False,
+    places: object = None,
     left_out: Sequence[int] = (),
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
@@ -159,6 +160,7 @@ def minimize(
     slide        whether held vertices on boundaries and creases slide along these
     held (k,)    vertices that stay; with `weights` (k,) 0 .. 1 below 1 a spring pulls them back
     limit_points whether, in place of vertices that stay, the surface goes on through the points that belong to them
+    places (k, 3) where the held vertices or limit points are to be; NAN: where they are
     left_out     faces that do not count and stay
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread
@@ -175,7 +177,7 @@ def minimize(
     pins = None
     if held is not None:
         firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
-        pins = Held(np.asarray(held), firmness, limit_points)
+        pins = Held(np.asarray(held), firmness, limit_points, None if places is None else np.asarray(places, float))
     raw = _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
         strength=strength, slide=int(slide), **options,

@@ -214,9 +214,11 @@ class Library:
             vertices = indices(held.vertices, "held")
             firmness = reals(held.weights, vertices.size, "weights of held vertices")
             freedom = indices(np.where(firmness == 1, FREEDOM_OF_LIMIT_POINT * held.limit_points, 0), "freedom")
-            options.held = vertices, freedom, firmness  # an attribute of Python's: pointers do not keep arrays alive
+            places = None if held.places is None else reals(held.places, 3 * vertices.size, "places")
+            options.held = vertices, freedom, firmness, places  # of Python's: pointers do not keep arrays alive
             pointers = _int_pointer(vertices), _int_pointer(freedom), None
-            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, 0, _real_pointer(firmness)))
+            where = None if places is None else _real_pointer(places)
+            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, 0, _real_pointer(firmness), where))
         if len(holes):
             faces = indices(holes, "holes")
             options.left_out = faces

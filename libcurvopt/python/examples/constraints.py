@@ -33,6 +33,10 @@ before = (16 * 0.5) / 36  # of the surface in the middle: the vertex counts 16/3
 vertex = through.cage.positions[middle[0], 2]
 print(f"the surface stays at height {before:.3f} in the middle, with the vertex at {vertex:.3f}")
 
+# %% Places are where held vertices or limit points are to be: the sheet goes through a point above its middle.
+above = curvopt.minimize(sheet, "willmore", levels=1, held=middle, limit_points=True, places=[[0, 0, 0.3]])
+print(f"through a point at height .3: highest vertex at {above.cage.positions[:, 2].max():.3f}")
+
 # %% Strength below 1: short waves go, long ones stay.
 heights = {s: float(np.abs(curvopt.minimize(sheet, levels=1, strength=s).cage.positions[:, 2]).max()) for s in (0.1, 0.3, 0.5, 0.7)}
 print("highest point by strength:", {s: round(height, 4) for s, height in heights.items()})

@@ -4,15 +4,12 @@
 #include "base/memory.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
-#include "surface/vertex_mask.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const double UNSEEN = -1; /* weight of a vertex that no constraint was seen on */
-
-static int32_t allocate(int32_t n_vertices, co_constraints *constraints, curvopt_error *error) {
+int32_t co_constraints_allocate(int32_t n_vertices, co_constraints *constraints, curvopt_error *error) {
     if (constraints->freedom)
         return CURVOPT_OK;
     constraints->freedom = CO_NEW(uint8_t, n_vertices);
@@ -71,7 +68,7 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
     int32_t status = copy_left_out(m, from, to, error);
     if (!from->freedom || status != CURVOPT_OK)
         return status;
-    status = allocate(m->info.n_vertices, to, error);
+    status = co_constraints_allocate(m->info.n_vertices, to, error);
     if (status != CURVOPT_OK)
         return status;
     memcpy(to->freedom, from->freedom, n);
@@ -92,105 +89,11 @@ static int same_constraint(const co_constraints *constraints, int32_t v, int32_t
            co_freedom_same_direction(constraints->direction + 3 * (size_t)v, constraints->direction + 3 * (size_t)w);
 }
 
-/* weight [n_vertices]: UNSEEN where there is no constraint yet. */
-static int32_t add_constraint(const curvopt_mesh *m, const curvopt_constraints *from, int32_t i, double *weight,
-                              co_constraints *constraints, curvopt_error *error) {
-    const int32_t v = from->vertices[i], given = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
-    const int of_limit = given >= CURVOPT_FREEDOM_OF_LIMIT_POINT;
-    const int32_t freedom = of_limit ? given - CURVOPT_FREEDOM_OF_LIMIT_POINT : given;
-    double direction[3] = {0, 0, 0}, length = 0, firm = from->weights ? from->weights[i] : 1;
-    if (v < 0 || v >= m->info.n_vertices)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
-                              i, v, m->info.n_vertices);
-    if (freedom < CO_FREEDOM_NONE || freedom > CO_FREEDOM_PLANE)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, given);
-    if (!(firm >= 0 && firm <= 1))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "constraint %d on vertex %d has the weight %g; it must be 0 to 1", i, v, firm);
-    if (of_limit && firm < 1)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "constraint %d on the limit point of vertex %d has the weight %g; it must be 1", i, v,
-                              firm);
-    if (of_limit && !co_vertex_mask_exists(m, v))
-        return co_status_fail(
-            error, CURVOPT_ERROR_ARGUMENT, i,
-            "constraint %d is on the limit point of vertex %d, where a crease fades or ends, or there "
-            "is no surface; constrain the vertex itself",
-            i, v);
-    if (freedom != CO_FREEDOM_NONE) {
-        if (!from->directions)
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
-                                  v);
-        memcpy(direction, from->directions + 3 * (size_t)i, sizeof direction);
-        length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
-        if (!(length > 0) || !isfinite(length))
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                                  "constraint %d on vertex %d has the direction %g %g %g", i, v, direction[0],
-                                  direction[1], direction[2]);
-    }
-    for (int c = 0; c < 3 && length > 0; c++)
-        direction[c] /= length;
-    if (weight[v] != UNSEEN &&
-        (weight[v] != firm || constraints->freedom[v] != freedom || constraints->of_limit[v] != of_limit ||
-         (length > 0 && !co_freedom_same_direction(direction, constraints->direction + 3 * (size_t)v))))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
-    weight[v] = firm;
-    constraints->freedom[v] = (uint8_t)freedom;
-    constraints->of_limit[v] = (uint8_t)of_limit;
-    memcpy(constraints->direction + 3 * (size_t)v, direction, sizeof direction);
-    return CURVOPT_OK;
-}
-
-/* Constraints of a weight below 1 become soft ones, or none. */
-static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *constraints,
-                             curvopt_error *error) {
-    int32_t status = CURVOPT_OK, n_exact = 0, n_soft = 0;
-    for (int32_t v = 0; v < m->info.n_vertices; v++) {
-        weight[v] = fmax(weight[v], 0);
-        n_exact += weight[v] == 1;
-        n_soft += weight[v] > 0 && weight[v] < 1;
-    }
-    if (n_soft)
-        status = co_soft_constraints_create(m, xyz, weight, constraints->freedom, constraints->direction,
-                                            &constraints->springs, error);
-    for (int32_t v = 0; v < m->info.n_vertices; v++)
-        if (weight[v] < 1)
-            constraints->freedom[v] = CO_FREEDOM_ALL;
-    if (!n_exact && !n_soft)
-        co_constraints_free(constraints);
-    return status;
-}
-
-int32_t co_constraints_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from,
-                              co_constraints *out, curvopt_error *error) {
-    *out = (co_constraints){0};
-    if (!from || from->n == 0)
-        return CURVOPT_OK;
-    if (from->n < 0 || !from->vertices)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
-                              from->vertices ? "given" : "is NULL");
-    double *weight = CO_NEW(double, m->info.n_vertices);
-    int32_t status = weight ? allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
-    for (int32_t v = 0; status == CURVOPT_OK && v < m->info.n_vertices; v++)
-        weight[v] = UNSEEN;
-    for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++)
-        status = add_constraint(m, from, i, weight, out, error);
-    if (status == CURVOPT_OK) {
-        memcpy(out->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
-        status = separate_soft(m, xyz, weight, out, error);
-    }
-    free(weight);
-    if (status != CURVOPT_OK)
-        co_constraints_free(out);
-    return status;
-}
-
 int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, const double *stiffness, double reach,
                                  co_constraints *constraints, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (!constraints->freedom) {
-        status = allocate(m->info.n_vertices, constraints, error);
+        status = co_constraints_allocate(m->info.n_vertices, constraints, error);
         if (status == CURVOPT_OK)
             memcpy(constraints->anchor, xyz, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
     }
@@ -219,8 +122,7 @@ static int is_constrained_face(const curvopt_mesh *m, const co_constraints *cons
     return 1;
 }
 
-/* Moves a vertex at x to the closest point of its point, line or plane. */
-static void put_back(const co_constraints *constraints, int32_t v, double *x) {
+void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]) {
     const double *anchor = constraints->anchor + 3 * (size_t)v, *d = constraints->direction + 3 * (size_t)v;
     double off[3] = {x[0] - anchor[0], x[1] - anchor[1], x[2] - anchor[2]};
     double along = off[0] * d[0] + off[1] * d[1] + off[2] * d[2];
@@ -255,7 +157,7 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     int32_t status = subdivide_left_out(m, constraints, error);
     if (!constraints->freedom || status != CURVOPT_OK)
         return status;
-    status = allocate(fine->info.n_vertices, &out, error);
+    status = co_constraints_allocate(fine->info.n_vertices, &out, error);
     if (status == CURVOPT_OK)
         status = co_soft_constraints_subdivide(m, fine, rows, &constraints->springs, error);
     if (status != CURVOPT_OK) {
@@ -279,7 +181,7 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
         if (out.freedom[v] == CO_FREEDOM_ALL && constraints->freedom[v] != CO_FREEDOM_ALL) {
             inherit(constraints, v, constraints->anchor, &out, v);
             if (!out.of_limit[v])
-                put_back(&out, v, xyz + 3 * (size_t)v);
+                co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
         }
     co_constraints_free(constraints);
     *constraints = out;
@@ -330,7 +232,7 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
         for (int32_t v = 0; v < m->info.n_vertices; v++)
             any |= mark[v];
         if (any)
-            status = allocate(m->info.n_vertices, constraints, error);
+            status = co_constraints_allocate(m->info.n_vertices, constraints, error);
         for (int32_t v = 0; any && status == CURVOPT_OK && v < m->info.n_vertices; v++)
             if (mark[v])
                 hold_vertex(constraints, v);
@@ -342,7 +244,7 @@ int32_t co_constraints_boundary(const curvopt_mesh *m, int32_t boundary, co_cons
 static int32_t hold_exceptions(const curvopt_mesh *m, co_constraints *all, curvopt_error *error) {
     if (!all->left_out && !m->info.n_isolated)
         return CURVOPT_OK;
-    int32_t status = allocate(m->info.n_vertices, all, error);
+    int32_t status = co_constraints_allocate(m->info.n_vertices, all, error);
     for (int32_t i = 0; status == CURVOPT_OK && i < m->info.n_isolated; i++)
         hold_vertex(all, m->isolated[i]);
     for (int32_t h = 0; status == CURVOPT_OK && all->left_out && h < m->info.n_corners; h++)
@@ -455,7 +357,7 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *a
     double centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     vertex_frame *frame = CO_NEW(vertex_frame, n);
     *out = (co_constraints){0};
-    int32_t status = frame ? allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
+    int32_t status = frame ? co_constraints_allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = copy_left_out(m, all, out, error);
     if (status == CURVOPT_OK)

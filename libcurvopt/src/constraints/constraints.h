@@ -8,7 +8,7 @@
 typedef struct co_constraints {
     uint8_t *freedom;  /* [n_vertices] dimensions in which a vertex may move (freedom.h); NULL: all are free */
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
-    double *anchor;    /* [3 n_vertices] a point of the line or plane, in the user's units */
+    double *anchor;    /* [3 n_vertices] where it is held, or a point of the line or plane, in the user's units */
     uint8_t *of_limit; /* [n_vertices] whether the limit point of the vertex is constrained, and not the vertex itself
                           (interpolation.h) */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
@@ -17,10 +17,9 @@ typedef struct co_constraints {
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */
 } co_constraints;
 
-/* The user's constraints on a cage at xyz [3 n_vertices], checked. ERROR_ARGUMENT naming what is wrong, ERROR_MEMORY.
- */
-int32_t co_constraints_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *constraints,
-                              co_constraints *out, curvopt_error *error);
+/* Room for constraints where there is none yet: every vertex is free. On failure there are no constraints any more.
+ * ERROR_MEMORY. */
+int32_t co_constraints_allocate(int32_t n_vertices, co_constraints *constraints, curvopt_error *error);
 /* Adds springs as co_soft_constraints_add_all. On failure there are no constraints any more. */
 int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, const double *stiffness, double reach,
                                  co_constraints *constraints, curvopt_error *error);
@@ -31,6 +30,9 @@ int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, 
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);
 void co_constraints_free(co_constraints *constraints);
+
+/* Moves x, where vertex v or its limit point is, to the closest point that the constraint there allows. */
+void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]);
 
 /* Takes constraints from a cage to its subdivision `fine` by `rows` (subdivide.h), at xyz [3 fine vertices].
  *

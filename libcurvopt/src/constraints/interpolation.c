@@ -5,8 +5,11 @@
 #include "linalg/small_dense.h"
 #include "surface/vertex_mask.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const double LARGEST_SHIFT = 1e3; /* on a regular grid all of which is held: 9 */
 
 /* A row that is being made: its entries follow each other from `first` on. */
 typedef struct row_end {
@@ -116,6 +119,23 @@ static void invert_group(const co_interpolation *in, const groups *g, int32_t si
     co_small_dense_invert(size, size, dense, inverse);
 }
 
+/* ERROR_ARGUMENT where limit points hardly depend on each other's vertices independently: a shift of one by 1 would
+ * move a vertex by more than LARGEST_SHIFT. As of three-valent vertices that touch: of a cube M_CC is singular. */
+static int32_t check_inverse(const co_interpolation *in, const groups *g, int32_t size, const double *inverse,
+                             curvopt_error *error) {
+    for (int32_t k = 0; k < size; k++) {
+        double sum = 0;
+        for (int32_t l = 0; l < size; l++)
+            sum += fabs(inverse[k * size + l]);
+        if (!(sum <= LARGEST_SHIFT))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, in->vertex[g->members[k]],
+                                  "the limit points of %d vertices that touch each other, vertex %d among them, do not "
+                                  "move independently: hold fewer of them, or refine the cage once",
+                                  size, in->vertex[g->members[k]]);
+    }
+    return CURVOPT_OK;
+}
+
 /* Sizes of the groups, by their least members in size [n], and g->at. Returns the largest one. */
 static int32_t measure_groups(int32_t n, const groups *g, int32_t *size) {
     int32_t most = 0;
@@ -160,7 +180,8 @@ static int32_t make_inverse(const co_interpolation *in, const groups *g, co_spar
                 g->members[found++] = k;
         double *of_group = dense + (size_t)most * (size_t)most;
         invert_group(in, g, size[i], dense, of_group);
-        for (int32_t k = 0; k < size[i]; k++) {
+        status = check_inverse(in, g, size[i], of_group, error);
+        for (int32_t k = 0; status == CURVOPT_OK && k < size[i]; k++) {
             const size_t to = inverse->start[g->members[k]];
             memcpy(inverse->value + to, of_group + (size_t)k * (size_t)size[i], (size_t)size[i] * sizeof(double));
             memcpy(inverse->column + to, g->members, (size_t)size[i] * sizeof *g->members);
@@ -218,21 +239,10 @@ static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co
     return make_limit(m, n, out, error);
 }
 
-int32_t co_interpolation_create(const curvopt_mesh *m, co_constraints *constraints, co_interpolation *out,
+int32_t co_interpolation_of_all(const curvopt_mesh *m, const co_constraints *constraints, co_interpolation *out,
                                 curvopt_error *error) {
     groups g = {0};
     int32_t status = list(m, constraints, out, error);
-    if (status == CURVOPT_OK && out->limit.n_rows) {
-        status = find_groups(out, &g, error);
-        if (status == CURVOPT_OK)
-            leave_what_stands(out, &g, constraints);
-        groups_free(&g);
-        g = (groups){0};
-    }
-    if (status == CURVOPT_OK && out->limit.n_rows) {
-        co_interpolation_free(out);
-        status = list(m, constraints, out, error);
-    }
     if (status == CURVOPT_OK && out->limit.n_rows) {
         status = find_groups(out, &g, error);
         if (status == CURVOPT_OK)
@@ -242,6 +252,20 @@ int32_t co_interpolation_create(const curvopt_mesh *m, co_constraints *constrain
     if (status != CURVOPT_OK)
         co_interpolation_free(out);
     return status;
+}
+
+int32_t co_interpolation_create(const curvopt_mesh *m, co_constraints *constraints, co_interpolation *out,
+                                curvopt_error *error) {
+    groups g = {0};
+    int32_t status = list(m, constraints, out, error);
+    if (status == CURVOPT_OK && out->limit.n_rows) {
+        status = find_groups(out, &g, error);
+        if (status == CURVOPT_OK)
+            leave_what_stands(out, &g, constraints);
+        groups_free(&g);
+    }
+    co_interpolation_free(out);
+    return status == CURVOPT_OK ? co_interpolation_of_all(m, constraints, out, error) : status;
 }
 
 void co_interpolation_free(co_interpolation *in) {

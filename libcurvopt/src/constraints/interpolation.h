@@ -28,8 +28,11 @@ typedef struct co_interpolation {
 
 /* C: the vertices that constraints->of_limit marks. Those whose limit points cannot move, because nothing in their
  * masks can, are taken off that list: they are held themselves. ERROR_ARGUMENT where more vertices than
- * CO_INTERPOLATION_MOST_TOUCHING hang together, ERROR_MEMORY. */
+ * CO_INTERPOLATION_MOST_TOUCHING hang together or M_CC is all but singular, ERROR_MEMORY. */
 int32_t co_interpolation_create(const curvopt_mesh *mesh, co_constraints *constraints, co_interpolation *out,
+                                curvopt_error *error);
+/* The same of all that of_limit marks, whether they can move or not. */
+int32_t co_interpolation_of_all(const curvopt_mesh *mesh, const co_constraints *constraints, co_interpolation *out,
                                 curvopt_error *error);
 void co_interpolation_free(co_interpolation *interpolation);
 /* Of a cage in xyz [3 n_vertices], its positions; and back. */

@@ -26,6 +26,7 @@ static const double LEAST_TOLERANCE = 1e-12;
 /* The search. */
 typedef struct search {
     const curvopt_mesh *mesh;
+    double centroid[3], radius; /* the frame of x */
     const co_constraints *constraints;
     double *x;      /* [3 n_vertices] centroid 0, radius 1 */
     double *length; /* [n_vertices] |x| */
@@ -99,7 +100,8 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
                 distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
            co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
            co_crease_alike(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
-           (!s->constraints->freedom || s->constraints->freedom[v] == s->constraints->freedom[w]) &&
+           (!s->constraints->freedom || (s->constraints->freedom[v] == s->constraints->freedom[w] &&
+                                         s->constraints->of_limit[v] == s->constraints->of_limit[w])) &&
            co_soft_constraints_alike(&s->constraints->springs, v, w);
 }
 
@@ -180,7 +182,20 @@ static int keeps_direction(const search *s, const double *direction, int freedom
     return co_freedom_sine(at, to) <= s->tolerance;
 }
 
-/* Whether `map` is the motion, and keeps the constraints' directions. */
+/* Whether the motion takes the place that the spring of v draws it to to that of w. */
+static int keeps_anchor(const search *s, int32_t v, int32_t w, const double matrix[9]) {
+    const double *from = s->constraints->springs.anchor + 3 * (size_t)v,
+                 *to = s->constraints->springs.anchor + 3 * (size_t)w;
+    double at[3], image[3], wanted[3];
+    for (int c = 0; c < 3; c++) {
+        at[c] = (from[c] - s->centroid[c]) / s->radius;
+        wanted[c] = (to[c] - s->centroid[c]) / s->radius;
+    }
+    co_small_dense_apply_3(matrix, at, image);
+    return distance(image, wanted) <= s->tolerance;
+}
+
+/* Whether `map` is the motion, and keeps the constraints' directions and places. */
 static int is_motion(const search *s, const int32_t *map, const double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
     const co_soft_constraints *springs = &s->constraints->springs;
@@ -192,7 +207,8 @@ static int is_motion(const search *s, const int32_t *map, const double matrix[9]
             !keeps_direction(s, s->constraints->direction, s->constraints->freedom[v], v, w, matrix))
             return 0;
         if (springs->stiffness && springs->stiffness[v] > 0 &&
-            !keeps_direction(s, springs->direction, springs->freedom[v], v, w, matrix))
+            !(keeps_direction(s, springs->direction, springs->freedom[v], v, w, matrix) &&
+              keeps_anchor(s, v, w, matrix)))
             return 0;
     }
     return 1;
@@ -365,6 +381,7 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
     size_t n = (size_t)m->info.n_vertices;
     double centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     *s = (search){.mesh = m,
+                  .radius = radius,
                   .constraints = constraints,
                   .with_mirrors = with_mirrors,
                   .tolerance = CO_SYMMETRY_TOLERANCE,
@@ -374,6 +391,7 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
                   .found = {.n_corners = m->info.n_corners}};
     if (!s->x || !s->length || !s->queue)
         return co_status_no_memory(error);
+    memcpy(s->centroid, centroid, sizeof centroid);
     for (size_t i = 0; i < 3 * n; i++)
         s->x[i] = (xyz[i] - centroid[i % 3]) / radius;
     for (size_t v = 0; v < n; v++)

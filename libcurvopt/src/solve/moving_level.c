@@ -2,6 +2,7 @@
 #include "solve/moving_level.h"
 
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "energy/admissibility.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
@@ -80,7 +81,7 @@ int32_t co_moving_level_of_run(const curvopt_mesh *mesh, const double *xyz, cons
                                curvopt_error *error) {
     co_constraints constraints = {0};
     co_exceptions found = {0};
-    int32_t status = co_constraints_create(mesh, xyz, o->constraints, &constraints, error);
+    int32_t status = co_given_constraints_create(mesh, xyz, o->constraints, &constraints, error);
     if (status == CURVOPT_OK)
         status = co_exceptions_of_run(mesh, xyz, o, &found, error);
     if (status == CURVOPT_OK && found.n_left_out)

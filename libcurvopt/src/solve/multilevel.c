@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "constraints/mirror_planes.h"
 #include "energy/admissibility.h"
 #include "mesh/ring.h"
@@ -299,7 +300,9 @@ static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_e
 /* Constraints, exceptions and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
-    int32_t status = co_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
+    int32_t status = co_given_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
+    if (status == CURVOPT_OK && o->constraints && o->constraints->places)
+        status = co_given_constraints_place(mesh, &r->constraints, r->at.start, error);
     if (status == CURVOPT_OK)
         status = find_exceptions(r, mesh, error);
     if (status == CURVOPT_OK)
@@ -307,11 +310,11 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     if (status != CURVOPT_OK)
         return status;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
-        return hold_planes(r, mesh, xyz, error);
+        return hold_planes(r, mesh, r->at.start, error);
     if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
-    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
-                              error);
+    return co_symmetry_create(mesh, r->at.start, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS,
+                              &r->at.symmetry, error);
 }
 
 static int32_t start_run(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {

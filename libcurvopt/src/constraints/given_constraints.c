@@ -1,0 +1,184 @@
+/* The user's constraints. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/given_constraints.h"
+
+#include "base/memory.h"
+#include "constraints/interpolation.h"
+#include "surface/vertex_mask.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double UNSEEN = -1; /* weight of a vertex that no constraint was seen on */
+
+/* A constraint, checked. */
+typedef struct one {
+    int32_t vertex, freedom;
+    int of_limit;
+    double weight;
+    double direction[3]; /* of length 1, or 0 */
+    double place[3];
+} one;
+
+static int32_t read_direction(const curvopt_constraints *from, int32_t i, one *c, curvopt_error *error) {
+    if (c->freedom == CO_FREEDOM_NONE)
+        return CURVOPT_OK;
+    if (!from->directions)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has no direction", i,
+                              c->vertex);
+    double *d = c->direction;
+    memcpy(d, from->directions + 3 * (size_t)i, 3 * sizeof *d);
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (!(length > 0) || !isfinite(length))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has the direction %g %g %g",
+                              i, c->vertex, d[0], d[1], d[2]);
+    for (int k = 0; k < 3; k++)
+        d[k] /= length;
+    return CURVOPT_OK;
+}
+
+typedef struct point_sum {
+    const double *xyz;
+    double *at;
+} point_sum;
+
+static void add_point(int32_t vertex, double weight, void *context) {
+    const point_sum *sum = context;
+    for (int k = 0; k < 3; k++)
+        sum->at[k] += weight * sum->xyz[3 * (size_t)vertex + (size_t)k];
+}
+
+/* Where the constraint is: given, or where the vertex or its limit point is. */
+static int32_t read_place(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, int32_t i, one *c,
+                          curvopt_error *error) {
+    const double *given = from->places ? from->places + 3 * (size_t)i : NULL;
+    if (given && !(isnan(given[0]) && isnan(given[1]) && isnan(given[2]))) {
+        memcpy(c->place, given, sizeof c->place);
+        return isfinite(given[0]) && isfinite(given[1]) && isfinite(given[2])
+                   ? CURVOPT_OK
+                   : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                    "constraint %d on vertex %d has the place %g %g %g", i, c->vertex, given[0],
+                                    given[1], given[2]);
+    }
+    if (c->of_limit)
+        co_vertex_mask_visit(m, c->vertex, add_point, &(point_sum){xyz, c->place});
+    else
+        memcpy(c->place, xyz + 3 * (size_t)c->vertex, sizeof c->place);
+    return CURVOPT_OK;
+}
+
+static int32_t read_one(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, int32_t i, one *c,
+                        curvopt_error *error) {
+    const int32_t v = from->vertices[i], given = from->freedom ? from->freedom[i] : CO_FREEDOM_NONE;
+    const int of_limit = given >= CURVOPT_FREEDOM_OF_LIMIT_POINT;
+    *c = (one){.vertex = v,
+               .freedom = of_limit ? given - CURVOPT_FREEDOM_OF_LIMIT_POINT : given,
+               .of_limit = of_limit,
+               .weight = from->weights ? from->weights[i] : 1};
+    if (v < 0 || v >= m->info.n_vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
+                              i, v, m->info.n_vertices);
+    if (c->freedom < CO_FREEDOM_NONE || c->freedom > CO_FREEDOM_PLANE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d leaves vertex %d %d dimensions; it must be 0 to 2", i, v, given);
+    if (!(c->weight >= 0 && c->weight <= 1))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d on vertex %d has the weight %g; it must be 0 to 1", i, v, c->weight);
+    if (of_limit && c->weight < 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "constraint %d on the limit point of vertex %d has the weight %g; it must be 1", i, v,
+                              c->weight);
+    if (of_limit && !co_vertex_mask_exists(m, v))
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "constraint %d is on the limit point of vertex %d, where a crease fades or ends, or there "
+            "is no surface; constrain the vertex itself",
+            i, v);
+    int32_t status = read_direction(from, i, c, error);
+    return status == CURVOPT_OK ? read_place(m, xyz, from, i, c, error) : status;
+}
+
+/* weight [n_vertices]: UNSEEN where there is no constraint yet. */
+static int32_t add(const one *c, int32_t i, double *weight, co_constraints *constraints, curvopt_error *error) {
+    const int32_t v = c->vertex;
+    double *direction = constraints->direction + 3 * (size_t)v, *place = constraints->anchor + 3 * (size_t)v;
+    if (weight[v] != UNSEEN &&
+        (weight[v] != c->weight || constraints->freedom[v] != c->freedom || constraints->of_limit[v] != c->of_limit ||
+         (c->freedom != CO_FREEDOM_NONE && !co_freedom_same_direction(c->direction, direction)) ||
+         memcmp(place, c->place, sizeof c->place) != 0))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "vertex %d has two constraints that contradict", v);
+    weight[v] = c->weight;
+    constraints->freedom[v] = (uint8_t)c->freedom;
+    constraints->of_limit[v] = (uint8_t)c->of_limit;
+    memcpy(direction, c->direction, sizeof c->direction);
+    memcpy(place, c->place, sizeof c->place);
+    return CURVOPT_OK;
+}
+
+/* Constraints of a weight below 1 become soft ones, or none. */
+static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *constraints,
+                             curvopt_error *error) {
+    int32_t status = CURVOPT_OK, n_exact = 0, n_soft = 0;
+    for (int32_t v = 0; v < m->info.n_vertices; v++) {
+        weight[v] = fmax(weight[v], 0);
+        n_exact += weight[v] == 1;
+        n_soft += weight[v] > 0 && weight[v] < 1;
+    }
+    if (n_soft)
+        status = co_soft_constraints_create(m, xyz, weight, constraints->freedom, constraints->direction,
+                                            &constraints->springs, error);
+    if (n_soft && status == CURVOPT_OK)
+        memcpy(constraints->springs.anchor, constraints->anchor, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (weight[v] < 1)
+            constraints->freedom[v] = CO_FREEDOM_ALL;
+    if (!n_exact && !n_soft)
+        co_constraints_free(constraints);
+    return status;
+}
+
+int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from,
+                                    co_constraints *out, curvopt_error *error) {
+    *out = (co_constraints){0};
+    if (!from || from->n == 0)
+        return CURVOPT_OK;
+    if (from->n < 0 || !from->vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
+                              from->vertices ? "given" : "is NULL");
+    const size_t n = (size_t)m->info.n_vertices;
+    double *weight = CO_NEW(double, n);
+    int32_t status = weight ? co_constraints_allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        memcpy(out->anchor, xyz, 3 * n * sizeof *xyz);
+    for (size_t v = 0; status == CURVOPT_OK && v < n; v++)
+        weight[v] = UNSEEN;
+    for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++) {
+        one c;
+        status = read_one(m, xyz, from, i, &c, error);
+        if (status == CURVOPT_OK)
+            status = add(&c, i, weight, out, error);
+    }
+    if (status == CURVOPT_OK)
+        status = separate_soft(m, xyz, weight, out, error);
+    free(weight);
+    if (status != CURVOPT_OK)
+        co_constraints_free(out);
+    return status;
+}
+
+int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, double *xyz,
+                                   curvopt_error *error) {
+    co_interpolation map;
+    int32_t status = co_interpolation_of_all(m, constraints, &map, error);
+    for (int32_t v = 0; status == CURVOPT_OK && constraints->freedom && v < m->info.n_vertices; v++)
+        if (!constraints->of_limit[v])
+            co_constraints_put_back(constraints, v, xyz + 3 * (size_t)v);
+    if (status != CURVOPT_OK)
+        return status;
+    co_interpolation_from_cage(&map, xyz);
+    for (int32_t i = 0; i < map.limit.n_rows; i++)
+        co_constraints_put_back(constraints, map.vertex[i], xyz + 3 * (size_t)map.vertex[i]);
+    co_interpolation_to_cage(&map, xyz);
+    co_interpolation_free(&map);
+    return CURVOPT_OK;
+}

@@ -1,0 +1,16 @@
+/* The user's constraints. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_CONSTRAINTS_GIVEN_CONSTRAINTS_H
+#define CO_CONSTRAINTS_GIVEN_CONSTRAINTS_H
+
+#include "constraints/constraints.h"
+
+/* The user's constraints on a cage at xyz [3 n_vertices], checked; none where `given` is NULL. ERROR_ARGUMENT naming
+ * what is wrong, ERROR_MEMORY. */
+int32_t co_given_constraints_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *given,
+                                    co_constraints *out, curvopt_error *error);
+/* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be. As
+ * co_interpolation_create. */
+int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, double *xyz,
+                                   curvopt_error *error);
+
+#endif
