@@ -148,6 +148,32 @@ static int32_t measure_groups(int32_t n, const groups *g, int32_t *size) {
     return most;
 }
 
+/* One group after the other, of size [n] by their least members. dense, inverse: room for the largest one. */
+static int32_t fill_inverse(const co_interpolation *in, const groups *g, const int32_t *size, double *dense,
+                            double *of_group, co_sparse_rows *inverse, curvopt_error *error) {
+    const int32_t n = in->limit.n_rows;
+    for (int32_t i = 0; i < n; i++)
+        inverse->start[i + 1] = inverse->start[i] + (size_t)size[g->group[i]];
+    for (int32_t i = 0; i < n; i++) {
+        if (g->group[i] != i)
+            continue;
+        int32_t found = 0;
+        for (int32_t k = i; k < n && found < size[i]; k++)
+            if (g->group[k] == i)
+                g->members[found++] = k;
+        invert_group(in, g, size[i], dense, of_group);
+        int32_t status = check_inverse(in, g, size[i], of_group, error);
+        if (status != CURVOPT_OK)
+            return status;
+        for (int32_t k = 0; k < size[i]; k++) {
+            const size_t to = inverse->start[g->members[k]];
+            memcpy(inverse->value + to, of_group + (size_t)k * (size_t)size[i], (size_t)size[i] * sizeof(double));
+            memcpy(inverse->column + to, g->members, (size_t)size[i] * sizeof *g->members);
+        }
+    }
+    return CURVOPT_OK;
+}
+
 /* inverse: (M_CC)^-1, n x n. */
 static int32_t make_inverse(const co_interpolation *in, const groups *g, co_sparse_rows *inverse,
                             curvopt_error *error) {
@@ -156,37 +182,21 @@ static int32_t make_inverse(const co_interpolation *in, const groups *g, co_spar
     if (!size)
         return co_status_no_memory(error);
     const int32_t most = measure_groups(n, g, size);
+    const size_t square = (size_t)most * (size_t)most;
     size_t n_entries = 0;
     for (int32_t i = 0; i < n; i++)
-        n_entries += (size_t)size[i] * (size_t)size[i];
-    int32_t status =
-        most <= CO_INTERPOLATION_MOST_TOUCHING
-            ? co_sparse_rows_allocate(inverse, n, n, n_entries, error)
-            : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, most,
-                             "the limit points of %d vertices that touch each other are held; on one level "
-                             "%d can be: hold some of the vertices themselves, or refine the cage once",
-                             most, CO_INTERPOLATION_MOST_TOUCHING);
-    double *dense = status == CURVOPT_OK ? CO_NEW(double, 2 * (size_t)most * (size_t)most) : NULL;
-    if (status == CURVOPT_OK && !dense)
-        status = co_status_no_memory(error);
-    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++)
-        inverse->start[i + 1] = inverse->start[i] + (size_t)size[g->group[i]];
-    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
-        if (g->group[i] != i)
-            continue;
-        int32_t found = 0;
-        for (int32_t k = i; k < n && found < size[i]; k++)
-            if (g->group[k] == i)
-                g->members[found++] = k;
-        double *of_group = dense + (size_t)most * (size_t)most;
-        invert_group(in, g, size[i], dense, of_group);
-        status = check_inverse(in, g, size[i], of_group, error);
-        for (int32_t k = 0; status == CURVOPT_OK && k < size[i]; k++) {
-            const size_t to = inverse->start[g->members[k]];
-            memcpy(inverse->value + to, of_group + (size_t)k * (size_t)size[i], (size_t)size[i] * sizeof(double));
-            memcpy(inverse->column + to, g->members, (size_t)size[i] * sizeof *g->members);
-        }
-    }
+        n_entries += (size_t)size[g->group[i]];
+    double *dense = most <= CO_INTERPOLATION_MOST_TOUCHING ? CO_NEW(double, 2 * square) : NULL;
+    int32_t status = dense ? co_sparse_rows_allocate(inverse, n, n, n_entries, error)
+                     : most <= CO_INTERPOLATION_MOST_TOUCHING
+                         ? co_status_no_memory(error)
+                         : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, most,
+                                          "the limit points of %d vertices that touch each other are held; on one "
+                                          "level %d can be: hold some of the vertices themselves, or refine the cage "
+                                          "once",
+                                          most, CO_INTERPOLATION_MOST_TOUCHING);
+    if (dense && status == CURVOPT_OK)
+        status = fill_inverse(in, g, size, dense, dense + square, inverse, error);
     free(size);
     free(dense);
     return status;
