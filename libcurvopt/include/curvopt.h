@@ -371,8 +371,7 @@ typedef enum curvopt_plane {
 CURVOPT_API const char *curvopt_plane_name(int32_t plane);
 CURVOPT_API int32_t curvopt_plane_from_name(const char *name);
 
-/* Added to a freedom: the constraint is on the vertex' limit point, which lies on the surface, and not on the vertex.
- */
+/* Added to a freedom: not the vertex is constrained but its limit point, which lies on the surface. */
 enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
 
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices. Afterwards the held
@@ -387,7 +386,8 @@ enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
  * cube, that is refused, too. On finer levels they do not overlap.
  *
  * Points, lines and planes go through where the vertices and limit points are, or through `places`: the first level
- * then begins with a cage that has been put there. Held limit points at places are interpolation.
+ * then begins with a cage that has been put there. Held limit points at places are interpolation. With a strength below
+ * 1 only what is held exactly can have a place.
  *
  * A weight w between 0 and 1 draws a vertex to its point, line or plane by a spring, whose energy adds to the
  * objective: w / (1 - w) * (distance / size of the input)^2 * half of the stiffness of a sphere (for Willmore 24 pi).

@@ -36,7 +36,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     } else if (file) {
         FUZZ_CHECK(pins.n > 0);
         for (int32_t i = 0; i < pins.n; i++)
-            FUZZ_CHECK(pins.vertices[i] >= 0 && pins.freedom[i] >= 0 && pins.freedom[i] <= 2);
+            FUZZ_CHECK(pins.vertices[i] >= 0 && pins.freedom[i] >= 0 &&
+                       pins.freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT <= 2 &&
+                       pins.freedom[i] < 2 * CURVOPT_FREEDOM_OF_LIMIT_POINT);
         pins_free(&pins);
     }
     if (file)

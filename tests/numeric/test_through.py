@@ -149,6 +149,28 @@ def test_vertices_and_springs_go_to_places(capsys):
     assert (gone < 0.2 * was).all()
 
 
+def test_with_strength_a_point_is_pulled_and_the_rest_stays_near(capsys):
+    """What is held exactly can have a place; a place on a line, or of a spring, would be at odds with the input's pull."""
+    mesh = torus_cage(8, 5, 0.4)
+    place = limits(mesh)[[3]] + [[0.05, 0, 0.05]]
+    result = lib.minimize(mesh, levels=2, strength=0.5, constraints=lib.constraints([3], [LIMIT_POINT], places=place))
+    moved = np.linalg.norm(limits(result.mesh)[:40] - limits(mesh), axis=1)
+    assert np.abs(limits(result.mesh)[3] - place[0]).max() <= 1e-9 and np.median(moved) < 0.3 * moved[3]
+    for freedom, weight in ((LIMIT_POINT + PLANE, 1), (HELD, 0.5)):
+        with pytest.raises(lib.CurvoptError, match="place for vertex 3 and does not hold it exactly"):
+            lib.minimize(mesh, strength=0.5, constraints=lib.constraints([3], [freedom], [[0, 0, 1]], weight, place))
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3])
+def test_a_patch_of_springs_goes_to_its_places_on_every_level(levels):
+    mesh = torus_cage(8, 5, 0.4)
+    patch = [0, 1, 5, 6, 10, 11]
+    places = mesh.xyz[patch] + [0, 0, 0.5]
+    result = lib.minimize(mesh, levels=levels, symmetry=NONE, constraints=lib.constraints(patch, weights=0.999, places=places))
+    risen = (limits(result.mesh)[patch] - limits(mesh)[patch])[:, 2].mean()  # not all of it: the edge of the patch sags
+    assert 0.3 < risen < 0.5
+
+
 def test_symmetric_places_keep_the_symmetry_and_others_do_not():
     mesh = torus_cage(8, 4, 0.4)
     order = lib.minimize(mesh, levels=1, max_iterations=0).summary.symmetry_order

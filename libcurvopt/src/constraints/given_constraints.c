@@ -124,11 +124,15 @@ static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *w
         n_exact += weight[v] == 1;
         n_soft += weight[v] > 0 && weight[v] < 1;
     }
-    if (n_soft)
-        status = co_soft_constraints_create(m, xyz, weight, constraints->freedom, constraints->direction,
+    double *rest = n_soft ? CO_NEW(double, 3 * (size_t)m->info.n_vertices) : NULL; /* the cage, springs at rest */
+    if (n_soft && !rest)
+        status = co_status_no_memory(error);
+    for (size_t i = 0; rest && i < 3 * (size_t)m->info.n_vertices; i++)
+        rest[i] = weight[i / 3] > 0 && weight[i / 3] < 1 ? constraints->anchor[i] : xyz[i];
+    if (rest)
+        status = co_soft_constraints_create(m, rest, weight, constraints->freedom, constraints->direction,
                                             &constraints->springs, error);
-    if (n_soft && status == CURVOPT_OK)
-        memcpy(constraints->springs.anchor, constraints->anchor, 3 * (size_t)m->info.n_vertices * sizeof *xyz);
+    free(rest);
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (weight[v] < 1)
             constraints->freedom[v] = CO_FREEDOM_ALL;
@@ -164,6 +168,20 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
     if (status != CURVOPT_OK)
         co_constraints_free(out);
     return status;
+}
+
+int32_t co_given_constraints_check_strength(const curvopt_constraints *given, double strength, curvopt_error *error) {
+    for (int32_t i = 0; given && given->places && strength < 1 && i < given->n; i++) {
+        const double *place = given->places + 3 * (size_t)i;
+        const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
+        const double weight = given->weights ? given->weights[i] : 1;
+        if (!isnan(place[0]) && weight > 0 && (weight < 1 || freedom != CO_FREEDOM_NONE))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                                  "constraint %d has a place for vertex %d and does not hold it exactly there, where a "
+                                  "strength below 1 pulls it back to the input; hold it exactly, or use strength 1",
+                                  i, given->vertices[i]);
+    }
+    return CURVOPT_OK;
 }
 
 int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, double *xyz,
