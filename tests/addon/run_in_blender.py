@@ -4,8 +4,8 @@
     python3 run_in_blender.py [--blender PROGRAM] [--addon FOLDER|ZIP | --extension ZIP] [--deal K/N] [pytest arguments ...]
 
 The add-on goes into a temporary user folder (a zip by Blender's own installer), so nothing of the user's Blender is
-touched. As an extension it has another name, which the tests are told. --deal: every N-th test, from the K-th on. The exit code is pytest's. The same file, run by
-Blender, is the inner half.
+touched. As an extension it has another name, which the tests are told. --deal: every N-th test, from the K-th on. The
+exit code is pytest's. The same file, run by Blender, is the inner half.
 """
 
 import argparse

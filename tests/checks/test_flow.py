@@ -40,7 +40,7 @@ py/render/    pictures
 gallery/      pages
     page      one
 ```
-See `lib/base/`, `mesh.h`, `gallery/page.py` `build/<preset>/` and `build/made`.
+See `lib/base/`, `mesh.h`, `gallery/page.py`, `build/<preset>/` and `build/made`.
 """
 GOOD = {
     "lib/base/status.h": "", "lib/base/status.c": '#include "base/status.h"\n#include <stdio.h>\n',

@@ -34,7 +34,6 @@ from .abi import (
     SURFACES,
     TERMS,
     VERDICTS,
-    FREEDOM_OF_LIMIT_POINT,
     CConstraints,
     CCreases,
     CEnergies,
