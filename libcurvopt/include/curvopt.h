@@ -40,7 +40,7 @@
  *   - A function that fills in a struct takes the caller's sizeof as `size`. It writes the members that fit, and 0 into
  *     bytes that it does not know.
  *   - curvopt_progress begins with struct_size, the library's: members beyond it are not there.
- *   - curvopt_error, curvopt_creases and curvopt_constraints never change.
+ *   - curvopt_error and curvopt_creases never change. curvopt_constraints says by has_places whether places is there.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -400,7 +400,7 @@ typedef struct curvopt_constraints {
                                  CURVOPT_FREEDOM_OF_LIMIT_POINT: so the limit point; NULL: all 0 */
     const double *directions; /* [3 n] of any length, ignored where the freedom is 0; NULL if it is 0 everywhere */
     int32_t n;
-    int32_t reserved;      /* 0 */
+    int32_t has_places;    /* 0: `places` is not read, which older headers do not have; 1: it is */
     const double *weights; /* [n] 0: not held at all, to 1: held exactly; NULL: all 1 */
     const double *places;  /* [3 n] points that are held, or of the lines and planes; three NANs: where it is; NULL:
                               all are where they are */

@@ -368,6 +368,7 @@ static int load_pins(arguments *a, pin_list *pins) {
                                            .freedom = pins->freedom,
                                            .directions = pins->directions,
                                            .n = pins->n,
+                                           .has_places = 1,
                                            .weights = pins->weights,
                                            .places = pins->places};
     a->options.constraints = &a->constraints;

@@ -74,7 +74,7 @@ AT(curvopt_constraints, vertices, 0);
 AT(curvopt_constraints, freedom, 8);
 AT(curvopt_constraints, directions, 16);
 AT(curvopt_constraints, n, 24);
-AT(curvopt_constraints, reserved, 28);
+AT(curvopt_constraints, has_places, 28);
 AT(curvopt_constraints, weights, 32);
 AT(curvopt_constraints, places, 40);
 

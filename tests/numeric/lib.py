@@ -105,7 +105,7 @@ class Constraints(C.Structure):
     """curvopt_constraints; made by constraints()"""
 
     _fields_ = [("vertices", C.c_void_p), ("freedom", C.c_void_p), ("directions", C.c_void_p), ("n", I32),
-                ("reserved", I32), ("weights", C.c_void_p), ("places", C.c_void_p)]
+                ("has_places", I32), ("weights", C.c_void_p), ("places", C.c_void_p)]
 
 
 class LevelReport(C.Structure):
@@ -284,7 +284,7 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
              None if weights is None else np.ascontiguousarray(np.broadcast_to(weights, len(kept[0])), np.float64),
              None if places is None else np.ascontiguousarray(places, np.float64)]
     vertex, free, direction, weight, place = (None if a is None else a.ctypes.data for a in kept)
-    out = Constraints(vertex, free, direction, len(kept[0]), 0, weight, place)
+    out = Constraints(vertex, free, direction, len(kept[0]), places is not None, weight, place)
     out.kept = kept
     return out
 

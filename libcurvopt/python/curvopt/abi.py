@@ -100,7 +100,7 @@ class CConstraints(C.Structure):
         ("freedom", C.POINTER(C.c_int32)),
         ("directions", C.POINTER(C.c_double)),
         ("n", C.c_int32),
-        ("reserved", C.c_int32),
+        ("has_places", C.c_int32),
         ("weights", C.POINTER(C.c_double)),
         ("places", C.POINTER(C.c_double)),
     ]

@@ -216,8 +216,10 @@ class Library:
             places = None if held.places is None else reals(held.places, 3 * vertices.size, "places")
             options.held = vertices, freedom, firmness, places  # of Python's: pointers do not keep arrays alive
             pointers = _int_pointer(vertices), _int_pointer(freedom), None
-            where = None if places is None else _real_pointer(places)
-            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, 0, _real_pointer(firmness), where))
+            where = (False, _real_pointer(firmness), None)
+            if places is not None:
+                where = (True, _real_pointer(firmness), _real_pointer(places))
+            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, *where))
         if len(holes):
             faces = indices(holes, "holes")
             options.left_out = faces

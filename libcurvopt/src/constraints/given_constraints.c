@@ -51,7 +51,7 @@ static void add_point(int32_t vertex, double weight, void *context) {
 /* Where the constraint is: given, or where the vertex or its limit point is. */
 static int32_t read_place(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, int32_t i, one *c,
                           curvopt_error *error) {
-    const double *given = from->places ? from->places + 3 * (size_t)i : NULL;
+    const double *given = from->has_places && from->places ? from->places + 3 * (size_t)i : NULL;
     if (given && !(isnan(given[0]) && isnan(given[1]) && isnan(given[2]))) {
         memcpy(c->place, given, sizeof c->place);
         return isfinite(given[0]) && isfinite(given[1]) && isfinite(given[2])
@@ -171,7 +171,7 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
 }
 
 int32_t co_given_constraints_check_strength(const curvopt_constraints *given, double strength, curvopt_error *error) {
-    for (int32_t i = 0; given && given->places && strength < 1 && i < given->n; i++) {
+    for (int32_t i = 0; given && given->has_places && given->places && strength < 1 && i < given->n; i++) {
         const double *place = given->places + 3 * (size_t)i;
         const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
         const double weight = given->weights ? given->weights[i] : 1;
