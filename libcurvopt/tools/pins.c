@@ -96,8 +96,7 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
         if (found < 0) {
             snprintf(message, size,
                      "line %d is no pin: VERTEX, perhaps surface, perhaps at X Y Z, perhaps line X Y Z or plane X Y Z, "
-                     "and perhaps a "
-                     "weight",
+                     "and perhaps a weight",
                      number);
             return 1;
         }

@@ -167,6 +167,25 @@ static void test_too_many_that_touch_are_refused(void **state) {
     cage_free(&c);
 }
 
+static void test_places_are_read_where_the_caller_has_them(void **state) {
+    (void)state;
+    cage c = cage_cube();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_error error;
+    const int32_t vertex = 3;
+    const double place[3] = {2, 3, 4};
+    for (int32_t has = 0; has < 2; has++) {
+        co_constraints held = {0};
+        const curvopt_constraints wanted = {.vertices = &vertex, .n = 1, .has_places = has, .places = place};
+        CHECK_OK(co_given_constraints_create(mesh, c.xyz, &wanted, &held, &error), &error);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(held.anchor[3 * vertex + k], has ? place[k] : c.xyz[3 * vertex + k], 0);
+        co_constraints_free(&held);
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 static void test_bad_constraints_are_refused(void **state) {
     (void)state;
     cage c = cage_cube();
@@ -285,6 +304,7 @@ int main(void) {
         cmocka_unit_test(test_map_and_its_inverse),
         cmocka_unit_test(test_what_cannot_move_is_no_unknown),
         cmocka_unit_test(test_too_many_that_touch_are_refused),
+        cmocka_unit_test(test_places_are_read_where_the_caller_has_them),
         cmocka_unit_test(test_bad_constraints_are_refused),
         cmocka_unit_test(test_energies_are_those_of_the_cage),
     };

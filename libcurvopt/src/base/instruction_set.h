@@ -5,8 +5,7 @@
 
 typedef enum { CO_PORTABLE, CO_AVX2, CO_AVX512, CO_N_INSTRUCTION_SETS } co_instruction_set; /* the fastest last */
 
-/* One name for each instruction set, such as blas_routines_avx2; CO_NAME_OF_SET is that of the set being compiled for.
- */
+/* One name for each instruction set, such as co_blas_routines_avx2; CO_NAME_OF_SET: of the one being compiled for. */
 #define CO_JOIN_NAME(name, set)   name##_##set
 #define CO_EXPAND_NAME(name, set) CO_JOIN_NAME(name, set)
 #define CO_NAME_OF_SET(name)      CO_EXPAND_NAME(name, CO_INSTRUCTION_SET)

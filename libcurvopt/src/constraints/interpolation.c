@@ -33,7 +33,7 @@ static void add_entry(int32_t vertex, double weight, void *context) {
 static int32_t make_limit(const curvopt_mesh *m, int32_t n, co_interpolation *in, curvopt_error *error) {
     size_t most = 0;
     for (int32_t i = 0; i < n; i++)
-        most += (size_t)co_vertex_mask_most(m, in->vertex[i]);
+        most += co_vertex_mask_most(m, in->vertex[i]);
     int32_t status = co_sparse_rows_allocate(&in->limit, n, m->info.n_vertices, most, error);
     row_end row = {.rows = &in->limit};
     for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
@@ -186,15 +186,15 @@ static int32_t make_inverse(const co_interpolation *in, const groups *g, co_spar
     size_t n_entries = 0;
     for (int32_t i = 0; i < n; i++)
         n_entries += (size_t)size[g->group[i]];
-    double *dense = most <= CO_INTERPOLATION_MOST_TOUCHING ? CO_NEW(double, 2 * square) : NULL;
-    int32_t status = dense ? co_sparse_rows_allocate(inverse, n, n, n_entries, error)
-                     : most <= CO_INTERPOLATION_MOST_TOUCHING
-                         ? co_status_no_memory(error)
-                         : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, most,
-                                          "the limit points of %d vertices that touch each other are held; on one "
-                                          "level %d can be: hold some of the vertices themselves, or refine the cage "
-                                          "once",
-                                          most, CO_INTERPOLATION_MOST_TOUCHING);
+    if (most > CO_INTERPOLATION_MOST_TOUCHING) {
+        free(size);
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, most,
+                              "the limit points of %d vertices that touch each other are held; on one level %d can be: "
+                              "hold some of the vertices themselves, or refine the cage once",
+                              most, CO_INTERPOLATION_MOST_TOUCHING);
+    }
+    double *dense = CO_NEW(double, 2 * square);
+    int32_t status = dense ? co_sparse_rows_allocate(inverse, n, n, n_entries, error) : co_status_no_memory(error);
     if (dense && status == CURVOPT_OK)
         status = fill_inverse(in, g, size, dense, dense + square, inverse, error);
     free(size);
@@ -249,16 +249,21 @@ static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co
     return make_limit(m, n, out, error);
 }
 
+/* The vertices, their masks and their groups. */
+static int32_t survey(const curvopt_mesh *m, const co_constraints *constraints, co_interpolation *out, groups *g,
+                      curvopt_error *error) {
+    *g = (groups){0};
+    int32_t status = list(m, constraints, out, error);
+    return status == CURVOPT_OK && out->limit.n_rows ? find_groups(out, g, error) : status;
+}
+
 int32_t co_interpolation_of_all(const curvopt_mesh *m, const co_constraints *constraints, co_interpolation *out,
                                 curvopt_error *error) {
-    groups g = {0};
-    int32_t status = list(m, constraints, out, error);
-    if (status == CURVOPT_OK && out->limit.n_rows) {
-        status = find_groups(out, &g, error);
-        if (status == CURVOPT_OK)
-            status = make_cage(out, &g, error);
-        groups_free(&g);
-    }
+    groups g;
+    int32_t status = survey(m, constraints, out, &g, error);
+    if (status == CURVOPT_OK && out->limit.n_rows)
+        status = make_cage(out, &g, error);
+    groups_free(&g);
     if (status != CURVOPT_OK)
         co_interpolation_free(out);
     return status;
@@ -266,14 +271,11 @@ int32_t co_interpolation_of_all(const curvopt_mesh *m, const co_constraints *con
 
 int32_t co_interpolation_create(const curvopt_mesh *m, co_constraints *constraints, co_interpolation *out,
                                 curvopt_error *error) {
-    groups g = {0};
-    int32_t status = list(m, constraints, out, error);
-    if (status == CURVOPT_OK && out->limit.n_rows) {
-        status = find_groups(out, &g, error);
-        if (status == CURVOPT_OK)
-            leave_what_stands(out, &g, constraints);
-        groups_free(&g);
-    }
+    groups g;
+    int32_t status = survey(m, constraints, out, &g, error);
+    if (status == CURVOPT_OK)
+        leave_what_stands(out, &g, constraints);
+    groups_free(&g);
     co_interpolation_free(out);
     return status == CURVOPT_OK ? co_interpolation_of_all(m, constraints, out, error) : status;
 }

@@ -1,14 +1,14 @@
 /* Vertices that are given by their limit points.
  *
  * A constraint may hold the point of the limit surface that belongs to a cage vertex, in place of the vertex. There the
- * limit point itself is the unknown: a level's positions are the cage's, but for the vertices C that interpolate: there
- * stand their limit points. With M the limit masks of C, cage x and positions y,
+ * limit point itself is the unknown: a level's positions are the cage's, but at the vertices C that interpolate they
+ * are limit points. With M the limit masks of C, cage x and positions y,
  *
  *     y_C = M x,      x_C = M_CC^-1 (y_C - M_CF x_F),      y_F = x_F  elsewhere.
  *
  * So holding a limit point, or letting it slide on a line or in a plane, is what dof_map.h does with a vertex. After
- * one subdivision no two vertices of the coarser cage are in one
- * mask, so M_CC is a diagonal on all levels but the first (libcurvopt/notes/87-through-limit-points.md).
+ * one subdivision no two vertices of the coarser cage are in one mask, so M_CC is a diagonal on all levels but the
+ * first (libcurvopt/notes/87-through-limit-points.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_INTERPOLATION_H
