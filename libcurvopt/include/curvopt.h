@@ -406,6 +406,50 @@ typedef struct curvopt_constraints {
                               all are where they are */
 } curvopt_constraints;
 
+/* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are
+ * counterclockwise as seen from; where the volume is negative they point inwards, and both numbers change their sign.
+ *   VOLUME          inside a surface without boundary; what a boundary or left-out faces leave open is closed by a cone
+ *                   to the centroid of the input's vertices, and only differences say something
+ *   AREA
+ *   MEAN_CURVATURE  int H dA; 2 d times it is the difference in area of two surfaces d to either side */
+#define CURVOPT_SCALAR_LIST(X)                                                                                         \
+    X(VOLUME, 0, "volume")                                                                                             \
+    X(AREA, 1, "area")                                                                                                 \
+    X(MEAN_CURVATURE, 2, "total_mean_curvature")
+
+typedef enum curvopt_scalar {
+#define CURVOPT_SCALAR_ENUM(name, value, text) CURVOPT_ENUMERATOR(SCALAR, name, value)
+    CURVOPT_SCALAR_LIST(CURVOPT_SCALAR_ENUM)
+#undef CURVOPT_SCALAR_ENUM
+        CURVOPT_SCALAR_FORCE_INT = 0x7fffffff
+} curvopt_scalar;
+/* Scalars that exist. */
+#define CURVOPT_N_SCALARS 3
+/* Length of arrays by curvopt_scalar, with room for later ones. */
+#define CURVOPT_MAX_SCALARS 6
+CURVOPT_API const char *curvopt_scalar_name(int32_t scalar);
+CURVOPT_API int32_t curvopt_scalar_from_name(const char *name);
+
+/* What a scalar of the result is to be.
+ *   FREE     anything
+ *   KEEP     as the input's
+ *   VALUE    options.scalar_value, in units of the cage
+ *   REDUCED  options.scalar_value times that of the sphere with the result's area (not of AREA) */
+#define CURVOPT_SCALAR_RULE_LIST(X)                                                                                    \
+    X(FREE, 0, "free")                                                                                                 \
+    X(KEEP, 1, "keep")                                                                                                 \
+    X(VALUE, 2, "value")                                                                                               \
+    X(REDUCED, 3, "reduced")
+
+typedef enum curvopt_scalar_rule {
+#define CURVOPT_SCALAR_RULE_ENUM(name, value, text) CURVOPT_ENUMERATOR(SCALAR_RULE, name, value)
+    CURVOPT_SCALAR_RULE_LIST(CURVOPT_SCALAR_RULE_ENUM)
+#undef CURVOPT_SCALAR_RULE_ENUM
+        CURVOPT_SCALAR_RULE_FORCE_INT = 0x7fffffff
+} curvopt_scalar_rule;
+CURVOPT_API const char *curvopt_scalar_rule_name(int32_t rule);
+CURVOPT_API int32_t curvopt_scalar_rule_from_name(const char *name);
+
 /* Fill it in with curvopt_options_init(), then change members. */
 typedef struct curvopt_options {
     /* sizeof(curvopt_options) of the caller's header, set by the init. */
@@ -487,6 +531,18 @@ typedef struct curvopt_options {
      * without the option, and the verdict is on that. Subdivided curves are put back on the input's. 0 or 1, default 0.
      */
     int32_t slide;
+    /* curvopt_scalar_rule of each curvopt_scalar, for curvopt_minimize() only; 0 from CURVOPT_N_SCALARS on. Default:
+     * all FREE.
+     *
+     * Where nothing of the cage is held, energies do not depend on size. A volume or a mean curvature that is kept by
+     * itself then costs nothing: the result has that size instead of the input's area. What is held beside is a
+     * shape's: volume and area together, or one that is REDUCED.
+     *
+     * Refused are: a volume, or a reduced scalar, of a boundary that may move; a VALUE or a REDUCED one where there is
+     * a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
+    int32_t scalar_rule[CURVOPT_MAX_SCALARS];
+    /* [..] the value of each curvopt_scalar with the rule VALUE or REDUCED: positive and finite; else 0. */
+    double scalar_value[CURVOPT_MAX_SCALARS];
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
@@ -564,6 +620,9 @@ typedef struct curvopt_energies {
     double min_jacobian;                  /* smallest |S_u x S_v| over its mean on the face; near 0 the surface folds */
     int32_t surface;                      /* curvopt_surface that was used, never AUTO */
     int32_t n_samples;                    /* quadrature points */
+    double volume;                        /* inside, in cubic units of the cage; NAN where there is a boundary or faces
+                                             are left out */
+    double total_mean_curvature;          /* int H dA, in units of the cage */
 } curvopt_energies;
 
 /* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */
@@ -818,6 +877,11 @@ typedef struct curvopt_summary {
                                          vertices slide from the input's, in units of the cage; else 0 */
     int32_t n_sliding;                /* vertices of the input cage that may slide */
     int32_t reserved;                 /* 0 */
+    double multiplier[CURVOPT_MAX_SCALARS]; /* by curvopt_scalar: how much the least objective rises for each unit by
+                                               which what is held does (Lagrange's): of a volume a pressure, of an
+                                               area a tension; 0 where nothing is to hold */
+    double scalar_residual[CURVOPT_MAX_SCALARS]; /* relative distance of each held one from what it is to be, by the
+                                                    last level's quadrature; 0 where free */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and

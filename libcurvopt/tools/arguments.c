@@ -11,6 +11,21 @@ static int complain(char *message, size_t size, const char *what, const char *wh
     return ARGUMENTS_USAGE;
 }
 
+/* A number of the whole surface that is held; 0 if understood, or if it is none. */
+static int parse_held(const char *name, const char *value, curvopt_options *o) {
+    if (!strcmp(name, "--volume"))
+        return parse_scalar(value, CURVOPT_SCALAR_VOLUME, o);
+    if (!strcmp(name, "--area"))
+        return parse_scalar(value, CURVOPT_SCALAR_AREA, o);
+    if (!strcmp(name, "--total-mean-curvature"))
+        return parse_scalar(value, CURVOPT_SCALAR_MEAN_CURVATURE, o);
+    if (!strcmp(name, "--reduced-volume")) {
+        o->scalar_rule[CURVOPT_SCALAR_VOLUME] = CURVOPT_SCALAR_RULE_REDUCED;
+        return parse_real(value, &o->scalar_value[CURVOPT_SCALAR_VOLUME]);
+    }
+    return 0;
+}
+
 /* An option with a value; 0 if understood. */
 static int parse_valued(arguments *a, const char *name, const char *value) {
     curvopt_options *o = &a->options;
@@ -58,6 +73,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return o->spacing < 0;
     } else if (!strcmp(name, "--strength"))
         return parse_real(value, &o->strength);
+    else
+        return parse_held(name, value, o);
     return 0;
 }
 
@@ -76,6 +93,10 @@ static int is_valued(const char *name, int minimize) {
                                                 "--pin",
                                                 "--trace",
                                                 "--spacing",
+                                                "--volume",
+                                                "--area",
+                                                "--total-mean-curvature",
+                                                "--reduced-volume",
                                                 "--strength"};
     size_t length = strlen(name);
     if (!minimize && !strcmp(name, "--deviation-from"))

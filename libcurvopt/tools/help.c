@@ -75,12 +75,19 @@ static const char help_of_minimize[] =
     "                       x, y, z or several with commas: these mirror planes and no others, refused if the cage\n"
     "                       does not have them; auto: keep, but third-order energies give some up where that lowers\n"
     "                       the energy by 6 %%, and none with lmvm (default %s)\n"
-    "  --escape             leave a shape that is a saddle, downwards, on levels of up to %d vertices\n"
+    "  --escape             leave a shape that is a saddle, downwards, on levels of up to %d vertices\n";
+static const char help_of_constraints[] =
     "  --pin FILE           vertices that do not move freely, one a line, counted from 0: V stays, V line X Y Z moves\n"
     "                       along a direction, V plane X Y Z across one. After V: `surface` for the point of the\n"
     "                       limit surface that belongs to V; then `at X Y Z` for where that, or V, is put first. A\n"
     "                       number at the end, 0 to 1, says how firmly: 1 exactly, less by a spring that draws the\n"
     "                       vertex there\n"
+    "  --volume V, --area A, --total-mean-curvature M\n"
+    "                       hold this number of the whole surface: keep for the input's, or a value in units of the\n"
+    "                       cage. The volume is that inside, M is the integral of (k1 + k2) / 2. Where nothing else "
+    "is\n"
+    "                       held one of them only sets the size of the result, which else has the input's area\n"
+    "  --reduced-volume R   hold the volume as a part R, above 0 to 1, of that of the sphere with the same area\n"
     "  --trace FILE|-       write a record of every iteration as CSV\n"
     "  --verify             examine the result without its symmetries, too, and by a Hessian from finite differences\n"
     "  --joshi-sequin          the report's settings: plane for third order, lmvm, and a fixed quadrature rule that "
@@ -102,5 +109,7 @@ int help_print(void) {
                          curvopt_method_name(o.method), o.max_iterations, o.decrement_tolerance,
                          curvopt_spacing_name(o.spacing), o.strength, curvopt_symmetry_name(o.symmetry),
                          CURVOPT_MAX_ESCAPE_VERTICES);
+    if (written >= 0)
+        written = printf("%s", help_of_constraints);
     return written;
 }

@@ -80,8 +80,10 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
            info->euler);
     printf("%-22s %s\n", "surface", curvopt_surface_name(e->surface));
     print_number("area", e->area, e->area_error);
+    print_number("volume", e->volume, 0);
     for (int t = 0; t < CURVOPT_TERM_AREA; t++)
         print_number(curvopt_term_name(t), e->term[t], e->term_error[t]);
+    print_number("integral of H", e->total_mean_curvature, 0);
     print_number("integral of H^2", e->h2, 0);
     print_number("integral of K", e->gauss, 0);
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);

@@ -80,3 +80,12 @@ int parse_symmetry(const char *text, curvopt_options *o) {
             return 0;
     }
 }
+
+int parse_scalar(const char *text, int scalar, curvopt_options *o) {
+    o->scalar_value[scalar] = 0;
+    o->scalar_rule[scalar] = CURVOPT_SCALAR_RULE_KEEP;
+    if (!strcmp(text, curvopt_scalar_rule_name(CURVOPT_SCALAR_RULE_KEEP)))
+        return 0;
+    o->scalar_rule[scalar] = CURVOPT_SCALAR_RULE_VALUE;
+    return parse_real(text, &o->scalar_value[scalar]);
+}

@@ -15,5 +15,7 @@ int parse_name(const char *const *names, int n, const char *text, size_t length)
 int parse_energy(const char *text, double *weights);
 /* "keep", or planes such as "x,y". */
 int parse_symmetry(const char *text, curvopt_options *options);
+/* "keep", or a number, for a scalar (curvopt_scalar). */
+int parse_scalar(const char *text, int scalar, curvopt_options *options);
 
 #endif

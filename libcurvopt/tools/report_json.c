@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#define PI 3.14159265358979323846
+
 static void put_number(FILE *f, const char *key, double x, const char *after) {
     if (isfinite(x))
         fprintf(f, "\"%s\": %.17g%s", key, x, after);
@@ -16,6 +18,11 @@ static void put_terms(FILE *f, const double *term, const char *after) {
         put_number(f, curvopt_term_name(t), term[t], t + 1 < CURVOPT_TERM_AREA ? ", " : after);
 }
 
+/* Over that of the sphere with the same area. */
+static double reduced_volume(const curvopt_energies *e) {
+    return 6 * sqrt(PI) * e->volume / (e->area * sqrt(e->area));
+}
+
 static void put_energies(FILE *f, const curvopt_energies *e, const char *indent) {
     fputs(indent, f);
     put_number(f, "area", e->area, ", ");
@@ -24,6 +31,10 @@ static void put_energies(FILE *f, const curvopt_energies *e, const char *indent)
     put_number(f, "h2", e->h2, ", ");
     put_number(f, "gauss", e->gauss, ", ");
     put_number(f, "gauss_bonnet_defect", e->gauss_bonnet_defect, ",\n");
+    fputs(indent, f);
+    put_number(f, "volume", e->volume, ", ");
+    put_number(f, "reduced_volume", reduced_volume(e), ", ");
+    put_number(f, "total_mean_curvature", e->total_mean_curvature, ",\n");
     fputs(indent, f);
     put_number(f, "objective", e->objective, ", ");
     put_number(f, "quadrature_error", e->objective_error, ", ");
@@ -71,6 +82,19 @@ static void put_levels(FILE *f, const json_report *r) {
     fprintf(f, "\n  },\n");
 }
 
+/* What is held of the whole surface: how much the objective gives for it, how far off it is. */
+static void put_scalars(FILE *f, const curvopt_summary *s) {
+    const struct {
+        const char *key;
+        const double *number;
+    } of[] = {{"multipliers", s->multiplier}, {"scalar_residuals", s->scalar_residual}};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+        fprintf(f, "  \"%s\": {", of[k].key);
+        for (int i = 0; i < CURVOPT_N_SCALARS; i++)
+            put_number(f, curvopt_scalar_name(i), of[k].number[i], i + 1 < CURVOPT_N_SCALARS ? ", " : "},\n");
+    }
+}
+
 int json_write(FILE *f, const json_report *r) {
     fprintf(f, "{\n  \"vertices\": %d, \"faces\": %d, \"euler\": %d,\n", r->info->n_vertices, r->info->n_faces,
             r->info->euler);
@@ -83,6 +107,8 @@ int json_write(FILE *f, const json_report *r) {
         fprintf(f, "  \"n_sliding\": %d, ", r->summary->n_sliding);
         put_number(f, "curve_deviation", r->summary->curve_deviation, ",\n");
     }
+    if (r->summary)
+        put_scalars(f, r->summary);
     if (r->held)
         held_write_json(f, r->held);
     if (r->measures)

@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 192);
+SIZE(curvopt_options, 264);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -68,6 +68,8 @@ AT(curvopt_options, holes, 168);
 AT(curvopt_options, n_holes, 176);
 AT(curvopt_options, strict, 180);
 AT(curvopt_options, slide, 184);
+AT(curvopt_options, scalar_rule, 188);
+AT(curvopt_options, scalar_value, 216);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);
@@ -78,7 +80,7 @@ AT(curvopt_constraints, has_places, 28);
 AT(curvopt_constraints, weights, 32);
 AT(curvopt_constraints, places, 40);
 
-SIZE(curvopt_energies, 200);
+SIZE(curvopt_energies, 216);
 AT(curvopt_energies, objective, 0);
 AT(curvopt_energies, area, 8);
 AT(curvopt_energies, term, 16);
@@ -91,6 +93,8 @@ AT(curvopt_energies, term_error, 120);
 AT(curvopt_energies, min_jacobian, 184);
 AT(curvopt_energies, surface, 192);
 AT(curvopt_energies, n_samples, 196);
+AT(curvopt_energies, volume, 200);
+AT(curvopt_energies, total_mean_curvature, 208);
 
 SIZE(curvopt_progress, 120);
 AT(curvopt_progress, struct_size, 0);
@@ -141,7 +145,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 96);
+SIZE(curvopt_summary, 192);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -161,6 +165,8 @@ AT(curvopt_summary, n_left_out, 76);
 AT(curvopt_summary, curve_deviation, 80);
 AT(curvopt_summary, n_sliding, 88);
 AT(curvopt_summary, reserved, 92);
+AT(curvopt_summary, multiplier, 96);
+AT(curvopt_summary, scalar_residual, 144);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

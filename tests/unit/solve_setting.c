@@ -60,7 +60,7 @@ solve_setting *solve_setting_of(cage c, const curvopt_options *options) {
     co_basis_table_cache_create(options->surface, &s->tables);
     s->run = (co_run_context){.options = &s->options, .tuning = &s->tuning, .cancel = &s->cancel, .tables = &s->tables};
     s->run.radius = co_similarity_frame((size_t)c.n_vertices, c.xyz, s->run.centroid);
-    s->run.area = solve_area(s, c.xyz);
+    s->run.size = (co_run_size){CURVOPT_SCALAR_AREA, solve_area(s, c.xyz)};
     CHECK_OK(co_given_constraints_create(s->mesh, c.xyz, options->constraints, &s->constraints, &error), &error);
     if (options->symmetry == CURVOPT_SYMMETRY_NONE)
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
@@ -144,7 +144,7 @@ int32_t solve_minimized(solve_setting *s) {
     curvopt_result_get_summary(result, &summary, sizeof summary);
     curvopt_result_destroy(result);
     s->run.radius = co_similarity_frame((size_t)s->c.n_vertices, s->c.xyz, s->run.centroid);
-    s->run.area = solve_area(s, s->c.xyz);
+    s->run.size.value = solve_area(s, s->c.xyz);
     return summary.stop;
 }
 

@@ -13,9 +13,9 @@ static void test_invariances_are_those_of_weights_and_constraints(void **state) 
         double weights[CURVOPT_N_TERMS] = {0};
         weights[t] = 1;
         int is_willmore = t == CURVOPT_TERM_WILLMORE || t == CURVOPT_TERM_MEAN;
-        CHECK_INT(co_gauge_of(weights, &none), is_willmore ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY);
-        CHECK_INT(co_gauge_of(weights, &some), CO_GAUGE_NONE);
-        CHECK_INT(co_gauge_exact(co_gauge_of(weights, &none)), CO_GAUGE_SIMILARITY);
+        CHECK_INT(co_gauge_of(weights, &none, 0), is_willmore ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY);
+        CHECK_INT(co_gauge_of(weights, &some, 0), CO_GAUGE_NONE);
+        CHECK_INT(co_gauge_exact(co_gauge_of(weights, &none, 0)), CO_GAUGE_SIMILARITY);
     }
     CHECK_INT(co_gauge_exact(CO_GAUGE_NONE), CO_GAUGE_NONE);
 }

@@ -229,7 +229,7 @@ static void test_saddle_is_left(void **state) {
         co_level *l = solve_level(s);
         double before = l->now.value;
         if (!saddle)
-            l->objective.gauge = co_gauge_of(o.weights, &none);
+            l->objective.gauge = co_gauge_of(o.weights, &none, 0);
         CHECK_OK(co_level_leave_saddle(l, &left, &error), &error);
         CHECK_INT(left, saddle);
         if (saddle)

@@ -222,7 +222,7 @@ static void check_findings(cage c, curvopt_options options, double amount) {
     co_assembly_evaluate(&direct, f.o.positions, &(co_request){0}, &values);
     double unit = held ? radius : 1; /* integrals of the direct sum are normalized by what the cage is now */
     CHECK_NEAR(values.radius, radius, 1e-12);
-    CHECK_NEAR(at.found[CO_FOUND_AREA], unit * unit * values.integral[CO_INT_AREA], 1e-11);
+    CHECK_NEAR(at.found[CO_FOUND_SIZE], unit * unit * values.integral[CO_INT_AREA], 1e-11);
     CHECK_NEAR(at.found[CO_FOUND_DEFECT], co_assembly_defect(&direct, &values), 1e-10);
     CHECK_NEAR(at.found[CO_FOUND_MIN_JACOBIAN], values.min_jacobian, 1e-11); /* over its face's mean: of no unit */
     CHECK_NEAR(co_level_objective_energy(&f.o, &at), values.objective, 1e-11 * values.objective);
@@ -282,7 +282,7 @@ static void test_held_vertices_come_back_exactly(void **state) {
     function_of(c, &w, &f);
     move(&f, 0.05, 6);
     co_iterate at = evaluated(&f, f.z, NULL);
-    co_level_objective_to_user(&f.o, f.z, at.found[CO_FOUND_AREA], f.work);
+    co_level_objective_to_user(&f.o, f.z, at.found[CO_FOUND_SIZE], f.work);
     const double *xyz = f.s->c.xyz;
     int n_held = 0;
     for (int32_t v = 0; v < c.n_vertices; v++)
@@ -301,7 +301,7 @@ static void test_held_vertices_come_back_exactly(void **state) {
     CHECK_NEAR(d[2] - 3 * d[0], 0, 1e-13);
     CHECK_BETWEEN(co_vector_norm(3, e), 1e-3, 1);
     CHECK_NEAR(e[1] - e[2], 0, 1e-13);
-    CHECK_NEAR(solve_area(f.s, f.work), f.s->run.radius * f.s->run.radius * at.found[CO_FOUND_AREA], 1e-10);
+    CHECK_NEAR(solve_area(f.s, f.work), f.s->run.radius * f.s->run.radius * at.found[CO_FOUND_SIZE], 1e-10);
     function_free(&f);
 }
 
@@ -323,14 +323,14 @@ static void test_free_cages_get_the_area_and_the_place_of_the_input(void **state
     co_iterate at = {.x = f.other, .gradient = f.g};
     co_level_objective_evaluate(&f.o, &at);
     co_level_objective_normalize(&f.o, &at);
-    co_level_objective_to_user(&f.o, at.x, at.found[CO_FOUND_AREA], f.work);
+    co_level_objective_to_user(&f.o, at.x, at.found[CO_FOUND_SIZE], f.work);
     for (size_t i = 0; i < f.n; i++)
         CHECK_NEAR(f.work[i], xyz[i], 1e-11);
     move(&f, 0.05, 6);
     at = evaluated(&f, f.z, f.g);
     co_level_objective_normalize(&f.o, &at);
-    co_level_objective_to_user(&f.o, at.x, at.found[CO_FOUND_AREA], f.work);
-    CHECK_NEAR(solve_area(f.s, f.work), f.s->run.area, 1e-11 * f.s->run.area);
+    co_level_objective_to_user(&f.o, at.x, at.found[CO_FOUND_SIZE], f.work);
+    CHECK_NEAR(solve_area(f.s, f.work), f.s->run.size.value, 1e-11 * f.s->run.size.value);
     double before[3], after[3];
     co_similarity_frame(f.n / 3, xyz, before);
     co_similarity_frame(f.n / 3, f.work, after);

@@ -67,6 +67,26 @@ static int32_t check_planes(const curvopt_options *o, curvopt_error *error) {
 /* Below it springs are so stiff that rounding hides the energy. */
 static const double LEAST_STRENGTH = 1e-3;
 
+static int32_t check_scalars(const curvopt_options *o, curvopt_error *error) {
+    for (int s = 0; s < CURVOPT_MAX_SCALARS; s++) {
+        const int32_t rule = o->scalar_rule[s];
+        const double value = o->scalar_value[s];
+        const int takes_value = rule == CURVOPT_SCALAR_RULE_VALUE || rule == CURVOPT_SCALAR_RULE_REDUCED;
+        const int most = s >= CURVOPT_N_SCALARS     ? CURVOPT_SCALAR_RULE_FREE
+                         : s == CURVOPT_SCALAR_AREA ? CURVOPT_SCALAR_RULE_VALUE
+                                                    : CURVOPT_SCALAR_RULE_REDUCED;
+        if (rule < 0 || rule > most)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "scalar_rule[%d] is %d; it must be 0 to %d", s,
+                                  rule, most);
+        if (takes_value ? !(value > 0 && isfinite(value)) : value != 0)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "scalar_value[%d] is %g; it must be %s", s, value,
+                                  takes_value ? "positive and finite" : "0 where the rule takes none");
+        if (rule != CURVOPT_SCALAR_RULE_FREE && o->joshi_sequin)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "joshi_sequin holds no scalar");
+    }
+    return CURVOPT_OK;
+}
+
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (status == CURVOPT_OK)
@@ -115,6 +135,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
         status = check_integer("slide", o->slide, 0, 1, error);
     if (status == CURVOPT_OK)
         status = check_planes(o, error);
+    if (status == CURVOPT_OK)
+        status = check_scalars(o, error);
     return status;
 }
 

@@ -227,6 +227,8 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->volume = a->is_closed && !a->leaves_out ? unit * v->radius * v->integral[CO_INT_VOLUME] : (double)NAN;
+    out->total_mean_curvature = v->radius * v->integral[CO_INT_MEAN];
     out->gauss_bonnet_defect = a->leaves_out ? (double)NAN : co_assembly_defect(a, v);
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
@@ -277,7 +279,8 @@ typedef struct resolution {
 /* Evaluates by the present rules and by those one step finer; fills the estimates. */
 static int32_t estimate(co_assembly *a, resolution *r, curvopt_error *error) {
     co_quadrature_estimates *e = &a->estimates;
-    const co_request request = {.is_normalized = r->goal->is_normalized, .all_terms = r->third};
+    const co_request request = {
+        .is_normalized = r->goal->is_normalized, .all_terms = r->third, .volume = r->goal->terms != CO_TERMS_OBJECTIVE};
     double sum = 0;
     co_assembly_evaluate(a, r->xyz, &request, &r->used);
     store_terms(a, &a->batches, r->used.integral[CO_INT_AREA], r->third, e->used);
@@ -333,6 +336,7 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const 
 void co_adaptive_quadrature_leave_unknown(curvopt_energies *e) {
     *e = (curvopt_energies){.objective = (double)NAN, .area = (double)NAN, .gauss = (double)NAN, .h2 = (double)NAN};
     e->gauss_bonnet_defect = e->min_jacobian = e->objective_error = e->area_error = (double)NAN;
+    e->volume = e->total_mean_curvature = (double)NAN;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         e->term[t] = e->term_error[t] = (double)NAN;
 }
@@ -344,7 +348,7 @@ void co_adaptive_quadrature_glance(co_assembly *a, const double *x, curvopt_ener
     if (!a->batches.n_blocks || !a->estimates.used)
         return;
     a->cancel = NULL;
-    co_assembly_evaluate(a, x, &(co_request){.is_normalized = 1}, &values);
+    co_assembly_evaluate(a, x, &(co_request){.is_normalized = 1, .volume = 1}, &values);
     a->cancel = cancel;
     report_energies(a, &values, a->functional.has_third, energies);
 }

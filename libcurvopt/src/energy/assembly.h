@@ -16,6 +16,7 @@
 #include "base/tuning.h"
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
+#include "energy/held_numbers.h"
 #include "energy/quadrature_error.h"
 #include "surface/boundary_turning.h"
 #include "surface/substitution.h"
@@ -42,6 +43,8 @@ typedef struct co_assembly {
     int32_t n_active_cage;            /* number of active points that are vertices of the cage; they come first */
     int met;                          /* the tolerance has been met before */
     int third_allowed;                /* the surface can carry third-order energies */
+    int measures_volume;              /* the volume is wanted in every evaluation */
+    int is_closed;                    /* no boundary: the surface has a volume */
     int leaves_out;                   /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
     int32_t *isolated;                /* [n_isolated] vertices that no face uses, ascending; NULL: none */
     int32_t n_isolated;               /* number of these */
@@ -65,6 +68,7 @@ typedef struct co_assembly {
 typedef struct co_request {
     int is_normalized; /* positions have centroid 0 and radius 1, and are taken as they are; so is the gradient */
     int all_terms;     /* third-order integrals are wanted even if the objective has none */
+    int volume;        /* the volume is wanted */
     double *gradient;  /* [3 n_cage] out, or NULL */
 } co_request;
 
@@ -112,6 +116,10 @@ typedef struct co_pieces {
 /* Values at x [3 n_cage], normalized, and raw gradients: normalization is not differentiated. */
 void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, const co_pieces *gradients,
                         co_values *out);
+/* The integrals of second order and the volume alone, at x [3 n_cage], normalized or not. */
+void co_assembly_numbers(co_assembly *assembly, const double *x, double integral[CO_N_INTEGRALS]);
+/* The gradient [3 n_cage] of one number (curvopt_scalar) at the positions that were evaluated last, as they are. */
+void co_assembly_number_gradient(co_assembly *assembly, int scalar, double *gradient);
 /* Total turning of boundaries and creases (boundary_turning.h) at the positions that were evaluated last. */
 double co_assembly_turning(const co_assembly *assembly);
 

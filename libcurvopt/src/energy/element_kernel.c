@@ -6,6 +6,7 @@
 #include "energy/kernel_gauss_newton.h"
 #include "energy/kernel_plane.h"
 #include "energy/kernel_products.h"
+#include "energy/kernel_volume.h"
 
 #include <string.h>
 
@@ -85,6 +86,7 @@ CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int thir
     sums[CO_INT_AREA] = lane_fma(lane_all(t->area_weight[sample]), m->J, sums[CO_INT_AREA]);
     sums[CO_INT_H2] = lane_fma(weight, value->h2, sums[CO_INT_H2]);
     sums[CO_INT_K] = lane_fma(weight, value->gauss, sums[CO_INT_K]);
+    sums[CO_INT_MEAN] = lane_fma(weight, value->mean, sums[CO_INT_MEAN]);
     if (third) {
         sums[CO_INT_F1] = lane_fma(weight, value->f1, sums[CO_INT_F1]);
         sums[CO_INT_F3] = lane_fma(weight, value->f3, sums[CO_INT_F3]);
@@ -120,7 +122,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
         accumulate(t, i, third, &state, &value, sums);
         if (!s->gradient)
             continue;
-        lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss;
+        lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss + s->integrand.mean * value.mean;
         if (third)
             density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
         adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[i], s->integrand.area * t->area_weight[i],
@@ -157,6 +159,47 @@ CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block 
         scatter_jets(rows, 0, t->n_points, S_bar, 0, 9, b->G_area);
     }
     plane_end(t, &m, b->G_area);
+}
+
+/* The volume and its gradient, which need S itself: all samples once more. `plane` and `mixed` are constants where this
+ * is called. */
+CO_SIMD_INLINE void integrate_volume(const co_element_block *s, const block *b, int plane, int mixed,
+                                     lane sums[CO_N_SUMS]) {
+    const co_basis_table *t = s->table;
+    const int last = plane ? 9 : 2, gradient = s->gradient && s->integrand.volume != 0;
+    lane offset[3];
+    plane_state m;
+    volume_offset(s->points, s->xyz, offset);
+    if (plane)
+        plane_begin(t, b->P, &m);
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
+        const double *rows = rows_of(t, mixed, i), *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
+        lane S[CO_JET][3], S_bar[CO_JET][3], from_origin[CO_JET][3];
+        jets(rows, mixed, t->n_points, b->P, 0, last, S);
+        if (plane)
+            plane_forward(&m, w, S);
+        memcpy(from_origin, S, sizeof from_origin[0] * 3);
+        lane_add_scaled(from_origin[0], lane_all(1), offset);
+        sums[CO_INT_VOLUME] += volume_value(from_origin, t->area_weight[i]);
+        if (!gradient)
+            continue;
+        memset(S_bar, 0, sizeof S_bar);
+        volume_adjoint(from_origin, s->integrand.volume * t->area_weight[i], S_bar);
+        if (plane)
+            plane_adjoint(&m, w, S, S_bar);
+        scatter_jets(rows, mixed, t->n_points, S_bar, 0, last, b->G);
+    }
+    if (plane && gradient)
+        plane_end(t, &m, b->G);
+}
+
+static void add_volume(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
+    if (s->table->blend)
+        integrate_volume(s, b, 1, 0, sums);
+    else if (s->table->is_mixed)
+        integrate_volume(s, b, 0, 1, sums);
+    else
+        integrate_volume(s, b, 0, 0, sums);
 }
 
 static void store(const co_element_block *s, const block *b, const lane sums[CO_N_SUMS]) {
@@ -199,6 +242,8 @@ static void run_part(const co_element_block *s) {
     } else {
         integrate_samples(s, &b, 0, 0, 0, sums);
     }
+    if (s->volume)
+        add_volume(s, &b, sums);
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
 }
@@ -380,11 +425,30 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
     }
 }
 
-static void run_second_part(const co_element_hessian *s) {
-    size_t n = (size_t)s->table->n_points, entries = co_element_hessian_size(s->table->n_points);
-    lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
-    gather(s->table->n_points, s->points, s->xyz, P);
-    memset(s->matrix, 0, sizeof(lane) * entries);
+/* Adds the volume's second derivatives. `mixed` is a constant where this is called. */
+CO_SIMD_INLINE void add_volume_hessian(const co_element_hessian *s, lane (*P)[3], int mixed) {
+    const co_basis_table *t = s->table;
+    lane offset[3], *matrix = (lane *)(void *)s->matrix;
+    volume_offset(s->points, s->xyz, offset);
+    for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
+        const double *rows = rows_of(t, mixed, i), weight = s->integrand.volume * t->area_weight[i];
+        lane S[CO_JET][3];
+        jets(rows, mixed, t->n_points, P, 0, 2, S);
+        lane_add_scaled(S[0], lane_all(1), offset);
+        for (int p = 1; p < t->n_points; p++) {
+            const lane r_p[3] = {entry(rows, mixed, p * CO_JET), entry(rows, mixed, p * CO_JET + 1),
+                                 entry(rows, mixed, p * CO_JET + 2)};
+            for (int q = 0; q < p; q++) {
+                const lane r_q[3] = {entry(rows, mixed, q * CO_JET), entry(rows, mixed, q * CO_JET + 1),
+                                     entry(rows, mixed, q * CO_JET + 2)};
+                volume_add_block(S, weight, r_p, r_q, p, q, matrix);
+            }
+        }
+    }
+}
+
+/* The energies' Hessian, or their Gauss-Newton matrix. */
+static void add_energies(const co_element_hessian *s, lane (*P)[3], lane *V) {
     const int mixed = s->table->is_mixed;
     if (s->exact && !s->table->blend) {
         if (s->third && mixed)
@@ -409,8 +473,22 @@ static void run_second_part(const co_element_hessian *s) {
         add_gauss_newton(s, P, V, 0, 0, 1);
     else
         add_gauss_newton(s, P, V, 0, 0, 0);
-    for (size_t i = 0; i < entries * CO_LANES; i++)
+    for (size_t i = 0; i < co_element_hessian_size(s->table->n_points) * CO_LANES; i++)
         s->matrix[i] *= 2; /* a square r^2 has 2 grad r grad r^T */
+}
+
+static void run_second_part(const co_element_hessian *s) {
+    size_t n = (size_t)s->table->n_points, entries = co_element_hessian_size(s->table->n_points);
+    lane(*P)[3] = (lane(*)[3])(void *)s->work, *V = (lane *)(void *)(P + n);
+    gather(s->table->n_points, s->points, s->xyz, P);
+    memset(s->matrix, 0, sizeof(lane) * entries);
+    add_energies(s, P, V);
+    if (!s->exact || s->integrand.volume == 0 || s->table->blend)
+        return;
+    if (s->table->is_mixed)
+        add_volume_hessian(s, P, 1);
+    else
+        add_volume_hessian(s, P, 0);
 }
 
 static void run_second(const co_element_hessian *s) {

@@ -22,7 +22,8 @@ int co_functional_is_third_order(int term) {
 
 double co_functional_integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
     return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K] +
-           w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
+           w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X] +
+           w->mean * integral[CO_INT_MEAN] + w->volume * integral[CO_INT_VOLUME];
 }
 
 void co_integrand_add(co_integrand *to, double factor, const co_integrand *from) {
@@ -32,6 +33,8 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
     to->f1 += factor * from->f1;
     to->f3 += factor * from->f3;
     to->x += factor * from->x;
+    to->mean += factor * from->mean;
+    to->volume += factor * from->volume;
 }
 
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {

@@ -1,4 +1,4 @@
-/* The energies as weighted sums of six integrals.
+/* The energies as weighted sums of six integrals, and two more integrals of the whole surface.
  *
  * With the first and second fundamental forms in an orthonormal tangent frame, C = grad h (symmetric, Codazzi), the
  * derivative of normal curvature along direction theta is A1 cos + B1 sin + A3 cos 3 theta + B3 sin 3 theta, and with
@@ -29,18 +29,21 @@ static inline double co_functional_eps4(void) {
 
 /* Integrals that the element kernels sum up. */
 typedef enum co_integral {
-    CO_INT_AREA, /* dA */
-    CO_INT_H2,   /* |h|^2 = k1^2 + k2^2 */
-    CO_INT_K,    /* Gauss curvature */
-    CO_INT_F1,   /* |F1|^2 */
-    CO_INT_F3,   /* |F3|^2 */
-    CO_INT_X,    /* X, regularized */
+    CO_INT_AREA,   /* dA */
+    CO_INT_H2,     /* |h|^2 = k1^2 + k2^2 */
+    CO_INT_K,      /* Gauss curvature */
+    CO_INT_F1,     /* |F1|^2 */
+    CO_INT_F3,     /* |F3|^2 */
+    CO_INT_X,      /* X, regularized */
+    CO_INT_MEAN,   /* H = -(h11 + h22) / 2: positive on a convex surface whose normals point outwards */
+    CO_INT_VOLUME, /* x.n / 3, if it is wanted; else 0 */
     CO_N_INTEGRALS
 } co_integral;
 
-/* Weights of an integrand over 1, h2, K, F1, F3, X; |gauss| <= 2 h2, so that the second order is never negative. */
+/* Weights of an integrand over 1, h2, K, F1, F3, X, H, x.n / 3. |gauss| <= 2 h2, so that the second order of an energy
+ * is never negative; mean and volume are 0 there. */
 typedef struct co_integrand {
-    double area, h2, gauss, f1, f3, x;
+    double area, h2, gauss, f1, f3, x, mean, volume;
 } co_integrand;
 
 /* Objective = second + area * third, each an integrand. */

@@ -31,7 +31,7 @@ CO_SIMD_INLINE void from_coefficients(const lane a[4], lane C[4]) {
     C[3] = 0.75 * a[1] - 0.25 * a[3];
 }
 
-/* The second-order part: seed (a |h|^2 + b K). Sets what belongs to h. */
+/* The second-order part: seed (a |h|^2 + b K + c H). Sets what belongs to h. */
 CO_SIMD_INLINE void second_forms(const co_integrand *w, const lane h[3], lane seed, form_derivatives *out) {
     const lane square = 2 * w->h2 * seed, gauss = w->gauss * seed, none = lane_all(0);
     const lane hh[3][3] = {{square, none, gauss}, {none, 2 * (square - gauss), none}, {gauss, none, square}};
@@ -40,6 +40,9 @@ CO_SIMD_INLINE void second_forms(const co_integrand *w, const lane h[3], lane se
     for (int k = 0; k < 3; k++) {
         out->h[k] = hh[k][0] * h[0] + hh[k][1] * h[1] + hh[k][2] * h[2];
         out->value = lane_fma(0.5 * out->h[k], h[k], out->value);
+        const lane linear = (k == 1 ? 0 : -0.5) * w->mean * seed;
+        out->value = lane_fma(linear, h[k], out->value);
+        out->h[k] += linear;
     }
 }
 

@@ -27,7 +27,7 @@ typedef struct sample_state {
 } sample_state;
 
 typedef struct sample_values {
-    lane h2, gauss, f1, f3, x;
+    lane h2, gauss, f1, f3, x, mean;
 } sample_values;
 
 CO_SIMD_INLINE void to_frame_second(const sample_state *m, const lane X[3], lane out[3]) {
@@ -64,6 +64,7 @@ CO_SIMD_INLINE void forward_second(lane S[CO_JET][3], sample_state *m, sample_va
     to_frame_second(m, m->L, m->h);
     out->h2 = lane_fma(m->h[0], m->h[0], lane_fma(2 * m->h[1], m->h[1], m->h[2] * m->h[2]));
     out->gauss = lane_fma(m->h[0], m->h[2], -m->h[1] * m->h[1]);
+    out->mean = -0.5 * (m->h[0] + m->h[2]);
 }
 
 /* C = grad h: its Fourier coefficients. After forward_second. */
@@ -227,8 +228,10 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
 CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
                                    int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
     lane seed = weight * m->J, h_bar[3], C_bar[4];
-    for (int k = 0; k < 3; k++) /* adjoints of h2 and of K = h11 h22 - h12^2 */
-        h_bar[k] = ((k == 1 ? 4 : 2) * w->h2 * m->h[k] + w->gauss * (k == 1 ? -2 * m->h[1] : m->h[2 - k])) * seed;
+    for (int k = 0; k < 3; k++) /* adjoints of h2, of K = h11 h22 - h12^2 and of H */
+        h_bar[k] = ((k == 1 ? 4 : 2) * w->h2 * m->h[k] + w->gauss * (k == 1 ? -2 * m->h[1] : m->h[2 - k]) -
+                    (k == 1 ? 0 : 0.5) * w->mean) *
+                   seed;
     if (third)
         adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);
     adjoint_forms(S, m, third, C_bar, h_bar, weight * density + area_weight, S_bar);

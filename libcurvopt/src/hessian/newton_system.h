@@ -1,10 +1,15 @@
 /* The linear system of Newton's method over the variables of a dof_map, factored.
  *
- * The sparse matrix is sparse_hessian.h's. Two parts are dense. Of an objective S + A T, second order plus area times
- * third order, the Hessian also has grad A grad T^T + grad T grad A^T. Motions that leave the objective as it is (rigid
- * ones, scaling) are made stiff, or rounding would decide whether they are soft or negative. Together the matrix
- * is M = H + U C U^T with a dozen columns U; it is solved by the formula of Sherman, Morrison and Woodbury, and its
- * inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
+ * The sparse matrix is sparse_hessian.h's. Three parts are dense. Of an objective that is a function of a few integrals
+ * (the area A and the third-order integral T by which it is multiplied; numbers that are held) the Hessian also has
+ * G D G^T, with their gradients G and the function's second derivatives D by them. Where numbers are held, positions go
+ * back to their values along given ways W, and the Hessian H of the function that is left is Z^T H Z with
+ * Z = 1 - W (A^T W)^-1 A^T, A the gradients of the constraints (Abadie, Carpentier, "Generalization of the Wolfe
+ * reduced gradient method to the case of nonlinear constraints", 1969). Motions that leave the objective as it is
+ * (rigid ones, scaling, the ways) are made stiff, or rounding would decide whether they are soft or negative. Together
+ * the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C; it is solved by the formula of
+ * Sherman, Morrison and Woodbury, and its inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1
+ * U) - In(-C^-1).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_NEWTON_SYSTEM_H
@@ -14,18 +19,37 @@
 #include "hessian/sparse_hessian.h"
 #include "linalg/sparse_cholesky.h"
 
-enum { CO_NEWTON_SYSTEM_DENSE = CO_GAUGE_MOTIONS + 2 };
+/* Integrals that an objective may be a function of: numbers, by curvopt_scalar, and T. */
+enum { CO_NEWTON_SYSTEM_INTEGRALS = CURVOPT_N_SCALARS + 1, CO_NEWTON_SYSTEM_THIRD = CURVOPT_N_SCALARS };
+/* These, and the Hessian's products with the ways. */
+enum { CO_NEWTON_SYSTEM_PARTS = CO_NEWTON_SYSTEM_INTEGRALS + CURVOPT_N_SCALARS };
+enum { CO_NEWTON_SYSTEM_MOTIONS = CO_GAUGE_MOTIONS + CURVOPT_N_SCALARS };
+enum { CO_NEWTON_SYSTEM_DENSE = CO_NEWTON_SYSTEM_PARTS + CO_NEWTON_SYSTEM_MOTIONS };
+
+/* Numbers that are held, and how. */
+typedef struct co_newton_held {
+    const co_held_numbers *numbers;
+    double *way;                          /* [numbers->n][n_variables] W */
+    double multiplier[CURVOPT_N_SCALARS]; /* of each constraint, where the matrix is wanted */
+} co_newton_held;
 
 typedef struct co_newton_system {
-    co_assembly *assembly; /* the caller's */
+    co_assembly *assembly;      /* the caller's */
+    const co_newton_held *held; /* the caller's; NULL: nothing is held */
     co_sparse_hessian hessian;
     co_sparse_cholesky *factor;
-    double *dense;    /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] U, and room for a right-hand side */
-    double *solved;   /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] H^-1 of these */
-    double *full;     /* [2][3 n_vertices] work */
-    int n_dense;      /* columns of U in use */
-    int n_pair;       /* 2 if the first two columns are grad A and grad T, else 0 */
-    double stiffness; /* entry in C of the other columns, which are orthonormal */
+    double *dense;  /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] U, and room for a right-hand side */
+    double *solved; /* [CO_NEWTON_SYSTEM_DENSE + 1][n_variables] H^-1 of these */
+    double *full;   /* [2][3 n_vertices] work */
+    double *part;   /* [CO_NEWTON_SYSTEM_PARTS][n_variables] G, and H W */
+    int has_part[CO_NEWTON_SYSTEM_INTEGRALS];                              /* which of G count */
+    double second[CO_NEWTON_SYSTEM_INTEGRALS][CO_NEWTON_SYSTEM_INTEGRALS]; /* D */
+    double slope[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];                    /* of each constraint by the numbers */
+    double *motion;                        /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
+    int n_motions;                         /* the last of the columns */
+    double stiffness;                      /* of these */
+    int n_dense;                           /* columns of U in use */
+    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
@@ -49,9 +73,10 @@ void co_newton_system_end_gauss_newton(co_newton_system *system);
  * dense columns, which are of first derivatives, stay. */
 void co_newton_system_mix(co_newton_system *system, double mix);
 double co_newton_system_mean_diagonal(const co_newton_system *system);
-/* Factors M + shift. *positive: whether that and its sparse part H + shift are positive definite; if not it cannot
+/* Factors M + shift. *positive: whether that is positive definite, and its sparse part H + shift, too; if not it cannot
  * solve. (Where the dense columns alone make M positive, this says no: what is damped gets a larger shift, and the
- * decrement is by the Gauss-Newton matrix.) ERROR_MEMORY. */
+ * decrement is by the Gauss-Newton matrix.) Where numbers are held, H may have as many negative eigenvalues as these
+ * are. ERROR_MEMORY. */
 int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);

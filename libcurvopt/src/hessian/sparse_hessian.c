@@ -423,6 +423,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
     co_integrand integrand = f->second;
     co_integrand_add(&integrand, area, &f->third);
     integrand.area += f->has_third ? third : 0;
+    if (exact && kind->more)
+        co_integrand_add(&integrand, 1, kind->more);
     for (int32_t first = 0; first < h->batches.n_blocks; first += CHUNK_BLOCKS) {
         int32_t n = h->batches.n_blocks - first;
         n = n > CHUNK_BLOCKS ? CHUNK_BLOCKS : n;
@@ -440,6 +442,17 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
     }
     collect_discs(a, h);
     return CURVOPT_OK;
+}
+
+void co_sparse_hessian_multiply(const co_sparse_hessian *h, const double *v, double *out) {
+    const co_sparsity *p = &h->pattern;
+    memset(out, 0, (size_t)h->dofs->n_variables * sizeof *out);
+    for (int32_t j = 0; j < h->dofs->n_variables; j++)
+        for (int32_t e = p->column_start[j]; e < p->column_start[j + 1]; e++) {
+            out[p->row[e]] += h->value[e] * v[j];
+            if (p->row[e] != j)
+                out[j] += h->value[e] * v[p->row[e]];
+        }
 }
 
 double co_sparse_hessian_mean_diagonal(const co_sparse_hessian *h) {

@@ -44,6 +44,7 @@ typedef struct co_second_kind {
     const double *before;  /* [3 n_vertices] where the last step began, for the Hessian: the lifted Newton method's
                               matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole; /* NULL: the assembly's faces are all there are */
+    const co_integrand *more; /* added to the Hessian's: what holds numbers of the surface; NULL: nothing */
     int own_rules; /* for the Gauss-Newton matrix: by the assembly's rules, as the Hessian is, not by the coarsest */
 } co_second_kind;
 
@@ -55,6 +56,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const
 /* Adds a symmetric 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
  * w also to (w, v). Vertices that cannot move drop out; others must have a face in common. */
 void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, const double block[9]);
+/* out = matrix v, [n_variables] both. */
+void co_sparse_hessian_multiply(const co_sparse_hessian *hessian, const double *v, double *out);
 double co_sparse_hessian_mean_diagonal(const co_sparse_hessian *hessian);
 
 #endif

@@ -22,6 +22,8 @@ struct co_sparse_cholesky {
     cholmod_common common;
     cholmod_sparse matrix;
     cholmod_factor *factor;
+    cholmod_factor *indefinite; /* L D L^T; made when first needed */
+    int solves_indefinite;      /* whether it was factored last */
     cholmod_dense *right, *x; /* right-hand side and solution, kept between solutions */
     cholmod_dense *y, *e;     /* CHOLMOD's work space for solving, kept as well */
 };
@@ -61,6 +63,7 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
     if (!f)
         return;
     cholmod_free_factor(&f->factor, &f->common);
+    cholmod_free_factor(&f->indefinite, &f->common);
     cholmod_free_dense(&f->right, &f->common);
     cholmod_free_dense(&f->x, &f->common);
     cholmod_free_dense(&f->y, &f->common);
@@ -115,6 +118,7 @@ static int has_positive_pivots(const cholmod_factor *factor) {
 
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
+    f->solves_indefinite = 0;
     factorize(f, f->factor, shift);
     if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
         return co_status_no_memory(error);
@@ -221,35 +225,53 @@ static int32_t check_count(co_sparse_cholesky *f, cholmod_factor *ldl, double sh
     return status;
 }
 
-int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *f, double shift, int n_right, const double *right,
-                                          double *solved, int32_t *n_negative, curvopt_error *error) {
-    size_t n = f->matrix.nrow;
-    int supernodal = f->common.supernodal, final_ll = f->common.final_ll, status = CURVOPT_OK, holds = 0;
+/* L D L^T into *ldl, which is made if it is NULL, and the negative entries of D; -1 if a pivot is zero. */
+static int32_t factorize_ldl(co_sparse_cholesky *f, double shift, cholmod_factor **ldl, int32_t *n_negative,
+                             curvopt_error *error) {
+    const int supernodal = f->common.supernodal, final_ll = f->common.final_ll;
     *n_negative = -1;
     f->common.supernodal = CHOLMOD_SIMPLICIAL;
     f->common.final_ll = 0;
-    cholmod_factor *ldl = cholmod_analyze(&f->matrix, &f->common);
-    if (ldl)
-        factorize(f, ldl, shift);
+    if (!*ldl)
+        *ldl = cholmod_analyze(&f->matrix, &f->common);
+    if (*ldl)
+        factorize(f, *ldl, shift);
     f->common.supernodal = supernodal;
     f->common.final_ll = final_ll;
-    if (!ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY)
-        status = co_status_no_memory(error);
-    else if (ldl->minor == ldl->n)
+    if (!*ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY)
+        return co_status_no_memory(error);
+    if ((*ldl)->minor < (*ldl)->n)
+        return CURVOPT_OK;
+    const int *column_start = (*ldl)->p;
+    const double *value = (*ldl)->x;
+    *n_negative = 0;
+    for (size_t j = 0; j < (*ldl)->n; j++) /* D stands first in each column */
+        *n_negative += value[column_start[j]] < 0;
+    return CURVOPT_OK;
+}
+
+int32_t co_sparse_cholesky_factorize_indefinite(co_sparse_cholesky *f, double shift, int32_t *n_negative,
+                                                curvopt_error *error) {
+    f->solves_indefinite = 1;
+    return factorize_ldl(f, shift, &f->indefinite, n_negative, error);
+}
+
+int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *f, double shift, int n_right, const double *right,
+                                          double *solved, int32_t *n_negative, curvopt_error *error) {
+    const size_t n = f->matrix.nrow;
+    cholmod_factor *ldl = NULL;
+    int holds = 0;
+    int32_t status = factorize_ldl(f, shift, &ldl, n_negative, error);
+    if (status == CURVOPT_OK && *n_negative >= 0)
         status = check_count(f, ldl, shift, &holds, error);
-    if (status == CURVOPT_OK && holds) {
-        const int *column_start = ldl->p;
-        const double *value = ldl->x;
-        *n_negative = 0;
-        for (size_t j = 0; j < ldl->n; j++) /* D stands first in each column */
-            *n_negative += value[column_start[j]] < 0;
-        for (size_t k = 0; k < (size_t)n_right && status == CURVOPT_OK; k++)
-            status = solve_with(f, ldl, right + k * n, solved + k * n, error);
-    }
+    if (!holds)
+        *n_negative = -1;
+    for (size_t k = 0; holds && k < (size_t)n_right && status == CURVOPT_OK; k++)
+        status = solve_with(f, ldl, right + k * n, solved + k * n, error);
     cholmod_free_factor(&ldl, &f->common);
     return status;
 }
 
 int32_t co_sparse_cholesky_solve(co_sparse_cholesky *f, const double *b, double *x, curvopt_error *error) {
-    return solve_with(f, f->factor, b, x, error);
+    return solve_with(f, f->solves_indefinite ? f->indefinite : f->factor, b, x, error);
 }

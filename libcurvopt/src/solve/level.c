@@ -5,6 +5,7 @@
 #include "linalg/vector.h"
 #include "optimize/damped_newton.h"
 #include "optimize/lbfgs.h"
+#include "solve/held_scalars.h"
 #include "solve/negative_curvature.h"
 #include "solve/newton_decrement.h"
 
@@ -208,15 +209,46 @@ static void weigh_spacing(co_level *l) {
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
+/* Steps between two moves of held numbers towards what the run wants. */
+enum { APPROACH_STEPS = 5 };
+
+static int32_t run_once(co_level *l, const co_objective *f, co_method method, const co_method_options *options,
+                        co_outcome *outcome, curvopt_error *error) {
+    int32_t status = method == CO_METHOD_NEWTON ? co_damped_newton(f, options, &l->now, outcome, error)
+                                                : co_lbfgs(f, options, &l->now, outcome, error);
+    return status == CURVOPT_OK ? l->failed : status;
+}
+
+static void count(co_outcome *all, const co_outcome *more) {
+    all->iterations += more->iterations;
+    all->evaluations += more->evaluations;
+    all->rejected += more->rejected;
+}
+
 static int32_t run_method(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                           co_outcome *outcome, curvopt_error *error) {
     co_level *l = context;
     const co_objective f = objective_of(l);
+    int changed, is_there = co_level_objective_aim(&l->objective, options->max_step, &l->now, &changed);
+    co_method_options rest = *options;
+    int32_t status = CURVOPT_OK;
     l->before = *before;
     weigh_spacing(l);
-    int32_t status = method == CO_METHOD_NEWTON ? co_damped_newton(&f, options, &l->now, outcome, error)
-                                                : co_lbfgs(&f, options, &l->now, outcome, error);
-    return status == CURVOPT_OK ? l->failed : status;
+    while (status == CURVOPT_OK && !is_there && changed && rest.max_iterations > 0 && !is_over(l)) {
+        co_method_options some = rest;
+        some.max_iterations = rest.max_iterations < APPROACH_STEPS ? rest.max_iterations : APPROACH_STEPS;
+        status = run_once(l, &f, method, &some, outcome, error);
+        count(&l->before, outcome);
+        rest.max_iterations -= outcome->iterations;
+        is_there = co_level_objective_aim(&l->objective, options->max_step, &l->now, &changed);
+    }
+    const co_outcome approach = l->before;
+    if (status == CURVOPT_OK)
+        status = run_once(l, &f, method, &rest, outcome, error);
+    outcome->iterations += approach.iterations - before->iterations;
+    outcome->evaluations += approach.evaluations - before->evaluations;
+    outcome->rejected += approach.rejected - before->rejected;
+    return status;
 }
 
 static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvopt_error *error) {
@@ -273,6 +305,7 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
         }
     }
     co_level_objective_evaluate(&l->objective, &l->now);
+    co_level_objective_go_back(&l->objective, &l->now);
     return CURVOPT_OK;
 }
 
@@ -355,12 +388,19 @@ void co_level_destroy(co_level *l) {
     free(l);
 }
 
+/* To held numbers as far as a step leads. */
+static void aim(co_level *l) {
+    int changed;
+    co_level_objective_aim(&l->objective, l->objective.run->options->max_step, &l->now, &changed);
+}
+
 int32_t co_level_begin(co_level *l, curvopt_error *error) {
     int resolved, changed;
     double defect;
     int32_t status = resolve(l, l->now.x, &resolved, &changed, &defect, error);
     if (status != CURVOPT_OK)
         return status;
+    aim(l);
     co_step_review_begin(&l->review, l->now.x, defect);
     l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
@@ -377,6 +417,7 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     int32_t status = co_assembly_copy_rules(&l->objective.assembly, &other->objective.assembly, error);
     if (status != CURVOPT_OK)
         return status;
+    aim(l);
     co_level_objective_evaluate(&l->objective, &l->now);
     co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
     l->reached = l->review.safe;
@@ -387,13 +428,18 @@ double co_level_moved(co_level *l) {
     return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
 }
 
-/* Areas as the user sees them. */
-static void scale_areas(const co_level *l, curvopt_energies *energies) {
+/* Numbers with units as the user sees them. */
+static void scale_numbers(const co_level *l, curvopt_energies *energies) {
     const co_run_context *run = l->objective.run;
     int is_framed = l->objective.is_framed;
-    double unit = is_framed ? run->radius * run->radius : run->area / energies->area;
-    energies->area_error *= unit;
-    energies->area = is_framed ? unit * energies->area : run->area;
+    const double unit =
+        is_framed ? run->radius : co_run_size_unit(&run->size, co_run_size_number(&run->size, energies));
+    energies->area_error *= unit * unit;
+    energies->area *= unit * unit;
+    energies->volume *= unit * unit * unit;
+    energies->total_mean_curvature *= unit;
+    if (!is_framed && run->size.measure == CURVOPT_SCALAR_AREA)
+        energies->area = run->size.value;
 }
 
 int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
@@ -404,8 +450,8 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
     co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
     if (!(energies->area > 0))
         return 0;
-    co_level_objective_to_user(&l->objective, x, energies->area, xyz);
-    scale_areas(l, energies);
+    co_level_objective_to_user(&l->objective, x, co_run_size_number(&l->objective.run->size, energies), xyz);
+    scale_numbers(l, energies);
     *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
     return 1;
 }
@@ -415,7 +461,7 @@ int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) 
     co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
     if (!(energies->area > 0))
         return 0;
-    scale_areas(l, energies);
+    scale_numbers(l, energies);
     return 1;
 }
 
@@ -427,8 +473,8 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
                                                     resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    co_level_objective_to_user(&l->objective, l->now.x, energies->area, xyz);
-    scale_areas(l, energies);
+    co_level_objective_to_user(&l->objective, l->now.x, co_run_size_number(&l->objective.run->size, energies), xyz);
+    scale_numbers(l, energies);
     return CURVOPT_OK;
 }
 

@@ -14,7 +14,9 @@ static const co_tuning *tuning_of(const co_level_hessian *h) {
 }
 
 static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
-    int32_t status = co_newton_system_create(&h->objective->assembly, &h->objective->reduction, &h->system, error);
+    co_level_objective *o = h->objective;
+    int32_t status = co_newton_system_create(&o->assembly, &o->reduction, &h->system, error);
+    h->system.held = o->numbers.numbers.n ? &o->numbers.newton : NULL;
     h->exists = status == CURVOPT_OK;
     return status;
 }
@@ -47,6 +49,10 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     co_level_objective *o = h->objective;
     int32_t status = h->exists ? CURVOPT_OK : create_system(h, error);
     const double *before = kind.before;
+    if (o->numbers.numbers.n && kind.exact) { /* its multipliers are wanted */
+        co_iterate at = {.x = (double *)z, .gradient = o->numbers.work};
+        co_level_objective_evaluate(o, &at);
+    }
     kind.before = before ? o->point_gradient : NULL;
     co_level_objective_place(o, z);
     if (before)

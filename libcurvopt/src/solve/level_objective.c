@@ -5,6 +5,7 @@
 #include "constraints/sliding.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
+#include "solve/held_scalars.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -30,16 +31,49 @@ void co_level_objective_restrict(const co_level_objective *o, double *d) {
     co_vector_remove(co_level_objective_n(o), (size_t)o->n_sliding, o->sliding, d);
 }
 
+static double size_of(const co_run_size *size, const co_values *values) {
+    return size->measure == CURVOPT_SCALAR_AREA     ? values->integral[CO_INT_AREA]
+           : size->measure == CURVOPT_SCALAR_VOLUME ? fabs(values->integral[CO_INT_VOLUME])
+                                                    : fabs(values->integral[CO_INT_MEAN]);
+}
+
+static int holds_numbers(const co_level_objective *o) {
+    return o->numbers.numbers.n > 0;
+}
+
+/* Longest displacement of a vertex on its way back to held numbers. */
+static double farthest_back(const co_level_objective *o) {
+    return o->run->options->max_step * o->edge;
+}
+
+/* Where numbers are held nothing is known of a point that does not go back to them. */
+static void leave_undefined(const co_level_objective *o, co_iterate *at) {
+    at->value = (double)INFINITY;
+    for (int k = 0; k < CO_N_FINDINGS; k++)
+        at->found[k] = (double)NAN;
+    if (at->gradient)
+        memset(at->gradient, 0, co_level_objective_n(o) * sizeof *at->gradient);
+}
+
 void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     const co_assembly *a = &o->assembly;
-    const double *z = is_fixed(o) ? at->x : o->normalized;
+    const double *x = at->x, *z = o->normalized;
     const co_request request = {.is_normalized = 1, .gradient = at->gradient ? o->point_gradient : NULL};
     co_values values;
-    double radius = is_fixed(o) ? 1 : co_dof_map_normalize(&o->reduction, at->x, o->normalized);
+    if (holds_numbers(o)) {
+        if (!co_held_level_go_back(&o->numbers, x, farthest_back(o))) {
+            leave_undefined(o, at);
+            return;
+        }
+        x = o->numbers.back;
+    }
+    double radius = is_fixed(o) ? 1 : co_dof_map_normalize(&o->reduction, x, o->normalized);
+    if (is_fixed(o))
+        z = x;
     co_dof_map_expand_some(&o->reduction, a->active, a->n_active_cage, z, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     o->worst_face = values.worst_face;
-    at->found[CO_FOUND_AREA] = values.integral[CO_INT_AREA];
+    at->found[CO_FOUND_SIZE] = size_of(&o->run->size, &values);
     at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);
     at->found[CO_FOUND_MIN_JACOBIAN] = values.min_jacobian;
     at->found[CO_FOUND_SPACING] = 0;
@@ -49,9 +83,49 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
         add_spacing(o, z, at);
     if (at->gradient && !is_fixed(o))
         co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
-    at->value = values.objective + at->found[CO_FOUND_SPACING] + co_penalty_value(&o->penalty, at->x, at->gradient);
+    at->value = values.objective + at->found[CO_FOUND_SPACING] + co_penalty_value(&o->penalty, x, at->gradient);
+    if (at->gradient && holds_numbers(o))
+        co_held_level_reduce_gradient(&o->numbers, values.integral, 1 / radius, at->gradient);
     if (at->gradient)
         co_level_objective_restrict(o, at->gradient);
+}
+
+void co_level_objective_go_back(co_level_objective *o, co_iterate *now) {
+    if (holds_numbers(o) && co_held_level_go_back(&o->numbers, now->x, farthest_back(o)))
+        memcpy(now->x, o->numbers.back, co_level_objective_n(o) * sizeof *now->x);
+}
+
+/* Smallest part of what is left to a target that is gone at once. */
+static const double LEAST_PART = 1e-4;
+
+int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, int *changed) {
+    const co_run_context *run = o->run;
+    co_held_numbers *at = &o->numbers.numbers, from;
+    *changed = 0;
+    if (!holds_numbers(o))
+        return 1;
+    co_held_level_choose_ways(&o->numbers, now->x);
+    co_held_level_take_as_targets(&o->numbers, now->x);
+    from = *at;
+    for (double part = 1; part > LEAST_PART; part *= 0.5) {
+        for (int k = 0; k < at->n; k++)
+            at->held[k].target = from.held[k].target + part * (run->wanted.held[k].target - from.held[k].target);
+        if (!co_held_level_go_back(&o->numbers, now->x, most * o->edge))
+            continue;
+        memcpy(o->numbers.work, now->x, co_level_objective_n(o) * sizeof *now->x);
+        co_level_objective_go_back(o, now);
+        co_level_objective_evaluate(o, now);
+        if (isfinite(now->value)) {
+            *changed = 1;
+            *run->held = *at;
+            return part == 1;
+        }
+        memcpy(now->x, o->numbers.work, co_level_objective_n(o) * sizeof *now->x);
+    }
+    *at = from;
+    *run->held = *at;
+    co_level_objective_evaluate(o, now);
+    return 0;
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
@@ -87,6 +161,7 @@ void co_level_objective_place(co_level_objective *o, const double *z) {
 
 void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
     size_t n = co_level_objective_n(o);
+    co_level_objective_go_back(o, now);
     if (!is_fixed(o)) {
         double radius = co_dof_map_normalize(&o->reduction, now->x, o->normalized);
         memcpy(now->x, o->normalized, n * sizeof *now->x);
@@ -97,7 +172,7 @@ void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
     o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
 }
 
-void co_level_objective_to_user(const co_level_objective *o, const double *z, double normalized_area, double *xyz) {
+void co_level_objective_to_user(const co_level_objective *o, const double *z, double size, double *xyz) {
     const co_run_context *run = o->run;
     size_t n = (size_t)o->mesh->info.n_vertices;
     co_dof_map_expand(&o->reduction, z, xyz);
@@ -108,7 +183,7 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
         co_interpolation_to_cage(&o->interpolation, xyz);
         return;
     }
-    double scale = sqrt(run->area / normalized_area);
+    const double scale = co_run_size_unit(&run->size, size);
     for (size_t i = 0; i < 3 * n; i++)
         xyz[i] *= scale;
     co_similarity_align(n, o->likeness, xyz);
@@ -167,6 +242,10 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
         status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, options, run->tables,
                                     face_weight, &o->assembly, error);
     o->assembly.leaves_out = o->held.left_out != NULL;
+    o->assembly.measures_volume = run->held || run->size.measure == CURVOPT_SCALAR_VOLUME;
+    if (status == CURVOPT_OK && run->held)
+        status = co_held_level_create(run->held, &o->reduction, &o->assembly, o->positions, o->point_gradient,
+                                      &o->numbers, error);
     free(face_weight);
     return status;
 }
@@ -186,7 +265,7 @@ static void pull_limit_points(co_level_objective *o) {
 static int32_t hold(co_level_objective *o, const co_constraints *constraints, co_motion motion, curvopt_error *error) {
     co_constraints all = {0};
     int32_t status = co_constraints_all(o->mesh, constraints, o->run->options->boundary, &all, error);
-    o->gauge = co_gauge_of(o->run->options->weights, &all);
+    o->gauge = co_gauge_of(o->run->options->weights, &all, o->run->held != NULL);
     o->is_framed = all.freedom != NULL;
     if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
@@ -242,6 +321,7 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
 }
 
 void co_level_objective_free(co_level_objective *o) {
+    co_held_level_free(&o->numbers);
     co_assembly_free(&o->assembly);
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);

@@ -15,11 +15,12 @@
 #include "hessian/penalty.h"
 #include "hessian/spacing.h"
 #include "optimize/objective.h"
+#include "solve/held_level.h"
 #include "solve/run_context.h"
 
 /* co_iterate.found. */
 enum {
-    CO_FOUND_AREA,         /* of the normalized surface */
+    CO_FOUND_SIZE,         /* of the normalized surface: co_run_size.measure */
     CO_FOUND_DEFECT,       /* Gauss-Bonnet's, in radians */
     CO_FOUND_MIN_JACOBIAN, /* least |S_u x S_v| of all samples, normalized */
     CO_FOUND_SPACING       /* spacing's part of the value */
@@ -35,6 +36,7 @@ typedef struct co_level_objective {
     co_interpolation interpolation; /* whose positions are those of all that follows */
     int is_framed;                  /* the user holds something: the result lies in the input's frame */
     co_dof_map reduction;           /* variables -> positions */
+    co_held_level numbers;          /* numbers of the surface that are held */
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
@@ -79,6 +81,12 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
+/* Where numbers are held: `now` goes back to where they have their values, by ways that are chosen anew there, and is
+ * evaluated. The targets become what the run wants, or as much of that as vertices can go to at once by `most` mean
+ * edges at most. Returns whether they are what the run wants; *changed: whether they are others than before. */
+int co_level_objective_aim(co_level_objective *objective, double most, co_iterate *now, int *changed);
+/* `now` goes back to held numbers, where its value and gradient are the same. */
+void co_level_objective_go_back(co_level_objective *objective, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);
 /* Takes from a direction d [n_variables] what the gradient has no component along. */
@@ -92,10 +100,9 @@ double co_level_objective_distance(co_level_objective *objective, const double *
 void co_level_objective_normalize(co_level_objective *objective, co_iterate *now);
 /* objective->positions become those of z. */
 void co_level_objective_place(co_level_objective *objective, const double *z);
-/* Positions xyz [3 n_vertices] as the user sees them: in the frame of the input where something is held; else the area
- * is the input's, and the cage lies as the level's first one did. */
-void co_level_objective_to_user(const co_level_objective *objective, const double *z, double normalized_area,
-                                double *xyz);
+/* Positions xyz [3 n_vertices] as the user sees them: in the frame of the input where something is held; else the
+ * surface has the run's size, `size` being its measure at z, and the cage lies as the level's first one did. */
+void co_level_objective_to_user(const co_level_objective *objective, const double *z, double size, double *xyz);
 /* |gradient| / |value| */
 double co_level_objective_relative_gradient(const co_level_objective *objective, const co_iterate *now);
 /* The value at a cage xyz [3 n_vertices, the user's units] that variables need not reach; of springs what they reach.

@@ -13,6 +13,7 @@
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
 #include "solve/certificate.h"
+#include "solve/held_scalars.h"
 #include "solve/moving_level.h"
 #include "solve/newton_decrement.h"
 #include "solve/slide.h"
@@ -25,6 +26,23 @@
 #include <string.h>
 
 enum { LARGEST_CERTIFIED = CURVOPT_MAX_CERTIFIED_VERTICES }; /* vertices */
+
+/* The numbers that are held, and the size of the result, from the input cage's. */
+static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *assembly, curvopt_error *error) {
+    co_constraints all = {0};
+    co_values values;
+    int32_t status = co_constraints_all(mesh, &r->constraints, r->context.options->boundary, &all, error);
+    const int is_framed = all.freedom != NULL;
+    co_constraints_free(&all);
+    if (status != CURVOPT_OK)
+        return status;
+    co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
+    status =
+        co_held_scalars_create(r->context.options, assembly, &values, is_framed, &r->held, &r->context.size, error);
+    r->context.wanted = r->held;
+    r->context.held = r->held.n ? &r->held : NULL;
+    return status;
+}
 
 /* Figures of the present cage, with an assembly of their own: what they need of quadrature, the optimization does not.
  * At the start springs are weighed by it. */
@@ -53,6 +71,8 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
         status = co_adaptive_quadrature_check(&assembly, out, error);
     if (status == CURVOPT_OK && is_start)
         status = co_strength_hold(&r->context, mesh, r->at.xyz, &assembly, &r->constraints, error);
+    if (status == CURVOPT_OK && is_start)
+        status = hold_scalars(r, mesh, &assembly, error);
     co_assembly_free(&assembly);
     return status;
 }
@@ -61,7 +81,6 @@ static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     curvopt_energies *start = &r->result->start;
     int32_t status = report_cage(r, mesh, 1, start, error);
     r->start_energy = start->objective;
-    r->context.area = start->area;
     return status;
 }
 
@@ -117,6 +136,8 @@ static int32_t check_shape(co_run *r, co_level *l, co_certificate_shape *shape, 
 static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_certificate_shape shape;
+    if (r->context.held) /* a level that was tried and left may have had others */
+        *r->context.held = l->objective.numbers.numbers;
     co_level_objective_evaluate(&l->objective, &l->now); /* by the rules that co_level_finish() has settled on */
     int32_t status = check_shape(r, l, &shape, error);
     if (status != CURVOPT_OK || co_run_context_is_cancelled(&r->context)) /* what was found stands; no verdict */
@@ -227,6 +248,8 @@ static void end_run(co_run *r) {
     summary->method = r->context.options->method;
     summary->symmetry_order = r->at.symmetry.order;
     summary->curve_deviation = co_sliding_deviation(&r->sliding);
+    memcpy(summary->multiplier, r->at.multiplier, sizeof r->at.multiplier);
+    memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
 }
 
 /* A run that was cancelled before the figures of the input cage were known has that cage as its result. */

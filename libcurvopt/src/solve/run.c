@@ -62,7 +62,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
         return 1;
     if (!r->progress && l->motion != CO_MOTION_SLIDE)
         return 0;
-    co_level_objective_to_user(&l->objective, l->now.x, l->now.found[CO_FOUND_AREA], r->at.xyz);
+    co_level_objective_to_user(&l->objective, l->now.x, l->now.found[CO_FOUND_SIZE], r->at.xyz);
     if (l->motion == CO_MOTION_SLIDE)
         slid = co_sliding_put_back(&r->sliding, r->at.xyz);
     return tell(r, l, record) || slid > FARTHEST_SLIDE;
@@ -74,6 +74,23 @@ void co_run_watch(co_run *r, co_level *l) {
     l->spent = r->at.report.iterations;
 }
 
+/* Multipliers and distances of held numbers, where the level ended. */
+static void note_held(co_level_result *at, co_level *l) {
+    co_held_level *numbers = &l->objective.numbers;
+    const co_held_numbers *wanted = &l->objective.run->wanted;
+    co_iterate now = {.x = l->now.x, .gradient = numbers->work};
+    double residual[CURVOPT_N_SCALARS];
+    if (!numbers->numbers.n)
+        return;
+    co_level_objective_evaluate(&l->objective, &now);
+    co_held_level_residuals(numbers, l->now.x, residual);
+    for (int k = 0; k < numbers->numbers.n; k++) {
+        const co_held_number *h = &numbers->numbers.held[k];
+        at->multiplier[h->scalar] = -numbers->newton.multiplier[k] * h->rate / h->unit;
+        at->residual[h->scalar] = residual[k] + (h->target - wanted->held[k].target) / h->unit;
+    }
+}
+
 /* Energies at the level's end, and its cage. The report has the counts already. */
 static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvopt_error *error) {
     int resolved;
@@ -82,6 +99,7 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     if (status != CURVOPT_OK)
         return status;
     at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
+    note_held(at, l);
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
     at->report.stop = resolved || !l->is_final ? stop : CURVOPT_STOP_UNRESOLVED;
@@ -99,6 +117,7 @@ static void end_cancelled(co_run *r, co_level *l, double started) {
     at->report.energy = at->report.gradient_norm = (double)NAN;
     if (l && co_level_finish_cancelled(l, at->xyz, &at->energies, &at->penalty)) {
         at->report.energy = at->energies.objective;
+        note_held(at, l);
         return;
     }
     memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);

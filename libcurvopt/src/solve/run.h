@@ -23,7 +23,9 @@ typedef struct co_level_result {
     double *turn;         /* [3 n_vertices] or NULL: what its last turn along normals began with */
     double *xyz;          /* [3 n_vertices] where it ended */
     curvopt_energies energies;
-    double penalty; /* what springs add to the objective */
+    double penalty;                       /* what springs add to the objective */
+    double multiplier[CURVOPT_N_SCALARS]; /* of numbers that are held, by curvopt_scalar, in the user's units */
+    double residual[CURVOPT_N_SCALARS];   /* how far they are from what is wanted */
     curvopt_level_report report;
 } co_level_result;
 
@@ -44,6 +46,7 @@ typedef struct co_run {
     co_basis_table_cache tables;
     co_constraints constraints; /* of the present mesh */
     double *shape;              /* [3 n_vertices] what the present level began with: context.shape */
+    co_held_numbers held;       /* context.held, where that is not NULL */
     co_sliding sliding;         /* the same; nothing without options.slide */
     co_run_work spent;          /* by sliding on the present level, until that is solved */
     int is_asked_to_stop;       /* by the callback */

@@ -4,7 +4,14 @@
 
 #include "base/cancel.h"
 #include "base/tuning.h"
+#include "energy/held_numbers.h"
 #include "surface/basis_table.h"
+
+/* The size of the result, where nothing of the cage is held: one number, over which the others count. */
+typedef struct co_run_size {
+    int measure;  /* curvopt_scalar */
+    double value; /* that the result gets, in units of the cage */
+} co_run_size;
 
 typedef struct co_run_context {
     const curvopt_options *options;
@@ -13,9 +20,12 @@ typedef struct co_run_context {
     co_basis_table_cache *tables; /* of the options' surface */
     double centroid[3];           /* of the input cage: the frame of levels that hold vertices, with `radius` */
     double radius;                /* root mean square, of the input cage */
-    double area;                  /* of the input cage's surface; the result gets the same */
-    const double *shape;          /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
-                                     (blend_disc_half.h); NULL: by the cage that each objective begins with */
+    co_run_size size;             /* of the result, where nothing of the cage is held */
+    co_held_numbers *held;  /* numbers of the whole surface that are held, with the targets reached so far; NULL: none
+                             */
+    co_held_numbers wanted; /* the same with the targets at the end */
+    const double *shape;    /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
+                               (blend_disc_half.h); NULL: by the cage that each objective begins with */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */

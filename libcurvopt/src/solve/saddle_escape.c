@@ -50,7 +50,7 @@ static int32_t look(const place *p, const co_symmetry *symmetry, double *xyz, in
     }
     if (status == CURVOPT_OK && *found) {
         *gain = before - level->now.value;
-        co_level_objective_to_user(&level->objective, level->now.x, level->now.found[CO_FOUND_AREA], xyz);
+        co_level_objective_to_user(&level->objective, level->now.x, level->now.found[CO_FOUND_SIZE], xyz);
     }
     co_level_destroy(level);
     return status;

@@ -57,7 +57,7 @@ static int32_t make_turn(co_run *r, int32_t number, const co_level *before, turn
     r->at.report.iterations += outcome.iterations;
     r->at.report.evaluations += outcome.evaluations + 1;
     co_level_objective *o = &t->level->objective;
-    co_level_objective_to_user(o, t->level->now.x, t->level->now.found[CO_FOUND_AREA], r->at.xyz);
+    co_level_objective_to_user(o, t->level->now.x, t->level->now.found[CO_FOUND_SIZE], r->at.xyz);
     t->slid = co_sliding_put_back(&r->sliding, r->at.xyz);
     t->is_cancelled = r->is_asked_to_stop;
     double first = co_level_objective_value_of(o, r->at.start), last = co_level_objective_value_of(o, r->at.xyz);

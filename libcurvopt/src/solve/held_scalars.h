@@ -1,0 +1,18 @@
+/* What a run holds of the whole surface: options.scalar_rule. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SOLVE_HELD_SCALARS_H
+#define CO_SOLVE_HELD_SCALARS_H
+
+#include "energy/assembly.h"
+#include "solve/run_context.h"
+
+/* The constraints and the size from the numbers of the input, whose values `start` are by its own radius; `is_framed`:
+ * whether something of the cage is held. The assembly is the input's. ERROR_ARGUMENT, `element` the curvopt_scalar:
+ * what cannot be held, or contradicts itself. */
+int32_t co_held_scalars_create(const curvopt_options *options, const co_assembly *assembly, const co_values *start,
+                               int is_framed, co_held_numbers *held, co_run_size *size, curvopt_error *error);
+/* The surface whose `measure` is `number` has the size when it is enlarged so many times. */
+double co_run_size_unit(const co_run_size *size, double number);
+/* The measure of a surface with these energies. */
+double co_run_size_number(const co_run_size *size, const curvopt_energies *energies);
+
+#endif
