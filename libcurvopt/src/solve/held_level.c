@@ -52,6 +52,13 @@ static void place(co_held_level *h, const double *x) {
     co_dof_map_expand_some(h->dofs, h->assembly->active, h->assembly->n_active_cage, x, h->positions);
 }
 
+static void find_along(co_held_level *h) {
+    const size_t n = n_of(h);
+    for (int k = 0; k < h->numbers.n; k++)
+        for (int l = 0; l < h->numbers.n; l++)
+            h->along[k][l] = co_vector_dot(n, h->gradient + (size_t)k * n, h->newton.way + (size_t)l * n);
+}
+
 /* A, of surfaces that the assembly was evaluated at last, and A^T W. */
 static void find_gradients(co_held_level *h, const double integral[CO_N_INTEGRALS], double unit) {
     const size_t n = n_of(h);
@@ -72,9 +79,7 @@ static void find_gradients(co_held_level *h, const double integral[CO_N_INTEGRAL
         for (int k = 0; k < h->numbers.n; k++)
             co_vector_add(n, unit * residual[k].slope[s], of_number, h->gradient + (size_t)k * n);
     }
-    for (int k = 0; k < h->numbers.n; k++)
-        for (int l = 0; l < h->numbers.n; l++)
-            h->along[k][l] = co_vector_dot(n, h->gradient + (size_t)k * n, h->newton.way + (size_t)l * n);
+    find_along(h);
 }
 
 void co_held_level_residuals(co_held_level *h, const double *x, double residual[CURVOPT_N_SCALARS]) {
@@ -98,15 +103,19 @@ void co_held_level_choose_ways(co_held_level *h, const double *x) {
     place(h, x);
     co_assembly_numbers(h->assembly, h->positions, integral);
     find_gradients(h, integral, 1);
+    memcpy(h->newton.way, h->gradient, (size_t)h->numbers.n * n * sizeof *h->gradient);
+    co_held_level_normalize_ways(h);
+}
+
+void co_held_level_normalize_ways(co_held_level *h) {
+    const size_t n = n_of(h);
     for (int k = 0; k < h->numbers.n; k++) {
-        const double *gradient = h->gradient + (size_t)k * n;
-        const double length = co_vector_norm(n, gradient);
+        double *way = h->newton.way + (size_t)k * n;
+        const double length = co_vector_norm(n, way);
         for (size_t i = 0; i < n; i++)
-            h->newton.way[(size_t)k * n + i] = gradient[i] / length;
+            way[i] /= length;
     }
-    for (int k = 0; k < h->numbers.n; k++)
-        for (int l = 0; l < h->numbers.n; l++)
-            h->along[k][l] = co_vector_dot(n, h->gradient + (size_t)k * n, h->newton.way + (size_t)l * n);
+    find_along(h);
 }
 
 /* solution = a^-1 right, of n rows. */

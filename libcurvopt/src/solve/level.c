@@ -209,8 +209,23 @@ static void weigh_spacing(co_level *l) {
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
+/* Where numbers are held: to them, or as far as a step leads. As co_level_objective_aim. */
+static int32_t aim(co_level *l, int *is_there, int *changed, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    *is_there = 1;
+    *changed = 0;
+    if (!l->objective.run->held || n_of(l) == 0)
+        return CURVOPT_OK;
+    co_held_level_choose_ways(&l->objective.numbers, l->now.x);
+    if (l->hessian.exists)
+        status = co_level_hessian_soften_ways(&l->hessian, &l->now, error);
+    if (status == CURVOPT_OK)
+        *is_there = co_level_objective_aim(&l->objective, l->objective.run->options->max_step, &l->now, changed);
+    return status;
+}
+
 /* Steps between two moves of held numbers towards what the run wants. */
-enum { APPROACH_STEPS = 5 };
+enum { APPROACH_STEPS = 5, APPROACH_ROUNDS = 100 };
 
 static int32_t run_once(co_level *l, const co_objective *f, co_method method, const co_method_options *options,
                         co_outcome *outcome, curvopt_error *error) {
@@ -229,18 +244,20 @@ static int32_t run_method(void *context, co_method method, const co_method_optio
                           co_outcome *outcome, curvopt_error *error) {
     co_level *l = context;
     const co_objective f = objective_of(l);
-    int changed, is_there = co_level_objective_aim(&l->objective, options->max_step, &l->now, &changed);
+    int changed, is_there;
     co_method_options rest = *options;
-    int32_t status = CURVOPT_OK;
+    int32_t status = aim(l, &is_there, &changed, error);
     l->before = *before;
     weigh_spacing(l);
-    while (status == CURVOPT_OK && !is_there && changed && rest.max_iterations > 0 && !is_over(l)) {
+    for (int round = 0; round < APPROACH_ROUNDS && status == CURVOPT_OK && !is_there && changed && !is_over(l);
+         round++) {
         co_method_options some = rest;
         some.max_iterations = rest.max_iterations < APPROACH_STEPS ? rest.max_iterations : APPROACH_STEPS;
         status = run_once(l, &f, method, &some, outcome, error);
         count(&l->before, outcome);
         rest.max_iterations -= outcome->iterations;
-        is_there = co_level_objective_aim(&l->objective, options->max_step, &l->now, &changed);
+        if (status == CURVOPT_OK)
+            status = aim(l, &is_there, &changed, error);
     }
     const co_outcome approach = l->before;
     if (status == CURVOPT_OK)
@@ -388,19 +405,15 @@ void co_level_destroy(co_level *l) {
     free(l);
 }
 
-/* To held numbers as far as a step leads. */
-static void aim(co_level *l) {
-    int changed;
-    co_level_objective_aim(&l->objective, l->objective.run->options->max_step, &l->now, &changed);
-}
-
 int32_t co_level_begin(co_level *l, curvopt_error *error) {
-    int resolved, changed;
+    int resolved, changed, is_there;
     double defect;
     int32_t status = resolve(l, l->now.x, &resolved, &changed, &defect, error);
     if (status != CURVOPT_OK)
         return status;
-    aim(l);
+    status = aim(l, &is_there, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
     co_step_review_begin(&l->review, l->now.x, defect);
     l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
@@ -414,10 +427,13 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
 }
 
 int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_error *error) {
+    int is_there, changed;
     int32_t status = co_assembly_copy_rules(&l->objective.assembly, &other->objective.assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    aim(l);
+    status = aim(l, &is_there, &changed, error);
+    if (status != CURVOPT_OK)
+        return status;
     co_level_objective_evaluate(&l->objective, &l->now);
     co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
     l->reached = l->review.safe;

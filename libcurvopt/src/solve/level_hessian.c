@@ -132,6 +132,21 @@ int32_t co_level_hessian_factorize(co_level_hessian *h, const co_damping *dampin
     return status;
 }
 
+int32_t co_level_hessian_soften_ways(co_level_hessian *h, const co_iterate *now, curvopt_error *error) {
+    co_held_level *numbers = &h->objective->numbers;
+    const size_t n = co_level_objective_n(h->objective);
+    h->system.held = NULL; /* of the matrix itself */
+    int32_t status = co_level_hessian_update(h, now, 1, error);
+    for (int k = 0; k < numbers->numbers.n && status == CURVOPT_OK && h->has_factor; k++) {
+        double *way = numbers->newton.way + (size_t)k * n;
+        status = co_level_hessian_solve(h, way, way, error);
+    }
+    co_held_level_normalize_ways(numbers);
+    h->system.held = &numbers->newton;
+    h->has_factor = 0;
+    return status;
+}
+
 int32_t co_level_hessian_solve(co_level_hessian *h, const double *in, double *out, curvopt_error *error) {
     return co_newton_system_solve(&h->system, in, out, error);
 }

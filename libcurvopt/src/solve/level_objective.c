@@ -96,7 +96,9 @@ void co_level_objective_go_back(co_level_objective *o, co_iterate *now) {
 }
 
 /* Smallest part of what is left to a target that is gone at once. */
-static const double LEAST_PART = 1e-4;
+static const double LEAST_PART = 0.02;
+/* By which part of itself a value may rise on the way. */
+static const double MOST_RISE = 0.5;
 
 int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, int *changed) {
     const co_run_context *run = o->run;
@@ -104,8 +106,9 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
     *changed = 0;
     if (!holds_numbers(o))
         return 1;
-    co_held_level_choose_ways(&o->numbers, now->x);
     co_held_level_take_as_targets(&o->numbers, now->x);
+    co_level_objective_evaluate(o, now);
+    const double before = now->value;
     from = *at;
     for (double part = 1; part > LEAST_PART; part *= 0.5) {
         for (int k = 0; k < at->n; k++)
@@ -115,7 +118,7 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
         memcpy(o->numbers.work, now->x, co_level_objective_n(o) * sizeof *now->x);
         co_level_objective_go_back(o, now);
         co_level_objective_evaluate(o, now);
-        if (isfinite(now->value)) {
+        if (now->value <= before + MOST_RISE * fabs(before)) {
             *changed = 1;
             *run->held = *at;
             return part == 1;
