@@ -11,6 +11,9 @@
 
 /* Relative distance from a target that is none, and one that stands where rounding lets nothing better be had. */
 static const double EXACT = 1e-13, GOOD = 1e-11;
+/* Longest step on the way back, in parts of the longest way: near a sphere, which has the most volume of all, the first
+ * one is much too long. */
+static const double LONGEST = 0.25;
 /* Evaluations on the way back. */
 enum { MOST_TRIALS = 25 };
 
@@ -137,6 +140,14 @@ static double largest(int n, const double *x) {
     return most;
 }
 
+/* Longest displacement of a vertex by t at most. */
+static double length_of(const co_held_level *h, const double *t) {
+    double sum = 0;
+    for (int k = 0; k < h->numbers.n; k++)
+        sum += fabs(t[k]) * co_dof_map_longest(h->dofs, h->newton.way + (size_t)k * n_of(h));
+    return sum;
+}
+
 int co_held_level_go_back(co_held_level *h, const double *x, double most) {
     const int count = h->numbers.n;
     const size_t n = n_of(h);
@@ -163,14 +174,15 @@ int co_held_level_go_back(co_held_level *h, const double *x, double most) {
                 slope[k][l] += missed * t[l] / square_of_step;
         }
         solve(count, slope, c, t);
-        for (int k = 0; k < count; k++) {
-            const double *way = h->newton.way + (size_t)k * n;
-            t[k] = -t[k];
-            co_vector_add(n, t[k], way, h->back);
-            total += fabs(t[k]) * co_dof_map_longest(h->dofs, way);
-        }
+        const double length = length_of(h, t);
+        const double scale = length > LONGEST * most ? LONGEST * most / length : 1;
+        total += scale * length;
         if (!(total <= most))
             return 0;
+        for (int k = 0; k < count; k++) {
+            t[k] *= -scale;
+            co_vector_add(n, t[k], h->newton.way + (size_t)k * n, h->back);
+        }
     }
     return 0;
 }

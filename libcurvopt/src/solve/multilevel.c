@@ -132,6 +132,17 @@ static int32_t check_shape(co_run *r, co_level *l, co_certificate_shape *shape, 
     return status;
 }
 
+/* Relative distance of a held number from what it is to be that is none. */
+static const double HELD = 1e-8;
+
+/* Whether the run has not come to the numbers that are held. */
+static int misses_numbers(const co_run *r) {
+    int misses = 0;
+    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
+        misses |= !(fabs(r->at.residual[s]) <= HELD);
+    return misses;
+}
+
 /* The verdict on where the run ended. */
 static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
@@ -152,6 +163,8 @@ static int32_t certify(co_run *r, co_level *l, curvopt_error *error) {
     summary->negative_directions = shape.negative_directions;
     summary->verdict = co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
                                               summary->newton_decrement, &shape);
+    if (misses_numbers(r))
+        summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
     return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
 
