@@ -43,6 +43,9 @@ METHODS = {name: i for i, name in enumerate(names("curvopt_method_name"))}
 VERDICTS = names("curvopt_verdict_text")
 STOPS = names("curvopt_stop_text")
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
+SCALARS = names("curvopt_scalar_name")
+SCALAR_RULES = {name: i for i, name in enumerate(names("curvopt_scalar_rule_name"))}
+MAX_SCALARS = 6  # CURVOPT_MAX_SCALARS
 
 
 class Error(C.Structure):
@@ -77,7 +80,7 @@ class Options(C.Structure):
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
-        ("slide", I32)]
+        ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS)]
 
 
 class Energies(C.Structure):
@@ -85,7 +88,7 @@ class Energies(C.Structure):
 
     _fields_ = [("objective", F64), ("area", F64), ("term", F64 * MAX_TERMS), ("h2", F64), ("gauss", F64),
                 ("gauss_bonnet_defect", F64), ("objective_error", F64), ("area_error", F64), ("term_error", F64 * MAX_TERMS),
-                ("min_jacobian", F64), ("surface", I32), ("n_samples", I32)]
+                ("min_jacobian", F64), ("surface", I32), ("n_samples", I32), ("volume", F64), ("total_mean_curvature", F64)]
 
     def value(self, name: str) -> float:
         """A term or field by name."""
@@ -122,7 +125,8 @@ class Summary(C.Structure):
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
-        ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32)]
+        ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32),
+        ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS)]
 
 
 class Deviation(C.Structure):
@@ -290,13 +294,17 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
 
 
 def options(weights: dict[str, float] | str = "willmore", surface: str = "auto", **fields) -> Options:
-    """Defaults, changed: weights by term name or the name of one term; any other field by its name."""
+    """Defaults, changed: weights by term name or the name of one term; any other field by its name. hold: rules by the
+    name of a scalar, "keep", a value, or ("reduced", value)."""
     out = Options()
     library().curvopt_options_init(C.byref(out), C.sizeof(out))
     weights = {weights: 1.0} if isinstance(weights, str) else weights
     for i, name in enumerate(WEIGHTS):
         out.weights[i] = weights.get(name, 0.0)
     out.surface = SURFACES[surface]
+    for name, value in fields.pop("hold", {}).items():
+        rule, number = value if isinstance(value, tuple) else ("keep", 0.0) if value == "keep" else ("value", value)
+        out.scalar_rule[SCALARS.index(name)], out.scalar_value[SCALARS.index(name)] = SCALAR_RULES[rule], number
     for name, value in fields.items():
         if isinstance(value, Constraints):
             out.kept, value = value, C.addressof(value)

@@ -34,6 +34,29 @@ static void triangle_free(triangle *t) {
     free(t->value);
 }
 
+/* The factor that is kept of an indefinite matrix gives the same, and a Cholesky factor takes its place. */
+static void check_indefinite(co_sparse_cholesky *f, int32_t n, double shift, int32_t negative, const double *b,
+                             const double *x) {
+    curvopt_error error;
+    int32_t same = -7;
+    int positive = -7;
+    double *y = calloc((size_t)n, sizeof *y);
+    CHECK_TRUE(y != NULL);
+    for (int k = 0; k < 2; k++) {
+        CHECK_OK(co_sparse_cholesky_factorize_indefinite(f, shift, &same, &error), &error);
+        CHECK_INT(same, negative);
+        CHECK_OK(co_sparse_cholesky_solve(f, b, y, &error), &error);
+        for (int32_t i = 0; i < n; i++)
+            CHECK_NEAR(y[i], x[i], 1e-9 * (1 + fabs(x[i])));
+        CHECK_OK(co_sparse_cholesky_factorize(f, shift + 1e6, &positive, &error), &error);
+        CHECK_INT(positive, 1);
+        CHECK_OK(co_sparse_cholesky_solve(f, b, y, &error), &error);
+        for (int32_t i = 0; i < n; i++)
+            CHECK_NEAR(1e6 * y[i], b[i], 1e-3 * (1 + fabs(b[i])));
+    }
+    free(y);
+}
+
 /* The count of a dense matrix, and A^-1 b into x if it is known. */
 static int32_t count(int32_t n, const double *dense, double shift, const double *b, double *x) {
     triangle t = triangle_of(n, dense);
@@ -42,6 +65,8 @@ static int32_t count(int32_t n, const double *dense, double shift, const double 
     int32_t negative = -7;
     CHECK_OK(co_sparse_cholesky_create(n, t.start, t.row, t.value, &f, &error), &error);
     CHECK_OK(co_sparse_cholesky_count_negative(f, shift, b ? 1 : 0, b, x, &negative, &error), &error);
+    if (b && negative >= 0)
+        check_indefinite(f, n, shift, negative, b, x);
     co_sparse_cholesky_destroy(f);
     triangle_free(&t);
     return negative;
