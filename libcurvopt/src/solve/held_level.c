@@ -85,6 +85,14 @@ static void find_gradients(co_held_level *h, const double integral[CO_N_INTEGRAL
     find_along(h);
 }
 
+/* The largest absolute value; INFINITY where one is unknown. */
+static double largest(int n, const double *x) {
+    double most = 0;
+    for (int k = 0; k < n; k++)
+        most = isnan(x[k]) ? (double)INFINITY : fmax(most, fabs(x[k]));
+    return most;
+}
+
 void co_held_level_residuals(co_held_level *h, const double *x, double residual[CURVOPT_N_SCALARS]) {
     double integral[CO_N_INTEGRALS];
     place(h, x);
@@ -96,6 +104,8 @@ void co_held_level_residuals(co_held_level *h, const double *x, double residual[
 void co_held_level_take_as_targets(co_held_level *h, const double *x) {
     double residual[CURVOPT_N_SCALARS];
     co_held_level_residuals(h, x, residual);
+    if (!(largest(h->numbers.n, residual) < INFINITY)) /* no surface, or the run is cancelled */
+        return;
     for (int k = 0; k < h->numbers.n; k++)
         h->numbers.held[k].target += residual[k] * h->numbers.held[k].unit;
 }
@@ -131,13 +141,6 @@ static void solve(int n, square a, const double *right, double *solution) {
         for (int l = 0; l < n; l++)
             solution[k] += inverse[k][l] * right[l];
     }
-}
-
-static double largest(int n, const double *x) {
-    double most = 0;
-    for (int k = 0; k < n; k++)
-        most = isnan(x[k]) ? (double)INFINITY : fmax(most, fabs(x[k]));
-    return most;
 }
 
 /* Longest displacement of a vertex by t at most. */

@@ -128,8 +128,8 @@ double co_run_size_unit(const co_run_size *size, double number) {
                                                             : co_exp(co_log(ratio) / 3);
 }
 
-double co_run_size_number(const co_run_size *size, const curvopt_energies *e) {
-    return size->measure == CURVOPT_SCALAR_AREA     ? e->area
-           : size->measure == CURVOPT_SCALAR_VOLUME ? fabs(e->volume)
-                                                    : fabs(e->total_mean_curvature);
+double co_run_size_number(const co_run_size *size, double area, double volume, double mean) {
+    return size->measure == CURVOPT_SCALAR_AREA     ? area
+           : size->measure == CURVOPT_SCALAR_VOLUME ? fabs(volume)
+                                                    : fabs(mean);
 }

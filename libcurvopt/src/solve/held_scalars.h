@@ -12,7 +12,7 @@ int32_t co_held_scalars_create(const curvopt_options *options, const co_assembly
                                int is_framed, co_held_numbers *held, co_run_size *size, curvopt_error *error);
 /* The surface whose `measure` is `number` has the size when it is enlarged so many times. */
 double co_run_size_unit(const co_run_size *size, double number);
-/* The measure of a surface with these energies. */
-double co_run_size_number(const co_run_size *size, const curvopt_energies *energies);
+/* The measure of a surface with these numbers. */
+double co_run_size_number(const co_run_size *size, double area, double volume, double mean);
 
 #endif

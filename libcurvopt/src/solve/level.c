@@ -444,12 +444,15 @@ double co_level_moved(co_level *l) {
     return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
 }
 
+static double size_of(const co_level *l, const curvopt_energies *e) {
+    return co_run_size_number(&l->objective.run->size, e->area, e->volume, e->total_mean_curvature);
+}
+
 /* Numbers with units as the user sees them. */
 static void scale_numbers(const co_level *l, curvopt_energies *energies) {
     const co_run_context *run = l->objective.run;
     int is_framed = l->objective.is_framed;
-    const double unit =
-        is_framed ? run->radius : co_run_size_unit(&run->size, co_run_size_number(&run->size, energies));
+    const double unit = is_framed ? run->radius : co_run_size_unit(&run->size, size_of(l, energies));
     energies->area_error *= unit * unit;
     energies->area *= unit * unit;
     energies->volume *= unit * unit * unit;
@@ -466,7 +469,7 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
     co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
     if (!(energies->area > 0))
         return 0;
-    co_level_objective_to_user(&l->objective, x, co_run_size_number(&l->objective.run->size, energies), xyz);
+    co_level_objective_to_user(&l->objective, x, size_of(l, energies), xyz);
     scale_numbers(l, energies);
     *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
     return 1;
@@ -489,7 +492,7 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
                                                     resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    co_level_objective_to_user(&l->objective, l->now.x, co_run_size_number(&l->objective.run->size, energies), xyz);
+    co_level_objective_to_user(&l->objective, l->now.x, size_of(l, energies), xyz);
     scale_numbers(l, energies);
     return CURVOPT_OK;
 }

@@ -31,12 +31,6 @@ void co_level_objective_restrict(const co_level_objective *o, double *d) {
     co_vector_remove(co_level_objective_n(o), (size_t)o->n_sliding, o->sliding, d);
 }
 
-static double size_of(const co_run_size *size, const co_values *values) {
-    return size->measure == CURVOPT_SCALAR_AREA     ? values->integral[CO_INT_AREA]
-           : size->measure == CURVOPT_SCALAR_VOLUME ? fabs(values->integral[CO_INT_VOLUME])
-                                                    : fabs(values->integral[CO_INT_MEAN]);
-}
-
 static int holds_numbers(const co_level_objective *o) {
     return o->numbers.numbers.n > 0;
 }
@@ -73,7 +67,8 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     co_dof_map_expand_some(&o->reduction, a->active, a->n_active_cage, z, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     o->worst_face = values.worst_face;
-    at->found[CO_FOUND_SIZE] = size_of(&o->run->size, &values);
+    at->found[CO_FOUND_SIZE] = co_run_size_number(&o->run->size, values.integral[CO_INT_AREA],
+                                                  values.integral[CO_INT_VOLUME], values.integral[CO_INT_MEAN]);
     at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);
     at->found[CO_FOUND_MIN_JACOBIAN] = values.min_jacobian;
     at->found[CO_FOUND_SPACING] = 0;
