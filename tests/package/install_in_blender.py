@@ -4,9 +4,9 @@
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- legacy ZIP
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- repository URL FOLDER NEWER
 
-`legacy`: installs the zip, presses, removes it. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
-replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes while a run is on. Last line:
-"N passed, N failed".
+`legacy`: installs the zip, presses, tries to switch on another copy of it, removes it. `repository`: subscribes to URL, which
+serves FOLDER; installs, presses, replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes
+while a run is on. Last line: "N passed, N failed".
 """
 
 import importlib
@@ -60,12 +60,30 @@ def start_run(addon: str) -> object:
     return work
 
 
+def refused_twice(folder: Path) -> None:
+    """A second Curvopt beside the one that is on, under another name, is not switched on, and changes nothing."""
+    second = folder.with_name("curvopt_second")
+    shutil.copytree(folder, second)
+    addon_utils.modules(refresh=True)
+    try:
+        bpy.ops.preferences.addon_enable(module=second.name)
+        said = ""
+    except RuntimeError as error:
+        said = str(error)
+    check(f"a second Curvopt is refused, not: {said}", "Another Curvopt is switched on already: curvopt_addon. Remove" in said)
+    check("and is not among those that are on", second.name not in bpy.context.preferences.addons)
+    press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
+    shutil.rmtree(second)
+
+
 def legacy(zip_file: str) -> None:
     """The zip for Blender 3.4 to 4.1."""
     bpy.ops.preferences.addon_install(filepath=zip_file)
     check("the add-on is enabled", addon_utils.enable("curvopt_addon", default_set=True) is not None)
     press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
-    folder, work = Path(sys.modules["curvopt_addon"].__file__).parent, start_run("curvopt_addon")
+    folder = Path(sys.modules["curvopt_addon"].__file__).parent
+    refused_twice(folder)
+    work = start_run("curvopt_addon")
     addon_utils.disable("curvopt_addon", default_set=True)
     check("switched off while it runs, the run has ended", not work.running)
     shutil.rmtree(folder)
