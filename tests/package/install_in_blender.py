@@ -2,11 +2,13 @@
 """Installs the add-on as a user does, in a fresh Blender in background, and presses Minimize.
 
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- legacy ZIP
+    blender -b --factory-startup --python-exit-code 1 -P install_in_blender.py -- mistaken EXTENSION ZIP
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- repository URL FOLDER NEWER
 
-`legacy`: installs the zip, presses, tries to switch on another copy of it, removes it. `repository`: subscribes to URL, which
-serves FOLDER; installs, presses, replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes
-while a run is on. Last line: "N passed, N failed".
+`legacy`: installs the zip, presses, tries to switch on another copy of it, removes it. `mistaken`: installs an extension in a
+Blender that knows no extensions, then the right zip. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
+replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes while a run is on. Last line:
+"N passed, N failed".
 """
 
 import importlib
@@ -90,6 +92,22 @@ def legacy(zip_file: str) -> None:
     check("and its files are gone", not folder.exists())
 
 
+def mistaken(extension: str, zip_file: str) -> None:
+    """Blender 4.1 and older take an extension for an add-on."""
+    bpy.ops.preferences.addon_install(filepath=extension)
+    folder = Path(bpy.utils.user_resource("SCRIPTS", path="addons"))
+    check("it lies in one folder", [path.name for path in folder.iterdir()] == ["curvopt_addon"])
+    try:
+        bpy.ops.preferences.addon_enable(module="curvopt_addon")
+        said = ""
+    except RuntimeError as error:
+        said = str(error)
+    check(f"it says what to do, not: {said}", "install the zip of version" in said and "this version of Blender" in said)
+    bpy.ops.preferences.addon_install(filepath=zip_file)
+    check("the right zip takes its place", addon_utils.enable("curvopt_addon", default_set=True) is not None)
+    press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
+
+
 def repository(url: str, folder: str, newer: str) -> None:
     """The static repository, from a local address."""
     bpy.ops.preferences.extension_repo_add(name="Curvopt", remote_url=url, type="REMOTE")
@@ -120,6 +138,6 @@ def repository(url: str, folder: str, newer: str) -> None:
 
 
 arguments = sys.argv[sys.argv.index("--") + 1 :]
-{"legacy": legacy, "repository": repository}[arguments[0]](*arguments[1:])
+{"legacy": legacy, "mistaken": mistaken, "repository": repository}[arguments[0]](*arguments[1:])
 print(f"{bpy.app.version_string}: {passed} passed, {failed} failed")
 sys.exit(failed > 0)
