@@ -40,7 +40,8 @@ packages_of() {
     tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy ;;
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
-    release | install | asan | tsan | coverage | wine) echo "${CTEST_PACKAGES[@]}" ;;
+    release | asan | tsan | coverage | wine) echo "${CTEST_PACKAGES[@]}" ;;
+    install) echo "${CTEST_PACKAGES[@]}" pkg-config:pkg-config ;;
     numeric) echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist python3-scipy libosd-dev ;;
     tao)
         echo "${CTEST_PACKAGES[@]}" "${PYTEST_PACKAGES[@]}" python3-pytest-xdist

@@ -37,7 +37,8 @@ def _find() -> Path:
     seen = f" There is {' and '.join(others)}." if others else ""
     raise ImportError(
         f"This add-on needs version {VERSION} of the Python package curvopt, which is not here.{seen} Remove every version of "
-        f"Curvopt in Edit > Preferences > Add-ons, restart Blender, and install the zip of version {VERSION} for this system."
+        f"Curvopt in Edit > Preferences > Add-ons, restart Blender, and install the zip of version {VERSION} for this system and "
+        "this version of Blender."
     )
 
 

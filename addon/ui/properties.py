@@ -278,6 +278,15 @@ state = State()
 
 
 def register() -> None:
+    """Comes first of all. RuntimeError, with what to do, if another Curvopt is on, such as an add-on beside the extension: both
+    have the same names, and Blender would take from the other what belongs to it, also while it runs."""
+    panel = getattr(bpy.types, "CURVOPT_PT_minimize", None)
+    other = __package__ if panel is None else panel.__module__.rpartition(".")[0]
+    if other != __package__:
+        raise RuntimeError(
+            f"Another Curvopt is switched on already: {other.removesuffix('.ui')}. Remove one of the two in Edit > Preferences > "
+            "Add-ons, and tick the other."
+        )
     bpy.utils.register_class(CURVOPT_PG_settings)
     bpy.types.Scene.curvopt = bpy.props.PointerProperty(type=CURVOPT_PG_settings)
 

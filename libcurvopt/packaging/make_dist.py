@@ -161,11 +161,13 @@ def manifest(platform: Platform, wheel_name: str) -> str:
 
 
 def extension(platform: Platform, library: bytes) -> bytes:
-    """A platform's extension zip: the add-on and the wheel, no loose library."""
+    """A platform's extension zip: a folder with the add-on and the wheel, no loose library. Without the folder Blender 4.1 and
+    older would scatter the files among other add-ons, and say nothing; with it they list the add-on, which says what to do."""
     name, contents = wheel(platform, library)
-    files = addon_files()
-    files["blender_manifest.toml"] = manifest(platform, name).encode()
-    files[f"wheels/{name}"] = contents
+    top = "curvopt_addon/"  # as in the zip for those Blenders, which replaces it
+    files = addon_files(top)
+    files[f"{top}blender_manifest.toml"] = manifest(platform, name).encode()
+    files[f"{top}wheels/{name}"] = contents
     return zipped(files)
 
 

@@ -87,9 +87,10 @@ def test_the_zip_for_old_blenders_holds_add_on_and_package_and_nothing_else():
 
 def test_the_extension_holds_add_on_and_wheel_and_no_loose_library():
     with zipfile.ZipFile(ROOT / "build" / "release" / "curvopt_extension.zip") as found:
-        (wheel,) = [name for name in found.namelist() if name.startswith("wheels/")]
-        assert set(found.namelist()) == own_files("") | {"blender_manifest.toml", wheel}
-        assert f'wheels = ["./{wheel}"]' in found.read("blender_manifest.toml").decode()
+        (wheel,) = [name for name in found.namelist() if name.startswith("curvopt_addon/wheels/")]
+        assert set(found.namelist()) == own_files("curvopt_addon/") | {"curvopt_addon/blender_manifest.toml", wheel}
+        listed = wheel.removeprefix("curvopt_addon/")
+        assert f'wheels = ["./{listed}"]' in found.read("curvopt_addon/blender_manifest.toml").decode()
         with zipfile.ZipFile(io.BytesIO(found.read(wheel))) as inside:
             info = {f"{name.split('/')[1]}" for name in inside.namelist() if ".dist-info/" in name}
             assert info == {"METADATA", "WHEEL", "RECORD", "LICENSE"}

@@ -28,7 +28,7 @@ needs_libsystem_alone() {
 }
 
 has_no_path_of_this_machine() {
-    ! headers_of "$1" | grep -E 'LC_RPATH|/(tmp|work|home|root|build)/' && ! grep -aoF -m 1 "$(realpath "$build")" "$1"
+    [[ -f $1 ]] && ! headers_of "$1" | grep -E 'LC_RPATH|/(tmp|work|home|root|build)/' && ! grep -aoF -m 1 "$(realpath "$build")" "$1"
 }
 
 is_for_macos_11() {
@@ -45,7 +45,7 @@ exports_the_list() {
 
 # On Apple's processors every file must be signed, if only by a sum of its own pages ("ad hoc"), as the linker does.
 is_signed() {
-    [[ $architecture != arm64 ]] || headers_of "$1" | grep -q LC_CODE_SIGNATURE
+    [[ -f $1 ]] && { [[ $architecture != arm64 ]] || headers_of "$1" | grep -q LC_CODE_SIGNATURE; }
 }
 
 asks_libsystem_for_what_it_has() {

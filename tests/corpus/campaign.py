@@ -264,9 +264,12 @@ def campaign(runs: Iterable[Run], program: Program, output: Path, jobs: int,
 
 
 def commit() -> str:
-    """The working copy's commit, `-dirty` if it was changed."""
-    done = subprocess.run(["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"],
-                          capture_output=True, text=True, check=False)
+    """The working copy's commit, `-dirty` if it was changed; `unknown` outside of a checkout and without git."""
+    try:
+        done = subprocess.run(["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"],
+                              capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        return "unknown"
     return done.stdout.strip() or "unknown"
 
 

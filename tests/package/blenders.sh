@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# What build/release/dist holds, installed in fresh Blenders without a compiler: the zip for 3.4 to 4.1 in each; the static
-# repository, from a local address, in those of 4.2 and later, with Blender's own check of every extension zip.
+# What build/release/dist holds, installed in fresh Blenders without a compiler: the zip for 3.4 to 4.1 in each; an extension, by
+# mistake, in those that know none; the static repository, from a local address, in those of 4.2 and later, with Blender's own
+# check of every extension zip.
 #
 #   bash tests/package/blenders.sh [ROOT...]     here, and in the Debians in these folders (head of tests/addon/blenders.sh)
 #
@@ -52,7 +53,7 @@ in_root() {
 
 # try_blender ROOT FOLDER: the tests in FOLDER, which is the root's name of the copies.
 try_blender() {
-    local root=$1 folder=$2 version online=() zip
+    local root=$1 folder=$2 version online=() zip extensions=("$dist"/extensions/*.zip)
     version=$(in_root "$root" blender --version 2>/dev/null | sed -nE 's/^Blender ([0-9]+\.[0-9]+).*/\1/p' | head -n 1)
     [ -n "$version" ] || { echo "FAIL: no Blender in $root" && failed=$((failed + 1)) && return; }
     [[ $version == 3.* || $version == 4.[01] ]] || online=(--online-mode)
@@ -60,8 +61,13 @@ try_blender() {
     in_root "$root" blender -b --factory-startup "${online[@]}" --python-exit-code 1 -P "$folder/install_in_blender.py" -- \
         legacy "$folder/dist/$zip" >"$work/log" 2>&1
     count "$version legacy zip" "$work/log" $?
-    [ ${#online[@]} -gt 0 ] || return
-    for zip in "$dist"/extensions/*.zip; do
+    if [ ${#online[@]} -eq 0 ]; then
+        in_root "$root" blender -b --factory-startup --python-exit-code 1 -P "$folder/install_in_blender.py" -- \
+            mistaken "$folder/dist/extensions/$(basename "${extensions[0]}")" "$folder/dist/$zip" >"$work/log" 2>&1
+        count "$version an extension by mistake" "$work/log" $?
+        return
+    fi
+    for zip in "${extensions[@]}"; do
         if in_root "$root" blender --command extension validate "$folder/dist/extensions/$(basename "$zip")" >"$work/log" 2>&1; then
             echo "1 passed, 0 failed" >>"$work/log"
         else

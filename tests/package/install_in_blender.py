@@ -2,9 +2,11 @@
 """Installs the add-on as a user does, in a fresh Blender in background, and presses Minimize.
 
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- legacy ZIP
+    blender -b --factory-startup --python-exit-code 1 -P install_in_blender.py -- mistaken EXTENSION ZIP
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- repository URL FOLDER NEWER
 
-`legacy`: installs the zip, presses, removes it. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
+`legacy`: installs the zip, presses, tries to switch on another copy of it, removes it. `mistaken`: installs an extension in a
+Blender that knows no extensions, then the right zip. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
 replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes while a run is on. Last line:
 "N passed, N failed".
 """
@@ -60,16 +62,50 @@ def start_run(addon: str) -> object:
     return work
 
 
+def refused_twice(folder: Path) -> None:
+    """A second Curvopt beside the one that is on, under another name, is not switched on, and changes nothing."""
+    second = folder.with_name("curvopt_second")
+    shutil.copytree(folder, second)
+    addon_utils.modules(refresh=True)
+    try:
+        bpy.ops.preferences.addon_enable(module=second.name)
+        said = ""
+    except RuntimeError as error:
+        said = str(error)
+    check(f"a second Curvopt is refused, not: {said}", "Another Curvopt is switched on already: curvopt_addon. Remove" in said)
+    check("and is not among those that are on", second.name not in bpy.context.preferences.addons)
+    press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
+    shutil.rmtree(second)
+
+
 def legacy(zip_file: str) -> None:
     """The zip for Blender 3.4 to 4.1."""
     bpy.ops.preferences.addon_install(filepath=zip_file)
     check("the add-on is enabled", addon_utils.enable("curvopt_addon", default_set=True) is not None)
     press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
-    folder, work = Path(sys.modules["curvopt_addon"].__file__).parent, start_run("curvopt_addon")
+    folder = Path(sys.modules["curvopt_addon"].__file__).parent
+    refused_twice(folder)
+    work = start_run("curvopt_addon")
     addon_utils.disable("curvopt_addon", default_set=True)
     check("switched off while it runs, the run has ended", not work.running)
     shutil.rmtree(folder)
     check("and its files are gone", not folder.exists())
+
+
+def mistaken(extension: str, zip_file: str) -> None:
+    """Blender 4.1 and older take an extension for an add-on."""
+    bpy.ops.preferences.addon_install(filepath=extension)
+    folder = Path(bpy.utils.user_resource("SCRIPTS", path="addons"))
+    check("it lies in one folder", [path.name for path in folder.iterdir()] == ["curvopt_addon"])
+    try:
+        bpy.ops.preferences.addon_enable(module="curvopt_addon")
+        said = ""
+    except RuntimeError as error:
+        said = str(error)
+    check(f"it says what to do, not: {said}", "install the zip of version" in said and "this version of Blender" in said)
+    bpy.ops.preferences.addon_install(filepath=zip_file)
+    check("the right zip takes its place", addon_utils.enable("curvopt_addon", default_set=True) is not None)
+    press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
 
 
 def repository(url: str, folder: str, newer: str) -> None:
@@ -102,6 +138,6 @@ def repository(url: str, folder: str, newer: str) -> None:
 
 
 arguments = sys.argv[sys.argv.index("--") + 1 :]
-{"legacy": legacy, "repository": repository}[arguments[0]](*arguments[1:])
+{"legacy": legacy, "mistaken": mistaken, "repository": repository}[arguments[0]](*arguments[1:])
 print(f"{bpy.app.version_string}: {passed} passed, {failed} failed")
 sys.exit(failed > 0)
