@@ -292,9 +292,12 @@ static void weigh_block(const co_assembly *a, const co_element_batches *l, int32
     }
 }
 
+/* Whether the volume is evaluated with the energies, or area and volume instead of them, which costs a fraction. */
+typedef enum numbers_wanted { NO_VOLUME, WITH_VOLUME, FIRST_ORDER_ALONE } numbers_wanted;
+
 /* Evaluates a block. gradients: where its gradients go, or NULL; work: this thread's. */
 static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, const co_integrand *integrand, int third,
-                      int volume, double *gradients, double *work) {
+                      numbers_wanted numbers, double *gradients, double *work) {
     const co_block *block = &l->block[b];
     int gradient = gradients != NULL, area = gradient && needs_area_gradient(a);
     co_element_block element = {.table = block->table,
@@ -307,7 +310,8 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .cancel = a->cancel,
                                 .gradient = gradient,
                                 .area_gradient = area,
-                                .volume = volume,
+                                .volume = numbers == WITH_VOLUME,
+                                .first_order = numbers == FIRST_ORDER_ALONE,
                                 .sums = co_element_batches_sums(l, b, 0),
                                 .gradients = gradients,
                                 .work = work};
@@ -318,11 +322,11 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
 
 /* Evaluates the blocks of a batch, and adds their gradients up by points: the integrand's, and the area's behind it. */
 static void run_batch(co_assembly *a, const co_element_batches *l, int32_t batch, const co_integrand *integrand,
-                      int third, int volume, double *work) {
+                      int third, numbers_wanted numbers, double *work) {
     double *gradients = work + work_of_kernel(l);
     size_t lanes = (size_t)l->lanes, n = needs_area_gradient(a) ? 6 : 3;
     for (int32_t b = l->batch_block[batch]; b < l->batch_block[batch + 1]; b++)
-        run_block(a, l, b, integrand, third, volume, gradients + l->block[b].gradient, work);
+        run_block(a, l, b, integrand, third, numbers, gradients + l->block[b].gradient, work);
     for (size_t k = l->batch_touched[batch]; k < l->batch_touched[batch + 1]; k++) {
         double sum[6] = {0};
         for (size_t e = l->touched[k].incident; e < l->touched[k + 1].incident; e++)
@@ -348,7 +352,8 @@ typedef struct block_run {
     co_assembly *assembly;
     const co_element_batches *batches;
     const co_integrand *integrand;
-    int third, volume, gradient;
+    int third, gradient;
+    numbers_wanted numbers;
 } block_run;
 
 static void run_shared_blocks(void *context, int32_t thread, int32_t n_threads) {
@@ -361,9 +366,9 @@ static void run_shared_blocks(void *context, int32_t thread, int32_t n_threads) 
     while (!co_cancel_is_due(a->cancel) &&
            (k = co_work_sharing_next(a->sharing, r->gradient ? l->n_batches : l->n_blocks, &me)) >= 0)
         if (r->gradient)
-            run_batch(a, l, k, r->integrand, r->third, r->volume, work);
+            run_batch(a, l, k, r->integrand, r->third, r->numbers, work);
         else
-            run_block(a, l, k, r->integrand, r->third, r->volume, NULL, work);
+            run_block(a, l, k, r->integrand, r->third, r->numbers, NULL, work);
 }
 
 static void add_batches_of_points(void *context, size_t begin, size_t end) {
@@ -373,15 +378,15 @@ static void add_batches_of_points(void *context, size_t begin, size_t end) {
             add_batches(r->assembly, r->batches, first);
 }
 
-/* Evaluates all blocks; gradients are those of `integrand`. `volume`: whether that is wanted. */
+/* Evaluates all blocks; gradients are those of `integrand`. */
 static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
-                       int volume, int gradient) {
+                       numbers_wanted numbers, int gradient) {
     block_run r = {.assembly = a,
                    .batches = l,
                    .integrand = integrand,
                    .third = third,
-                   .volume = volume || a->measures_volume,
-                   .gradient = gradient};
+                   .gradient = gradient,
+                   .numbers = numbers == NO_VOLUME && a->measures_volume ? WITH_VOLUME : numbers};
     co_work_sharing_start(a->sharing, a->n_threads);
     co_thread_pool_run(a->threads, run_shared_blocks, &r);
     if (gradient)
@@ -475,12 +480,12 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     double factor = 1, area_factor = 0;
     double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
     if (request->gradient && f->has_third && f->has_second) { /* second + A third: the integrand depends on A */
-        run_blocks(a, &a->batches, &f->second, 0, 0, 0);
+        run_blocks(a, &a->batches, &f->second, 0, NO_VOLUME, 0);
         total(a, &a->batches, out);
         integrand = f->second;
         co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
     }
-    run_blocks(a, &a->batches, &integrand, third, request->volume, request->gradient != NULL);
+    run_blocks(a, &a->batches, &integrand, third, request->volume ? WITH_VOLUME : NO_VOLUME, request->gradient != NULL);
     total(a, &a->batches, out);
     out->radius = radius;
     a->worst_face = out->worst_face;
@@ -500,25 +505,25 @@ void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co
     int third = f->has_third || (all_terms && a->third_allowed);
     a->radius = co_assembly_place(a, x, 1);
     if (gradients->second && f->has_second) {
-        run_blocks(a, &a->batches, &f->second, third && !f->has_third, 0, 1);
+        run_blocks(a, &a->batches, &f->second, third && !f->has_third, NO_VOLUME, 1);
         collect_gradient(a, 1, 0, gradients->second);
     }
     if (gradients->third && f->has_third) {
-        run_blocks(a, &a->batches, &f->third, 1, 0, 1);
+        run_blocks(a, &a->batches, &f->third, 1, NO_VOLUME, 1);
         collect_gradient(a, 1, 0, gradients->third);
         collect_gradient(a, 0, 1, gradients->area);
     }
     if (!gradients->second && !gradients->third)
-        run_blocks(a, &a->batches, &f->second, third, 0, 0);
+        run_blocks(a, &a->batches, &f->second, third, NO_VOLUME, 0);
     total(a, &a->batches, out);
     out->radius = a->radius;
     a->worst_face = out->worst_face;
 }
 
-void co_assembly_numbers(co_assembly *a, const double *x, double integral[CO_N_INTEGRALS]) {
+void co_assembly_numbers(co_assembly *a, const double *x, int mean, double integral[CO_N_INTEGRALS]) {
     co_values values;
     co_assembly_place(a, x, 1);
-    run_blocks(a, &a->batches, &a->functional.second, 0, 1, 0);
+    run_blocks(a, &a->batches, &a->functional.second, 0, mean ? WITH_VOLUME : FIRST_ORDER_ALONE, 0);
     total(a, &a->batches, &values);
     memcpy(integral, values.integral, sizeof values.integral);
 }
@@ -526,7 +531,8 @@ void co_assembly_numbers(co_assembly *a, const double *x, double integral[CO_N_I
 void co_assembly_number_gradient(co_assembly *a, int scalar, double *gradient) {
     co_integrand integrand = {0};
     co_held_numbers_add(scalar, 1, &integrand);
-    run_blocks(a, &a->batches, &integrand, 0, scalar == CURVOPT_SCALAR_VOLUME, 1);
+    run_blocks(a, &a->batches, &integrand, 0, scalar == CURVOPT_SCALAR_MEAN_CURVATURE ? NO_VOLUME : FIRST_ORDER_ALONE,
+               1);
     collect_gradient(a, 1, 0, gradient);
 }
 
@@ -535,7 +541,7 @@ int32_t co_assembly_evaluate_batches(co_assembly *a, const co_element_batches *l
     int32_t status = ensure_work(a, l, error);
     if (status != CURVOPT_OK)
         return status;
-    run_blocks(a, l, &a->functional.second, third, 0, 0);
+    run_blocks(a, l, &a->functional.second, third, NO_VOLUME, 0);
     total(a, l, out);
     return co_cancel_is_due(a->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }

@@ -116,8 +116,8 @@ typedef struct co_pieces {
 /* Values at x [3 n_cage], normalized, and raw gradients: normalization is not differentiated. */
 void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, const co_pieces *gradients,
                         co_values *out);
-/* The integrals of second order and the volume alone, at x [3 n_cage], normalized or not. */
-void co_assembly_numbers(co_assembly *assembly, const double *x, double integral[CO_N_INTEGRALS]);
+/* Area and volume alone, and with `mean` total mean curvature, at x [3 n_cage], normalized or not. */
+void co_assembly_numbers(co_assembly *assembly, const double *x, int mean, double integral[CO_N_INTEGRALS]);
 /* The gradient [3 n_cage] of one number (curvopt_scalar) at the positions that were evaluated last, as they are. */
 void co_assembly_number_gradient(co_assembly *assembly, int scalar, double *gradient);
 /* Total turning of boundaries and creases (boundary_turning.h) at the positions that were evaluated last. */

@@ -80,6 +80,15 @@ CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane 
     }
 }
 
+/* S_bar [1], [2] += those of J times a weight, which is over J here; normal: S_u x S_v. */
+CO_SIMD_INLINE void add_area_adjoint(lane S[CO_JET][3], const lane normal[3], lane over_J, lane S_bar[CO_JET][3]) {
+    lane turned[3];
+    lane_cross(S[2], normal, turned);
+    lane_add_scaled(S_bar[1], over_J, turned);
+    lane_cross(normal, S[1], turned);
+    lane_add_scaled(S_bar[2], over_J, turned);
+}
+
 CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int third, const sample_state *m,
                                const sample_values *value, lane sums[CO_N_SUMS]) {
     lane weight = t->weight[sample] * m->J, jacobian = t->jacobian_scale[sample] * m->J;
@@ -161,12 +170,13 @@ CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block 
     plane_end(t, &m, b->G_area);
 }
 
-/* The volume and its gradient, which need S itself: all samples once more. `plane` and `mixed` are constants where this
- * is called. */
-CO_SIMD_INLINE void integrate_volume(const co_element_block *s, const block *b, int plane, int mixed,
-                                     lane sums[CO_N_SUMS]) {
+/* The volume, which needs S itself, and with s->first_order the area; and their gradients. `plane` and `mixed` are
+ * constants where this is called. */
+CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block *b, int plane, int mixed,
+                                          lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
-    const int last = plane ? 9 : 2, gradient = s->gradient && s->integrand.volume != 0;
+    const double of_area = s->first_order ? s->integrand.area : 0;
+    const int last = plane ? 9 : 2, gradient = s->gradient && (s->integrand.volume != 0 || of_area != 0);
     lane offset[3];
     plane_state m;
     volume_offset(s->points, s->xyz, offset);
@@ -174,17 +184,23 @@ CO_SIMD_INLINE void integrate_volume(const co_element_block *s, const block *b, 
         plane_begin(t, b->P, &m);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double *rows = rows_of(t, mixed, i), *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
-        lane S[CO_JET][3], S_bar[CO_JET][3], from_origin[CO_JET][3];
+        const double weight = t->area_weight[i];
+        lane S[CO_JET][3], S_bar[CO_JET][3], from_origin[CO_JET][3], normal[3];
         jets(rows, mixed, t->n_points, b->P, 0, last, S);
         if (plane)
             plane_forward(&m, w, S);
         memcpy(from_origin, S, sizeof from_origin[0] * 3);
         lane_add_scaled(from_origin[0], lane_all(1), offset);
-        sums[CO_INT_VOLUME] += volume_value(from_origin, t->area_weight[i]);
+        lane_cross(S[1], S[2], normal);
+        const lane J = lane_sqrt(lane_dot(normal, normal));
+        sums[CO_INT_VOLUME] += volume_value(from_origin, weight);
+        if (s->first_order)
+            sums[CO_INT_AREA] = lane_fma(lane_all(weight), J, sums[CO_INT_AREA]);
         if (!gradient)
             continue;
         memset(S_bar, 0, sizeof S_bar);
-        volume_adjoint(from_origin, s->integrand.volume * t->area_weight[i], S_bar);
+        volume_adjoint(from_origin, s->integrand.volume * weight, S_bar);
+        add_area_adjoint(S, normal, of_area * weight / J, S_bar);
         if (plane)
             plane_adjoint(&m, w, S, S_bar);
         scatter_jets(rows, mixed, t->n_points, S_bar, 0, last, b->G);
@@ -193,13 +209,13 @@ CO_SIMD_INLINE void integrate_volume(const co_element_block *s, const block *b, 
         plane_end(t, &m, b->G);
 }
 
-static void add_volume(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
+static void run_first_order(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
     if (s->table->blend)
-        integrate_volume(s, b, 1, 0, sums);
+        integrate_first_order(s, b, 1, 0, sums);
     else if (s->table->is_mixed)
-        integrate_volume(s, b, 0, 1, sums);
+        integrate_first_order(s, b, 0, 1, sums);
     else
-        integrate_volume(s, b, 0, 0, sums);
+        integrate_first_order(s, b, 0, 0, sums);
 }
 
 static void store(const co_element_block *s, const block *b, const lane sums[CO_N_SUMS]) {
@@ -217,6 +233,22 @@ static void store(const co_element_block *s, const block *b, const lane sums[CO_
     }
 }
 
+static void run_energies(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
+    if (s->table->blend) {
+        integrate_samples(s, b, 1, 1, 0, sums);
+        if (s->gradient && s->area_gradient)
+            integrate_plane_area(s, b);
+    } else if (s->third && s->table->is_mixed) {
+        integrate_samples(s, b, 1, 0, 1, sums);
+    } else if (s->third) {
+        integrate_samples(s, b, 1, 0, 0, sums);
+    } else if (s->table->is_mixed) {
+        integrate_samples(s, b, 0, 0, 1, sums);
+    } else {
+        integrate_samples(s, b, 0, 0, 0, sums);
+    }
+}
+
 /* One part of a block: L faces. */
 static void run_part(const co_element_block *s) {
     size_t n = (size_t)s->table->n_points;
@@ -229,21 +261,10 @@ static void run_part(const co_element_block *s) {
     gather(s->table->n_points, s->points, s->xyz, b.P);
     if (s->gradient)
         memset(b.G, 0, sizeof *b.G * 2 * n);
-    if (s->table->blend) {
-        integrate_samples(s, &b, 1, 1, 0, sums);
-        if (s->gradient && s->area_gradient)
-            integrate_plane_area(s, &b);
-    } else if (s->third && s->table->is_mixed) {
-        integrate_samples(s, &b, 1, 0, 1, sums);
-    } else if (s->third) {
-        integrate_samples(s, &b, 1, 0, 0, sums);
-    } else if (s->table->is_mixed) {
-        integrate_samples(s, &b, 0, 0, 1, sums);
-    } else {
-        integrate_samples(s, &b, 0, 0, 0, sums);
-    }
-    if (s->volume)
-        add_volume(s, &b, sums);
+    if (!s->first_order)
+        run_energies(s, &b, sums);
+    if (s->volume || s->first_order)
+        run_first_order(s, &b, sums);
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
 }

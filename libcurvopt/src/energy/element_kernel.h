@@ -36,6 +36,7 @@ typedef struct co_element_block {
     int gradient;           /* the gradient of the integral of `integrand` is wanted */
     int area_gradient;      /* the area's gradient is wanted, too */
     int volume;             /* the volume is wanted */
+    int first_order;        /* area and volume alone are wanted, which need first derivatives only */
     co_cancel *cancel;      /* leaves samples out; NULL: never */
     double *sums;           /* [parts][CO_N_SUMS][L] out */
     double *gradients;      /* [parts][n_points][1 + area_gradient][3][L] out: of int integrand dA, then of the area */

@@ -36,6 +36,14 @@ co_held_residual co_held_numbers_residual(const co_held_numbers *n, int k, const
     return r;
 }
 
+int co_held_numbers_has_mean(const co_held_numbers *n) {
+    int has = 0;
+    for (int k = 0; k < n->n; k++)
+        has |=
+            n->held[k].scalar == CURVOPT_SCALAR_MEAN_CURVATURE || n->held[k].measure == CURVOPT_SCALAR_MEAN_CURVATURE;
+    return has;
+}
+
 void co_held_numbers_add(int scalar, double factor, co_integrand *integrand) {
     *(scalar == CURVOPT_SCALAR_VOLUME ? &integrand->volume
       : scalar == CURVOPT_SCALAR_AREA ? &integrand->area

@@ -30,6 +30,8 @@ typedef struct co_held_residual {
     double second[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];
 } co_held_residual;
 
+/* Whether one of them is total mean curvature, which is more work. */
+int co_held_numbers_has_mean(const co_held_numbers *numbers);
 /* NAN where a number that lengths are measured by is not positive. */
 co_held_residual co_held_numbers_residual(const co_held_numbers *numbers, int k, const double integral[CO_N_INTEGRALS]);
 /* integrand += factor times the integrand of a number. */

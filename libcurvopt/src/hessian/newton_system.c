@@ -219,7 +219,7 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     m->mix = 0;
     if (n_held(m)) {
         double integral[CO_N_INTEGRALS];
-        co_assembly_numbers(m->assembly, x, integral);
+        co_assembly_numbers(m->assembly, x, co_held_numbers_has_mean(m->held->numbers), integral);
         for (int k = 0; k < n_held(m); k++)
             residual[k] = co_held_numbers_residual(m->held->numbers, k, integral);
     }

@@ -40,10 +40,10 @@ typedef struct co_whole {
 
 /* The matrix that is wanted. */
 typedef struct co_second_kind {
-    int exact;             /* 1: the Hessian; 0: the Gauss-Newton matrix */
-    const double *before;  /* [3 n_vertices] where the last step began, for the Hessian: the lifted Newton method's
-                              matrix  (element_kernel.c); NULL: the Hessian itself */
-    const co_whole *whole; /* NULL: the assembly's faces are all there are */
+    int exact;                /* 1: the Hessian; 0: the Gauss-Newton matrix */
+    const double *before;     /* [3 n_vertices] where the last step began, for the Hessian: the lifted Newton method's
+                                 matrix  (element_kernel.c); NULL: the Hessian itself */
+    const co_whole *whole;    /* NULL: the assembly's faces are all there are */
     const co_integrand *more; /* added to the Hessian's: what holds numbers of the surface; NULL: nothing */
     int own_rules; /* for the Gauss-Newton matrix: by the assembly's rules, as the Hessian is, not by the coarsest */
 } co_second_kind;

@@ -96,7 +96,7 @@ static double largest(int n, const double *x) {
 void co_held_level_residuals(co_held_level *h, const double *x, double residual[CURVOPT_N_SCALARS]) {
     double integral[CO_N_INTEGRALS];
     place(h, x);
-    co_assembly_numbers(h->assembly, h->positions, integral);
+    co_assembly_numbers(h->assembly, h->positions, co_held_numbers_has_mean(&h->numbers), integral);
     for (int k = 0; k < h->numbers.n; k++)
         residual[k] = co_held_numbers_residual(&h->numbers, k, integral).value;
 }
@@ -114,7 +114,7 @@ void co_held_level_choose_ways(co_held_level *h, const double *x) {
     const size_t n = n_of(h);
     double integral[CO_N_INTEGRALS];
     place(h, x);
-    co_assembly_numbers(h->assembly, h->positions, integral);
+    co_assembly_numbers(h->assembly, h->positions, co_held_numbers_has_mean(&h->numbers), integral);
     find_gradients(h, integral, 1);
     memcpy(h->newton.way, h->gradient, (size_t)h->numbers.n * n * sizeof *h->gradient);
     co_held_level_normalize_ways(h);
