@@ -98,6 +98,7 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     curvopt_result *result;
     o.levels = 1;
     o.verify = o.escape = 1;
+    o.scalar_rule[CURVOPT_SCALAR_VOLUME] = o.scalar_rule[CURVOPT_SCALAR_AREA] = CURVOPT_SCALAR_RULE_KEEP;
     o.tolerance = 0.5;
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
