@@ -184,8 +184,8 @@ def minimize(
     slide        whether held vertices on boundaries and creases slide along these
     volume, area, total_mean_curvature (int H dA)
                  numbers of the whole surface that the result is to have: "keep", as the cage's, or a positive number in
-                 units^3, units^2, units. Where nothing else is held, one of them only sets the result's size, which else has
-                 the cage's area
+                 units^3, units^2, units. Where nothing else is held and the strength is 1, one of them only sets the result's
+                 size, which else has the cage's area
     reduced_volume  the volume as a part of that of the sphere with the result's area: "keep", or above 0 .. 1; not with
                  `volume`
     held (k,)    vertices that stay; with `weights` (k,) 0 .. 1 below 1 a spring pulls them back
