@@ -42,6 +42,20 @@ class Gated:
         assert self.reported.acquire(timeout=20)
 
 
+@pytest.mark.parametrize("residual, end, text", [
+    (1e-9, 4.0, ""), (-1e-9, 4.0, ""), (2e-8, 4.0, "The volume could not be kept, it is 2e-06 % off"),
+    (-0.0123, 4.0, "The volume could not be kept, it is 1.2 % off"), (0.5, math.nan, "The volume could not be kept"),
+    (math.nan, 4.0, "The volume could not be kept"),
+])  # fmt: skip
+def test_a_volume_that_was_not_kept_is_said(residual, end, text):
+    solution = job.solve(torus_cage(), job.Request("willmore", 1, {"max_iterations": 1}))
+    solution = dataclasses.replace(
+        solution, scalar_residuals={"volume": residual}, end=dataclasses.replace(solution.end, volume=end)
+    )
+    assert messages.volume_text(job.Request(keeps_volume=True), solution) == text
+    assert messages.volume_text(job.Request(), solution) == ""
+
+
 def test_ticks_follow_the_worker_to_its_end():
     work = Gated(2)
     run = job.ModalRun(job.Job(work), "MVS")
