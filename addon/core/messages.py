@@ -106,10 +106,14 @@ _REACHED = 1e-8  # relative distance from a number that is held up to which it i
 
 
 def volume_text(request: Request, solution: Solution) -> str:
-    """That the volume that was to be kept is another one, in a sentence; empty if it was kept, or not asked for."""
+    """That the volume that was to be kept is another one, in a sentence; empty if it was kept, or not asked for. What lies
+    under faces that are left out is not in it, and they follow those beside them."""
     residual = abs(solution.scalar_residuals.get("volume", 0.0))
-    if not request.keeps_volume or residual <= _REACHED:
+    if not request.keeps_volume:
         return ""
+    if residual <= _REACHED:
+        left_out = solution.exceptions.n_left_out
+        return "Keep Volume does not see the faces that are left out: the volume under them may change" if left_out else ""
     known = math.isfinite(residual) and math.isfinite(solution.end.volume)  # else it is not a part of the volume
     return f"The volume could not be kept{f', it is {100 * residual:.2g} % off' if known else ''}"
 

@@ -5,8 +5,8 @@ To adjust an operation, Blender undoes it and runs `execute` again with other pr
 freeze Blender for minutes. Hence this operator, which writes a finished solution, is the one that registers and
 that can be undone. This module holds the latest solution as arrays; Blender remembers its number.
 
-Another strength, *Slide* or *Keep Volume* is another run. It is offered where the first one was quick, and ends without a result
-where it is not.
+Another strength, *Slide* or *Keep Volume* is another run. It is offered where the first one was quick, and ends without a
+result where it is not.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapes
 from addon.binding import abi, library
-from addon.binding.values import Cage, Held
+from addon.binding.values import Cage, Exceptions, Held
 from addon.core import energy, job, messages
 
 
@@ -54,6 +54,10 @@ def test_a_volume_that_was_not_kept_is_said(residual, end, text):
     )
     assert messages.volume_text(job.Request(keeps_volume=True), solution) == text
     assert messages.volume_text(job.Request(), solution) == ""
+    left_out = dataclasses.replace(solution, exceptions=Exceptions((), 9, 4))
+    said = messages.volume_text(job.Request(keeps_volume=True), left_out)
+    assert said == (text or "Keep Volume does not see the faces that are left out: the volume under them may change")
+    assert messages.volume_text(job.Request(), left_out) == ""
 
 
 def test_ticks_follow_the_worker_to_its_end():

@@ -230,6 +230,34 @@ def test_a_part_keeps_the_volume_of_the_whole(ring, part, boundary):
     assert offs[0] > 1e-4 and offs[1] < 1e-6
 
 
+@pytest.mark.parametrize("boundary", ["POSITION", "FREE"])
+def test_a_part_of_an_open_surface_keeps_its_volume(add, part, boundary):
+    """A selection inside moves no boundary, which may be called free."""
+    dome = add(*shapes.dome(rings=8), name="Dome")
+    start, volume = positions(dome), _under(part, dome)
+    inside = np.flatnonzero(np.linalg.norm(start[:, :2], axis=1) < 0.6)
+    selected(dome, set(inside))
+    arguments = {"energy": "WILLMORE", "strength": 1.0, "boundary": boundary, "keep_volume": True}
+    assert bpy.ops.curvopt.minimize("EXEC_DEFAULT", True, **arguments) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    moved = np.flatnonzero(np.abs(positions(dome) - start).max(axis=1) > 1e-4)
+    assert len(moved) and set(moved) <= set(inside)
+    assert abs(_under(part, dome) / volume - 1) < 1e-5
+
+
+def test_a_part_with_a_crease_that_is_free_keeps_the_volume(ring, part, crease):
+    """The run then is on the whole: the library does not hold the boundary of a part whose creases are free."""
+    crease(ring, {(10 * i, 10 * ((i + 1) % 16)): 1.0 for i in range(16)})
+    start, volume = positions(ring), measured(ring, part)
+    selected(ring, PART)
+    arguments = {"energy": "WILLMORE", "strength": 0.5, "boundary": "FREE", "keep_volume": True}
+    assert bpy.ops.curvopt.minimize("EXEC_DEFAULT", True, **arguments) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    moved = np.abs(positions(ring) - start).max(axis=1) > 0
+    assert moved[40] and set(np.flatnonzero(moved)) <= PART
+    assert abs(measured(ring, part) / volume - 1) < 1e-6
+
+
 # --------------------------------------------------------------------------------------------- again, and the words --
 
 
