@@ -49,6 +49,11 @@ def _parser() -> argparse.ArgumentParser:
         "minimum of the energy (default %(default)g)",
     )  # fmt: skip
     parser.add_argument(
+        "--keep-volume", action="store_true",
+        help="the result has the volume of the original; an open surface keeps that between it and its boundary, which must "
+        "stay. At strength 1 without pins this only sets the size of the result",
+    )  # fmt: skip
+    parser.add_argument(
         "--boundary", choices=BOUNDARIES, default=DEFAULTS.boundary,
         help="what an open surface keeps (default %(default)s)",
     )  # fmt: skip

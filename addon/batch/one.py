@@ -12,7 +12,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -45,8 +45,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         pin = "NOTHING" if options.pin_group is None else "GROUP"
         held = read_cage.read_held(obj, pin, options.pin_group, options.pin_surface)
         request = job.Request(
-            options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength
-        )
+            options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength,
+            keeps_volume=options.keep_volume,
+        )  # fmt: skip
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
         with _progress_on_terminal() as show:
@@ -62,6 +63,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
+    counted = *counted, messages.volume_text(request, solution)
     measured = messages.deviation_text(solution), messages.crossings_text(solution)
     parts = messages.solution_text(request, solution), *counted, *measured, held, verdict
     return "\n".join(part for part in parts if part)
@@ -150,6 +152,7 @@ def report(
         "result": result_name,
         "energy": request.energy,
         "strength": request.strength,
+        "keep_volume": request.keeps_volume,
         "boundary": request.boundary,
         "symmetry_order": solution.symmetry_order,
         **_energies(solution.end, solution.cage, solution.euler),
@@ -157,6 +160,8 @@ def report(
         "levels": [_level(level) for level in solution.levels],
         "stop": solution.stop,
         "seconds": solution.seconds,
+        "multipliers": _finite(solution.multipliers),
+        "scalar_residuals": _finite(solution.scalar_residuals),
         "n_held": solution.exceptions.n_held,
         "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),
@@ -193,10 +198,18 @@ def _level(level: LevelReport) -> dict[str, object]:
     return {"level": values.pop("level"), "vertices": values.pop("n_vertices"), **values}
 
 
+def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
+    """The numbers as JSON has them."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
 def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
     values = {
         **energies.terms,
         "area": energies.area,  # in squared units, not the term of that name
+        "volume": energies.volume,
+        "reduced_volume": energies.reduced_volume,
+        "total_mean_curvature": energies.total_mean_curvature,
         "h2": energies.h2,
         "gauss": energies.gauss,
         "gauss_bonnet_defect": energies.gauss_bonnet_defect,
@@ -206,7 +219,7 @@ def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
         "vertices": len(cage.positions),
         "faces": len(cage.face_sizes),
         "euler": euler,
-        **{name: value if math.isfinite(value) else None for name, value in values.items()},
+        **_finite(values),
         "surface": energies.surface,
     }
 

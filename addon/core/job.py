@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,7 +34,8 @@ class Request:
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
     `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
-    energy; their vertices are held. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
+    energy; their vertices are held. `keeps_volume` holds the volume inside the whole surface, or between it and a boundary
+    that stays. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
     the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only."""
 
     energy: str = DEFAULTS.energy
@@ -48,6 +49,7 @@ class Request:
     refined: int = 0
     marked: int = 0
     refinable: bool = True
+    keeps_volume: bool = False
 
     @property
     def label(self) -> str:
@@ -66,7 +68,8 @@ class Solution:
     """The optimized cage, the energies of the first and of this one, and how the run went; `symmetry_order` 1 means
     that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
-    first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run."""
+    first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
+    `scalar_residuals` by name, as of values.Summary."""
 
     cage: Cage
     start_positions: np.ndarray
@@ -82,6 +85,8 @@ class Solution:
     n_sliding: int = 0
     deviation: measure.Deviation | None = None
     crossings: measure.Crossings | None = None
+    multipliers: Mapping[str, float] = field(default_factory=dict)
+    scalar_residuals: Mapping[str, float] = field(default_factory=dict)
 
 
 OnProgress = Callable[[Progress], object]
@@ -165,13 +170,15 @@ def _counted(cage: Cage, request: Request) -> np.ndarray:
 
 def _can_be_cropped(cage: Cage, request: Request) -> bool:
     """Whether only a part of the cage decides on the result: with holes, on one level, on surfaces where a face depends
-    on its neighbours only (at a pole POLYNOMIAL depends on more), at energies that do not see the size of the cage."""
+    on its neighbours only (at a pole POLYNOMIAL depends on more), at energies that do not see the size of the cage. A part
+    whose boundary is not held by the library's rule keeps no volume."""
     if not len(request.holes) or request.levels > 1 or not _counted(cage, request).any():
         return False
     local_surface = SURFACES[int(request.options.get("surface", 0))] != "polynomial"  # AUTO is LIMIT at second order
     second_order = set(weights_of(request.energy)) <= {"willmore", "mean_curvature"}
     exact = bool((np.asarray(request.held.weights) == 1).all()) and bool(np.isfinite(cage.positions).all())
-    return local_surface and second_order and exact
+    has_volume = not request.keeps_volume or request.boundary != "free"
+    return local_surface and second_order and exact and has_volume
 
 
 def _solve(
@@ -209,16 +216,18 @@ def _solve(
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
-                summary.n_sliding, deviation, crossings,
+                summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
             )  # fmt: skip
 
 
 def _options(lib: library.Library, request: Request) -> COptions:
     """The library's options of a request."""
     symmetry, planes = symmetry_of(request.symmetry)
+    scalars = {"volume": ("keep", 0.0)} if request.keeps_volume else {}
     return lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
-        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, **request.options,
+        holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, scalars=scalars,
+        **request.options,
     )  # fmt: skip
 
 

@@ -102,6 +102,22 @@ def sliding_text(request: Request, solution: Solution) -> str:
     return f"Slide lets {_counted(solution.n_sliding, 'vertex', 'vertices')} move along boundaries and creases{little}"
 
 
+_REACHED = 1e-8  # relative distance from a number that is held up to which it is kept
+
+
+def volume_text(request: Request, solution: Solution) -> str:
+    """That the volume that was to be kept is another one, in a sentence; empty if it was kept, or not asked for. What lies
+    under faces that are left out is not in it, and they follow those beside them."""
+    residual = abs(solution.scalar_residuals.get("volume", 0.0))
+    if not request.keeps_volume:
+        return ""
+    if residual <= _REACHED:
+        left_out = solution.exceptions.n_left_out
+        return "Keep Volume does not see the faces that are left out: the volume under them may change" if left_out else ""
+    known = math.isfinite(residual) and math.isfinite(solution.end.volume)  # else it is not a part of the volume
+    return f"The volume could not be kept{f', it is {100 * residual:.2g} % off' if known else ''}"
+
+
 def deviation_text(solution: Solution) -> str:
     """How far the result's surface is from the original's, in a sentence; empty if that was not measured."""
     found = solution.deviation
@@ -198,6 +214,7 @@ _IN_BLENDER = (
     ),
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
+    ("what is inside; hold the boundary", "what is inside: choose another Boundary, or turn off Keep Volume"),
 )
 
 

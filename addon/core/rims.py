@@ -82,7 +82,7 @@ def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndar
     if boundary != "position":
         return none
     moving = moving_vertices(cage, part, rim, boundary)
-    return none if (moving & _on_curves(cage)).any() else moving_vertices(cage, part, rim, "free") & ~moving
+    return none if moves_curves(cage, moving) else moving_vertices(cage, part, rim, "free") & ~moving
 
 
 def has_curves(cage: Cage, boundary: str) -> bool:
@@ -91,6 +91,11 @@ def has_curves(cage: Cage, boundary: str) -> bool:
     if boundary == "free":
         return False
     return bool((_on_curves(cage) if boundary == "position" else _infinitely_sharp(cage)).any())
+
+
+def moves_curves(cage: Cage, moving: np.ndarray) -> bool:
+    """Whether one of the moving vertices (n,) is on a boundary or an infinitely sharp crease."""
+    return bool((moving & _on_curves(cage)).any())
 
 
 def changing_faces(cage: Cage, moving: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..core.layout import Layout, MeshArrays
 from ..core.messages import collapsed_text
 from ..core.mirror import planes_text
 from .frame import Space, space_of
-from .modifiers import CageError, Mirror, check_detail, check_modifiers, read_mirror, subdivision
+from .modifiers import CageError, Mirror, check_detail, check_modifiers, mirror_modifier, read_mirror, subdivision
 
 
 # Objects that Blender can convert to meshes, and what people call them.
@@ -78,6 +78,22 @@ def read_source(context: bpy.types.Context, obj: bpy.types.Object | None, with_k
     cannot be used."""
     check_object(obj, with_keys)
     return source_of(context, obj, obj.data)
+
+
+_MOST_EDGES = 50_000  # counting their faces takes 3 ms; the panel asks at every mouse move over it
+
+
+def has_boundary(obj: bpy.types.Object | None) -> bool:
+    """Whether an edge of the object's mesh has one face. Quick: False for large meshes, and for halves of a surface, which
+    have edges in the plane of their Mirror modifier."""
+    if obj is None or obj.type != "MESH" or mirror_modifier(obj) is not None:
+        return False
+    mesh = obj.data
+    if not 0 < len(mesh.edges) <= _MOST_EDGES or not len(mesh.loops):
+        return False
+    used = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", used)
+    return bool((np.bincount(used) == 1).any())
 
 
 def source_of(context: bpy.types.Context, obj: bpy.types.Object, data: bpy.types.Mesh) -> Source:

@@ -17,7 +17,7 @@ from ..binding.values import Held
 from ..core.job import Request
 from ..core.mirror import planes_text
 from ..core.partners import Pairs, is_symmetric, with_partners
-from ..core.rims import Part, changing_faces, moving_vertices, sliding_vertices
+from ..core.rims import Part, changing_faces, moves_curves, moving_vertices, sliding_vertices
 from .modifiers import CageError
 from .read_cage import Source, check_object, source_of
 from .read_marks import read_marks
@@ -43,6 +43,8 @@ class Edit:
             sliding = sliding_vertices(cage, self.part, rim, base.boundary)
         if sliding.any():  # the library holds them on their curves
             moving, boundary = moving | sliding, "position"
+        elif base.keeps_volume and not moves_curves(cage, moving):  # a part has a boundary, which the library is to hold
+            boundary = "position"
         holes = np.flatnonzero(~changing_faces(cage, moving)).astype(np.int32)
         held, symmetry = Held.exactly(np.flatnonzero(~moving)), self._symmetry(base.symmetry, moving)
         return replace(base, levels=1, boundary=boundary, symmetry=symmetry, held=held, holes=holes)

@@ -31,7 +31,8 @@ from .read_cage import Source, read_edges, read_positions, turned_over
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
-_BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area"}  # numbers of a report that are no energies to minimize
+# Numbers of a report that are no energies to minimize.
+_BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area", "volume": "Volume"}
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels

@@ -5,13 +5,12 @@ To adjust an operation, Blender undoes it and runs `execute` again with other pr
 freeze Blender for minutes. Hence this operator, which writes a finished solution, is the one that registers and
 that can be undone. This module holds the latest solution as arrays; Blender remembers its number.
 
-Another strength, or *Slide*, is another run. It is offered where the first one was quick, and ends without a result where
-it is not.
+Another strength, *Slide* or *Keep Volume* is another run. It is offered where the first one was quick, and ends without a
+result where it is not.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import bpy
@@ -25,7 +24,7 @@ from ..scene.write_result import stored_verdict
 from . import display, properties
 from .reports import NOT_THE_LAST, call_operator, report_failure
 
-# With its number; runs by strength and slide; whether Slide is offered.
+# With its number; runs by strength, slide and volume; whether Slide is offered.
 _finished: tuple[int, Source, Variants, bool] | None = None
 _remark, _warns = "", False  # of the last execution: what else the user should know, and whether as a warning
 
@@ -35,20 +34,21 @@ def apply(source: Source, request: Request, solution: Solution, where: str) -> t
     user should know, or "", and whether that is a warning. UserError if it cannot be written there."""
     global _finished
     slide = bool(request.options.get("slide"))
-    variants = Variants(source.cage, (request.strength, slide), request, solution)
+    variants = Variants(source.cage, (request.strength, slide, request.keeps_volume), request, solution)
     may_slide = rims.has_curves(source.cage, request.boundary)
     _finished = (1 if _finished is None else _finished[0] + 1, source, variants, may_slide)
     chosen = {"outcome": where, "strength": request.strength, "slide": slide, "amount": 1.0}
+    chosen["keep_volume"] = request.keeps_volume
     call_operator(bpy.ops.curvopt.apply_result, number=_finished[0], **chosen)
     return _remark, _warns
 
 
-def _with(strength: float, slide: bool) -> tuple[Request, Solution]:
-    """The last run, or one like it with another strength or slide. UserError if that takes too long."""
+def _with(strength: float, slide: bool, keeps_volume: bool) -> tuple[Request, Solution]:
+    """The last run, or one like it with another strength, slide or volume. UserError if that takes too long."""
     variants = _finished[2]
-    wanted = properties.with_slide(replace(variants.first[0], strength=strength), slide)
-    name = f"Strength {strength:.3g}" if strength != variants.first[0].strength else "Slide"
-    return variants.get((strength, slide), lambda: wanted, name)
+    wanted = properties.with_other(variants.first[0], strength, slide, keeps_volume)
+    name = properties.other_name(variants.first[0], strength, slide, keeps_volume)
+    return variants.get((strength, slide, keeps_volume), lambda: wanted, name)
 
 
 def _is_gone(name: str) -> bool:
@@ -58,7 +58,7 @@ def _is_gone(name: str) -> bool:
 
 class CURVOPT_OT_apply_result(properties.AdjustSettings, bpy.types.Operator):
     """Put the result of the last run into a new object, in place, or into a shape key, or run again with another \
-strength, or with Slide"""
+strength, with Slide, or with Keep Volume"""
 
     bl_idname = "curvopt.apply_result"
     bl_label = "Minimized"
@@ -70,8 +70,8 @@ strength, or with Slide"""
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Write the last solution, or one of another strength or slide. An error is reported, and the result of before
-        stays."""
+        """Write the last solution, or one of another strength, slide or volume. An error is reported, and the result of
+        before stays."""
         global _remark, _warns
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, NOT_THE_LAST)
@@ -81,12 +81,13 @@ strength, or with Slide"""
             first, given = variants.first[0], self.properties.is_property_set
             strength = properties.strength_of(self.strength) if given("strength") else first.strength
             slide = self.slide if given("slide") else bool(first.options.get("slide"))
-            request, solution = _with(strength, slide)
+            keeps_volume = self.keep_volume if given("keep_volume") else first.keeps_volume
+            request, solution = _with(strength, slide, keeps_volume)
             is_shown_smooth = placement.is_shown_smooth(source.name)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             crossed = messages.crossings_text(solution)
-            warnings = messages.refined_text(request), held, crossed, remark
+            warnings = messages.refined_text(request), messages.volume_text(request, solution), held, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
             parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
@@ -109,6 +110,7 @@ strength, or with Slide"""
         again.prop(self, "strength", slider=True)
         if _finished is not None and _finished[3]:
             again.prop(self, "slide")
+        again.prop(self, "keep_volume")
         layout.prop(self, "amount", slider=True)
 
 

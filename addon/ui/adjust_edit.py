@@ -6,8 +6,6 @@ Its undo step is one of Edit Mode, which has the mesh and nothing else: no numbe
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 
 from ..core import messages, rims
@@ -19,7 +17,7 @@ from ..scene.write_edit import write_edit
 from . import display, properties
 from .reports import NOT_THE_LAST, call_operator, report_failure
 
-# With its number; runs by strength, rim and slide; whether Slide is offered.
+# With its number; runs by strength, rim, slide and volume; whether Slide is offered.
 _finished: tuple[int, Edit, Request, Variants, bool] | None = None
 _text = ""  # of the last execution
 
@@ -29,28 +27,26 @@ def apply(edit: Edit, base: Request, rim: str, request: Request, solution: Solut
     it cannot be written."""
     global _finished
     cage, slide = edit.source.cage, bool(base.options.get("slide"))
-    variants = Variants(cage, (base.strength, rim, slide), request, solution)
+    variants = Variants(cage, (base.strength, rim, slide, base.keeps_volume), request, solution)
     may_slide = bool(rims.sliding_vertices(cage, edit.part, "free", base.boundary).any())
     _finished = (1 if _finished is None else _finished[0] + 1, edit, base, variants, may_slide)
     chosen = {"strength": base.strength, "rim": rim.upper(), "slide": slide, "amount": 1.0}
+    chosen["keep_volume"] = base.keeps_volume
     call_operator(bpy.ops.curvopt.apply_edit, number=_finished[0], **chosen)
     return _text
 
 
-def _with(strength: float, rim: str, slide: bool) -> tuple[Request, Solution]:
-    """The last run, or one like it with another strength, rim or slide. UserError if that is not possible."""
+def _with(strength: float, rim: str, slide: bool, keeps_volume: bool) -> tuple[Request, Solution]:
+    """The last run, or one like it with another strength, rim, slide or volume. UserError if that is not possible."""
     _, edit, base, variants, _ = _finished
-    wanted = properties.with_slide(replace(base, strength=strength), slide)
-    name = f"Rim {rim.title()}"
-    if strength != base.strength:
-        name = f"Strength {strength:.3g}"
-    elif slide != bool(base.options.get("slide")):
-        name = "Slide"
-    return variants.get((strength, rim, slide), lambda: edit.request(wanted, rim), name)
+    wanted = properties.with_other(base, strength, slide, keeps_volume)
+    name = properties.other_name(base, strength, slide, keeps_volume) or f"Rim {rim.title()}"
+    return variants.get((strength, rim, slide, keeps_volume), lambda: edit.request(wanted, rim), name)
 
 
 class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
-    """Move the vertices of the last run in Edit Mode, or run again with another strength or rim, or with Slide"""
+    """Move the vertices of the last run in Edit Mode, or run again with another strength or rim, with Slide, or with Keep \
+Volume"""
 
     bl_idname = "curvopt.apply_edit"
     bl_label = "Minimized"
@@ -62,19 +58,22 @@ class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
     )  # fmt: skip
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Write the last solution, or one of another strength, rim or slide. An error is reported, and nothing changes."""
+        """Write the last solution, or one of another strength, rim, slide or volume. An error is reported, and nothing
+        changes."""
         global _text
         if _finished is None or _finished[0] != self.number:
             self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
         try:
             edit = _finished[1]
-            request, solution = _with(properties.strength_of(self.strength), self.rim.lower(), self.slide)
+            strength, rim = properties.strength_of(self.strength), self.rim.lower()
+            request, solution = _with(strength, rim, self.slide, self.keep_volume)
             moved = write_edit(edit, request, solution, self.amount)
             held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
-            parts = held, messages.crossings_text(solution), moved.remark, messages.sliding_text(request, solution), smooth
+            found = messages.volume_text(request, solution), held, messages.crossings_text(solution), moved.remark
+            parts = *found, messages.sliding_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"
@@ -90,6 +89,7 @@ class CURVOPT_OT_apply_edit(properties.AdjustSettings, bpy.types.Operator):
         again.prop(self, "rim")
         if _finished is not None and _finished[4]:
             again.prop(self, "slide")
+        again.prop(self, "keep_volume")
         self.layout.prop(self, "amount", slider=True)
 
 

@@ -154,7 +154,8 @@ Edit Mode the selected vertices move, and all others stay"""
     def _write(self, context: bpy.types.Context, solution: job.Solution) -> set[str]:
         if self._edit is not None:
             text = adjust_edit.apply(self._edit, self._base, self._rim, self._request, solution)
-            self.report({"WARNING" if solution.exceptions.n_held else "INFO"}, text)
+            warns = solution.exceptions.n_held or messages.volume_text(self._request, solution)
+            self.report({"WARNING" if warns else "INFO"}, text)
             return {"FINISHED"}
         remark, warns = adjust.apply(self._source, self._request, solution, self._outcome)
         self.report({"WARNING" if warns else "INFO"}, messages.solution_text(self._request, solution, remark))

@@ -11,13 +11,14 @@ from ..core.energy import number_text
 from ..scene.amount import has_blend
 from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
-from ..scene.read_cage import check_object
+from ..scene.read_cage import check_object, has_boundary
 from ..scene.read_edit import selection_text
 from ..scene.write_result import stored_deviation, stored_energies, stored_verdict
 from .properties import WEIGHT_TERMS, state
 from .wave_length import wave_text
 
 _CHARACTER = 6.5  # pixels, about, at interface scale 1
+FREE_BOUNDARY = "Keep Volume needs a boundary that stays: choose another Boundary"
 
 
 class _Tab:
@@ -50,12 +51,24 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         wave = wave_text(context, settings.strength)
         if wave:
             column.label(text=wave)
+        self._draw_volume(context, column)
         if context.mode == "EDIT_MESH":
             self._draw_edit(context, column)
         else:
             self._draw_object(context, column)
         self._draw_buttons()
         self._draw_message(context)
+
+    def _draw_volume(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
+        """Grey where the run would be refused; it can still be ticked off. In Edit Mode that depends on the selection."""
+        settings, active = context.scene.curvopt, context.view_layer.objects.active
+        loose = settings.boundary == "FREE" and context.mode == "OBJECT" and has_boundary(active)
+        part = column.column()
+        part.active = not loose
+        part.prop(settings, "keep_volume")
+        if loose:
+            for line in _lines(context, FREE_BOUNDARY):
+                part.label(text=line)
 
     def _draw_object(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         settings, active = context.scene.curvopt, context.view_layer.objects.active

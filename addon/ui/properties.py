@@ -129,6 +129,11 @@ class RunSettings:
         "keeps features. 1 forgets the original and finds the surface of least energy, a ball for a closed shape "
         "without holes", default=_STRENGTH, min=0.01, max=1.0, subtype="FACTOR",
     )
+    keep_volume: bpy.props.BoolProperty(
+        name="Keep Volume", description="The result has the volume of the original: it does not shrink. An open surface keeps "
+        "the volume between it and its boundary, which must stay. Where nothing else holds the shape, at strength 1 "
+        "without pins, this only sets the size of the result", default=False,
+    )
     resolution: bpy.props.EnumProperty(
         name="Resolution", description="Whether the result has more vertices than the cage", items=RESOLUTIONS,
         default=_RESOLUTION,
@@ -202,9 +207,19 @@ class CURVOPT_PG_settings(RunSettings, bpy.types.PropertyGroup):
     """Settings of the next run."""
 
 
-def with_slide(request: Request, slide: bool) -> Request:
-    """The same request with or without Slide."""
-    return replace(request, options={**request.options, "slide": int(slide)})
+def with_other(request: Request, strength: float, slide: bool, keeps_volume: bool) -> Request:
+    """The same request with another strength, with or without Slide and Keep Volume."""
+    options = {**request.options, "slide": int(slide)}
+    return replace(request, strength=strength, options=options, keeps_volume=keeps_volume)
+
+
+def other_name(request: Request, strength: float, slide: bool, keeps_volume: bool) -> str:
+    """What `with_other` changes, for people; empty for nothing."""
+    if strength != request.strength:
+        return f"Strength {strength:.3g}"
+    if slide != bool(request.options.get("slide")):
+        return "Slide"
+    return "Keep Volume" if keeps_volume != request.keeps_volume else ""
 
 
 class AdjustSettings:
@@ -219,6 +234,10 @@ class AdjustSettings:
     slide: bpy.props.BoolProperty(
         name="Slide", description="Vertices on a boundary or an infinitely sharp crease that Boundary keeps move along "
         "it: runs again", default=False, options={"SKIP_SAVE"},
+    )
+    keep_volume: bpy.props.BoolProperty(
+        name="Keep Volume", description="The result has the volume of the original: runs again", default=False,
+        options={"SKIP_SAVE"},
     )
     amount: bpy.props.FloatProperty(
         name="Amount", description="0 is the surface of the original, 1 the result", min=0.0, max=1.0, default=1.0,
@@ -255,7 +274,8 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
     }
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
     energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])
-    return Request(energy, levels, options, values["boundary"].lower(), symmetry, held, strength)
+    boundary, keeps_volume = values["boundary"].lower(), bool(values["keep_volume"])
+    return Request(energy, levels, options, boundary, symmetry, held, strength, keeps_volume=keeps_volume)
 
 
 def strength_of(value: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapes
 from addon.binding import abi, library
-from addon.binding.values import Cage, Held
+from addon.binding.values import Cage, Exceptions, Held
 from addon.core import energy, job, messages
 
 
@@ -40,6 +40,24 @@ class Gated:
     def allow(self) -> None:
         self.gate.release()
         assert self.reported.acquire(timeout=20)
+
+
+@pytest.mark.parametrize("residual, end, text", [
+    (1e-9, 4.0, ""), (-1e-9, 4.0, ""), (2e-8, 4.0, "The volume could not be kept, it is 2e-06 % off"),
+    (-0.0123, 4.0, "The volume could not be kept, it is 1.2 % off"), (0.5, math.nan, "The volume could not be kept"),
+    (math.nan, 4.0, "The volume could not be kept"),
+])  # fmt: skip
+def test_a_volume_that_was_not_kept_is_said(residual, end, text):
+    solution = job.solve(torus_cage(), job.Request("willmore", 1, {"max_iterations": 1}))
+    solution = dataclasses.replace(
+        solution, scalar_residuals={"volume": residual}, end=dataclasses.replace(solution.end, volume=end)
+    )
+    assert messages.volume_text(job.Request(keeps_volume=True), solution) == text
+    assert messages.volume_text(job.Request(), solution) == ""
+    left_out = dataclasses.replace(solution, exceptions=Exceptions((), 9, 4))
+    said = messages.volume_text(job.Request(keeps_volume=True), left_out)
+    assert said == (text or "Keep Volume does not see the faces that are left out: the volume under them may change")
+    assert messages.volume_text(job.Request(), left_out) == ""
 
 
 def test_ticks_follow_the_worker_to_its_end():

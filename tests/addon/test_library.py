@@ -80,6 +80,8 @@ def test_numbers_follow_the_header():
     text = HEADER.read_text()
     assert re.findall(r"curvopt_(\w+)_from_name", text) == abi.ENUMS
     assert int(re.search(r"CURVOPT_MAX_TERMS\s+(\d+)", text).group(1)) == abi.MAX_TERMS
+    assert int(re.search(r"CURVOPT_MAX_SCALARS\s+(\d+)", text).group(1)) == abi.MAX_SCALARS
+    assert int(re.search(r"CURVOPT_N_SCALARS\s+(\d+)", text).group(1)) == len(abi.SCALARS)
     assert float(re.search(r"SHARPNESS_INFINITE (\S+)", text).group(1)) == abi.SHARPNESS_INFINITE
     version = tuple(int(re.search(rf"VERSION_{part} (\d+)", text).group(1)) for part in ("MAJOR", "MINOR"))
     assert version == abi.HEADER_VERSION
@@ -254,6 +256,8 @@ def test_options_defaults_and_refusals(lib):
         lib.options({"mvs": 1.0}, level=3)
     with pytest.raises(ValueError, match="no option 'constraints'"):
         lib.options({"mvs": 1.0}, constraints=0)
+    with pytest.raises(ValueError, match="no option 'scalar_rule'"):
+        lib.options({"mvs": 1.0}, scalar_rule=1)
     with pytest.raises(ValueError, match="levels = 8589934592 is beyond"):
         lib.options({"mvs": 1.0}, levels=2**33)
     with pytest.raises(library.CurvoptError, match="levels.*13"):
@@ -270,6 +274,7 @@ def test_defaults_are_the_librarys(lib):
         assert names[getattr(options, name)] == getattr(defaults, name), name
     for name in ("levels", "max_iterations", "threads", "escape", "strength", "slide"):
         assert getattr(options, name) == getattr(defaults, name), name
+    assert not any(options.scalar_rule) and not any(options.scalar_value)
     request = job.Request()
     for name in ("energy", "levels", "boundary", "symmetry", "strength"):
         assert getattr(request, name) == getattr(defaults, name), name

@@ -56,6 +56,91 @@ def test_the_surface_goes_through_held_limit_points(cube, levels):
     assert np.abs(through.positions[0] - cube.positions[0]).max() > 1e-3
 
 
+def reduced(energies):
+    """6 sqrt(pi) V / A^(3/2)"""
+    return 6 * np.pi**0.5 * energies.volume / energies.area**1.5
+
+
+def test_volume_and_total_mean_curvature_are_those_of_the_surface(cube):
+    """The volume of the polyhedra converges to it; int H dA says how fast the area of parallel surfaces changes."""
+    found = curvopt.energies(cube)
+    fine = curvopt.refine(cube, 6)
+    quads = fine.positions[fine.face_vertices.reshape(-1, 4)]
+    sides = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    assert np.einsum("ij,ij->", quads.mean(axis=1), sides) / 6 == pytest.approx(found.volume, rel=1e-3)
+    assert found.reduced_volume == pytest.approx(reduced(found), rel=1e-12) and 0.9 < found.reduced_volume < 1
+    sphere = (4 * np.pi * found.area) ** 0.5  # of the sphere with this area; a convex surface has more (Minkowski)
+    assert sphere < found.total_mean_curvature < 1.05 * sphere
+    half = curvopt.Cage(0.5 * cube.positions, cube.face_sizes, cube.face_vertices)
+    assert curvopt.energies(half).volume == pytest.approx(found.volume / 8, rel=1e-9)
+    assert curvopt.energies(half).total_mean_curvature == pytest.approx(found.total_mean_curvature / 2, rel=1e-9)
+    opened = curvopt.energies(curvopt.cage(CORNERS, FACES[:-1]))
+    assert np.isnan(opened.volume) and np.isnan(opened.reduced_volume) and opened.total_mean_curvature > 0
+
+
+@pytest.mark.parametrize("name", ["volume", "area", "total_mean_curvature"])
+@pytest.mark.parametrize("levels", [1, 2])
+def test_numbers_are_kept_or_set(cube, name, levels):
+    """Each of a cage that is held in places, and by itself, where it is the result's size."""
+    of = lambda energies: getattr(energies, name)  # noqa: E731
+    start = curvopt.energies(cube)
+    free = curvopt.minimize(cube, levels=levels, held=[0, 7])
+    assert abs(of(free.energies) / of(start) - 1) > 1e-3 and free.summary.multipliers[name] == 0
+    for wanted, value in (("keep", of(start)), (1.02 * of(start), 1.02 * of(start))):
+        found = curvopt.minimize(cube, levels=levels, held=[0, 7], **{name: wanted})
+        assert abs(found.summary.scalar_residuals[name]) < 1e-8 and found.summary.multipliers[name] != 0
+        assert of(found.energies) == pytest.approx(value, rel=1e-5)
+        assert set(found.summary.multipliers) == set(found.summary.scalar_residuals)
+    alone = curvopt.minimize(cube, levels=levels, **{name: 5})
+    assert of(alone.energies) == pytest.approx(5, rel=1e-5) and alone.summary.multipliers[name] == 0
+
+
+@pytest.mark.parametrize("wanted", [0.8, "keep"])
+def test_reduced_volume(wanted):
+    cage = curvopt.cage(np.array(CORNERS) * [1, 1, 3], FACES)
+    part = 0.8 if wanted == "keep" else wanted
+    if wanted == "keep":
+        part = curvopt.energies(cage).reduced_volume
+    found = curvopt.minimize(cage, levels=2, reduced_volume=wanted)
+    assert found.energies.reduced_volume == pytest.approx(part, rel=1e-5)
+    assert found.energies.reduced_volume == pytest.approx(reduced(found.energies), rel=1e-12)
+    assert found.energies.area == pytest.approx(curvopt.energies(cage).area, rel=1e-5)
+    assert abs(found.summary.scalar_residuals["volume"]) < 1e-8
+    assert found.energies.objective > curvopt.minimize(cage, levels=2).energies.objective
+
+
+@pytest.mark.parametrize("options, words", [
+    ({"volume": "kept"}, "volume is 'kept': it must be 'keep' or a number"), ({"area": True}, "area is True"),
+    ({"total_mean_curvature": [1, 2]}, "total_mean_curvature is"), ({"reduced_volume": "all"}, "reduced_volume is 'all'"),
+    ({"volume": "keep", "reduced_volume": 0.5}, "exclude each other"),
+])  # fmt: skip
+def test_numbers_to_hold_are_keep_or_numbers(cube, options, words):
+    with pytest.raises(ValueError, match=words):
+        curvopt.minimize(cube, **options)
+
+
+@pytest.mark.parametrize("options, words", [
+    ({"volume": -1}, "scalar_value.* is -1; it must be positive"), ({"area": np.inf}, "positive and finite"),
+    ({"volume": 5, "area": 5}, "a volume of 5 does not fit into an area of 5"), ({"reduced_volume": 1.1}, "which is 1"),
+])  # fmt: skip
+def test_numbers_that_no_surface_has_are_refused(cube, options, words):
+    with pytest.raises(curvopt.CurvoptError, match=words):
+        curvopt.minimize(cube, levels=1, **options)
+
+
+def test_an_open_surface_keeps_what_it_encloses_with_its_boundary():
+    opened = curvopt.refine(curvopt.cage(CORNERS, FACES[:-1]))
+    kept = curvopt.minimize(opened, levels=1, volume="keep", strength=0.5)
+    assert np.isnan(kept.energies.volume) and abs(kept.summary.scalar_residuals["volume"]) < 1e-8
+    assert kept.summary.multipliers["volume"] != 0
+    with pytest.raises(curvopt.CurvoptError, match="the boundary may move"):
+        curvopt.minimize(opened, levels=1, volume="keep", boundary="free")
+    with pytest.raises(curvopt.CurvoptError, match="not closed"):
+        curvopt.minimize(opened, levels=1, volume=3)
+    with pytest.raises(ValueError, match="no volume that could be kept"):
+        curvopt.minimize(opened, levels=1, reduced_volume="keep")
+
+
 def test_exceptions_of_a_callback_come_through(cube):
     def fail(progress):
         raise KeyError("mine")

@@ -15,6 +15,8 @@ STATUSES = (  # by curvopt_status
 )  # fmt: skip
 BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
+SCALARS = ("volume", "area", "total_mean_curvature")  # by curvopt_scalar: numbers of a whole surface
+SCALAR_RULES = ("free", "keep", "value", "reduced")  # by curvopt_scalar_rule
 BOUNDARY_RULES = ("smooth", "corners")  # by curvopt_boundary_rule
 EXCEPTIONS = (  # by curvopt_exception: why vertices are held and faces left out of the energy
     "isolated", "crowded_edge", "flipped", "pinched", "cone", "corner", "degenerate", "beside", "hole",
@@ -23,9 +25,13 @@ SHARPNESS_INFINITE = 10.0
 SHAPE_ERRORS = tuple(map(STATUSES.index, ("geometry", "resolution")))  # coordinates without a surface
 
 MAX_TERMS = 8  # CURVOPT_MAX_TERMS
+MAX_SCALARS = 6  # CURVOPT_MAX_SCALARS
 
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
-ENUMS = "status boundary_rule surface term method boundary spacing symmetry plane exception stop step verdict".split()
+ENUMS = (
+    "status boundary_rule surface term method boundary spacing symmetry plane scalar scalar_rule exception"
+    " stop step verdict"
+).split()
 NAMES = {
     "curvopt_status_name": STATUSES,
     "curvopt_term_name": TERMS,
@@ -34,6 +40,8 @@ NAMES = {
     "curvopt_verdict_text": VERDICTS,
     "curvopt_boundary_name": BOUNDARIES,
     "curvopt_symmetry_name": SYMMETRIES,
+    "curvopt_scalar_name": SCALARS,
+    "curvopt_scalar_rule_name": SCALAR_RULES,
     "curvopt_boundary_rule_name": BOUNDARY_RULES,
     "curvopt_exception_name": EXCEPTIONS,
 }
@@ -131,6 +139,8 @@ class COptions(C.Structure):
         ("n_holes", C.c_int32),
         ("strict", C.c_int32),
         ("slide", C.c_int32),
+        ("scalar_rule", C.c_int32 * MAX_SCALARS),
+        ("scalar_value", C.c_double * MAX_SCALARS),
     ]
 
 
@@ -150,6 +160,8 @@ class CEnergies(C.Structure):
         ("min_jacobian", C.c_double),
         ("surface", C.c_int32),
         ("n_samples", C.c_int32),
+        ("volume", C.c_double),
+        ("total_mean_curvature", C.c_double),
     ]
 
 
@@ -186,6 +198,8 @@ class CSummary(C.Structure):
         *((name, C.c_int32) for name in "all_negative_directions free_negative_directions n_held n_left_out".split()),
         ("curve_deviation", C.c_double),
         *((name, C.c_int32) for name in "n_sliding reserved".split()),
+        ("multiplier", C.c_double * MAX_SCALARS),
+        ("scalar_residual", C.c_double * MAX_SCALARS),
     ]
 
 
@@ -210,11 +224,11 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    COptions: 192,
-    CEnergies: 200,
+    COptions: 264,
+    CEnergies: 216,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 96,
+    CSummary: 192,
     CDeviation: 80,
     CCrossings: 24,
 }

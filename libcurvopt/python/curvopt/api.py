@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -49,6 +50,25 @@ def _number(name: str, names: Sequence[str], what: str) -> int:
 
 def _options(lib: Library, energy: Energy, surface: str, **fields: object) -> COptions:
     return lib.options(_weights(energy), surface=_number(surface, SURFACES, "surface"), **fields)
+
+
+def _rule(name: str, wanted: str | float, rule: str) -> tuple[str, float]:
+    """The rule, of abi.SCALAR_RULES, and the value of a number that is to be held; `rule` is for one that is given."""
+    if wanted == "keep":
+        return "keep", 0.0
+    if isinstance(wanted, bool) or not isinstance(wanted, Real):
+        raise ValueError(f"{name} is {wanted!r}: it must be 'keep' or a number.")
+    return rule, float(wanted)
+
+
+def _part(wanted: str | float, cage: Cage, energy: Energy, surface: str, left_out: Sequence[int]) -> str | float:
+    """A reduced volume; for "keep" the cage's. ValueError where that has none."""
+    if wanted != "keep":
+        return wanted
+    part = abs(energies(cage, energy, surface=surface, left_out=left_out).reduced_volume)
+    if not part > 0:
+        raise ValueError("The cage's surface has no volume that could be kept: it is not closed, or faces are left out.")
+    return part
 
 
 class Cancel:
@@ -142,6 +162,10 @@ def minimize(
     symmetry: str = DEFAULTS.symmetry,
     strength: float = DEFAULTS.strength,
     slide: bool = DEFAULTS.slide,
+    volume: str | float | None = None,
+    area: str | float | None = None,
+    total_mean_curvature: str | float | None = None,
+    reduced_volume: str | float | None = None,
     held: object = None,
     weights: object = None,
     limit_points: bool = False,
@@ -158,6 +182,12 @@ def minimize(
     symmetry     of SYMMETRIES, or mirror planes such as "x" or "y,z"
     strength     0.001 .. 1; below 1 the surface stays near the cage's: waves shorter than S / (1 - S) RMS radii go
     slide        whether held vertices on boundaries and creases slide along these
+    volume, area, total_mean_curvature (int H dA)
+                 numbers of the whole surface that the result is to have: "keep", as the cage's, or a positive number in
+                 units^3, units^2, units. Where nothing else is held and the strength is 1, one of them only sets the result's
+                 size, which else has the cage's area
+    reduced_volume  the volume as a part of that of the sphere with the result's area: "keep", or above 0 .. 1; not with
+                 `volume`
     held (k,)    vertices that stay; with `weights` (k,) 0 .. 1 below 1 a spring pulls them back
     limit_points whether, in place of vertices that stay, the surface goes on through the points that belong to them
     places (k, 3) where the held vertices or limit points are to be; NAN: where they are
@@ -166,8 +196,10 @@ def minimize(
     cancel       the same from any thread
     options      further fields of curvopt_options by name, as numbers
 
-    CurvoptError where the library refuses, ValueError for unknown names and wrong lengths, and whatever `on_progress` raises.
-    A cancelled run is no error: its `summary.stop` is "cancelled"."""
+    CurvoptError where the library refuses, as a volume of a boundary that may move, or one that does not fit into the area;
+    ValueError for unknown names, wrong lengths and what is neither "keep" nor a number; and whatever `on_progress` raises.
+    A cancelled run is no error: its `summary.stop` is "cancelled". Nor is one that could not reach a number that is to be
+    held: `summary.scalar_residuals` says by how much, relatively, it misses; mostly it is below 1e-8."""
     lib = load()
     if symmetry in SYMMETRIES and symmetry != "planes":
         options["symmetry"] = SYMMETRIES.index(symmetry)
@@ -178,9 +210,15 @@ def minimize(
     if held is not None:
         firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
         pins = Held(np.asarray(held), firmness, limit_points, None if places is None else np.asarray(places, float))
+    numbers = {"volume": volume, "area": area, "total_mean_curvature": total_mean_curvature}
+    scalars = {name: _rule(name, wanted, "value") for name, wanted in numbers.items() if wanted is not None}
+    if reduced_volume is not None:
+        if volume is not None:
+            raise ValueError("volume and reduced_volume exclude each other: give the volume, or the volume and the area.")
+        scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     raw = _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, slide=int(slide), **options,
+        strength=strength, slide=int(slide), scalars=scalars, **options,
     )  # fmt: skip
     flag = cancel._flag if cancel is not None else None
     with _Mesh.of_cage(lib, cage) as mesh:

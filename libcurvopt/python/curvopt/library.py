@@ -24,10 +24,13 @@ from .abi import (
     FREEDOM_OF_LIMIT_POINT,
     HEADER_VERSION,
     INTS,
+    MAX_SCALARS,
     MAX_TERMS,
     NAMES,
     PROGRESS_FN,
     REALS,
+    SCALAR_RULES,
+    SCALARS,
     SIGNATURES,
     STOPS,
     STRUCT_SIZES,
@@ -188,10 +191,12 @@ class Library:
         return out
 
     def options(
-        self, weights: Mapping[str, float], held: Held | None = None, holes: object = (), **fields: float
-    ) -> COptions:
+        self, weights: Mapping[str, float], held: Held | None = None, holes: object = (),
+        scalars: Mapping[str, tuple[str, float]] | None = None, **fields: float,
+    ) -> COptions:  # fmt: skip
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, with
-        vertices held, and faces (k,) that are `holes`.
+        vertices held, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
+        abi.SCALAR_RULES, and the value, 0 where the rule takes none.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
         refuses."""
@@ -202,9 +207,12 @@ class Library:
             if term not in TERMS:
                 raise ValueError(f"There is no energy '{term}'; there are {', '.join(TERMS)}.")
             options.weights[TERMS.index(term)] = weight
-        kinds = dict(COptions._fields_)
+        for scalar, (rule, value) in (scalars or {}).items():
+            options.scalar_rule[SCALARS.index(scalar)] = SCALAR_RULES.index(rule)
+            options.scalar_value[SCALARS.index(scalar)] = value
+        kinds = {name: kind for name, kind in COptions._fields_ if kind in (C.c_int32, C.c_double)}
         for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "weights", "constraints", "holes", "n_holes"):
+            if name not in kinds or name in ("struct_size", "n_holes"):
                 raise ValueError(f"There is no option '{name}'.")
             if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
@@ -511,6 +519,7 @@ class Result(_Handle):
             Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
             raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
             raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
+            dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)),
         )  # fmt: skip
 
     def level(self, index: int) -> LevelReport:

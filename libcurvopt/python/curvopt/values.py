@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -66,7 +67,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Energies:
-    """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2."""
+    """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2; volume
+    in units^3, NAN where there is a boundary or faces are left out; total mean curvature, int H dA, in units."""
 
     objective: float
     area: float
@@ -79,11 +81,20 @@ class Energies:
     min_jacobian: float
     surface: str
     n_samples: int
+    volume: float
+    total_mean_curvature: float
+
+    @property
+    def reduced_volume(self) -> float:
+        """The volume as a part of that of the sphere with the same area; NAN without a volume."""
+        return 6 * math.sqrt(math.pi) * self.volume / self.area**1.5
 
     @classmethod
     def from_c(cls, raw: CEnergies) -> Energies:
         """A copy of the struct."""
-        same = "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples".split()
+        same = (
+            "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples volume total_mean_curvature"
+        ).split()
         return cls(
             terms=dict(zip(TERMS, raw.term)),
             term_errors=dict(zip(TERMS, raw.term_error)),
@@ -150,7 +161,9 @@ class Verification:
 @dataclass(frozen=True)
 class Summary:
     """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the negative directions are -1
-    without options.verify; `n_sliding` vertices of the input cage may slide."""
+    without options.verify; `n_sliding` vertices of the input cage may slide. By the names of abi.SCALARS: `multipliers`, how
+    much the least objective rises for each unit by which what is held does; `scalar_residuals`, relative distances of what is
+    held from what it is to be. Both are 0 where nothing is held."""
 
     start: Energies
     end: Energies
@@ -164,3 +177,5 @@ class Summary:
     free_negative_directions: int
     all_negative_directions: int
     n_sliding: int
+    multipliers: Mapping[str, float]
+    scalar_residuals: Mapping[str, float]

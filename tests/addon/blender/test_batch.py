@@ -165,6 +165,36 @@ def test_strength_keeps_the_surface_near_and_the_default_is_the_minimum(batch, c
     assert code == 1 and errors == ["Strength is 0; it must be 0.001 to 1."]
 
 
+def test_volume_is_kept(batch, cage_file, add):
+    """In the report before and after; the library refuses it of a boundary that may move."""
+    volumes, common = [], ["--energy", "willmore", "--levels", "1", "--strength", "0.5", "--json", "out.json"]
+    for arguments in ([], ["--keep-volume"]):
+        assert batch(*common, *arguments)[:2] == (0, [])
+        found = json.loads((cage_file.parent / "out.json").read_text())
+        assert found["keep_volume"] == bool(arguments) and abs(found["scalar_residuals"]["volume"]) < 1e-8
+        assert (found["multipliers"]["volume"] != 0) == bool(arguments)
+        assert 0 < found["reduced_volume"] < 1 and found["total_mean_curvature"] > 0
+        volumes.append(found["volume"] / found["before"]["volume"] - 1)
+    assert abs(volumes[0]) > 1e-3 and abs(volumes[1]) < 1e-6
+    bpy.data.objects.remove(bpy.data.objects["Spare"])
+    add(*shapes.grid())
+    save_again(cage_file)
+    assert batch(*common, "--keep-volume")[:2] == (0, [])
+    found = json.loads((cage_file.parent / "out.json").read_text())
+    assert found["volume"] is None and found["before"]["volume"] is None and found["multipliers"]["volume"] != 0
+    code, errors, _ = batch(*common, "--keep-volume", "--boundary", "free")
+    assert code == 1 and len(errors) == 1 and errors[0].startswith("The volume cannot be held: the boundary may move")
+
+
+def test_volume_is_one_of_the_settings_of_many(batch, cage_file):
+    """A second call with it is another run."""
+    common = [cage_file, "--into", cage_file.parent / "into", "--levels", "1", "--strength", "0.5"]
+    for arguments, keep_volume in (([], False), (["--keep-volume"], True)):
+        assert batch(*common, *arguments)[:2] == (0, [])
+        found = json.loads((cage_file.parent / "into" / "cage-willmore-1.json").read_text())
+        assert found["input"]["keep_volume"] == found["keep_volume"] == keep_volume
+
+
 def test_object_is_chosen_by_name(batch, cage_file):
     code, _, _ = batch("--energy", "willmore", "--levels", "1", "--object", "Spare", "--json", "out.json")
     assert code == 0

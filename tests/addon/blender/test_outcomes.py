@@ -345,6 +345,6 @@ def test_result_of_an_object_in_edit_mode_is_a_new_object(torus, part):
 
 def test_report_has_every_energy_before_and_after(torus, part):
     rows = part("scene.write_result").stored_energies(minimize())
-    names = ["Willmore", "MVS", "MVS_cross", "Variation", "Mehlum-Tarrou", "∫H²", "∫K", "Area"]
+    names = ["Willmore", "MVS", "MVS_cross", "Variation", "Mehlum-Tarrou", "∫H²", "∫K", "Area", "Volume"]
     assert [row[0] for row in rows] == names
     assert all(np.isfinite(row[1:]).all() for row in rows)
