@@ -22,6 +22,10 @@ static const co_held_numbers RATIOS = {.n = 2,
                                        .held = {{CURVOPT_SCALAR_VOLUME, CURVOPT_SCALAR_AREA, 1, 0.1, 1},
                                                 {CURVOPT_SCALAR_MEAN_CURVATURE, CURVOPT_SCALAR_AREA, 1, 3, 1}}};
 
+/* Volume over area alone: of few vertices two numbers hardly are two. */
+static const co_held_numbers RATIO = {
+    .n = 1, .orientation = 1, .held = {{CURVOPT_SCALAR_VOLUME, CURVOPT_SCALAR_AREA, 1, 0.1, 1}}};
+
 static void fixture_of(cage c, const curvopt_options *options, const co_held_numbers *held, double off, fixture *f) {
     co_level_objective objective;
     curvopt_error error;
@@ -76,12 +80,12 @@ static void for_all(check_fn check) {
         const co_held_numbers *held;
     } of[] = {{cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &w, &RATIOS},
               {cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &mvs, &RATIOS},
-              {stretched(cage_shaken(cage_prism(5), 0.1)), &w, &RATIOS},
+              {stretched(cage_shaken(cage_prism(5), 0.1)), &w, &RATIO},
               {cage_shaken(cage_torus(7, 5, 1, 0.4), 0.05), &pinned, &ABSOLUTE},
-              {cage_torus(8, 4, 1, 0.35), &symmetric, &RATIOS}};
+              {cage_torus(8, 6, 1, 0.35), &symmetric, &RATIOS}};
     for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
         fixture f;
-        fixture_of(of[k].c, of[k].options, of[k].held, -1e-3, &f);
+        fixture_of(of[k].c, of[k].options, of[k].held, -1e-5, &f);
         check(&f);
         fixture_free(&f);
     }
@@ -124,7 +128,7 @@ static const double AT[4] = {-2, -1, 1, 2}, WEIGHT[4] = {1.0 / 12, -8.0 / 12, 8.
 static void check_gradient(fixture *f) {
     co_level_objective *o = &f->level->objective;
     double *z = calloc(2 * f->n, sizeof *z), *v = z + f->n;
-    const double h = 1e-3;
+    const double h = 2e-4;
     CHECK_TRUE(z != NULL);
     co_level_objective_evaluate(o, &f->level->now);
     for (int k = 0; k < 5; k++) {
@@ -235,9 +239,7 @@ static void test_targets(void **state) {
     for (int k = 0; k < 3; k++) {
         fixture f;
         int changed;
-        co_held_numbers one = RATIOS;
-        one.n = 1;
-        fixture_of(cage_torus(7, 5, 1, 0.4), &w, &one, off[k], &f);
+        fixture_of(cage_torus(7, 5, 1, 0.4), &w, &RATIO, off[k], &f);
         const double wanted = f.s->run.wanted.held[0].target, now = f.held.held[0].target;
         CHECK_TRUE((now == wanted) == (k == 0));
         CHECK_TRUE(fabs(now - wanted) < fabs(wanted / (1 + off[k]) - wanted));

@@ -24,8 +24,8 @@ struct co_sparse_cholesky {
     cholmod_factor *factor;
     cholmod_factor *indefinite; /* L D L^T; made when first needed */
     int solves_indefinite;      /* whether it was factored last */
-    cholmod_dense *right, *x; /* right-hand side and solution, kept between solutions */
-    cholmod_dense *y, *e;     /* CHOLMOD's work space for solving, kept as well */
+    cholmod_dense *right, *x;   /* right-hand side and solution, kept between solutions */
+    cholmod_dense *y, *e;       /* CHOLMOD's work space for solving, kept as well */
 };
 
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,

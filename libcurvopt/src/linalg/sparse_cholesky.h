@@ -18,8 +18,8 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *factor);
  * ERROR_MEMORY. */
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *factor, double shift, int *positive, curvopt_error *error);
 /* Factors matrix + shift * identity as L D L^T without pivots, whether it is positive definite or not, to solve with.
- * *n_negative: negative entries of D, as many as negative eigenvalues but for rounding, which nothing bounds here; -1 if
- * a pivot is zero. ERROR_MEMORY. */
+ * *n_negative: negative entries of D, as many as negative eigenvalues but for rounding, which nothing bounds here; -1
+ * if a pivot is zero. ERROR_MEMORY. */
 int32_t co_sparse_cholesky_factorize_indefinite(co_sparse_cholesky *factor, double shift, int32_t *n_negative,
                                                 curvopt_error *error);
 /* Negative eigenvalues of matrix + shift * identity, by Sylvester's law of inertia from an L D L^T factorization

@@ -9,7 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Relative distance from a target that is none, and one that stands where rounding lets nothing better be had. */
+/* Relative distance from a target that is none, and one from which a step leads to where rounding lets nothing better
+ * be had. */
 static const double EXACT = 1e-13, GOOD = 1e-11;
 /* Longest step on the way back, in parts of the longest way: near a sphere, which has the most volume of all, the first
  * one is much too long. */
@@ -110,25 +111,56 @@ void co_held_level_take_as_targets(co_held_level *h, const double *x) {
         h->numbers.held[k].target += residual[k] * h->numbers.held[k].unit;
 }
 
-void co_held_level_choose_ways(co_held_level *h, const double *x) {
+/* The ways become combinations of themselves by which one constraint changes each, as much as it moves: smooth ones of
+ * two numbers may nearly be the same. Where constraints have no slope along them they stay. */
+static void separate_ways(co_held_level *h) {
+    const int count = h->numbers.n;
     const size_t n = n_of(h);
+    square along, inverse;
+    find_along(h);
+    memcpy(along, h->along, sizeof along);
+    co_small_dense_invert(count, CURVOPT_N_SCALARS, along[0], inverse[0]);
+    for (int k = 0; k < count; k++)
+        if (!(largest(count, inverse[k]) < INFINITY))
+            return;
+    for (size_t i = 0; i < n; i++) {
+        double of_all[CURVOPT_N_SCALARS] = {0};
+        for (int k = 0; k < count; k++)
+            for (int l = 0; l < count; l++)
+                of_all[k] += h->newton.way[(size_t)l * n + i] * inverse[l][k];
+        for (int k = 0; k < count; k++)
+            h->newton.way[(size_t)k * n + i] = of_all[k];
+    }
+    find_along(h);
+}
+
+void co_held_level_choose_ways(co_held_level *h, const double *x) {
     double integral[CO_N_INTEGRALS];
     place(h, x);
     co_assembly_numbers(h->assembly, h->positions, co_held_numbers_has_mean(&h->numbers), integral);
     find_gradients(h, integral, 1);
-    memcpy(h->newton.way, h->gradient, (size_t)h->numbers.n * n * sizeof *h->gradient);
-    co_held_level_normalize_ways(h);
+    memcpy(h->newton.way, h->gradient, (size_t)h->numbers.n * n_of(h) * sizeof *h->gradient);
+    separate_ways(h);
 }
 
-void co_held_level_normalize_ways(co_held_level *h) {
-    const size_t n = n_of(h);
-    for (int k = 0; k < h->numbers.n; k++) {
-        double *way = h->newton.way + (size_t)k * n;
-        const double length = co_vector_norm(n, way);
-        for (size_t i = 0; i < n; i++)
-            way[i] /= length;
-    }
-    find_along(h);
+void co_held_level_straighten_ways(co_held_level *h, const double *x) {
+    const co_dof_map *r = h->dofs;
+    const co_assembly *a = h->assembly;
+    double *normal = h->work;
+    place(h, x);
+    co_assembly_place(h->assembly, h->positions, 1);
+    co_assembly_number_gradient(h->assembly, CURVOPT_SCALAR_VOLUME, h->point_gradient);
+    co_dof_map_gradient_of(r, a->active, a->n_active_cage, h->point_gradient, normal);
+    for (int k = 0; k < h->numbers.n; k++)
+        for (int32_t node = 0; node < r->n_nodes; node++) {
+            const size_t first = (size_t)r->first[node], size = (size_t)co_dof_map_dimension(r, node);
+            double *way = h->newton.way + (size_t)k * n_of(h) + first;
+            const double square = co_vector_dot(size, normal + first, normal + first);
+            const double part = square > 0 ? co_vector_dot(size, way, normal + first) / square : 0;
+            for (size_t i = 0; i < size; i++)
+                way[i] = part * normal[first + i];
+        }
+    separate_ways(h);
 }
 
 /* solution = a^-1 right, of n rows. */
@@ -143,18 +175,35 @@ static void solve(int n, square a, const double *right, double *solution) {
     }
 }
 
-/* Longest displacement of a vertex by t at most. */
+/* Longest displacement of a vertex by t. */
 static double length_of(const co_held_level *h, const double *t) {
-    double sum = 0;
+    const size_t n = n_of(h);
+    double *step = h->gradient + (size_t)h->numbers.n * n;
+    memset(step, 0, n * sizeof *step);
     for (int k = 0; k < h->numbers.n; k++)
-        sum += fabs(t[k]) * co_dof_map_longest(h->dofs, h->newton.way + (size_t)k * n_of(h));
-    return sum;
+        co_vector_add(n, t[k], h->newton.way + (size_t)k * n, step);
+    return co_dof_map_longest(h->dofs, step);
+}
+
+/* Broyden's update: what the last step t should have changed c by, and did. */
+static void update_slope(int n, square slope, const double *before, const double *c, const double *t) {
+    double length = 0;
+    for (int k = 0; k < n; k++)
+        length += t[k] * t[k];
+    for (int k = 0; k < n; k++) {
+        double missed = c[k] - before[k];
+        for (int l = 0; l < n; l++)
+            missed -= slope[k][l] * t[l];
+        for (int l = 0; l < n; l++)
+            slope[k][l] += missed * t[l] / length;
+    }
 }
 
 int co_held_level_go_back(co_held_level *h, const double *x, double most) {
     const int count = h->numbers.n;
     const size_t n = n_of(h);
     double c[CURVOPT_N_SCALARS] = {0}, before[CURVOPT_N_SCALARS], t[CURVOPT_N_SCALARS] = {0}, total = 0;
+    int is_good = 0;
     square slope; /* of c by t */
     memcpy(slope, h->along, sizeof slope);
     memcpy(h->back, x, n * sizeof *x);
@@ -162,20 +211,13 @@ int co_held_level_go_back(co_held_level *h, const double *x, double most) {
         memcpy(before, c, sizeof before);
         co_held_level_residuals(h, h->back, c);
         const double off = largest(count, c);
-        if (off <= EXACT || (trial > 0 && off <= GOOD && off >= 0.5 * largest(count, before)))
+        if (off <= EXACT || (is_good && off <= GOOD))
             return 1;
         if (!(off < INFINITY))
             return 0;
-        double square_of_step = 0;
-        for (int k = 0; trial > 0 && k < count; k++)
-            square_of_step += t[k] * t[k];
-        for (int k = 0; trial > 0 && k < count; k++) { /* Broyden's: what the last step should have done, and did */
-            double missed = c[k] - before[k];
-            for (int l = 0; l < count; l++)
-                missed -= slope[k][l] * t[l];
-            for (int l = 0; l < count; l++)
-                slope[k][l] += missed * t[l] / square_of_step;
-        }
+        is_good = off <= GOOD; /* one more step; of what that changes nothing is learnt but rounding */
+        if (trial > 0 && !is_good)
+            update_slope(count, slope, before, c, t);
         solve(count, slope, c, t);
         const double length = length_of(h, t);
         const double scale = length > LONGEST * most ? LONGEST * most / length : 1;

@@ -31,8 +31,9 @@ int32_t co_held_level_create(const co_held_numbers *numbers, const co_dof_map *d
 void co_held_level_free(co_held_level *held);
 /* The ways become the constraints' gradients at x [n_variables]. */
 void co_held_level_choose_ways(co_held_level *held, const double *x);
-/* After the caller has changed them: they become of length 1. */
-void co_held_level_normalize_ways(co_held_level *held);
+/* After the caller has changed them: of what each vertex moves by, only the part along the volume's gradient stays, so
+ * that no way slides vertices into folds; and they are separated. x [n_variables]: where they were chosen. */
+void co_held_level_straighten_ways(co_held_level *held, const double *x);
 /* held->back becomes where x [n_variables] goes back to, by displacements up to `most` of a vertex; 0 if it does not.
  */
 int co_held_level_go_back(co_held_level *held, const double *x, double most);

@@ -132,18 +132,26 @@ int32_t co_level_hessian_factorize(co_level_hessian *h, const co_damping *dampin
     return status;
 }
 
+/* Shift of the matrix by which ways are softened, in parts of its mean diagonal: without, motions that it hardly sees
+ * would be the ways, and the same ones of all numbers. */
+static const double SOFTENING = 0.1;
+
 int32_t co_level_hessian_soften_ways(co_level_hessian *h, const co_iterate *now, curvopt_error *error) {
     co_held_level *numbers = &h->objective->numbers;
     const size_t n = co_level_objective_n(h->objective);
+    const co_second_kind kind = {.exact = 0};
     h->system.held = NULL; /* of the matrix itself */
-    int32_t status = co_level_hessian_update(h, now, 1, error);
+    int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+    if (status == CURVOPT_OK)
+        status = co_level_hessian_factorize_shifted(h, SOFTENING * co_newton_system_mean_diagonal(&h->system), error);
     for (int k = 0; k < numbers->numbers.n && status == CURVOPT_OK && h->has_factor; k++) {
         double *way = numbers->newton.way + (size_t)k * n;
         status = co_level_hessian_solve(h, way, way, error);
     }
-    co_held_level_normalize_ways(numbers);
+    co_held_level_straighten_ways(numbers, now->x);
     h->system.held = &numbers->newton;
     h->has_factor = 0;
+    h->shift = 0;
     return status;
 }
 
