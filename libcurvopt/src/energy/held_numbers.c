@@ -8,9 +8,10 @@
 static const co_integral integral_of[CURVOPT_N_SCALARS] = {[CURVOPT_SCALAR_VOLUME] = CO_INT_VOLUME,
                                                            [CURVOPT_SCALAR_AREA] = CO_INT_AREA,
                                                            [CURVOPT_SCALAR_MEAN_CURVATURE] = CO_INT_MEAN};
-/* The power of a length that each is. */
-static const int degree[CURVOPT_N_SCALARS] = {
-    [CURVOPT_SCALAR_VOLUME] = 3, [CURVOPT_SCALAR_AREA] = 2, [CURVOPT_SCALAR_MEAN_CURVATURE] = 1};
+
+int co_held_numbers_degree(int scalar) {
+    return scalar == CURVOPT_SCALAR_VOLUME ? 3 : scalar == CURVOPT_SCALAR_AREA ? 2 : 1;
+}
 
 static double sign_of(const co_held_numbers *n, int scalar) {
     return scalar == CURVOPT_SCALAR_AREA ? 1 : n->orientation;
@@ -23,7 +24,8 @@ co_held_residual co_held_numbers_residual(const co_held_numbers *n, int k, const
     co_held_residual r = {.value = number};
     r.slope[s] = sign_of(n, s) / h->unit;
     if (by >= 0) { /* number * measure^power */
-        const double measure = sign_of(n, by) * integral[integral_of[by]], power = -(double)degree[s] / degree[by];
+        const double measure = sign_of(n, by) * integral[integral_of[by]],
+                     power = -(double)co_held_numbers_degree(s) / co_held_numbers_degree(by);
         const double scale = measure > 0 ? co_exp(power * co_log(measure)) : (double)NAN;
         const double rate = power * sign_of(n, by) / measure;
         r.value *= scale;

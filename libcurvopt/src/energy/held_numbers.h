@@ -30,6 +30,8 @@ typedef struct co_held_residual {
     double second[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];
 } co_held_residual;
 
+/* The power of a length that a number (curvopt_scalar) is. */
+int co_held_numbers_degree(int scalar);
 /* Whether one of them is total mean curvature, which is more work. */
 int co_held_numbers_has_mean(const co_held_numbers *numbers);
 /* NAN where a number that lengths are measured by is not positive. */

@@ -6,8 +6,6 @@
 
 #include <math.h>
 
-static const int degree[CURVOPT_N_SCALARS] = {
-    [CURVOPT_SCALAR_VOLUME] = 3, [CURVOPT_SCALAR_AREA] = 2, [CURVOPT_SCALAR_MEAN_CURVATURE] = 1};
 static const char *const name[CURVOPT_N_SCALARS] = {[CURVOPT_SCALAR_VOLUME] = "volume",
                                                     [CURVOPT_SCALAR_AREA] = "area",
                                                     [CURVOPT_SCALAR_MEAN_CURVATURE] = "total mean curvature"};
@@ -84,7 +82,7 @@ static co_held_number hold(const curvopt_options *o, int s, int is_framed, const
                            double area, double wanted) {
     const int is_reduced = o->scalar_rule[s] == CURVOPT_SCALAR_RULE_REDUCED;
     const double length = is_framed ? radius : co_run_size_unit(size, 1);
-    const double scale = is_reduced ? of_sphere(s, 1) : co_power(1 / length, degree[s]);
+    const double scale = is_reduced ? of_sphere(s, 1) : co_power(1 / length, co_held_numbers_degree(s));
     const double sphere = of_sphere(s, is_reduced ? 1 : area / (length * length));
     const double target = scale * (is_reduced ? o->scalar_value[s] : wanted);
     return (co_held_number){.scalar = s,

@@ -81,9 +81,9 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
-/* Where numbers are held: `now` goes back to where they have their values, and is
- * evaluated. The targets become what the run wants, or as much of that as vertices can go to at once by `most` mean
- * edges at most. Returns whether they are what the run wants; *changed: whether they are others than before. */
+/* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what
+ * the run wants, or as much of that as vertices can go to at once by `most` mean edges at most. Returns whether they
+ * are what the run wants; *changed: whether they are others than before. */
 int co_level_objective_aim(co_level_objective *objective, double most, co_iterate *now, int *changed);
 /* `now` goes back to held numbers, where its value and gradient are the same. */
 void co_level_objective_go_back(co_level_objective *objective, co_iterate *now);

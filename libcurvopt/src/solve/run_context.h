@@ -1,4 +1,4 @@
-/* What all levels of a run share, and none changes. SPDX-License-Identifier: GPL-3.0-or-later */
+/* What all levels of a run share, and none changes but `held`. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_RUN_CONTEXT_H
 #define CO_SOLVE_RUN_CONTEXT_H
 
@@ -21,11 +21,10 @@ typedef struct co_run_context {
     double centroid[3];           /* of the input cage: the frame of levels that hold vertices, with `radius` */
     double radius;                /* root mean square, of the input cage */
     co_run_size size;             /* of the result, where nothing of the cage is held */
-    co_held_numbers *held;  /* numbers of the whole surface that are held, with the targets reached so far; NULL: none
-                             */
-    co_held_numbers wanted; /* the same with the targets at the end */
-    const double *shape;    /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
-                               (blend_disc_half.h); NULL: by the cage that each objective begins with */
+    co_held_numbers *held;        /* numbers of the surface that are held, at the targets reached so far; NULL: none */
+    co_held_numbers wanted;       /* the same with the targets at the end */
+    const double *shape;          /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
+                                     (blend_disc_half.h); NULL: by the cage that each objective begins with */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
