@@ -538,8 +538,8 @@ typedef struct curvopt_options {
      * itself then costs nothing: the result has that size instead of the input's area. What is held beside is a
      * shape's: volume and area together, or one that is REDUCED.
      *
-     * Refused are: a volume, or a reduced scalar, of a boundary that may move; a VALUE or a REDUCED one where there is
-     * a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
+     * Refused are: a volume where options.boundary is FREE and there is one; its VALUE, or a REDUCED volume, where
+     * there is a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
     int32_t scalar_rule[CURVOPT_MAX_SCALARS];
     /* [..] the value of each curvopt_scalar with the rule VALUE or REDUCED: positive and finite; else 0. */
     double scalar_value[CURVOPT_MAX_SCALARS];

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import cyclides
+import vesicle_branches
 import vesicles
 from vesicles import AREA, PRESSURE, PSI, SPHERE_VOLUME, TENSION
 
@@ -18,21 +19,21 @@ FOLDER = Path(vesicles.__file__).resolve().parent
 @pytest.fixture(scope="module")
 def prolate() -> vesicles.Shape:
     """A prolate shape at v = 0.65."""
-    return vesicles.simple_branch(1.0, np.array([0.65]), 32)[0]
+    return vesicle_branches.simple_branch(1.0, np.array([0.65]), 32)[0]
 
 
 @pytest.fixture(scope="module")
 def oblate() -> vesicles.Shape:
     """An oblate shape at v = 0.59."""
-    return vesicles.simple_branch(-1.0, np.array([0.59]), 32)[0]
+    return vesicle_branches.simple_branch(-1.0, np.array([0.59]), 32)[0]
 
 
 @pytest.fixture(scope="module")
 def cup(oblate: vesicles.Shape) -> vesicles.Shape:
     """A stomatocyte at v = 0.59."""
-    near = vesicles.at_volume(oblate, 0.51, 32)
-    _, lower = vesicles.stomatocyte_start(near, 32)
-    return vesicles.at_volume(lower, 0.59, 48)
+    near = vesicle_branches.at_volume(oblate, 0.51, 32)
+    _, lower = vesicle_branches.stomatocyte_start(near, 32)
+    return vesicle_branches.at_volume(lower, 0.59, 48)
 
 
 def rows() -> list[dict[str, str]]:
@@ -132,7 +133,7 @@ def test_pressure_is_minus_the_energy_slope(oblate: vesicles.Shape,
                                             cup: vesicles.Shape) -> None:
     for shape in (oblate, cup):
         step = 1e-3
-        energy = [vesicles.at_volume(shape, shape.volume + i * step,
+        energy = [vesicle_branches.at_volume(shape, shape.volume + i * step,
                                      48).willmore() for i in (-2, -1, 1, 2)]
         slope = (energy[0] - 8 * energy[1] + 8 * energy[2] - energy[3]) / (
             12.0 * step)
@@ -144,7 +145,7 @@ def test_pressure_is_minus_the_energy_slope(oblate: vesicles.Shape,
 def test_energy_near_the_sphere(sign: float) -> None:
     # The second coefficient was recognized from a fit, not derived.
     root = np.sqrt(np.array([0.02, 0.01, 0.005, 0.0025, 0.00125]))
-    shapes = vesicles.simple_branch(sign, 1.0 - root ** 2, 24)
+    shapes = vesicle_branches.simple_branch(sign, 1.0 - root ** 2, 24)
     excess = np.array([s.willmore() / AREA - 1.0 for s in shapes])
     limit = np.polyfit(root, excess / root ** 2, 4)
     assert limit[-1] == pytest.approx(2.0, abs=1e-5)
@@ -154,7 +155,7 @@ def test_energy_near_the_sphere(sign: float) -> None:
 
 def test_prolate_and_oblate_cross(prolate: vesicles.Shape,
                                   oblate: vesicles.Shape) -> None:
-    v, _ = vesicles.crossing(prolate, oblate, (0.645, 0.66), 32)
+    v, _ = vesicle_branches.crossing(prolate, oblate, (0.645, 0.66), 32)
     assert round(v, 2) == 0.65
     name = "crossing prolate/oblate, 96 elements"
     assert v == pytest.approx(special()[name], abs=1e-7)
@@ -162,7 +163,7 @@ def test_prolate_and_oblate_cross(prolate: vesicles.Shape,
 
 def test_oblate_and_stomatocyte_cross(oblate: vesicles.Shape,
                                       cup: vesicles.Shape) -> None:
-    v, _ = vesicles.crossing(oblate, cup, (0.585, 0.6), 48)
+    v, _ = vesicle_branches.crossing(oblate, cup, (0.585, 0.6), 48)
     assert round(v, 2) == 0.59
     name = "crossing oblate/stomatocyte, 96 elements"
     assert v == pytest.approx(special()[name], abs=1e-6)

@@ -70,23 +70,18 @@ CO_SIMD_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points
     transpose_jets(rows, mixed, n_points, S_bar, first, last, 1, G);
 }
 
-CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
-    memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
-    lane_cross(S[2], m->n, S_bar[1]);
-    lane_cross(m->n, S[1], S_bar[2]);
-    for (int c = 0; c < 3; c++) {
-        S_bar[1][c] *= weight;
-        S_bar[2][c] *= weight;
-    }
-}
-
-/* S_bar [1], [2] += those of J times a weight, which is over J here; normal: S_u x S_v. */
-CO_SIMD_INLINE void add_area_adjoint(lane S[CO_JET][3], const lane normal[3], lane over_J, lane S_bar[CO_JET][3]) {
+/* S_bar [1], [2] += those of J times a weight; normal: S_u x S_v, and the weight over J, or of length 1. */
+CO_SIMD_INLINE void add_area_adjoint(lane S[CO_JET][3], const lane normal[3], lane weight, lane S_bar[CO_JET][3]) {
     lane turned[3];
     lane_cross(S[2], normal, turned);
-    lane_add_scaled(S_bar[1], over_J, turned);
+    lane_add_scaled(S_bar[1], weight, turned);
     lane_cross(normal, S[1], turned);
-    lane_add_scaled(S_bar[2], over_J, turned);
+    lane_add_scaled(S_bar[2], weight, turned);
+}
+
+CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
+    memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
+    add_area_adjoint(S, m->n, weight, S_bar);
 }
 
 CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int third, const sample_state *m,
