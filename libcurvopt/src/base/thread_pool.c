@@ -2,6 +2,7 @@
 #define _GNU_SOURCE /* NOLINT: for sched_getaffinity */
 #include "base/thread_pool.h"
 
+#include "base/clock.h"
 #include "base/memory.h"
 
 #include <pthread.h>
@@ -26,6 +27,7 @@ struct co_thread_pool {
     int32_t n_workers;  /* threads that were started */
     int is_started;     /* or the start was tried */
     int is_ending;      /* set with the last task_number */
+    int may_look;       /* each thread has a processor */
     atomic_int is_busy; /* a task runs */
     pthread_mutex_t mutex;
     pthread_cond_t begins, ends; /* of a task */
@@ -60,7 +62,9 @@ int32_t co_thread_pool_create(int32_t n_threads, co_thread_pool **out, curvopt_e
     co_thread_pool *p = *out = CO_NEW(co_thread_pool, 1);
     if (!p)
         return co_status_no_memory(error);
-    p->n_threads = n_threads > 0 ? n_threads : co_thread_pool_processors();
+    const int32_t n_processors = co_thread_pool_processors();
+    p->n_threads = n_threads > 0 ? n_threads : n_processors;
+    p->may_look = p->n_threads <= n_processors;
     p->worker = CO_NEW(worker, p->n_threads - 1);
     if (!p->worker)
         goto no_worker;
@@ -85,14 +89,48 @@ int32_t co_thread_pool_size(const co_thread_pool *p) {
     return p ? p->n_threads : 1;
 }
 
+/* A thread that waits looks for so long before it sleeps: most passes follow each other sooner than a thread falls
+ * asleep and wakes (libcurvopt/notes/32-waiting-threads.md). */
+static const double LOOKING_SECONDS = 1e-4;
+enum { LOOKS_AT_A_TIME = 32 };
+
+static inline void relax(void) {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static int is_next(const co_thread_pool *p, unsigned last) {
+    return atomic_load_explicit(&p->task_number, memory_order_acquire) != last;
+}
+
+static int has_ended(const co_thread_pool *p) {
+    return atomic_load_explicit(&p->n_running, memory_order_acquire) == 0;
+}
+
+/* Until the task after number `last`, or where that is NULL the end of the present one; for a while at most. Threads
+ * without a processor of their own would take it from each other, and do not look. */
+static void look(const co_thread_pool *p, const unsigned *last) {
+    if (!p->may_look)
+        return;
+    for (const double begin = co_clock_seconds(); co_clock_seconds() - begin < LOOKING_SECONDS;)
+        for (int k = 0; k < LOOKS_AT_A_TIME; k++) {
+            if (last ? is_next(p, *last) : has_ended(p))
+                return;
+            relax();
+        }
+}
+
 /* Waits for the task after number `last`, and returns its number. */
 static unsigned next_task(co_thread_pool *p, unsigned last) {
-    unsigned number;
+    look(p, &last);
     pthread_mutex_lock(&p->mutex);
-    while ((number = atomic_load_explicit(&p->task_number, memory_order_relaxed)) == last)
+    while (!is_next(p, last))
         pthread_cond_wait(&p->begins, &p->mutex);
     pthread_mutex_unlock(&p->mutex);
-    return number;
+    return last + 1;
 }
 
 static void *work(void *argument) {
@@ -142,8 +180,9 @@ static void begin(co_thread_pool *p) {
 }
 
 static void wait_for_workers(co_thread_pool *p) {
+    look(p, NULL);
     pthread_mutex_lock(&p->mutex);
-    while (atomic_load_explicit(&p->n_running, memory_order_acquire) != 0)
+    while (!has_ended(p))
         pthread_cond_wait(&p->ends, &p->mutex);
     pthread_mutex_unlock(&p->mutex);
 }

@@ -279,8 +279,9 @@ typedef struct resolution {
 /* Evaluates by the present rules and by those one step finer; fills the estimates. */
 static int32_t estimate(co_assembly *a, resolution *r, curvopt_error *error) {
     co_quadrature_estimates *e = &a->estimates;
-    const co_request request = {
-        .is_normalized = r->goal->is_normalized, .all_terms = r->third, .volume = r->goal->terms != CO_TERMS_OBJECTIVE};
+    const co_request request = {.is_normalized = r->goal->is_normalized,
+                                .all_terms = r->third,
+                                .volume = a->is_closed && r->goal->terms != CO_TERMS_OBJECTIVE};
     double sum = 0;
     co_assembly_evaluate(a, r->xyz, &request, &r->used);
     store_terms(a, &a->batches, r->used.integral[CO_INT_AREA], r->third, e->used);

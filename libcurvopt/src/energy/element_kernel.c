@@ -79,8 +79,10 @@ CO_SIMD_INLINE void add_area_adjoint(lane S[CO_JET][3], const lane normal[3], la
     lane_add_scaled(S_bar[2], weight, turned);
 }
 
-CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, lane S_bar[CO_JET][3]) {
-    memset(S_bar, 0, sizeof(lane) * CO_JET * 3);
+/* S_bar [first..last], 1 and 2 among them, of the area. */
+CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane weight, int first, int last,
+                                 lane S_bar[CO_JET][3]) {
+    memset(S_bar[first], 0, sizeof S_bar[0] * (size_t)(last - first + 1));
     add_area_adjoint(S, m->n, weight, S_bar);
 }
 
@@ -100,13 +102,26 @@ CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int thir
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
 }
 
+CO_SIMD_INLINE lane density_of(const co_integrand *w, int third, const sample_values *value) {
+    lane density =
+        lane_fma(lane_all(w->h2), value->h2, lane_fma(lane_all(w->gauss), value->gauss, w->mean * value->mean));
+    if (third)
+        density = lane_fma(lane_all(w->f1), value->f1,
+                           lane_fma(lane_all(w->f3), value->f3, lane_fma(lane_all(w->x), value->x, density)));
+    return density;
+}
+
 /* The integrals over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each
  * combination is compiled without the others' work. */
 CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b, int third, int plane, int mixed,
                                       lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
     const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
+    const int volume_gradient = s->volume && s->gradient && s->integrand.volume != 0;
+    lane offset[3], place[3];
     plane_state plane_of_block;
+    memset(place, 0, sizeof place);
+    volume_offset(s->points, s->xyz, offset);
     if (plane)
         plane_begin(t, b->P, &plane_of_block);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
@@ -115,7 +130,10 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value = {0};
-        jets(rows, mixed, t->n_points, b->P, first, last_read, S);
+        if (plane || s->volume)
+            jets(rows, mixed, t->n_points, b->P, 0, last_read, S);
+        else
+            jets(rows, mixed, t->n_points, b->P, 1, last_read, S);
         if (plane)
             plane_forward(&plane_of_block, w, S);
         forward_second(S, &state, &value);
@@ -124,20 +142,25 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
             forward_invariants(&state, s->eps4, &value);
         }
         accumulate(t, i, third, &state, &value, sums);
+        if (s->volume) {
+            from_origin(S[0], offset, place);
+            sums[CO_INT_VOLUME] += volume_value(place, state.n, t->area_weight[i] * state.J);
+        }
         if (!s->gradient)
             continue;
-        lane density = s->integrand.h2 * value.h2 + s->integrand.gauss * value.gauss + s->integrand.mean * value.mean;
-        if (third)
-            density += s->integrand.f1 * value.f1 + s->integrand.f3 * value.f3 + s->integrand.x * value.x;
+        lane density = density_of(&s->integrand, third, &value);
         adjoint_sample(S, &state, &s->integrand, s->eps4, third, t->weight[i], s->integrand.area * t->area_weight[i],
                        density, S_bar);
-        if (plane) {
-            memset(S_bar[0], 0, sizeof S_bar[0]);
+        memset(S_bar[0], 0, sizeof S_bar[0]);
+        if (volume_gradient)
+            add_volume_adjoint(place, S, s->integrand.volume * t->area_weight[i], S_bar);
+        if (plane)
             plane_adjoint(&plane_of_block, w, S, S_bar);
-        }
         scatter_jets(rows, mixed, t->n_points, S_bar, first, last_read, b->G);
+        if (volume_gradient && !plane)
+            scatter_jets(rows, mixed, t->n_points, S_bar, 0, 0, b->G);
         if (s->area_gradient && !plane) {
-            area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+            area_adjoint(S, &state, lane_all(t->area_weight[i]), 1, 2, S_bar);
             scatter_jets(rows, mixed, t->n_points, S_bar, 1, 2, b->G_area);
         }
     }
@@ -158,20 +181,19 @@ CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block 
         jets(rows, 0, t->n_points, b->P, 0, 9, S);
         plane_forward(&m, w, S);
         forward_second(S, &state, &value);
-        area_adjoint(S, &state, lane_all(t->area_weight[i]), S_bar);
+        area_adjoint(S, &state, lane_all(t->area_weight[i]), 0, CO_JET - 1, S_bar);
         plane_adjoint(&m, w, S, S_bar);
         scatter_jets(rows, 0, t->n_points, S_bar, 0, 9, b->G_area);
     }
     plane_end(t, &m, b->G_area);
 }
 
-/* The volume, which needs S itself, and with s->first_order the area; and their gradients. `plane` and `mixed` are
- * constants where this is called. */
+/* Area and volume alone, which need first derivatives only, and their gradients. `plane` and `mixed` are constants
+ * where this is called. */
 CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block *b, int plane, int mixed,
                                           lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
-    const double of_area = s->first_order ? s->integrand.area : 0;
-    const int last = plane ? 9 : 2, gradient = s->gradient && (s->integrand.volume != 0 || of_area != 0);
+    const int last = plane ? 9 : 2;
     lane offset[3];
     plane_state m;
     volume_offset(s->points, s->xyz, offset);
@@ -180,27 +202,25 @@ CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double *rows = rows_of(t, mixed, i), *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
         const double weight = t->area_weight[i];
-        lane S[CO_JET][3], S_bar[CO_JET][3], from_origin[CO_JET][3], normal[3];
+        lane S[CO_JET][3], S_bar[CO_JET][3], place[3], normal[3];
         jets(rows, mixed, t->n_points, b->P, 0, last, S);
         if (plane)
             plane_forward(&m, w, S);
-        memcpy(from_origin, S, sizeof from_origin[0] * 3);
-        lane_add_scaled(from_origin[0], lane_all(1), offset);
+        from_origin(S[0], offset, place);
         lane_cross(S[1], S[2], normal);
         const lane J = lane_sqrt(lane_dot(normal, normal));
-        sums[CO_INT_VOLUME] += volume_value(from_origin, weight);
-        if (s->first_order)
-            sums[CO_INT_AREA] = lane_fma(lane_all(weight), J, sums[CO_INT_AREA]);
-        if (!gradient)
+        sums[CO_INT_VOLUME] += volume_value(place, normal, lane_all(weight));
+        sums[CO_INT_AREA] = lane_fma(lane_all(weight), J, sums[CO_INT_AREA]);
+        if (!s->gradient)
             continue;
         memset(S_bar, 0, sizeof S_bar);
-        volume_adjoint(from_origin, s->integrand.volume * weight, S_bar);
-        add_area_adjoint(S, normal, of_area * weight / J, S_bar);
+        add_volume_adjoint(place, S, s->integrand.volume * weight, S_bar);
+        add_area_adjoint(S, normal, s->integrand.area * weight / J, S_bar);
         if (plane)
             plane_adjoint(&m, w, S, S_bar);
         scatter_jets(rows, mixed, t->n_points, S_bar, 0, last, b->G);
     }
-    if (plane && gradient)
+    if (plane && s->gradient)
         plane_end(t, &m, b->G);
 }
 
@@ -255,11 +275,11 @@ static void run_part(const co_element_block *s) {
     sums[CO_SUM_MIN_JACOBIAN] = lane_all(1e300);
     gather(s->table->n_points, s->points, s->xyz, b.P);
     if (s->gradient)
-        memset(b.G, 0, sizeof *b.G * 2 * n);
-    if (!s->first_order)
-        run_energies(s, &b, sums);
-    if (s->volume || s->first_order)
+        memset(b.G, 0, sizeof *b.G * (s->area_gradient ? 2 : 1) * n);
+    if (s->first_order)
         run_first_order(s, &b, sums);
+    else
+        run_energies(s, &b, sums);
     sums[CO_SUM_MEAN_JACOBIAN] *= 1.0 / s->table->n_samples;
     store(s, &b, sums);
 }

@@ -20,10 +20,18 @@ int co_functional_is_third_order(int term) {
     return w->f1 != 0 || w->f3 != 0 || w->x != 0;
 }
 
+/* The parts of a term of second and of third order; no term has both. */
+static double second_order(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
+    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K];
+}
+
+static double third_order(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
+    return w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X];
+}
+
 double co_functional_integrate(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
-    return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K] +
-           w->f1 * integral[CO_INT_F1] + w->f3 * integral[CO_INT_F3] + w->x * integral[CO_INT_X] +
-           w->mean * integral[CO_INT_MEAN] + w->volume * integral[CO_INT_VOLUME];
+    return second_order(w, integral) + third_order(w, integral) + w->mean * integral[CO_INT_MEAN] +
+           w->volume * integral[CO_INT_VOLUME];
 }
 
 void co_integrand_add(co_integrand *to, double factor, const co_integrand *from) {
@@ -48,12 +56,12 @@ co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]) {
 }
 
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[CURVOPT_MAX_TERMS]) {
-    for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
-        int third = t < CURVOPT_N_TERMS && co_functional_is_third_order(t);
-        term[t] = t >= CURVOPT_N_TERMS || (third && !with_third)
-                      ? (double)NAN
-                      : (third ? integral[CO_INT_AREA] : 1) * co_functional_integrate(&term_integrand[t], integral);
-    }
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        term[t] = !co_functional_is_third_order(t) ? second_order(&term_integrand[t], integral)
+                  : with_third                     ? integral[CO_INT_AREA] * third_order(&term_integrand[t], integral)
+                                                   : (double)NAN;
+    for (int t = CURVOPT_N_TERMS; t < CURVOPT_MAX_TERMS; t++)
+        term[t] = (double)NAN;
 }
 
 /* With u the height, h11 = u'' and C111 = u''' are all there is: F1 = 3/4 u''', F3 = 1/4 u''', X = F1 F3. */

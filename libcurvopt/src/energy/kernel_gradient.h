@@ -82,25 +82,43 @@ CO_SIMD_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
     for (int k = 0; k < 4; k++)
         m->T[k] = lane_dot(S[6 + k], m->n);
     to_frame_third(m, m->T, T);
-    lane C111 = T[0] - 3 * (h[0] * p[0] + h[1] * q[0]);
-    lane C112 = T[1] - (h[1] * p[0] + h[2] * q[0]) - 2 * (h[0] * p[1] + h[1] * q[1]);
-    lane C122 = T[2] - (h[0] * p[2] + h[1] * q[2]) - 2 * (h[1] * p[1] + h[2] * q[1]);
-    lane C222 = T[3] - 3 * (h[1] * p[2] + h[2] * q[2]);
+    const lane two = lane_all(-2), three = lane_all(-3);
+    lane C111 = lane_fma(three, lane_fma(h[0], p[0], h[1] * q[0]), T[0]);
+    lane C112 = lane_fma(two, lane_fma(h[0], p[1], h[1] * q[1]), T[1] - lane_fma(h[1], p[0], h[2] * q[0]));
+    lane C122 = lane_fma(two, lane_fma(h[1], p[1], h[2] * q[1]), T[2] - lane_fma(h[0], p[2], h[1] * q[2]));
+    lane C222 = lane_fma(three, lane_fma(h[1], p[2], h[2] * q[2]), T[3]);
     m->A1 = 0.75 * (C111 + C122);
     m->B1 = 0.75 * (C112 + C222);
-    m->A3 = 0.25 * C111 - 0.75 * C122;
-    m->B3 = 0.75 * C112 - 0.25 * C222;
+    m->A3 = lane_fma(lane_all(0.25), C111, -0.75 * C122);
+    m->B3 = lane_fma(lane_all(0.75), C112, -0.25 * C222);
+}
+
+/* Of the second fundamental form without its trace, q = q1 + i q2: q^2 and |q|^2; and F1 F3, in the same complex
+ * numbers.
+ */
+typedef struct deviator {
+    lane q1, q2, q_re, q_im, square, re, im;
+} deviator;
+
+CO_SIMD_INLINE deviator deviator_of(const sample_state *m) {
+    deviator d;
+    d.q1 = 0.5 * (m->h[0] - m->h[2]);
+    d.q2 = m->h[1];
+    d.q_re = lane_fma(d.q1, d.q1, -(d.q2 * d.q2));
+    d.q_im = 2 * d.q1 * d.q2;
+    d.square = lane_fma(d.q1, d.q1, d.q2 * d.q2);
+    d.re = lane_fma(m->A1, m->A3, -(m->B1 * m->B3));
+    d.im = lane_fma(m->A1, m->B3, m->B1 * m->A3);
+    return d;
 }
 
 /* |F1|^2, |F3|^2 and X from C and the second fundamental form. */
 CO_SIMD_INLINE void forward_invariants(const sample_state *m, double eps4, sample_values *out) {
-    const lane *h = m->h;
-    lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
-    lane square = q1 * q1 + q2 * q2;
-    lane product = (m->A1 * m->A3 - m->B1 * m->B3) * q_re + (m->A1 * m->B3 + m->B1 * m->A3) * q_im;
-    out->f1 = m->A1 * m->A1 + m->B1 * m->B1;
-    out->f3 = m->A3 * m->A3 + m->B3 * m->B3;
-    out->x = product * square / (square * square + eps4);
+    const deviator d = deviator_of(m);
+    const lane square = d.square;
+    out->f1 = lane_fma(m->A1, m->A1, m->B1 * m->B1);
+    out->f3 = lane_fma(m->A3, m->A3, m->B3 * m->B3);
+    out->x = lane_fma(d.re, d.q_re, d.im * d.q_im) * square / lane_fma(square, square, lane_all(eps4));
 }
 
 /* Adjoint of the frame's s, t, tau, gathered from all arrays that were brought into the frame. */
@@ -138,23 +156,23 @@ CO_SIMD_INLINE void from_frame_third(const sample_state *m, const lane Y[4], con
 /* Adjoint of the invariants with respect to C (C_bar) and the second fundamental form (added to h_bar). */
 CO_SIMD_INLINE void adjoint_invariants(const sample_state *m, const co_integrand *w, double eps4, lane seed,
                                        lane C_bar[4], lane h_bar[3]) {
-    const lane *h = m->h;
-    lane q1 = 0.5 * (h[0] - h[2]), q2 = h[1], q_re = q1 * q1 - q2 * q2, q_im = 2 * q1 * q2;
-    lane square = q1 * q1 + q2 * q2, inv = 1.0 / (square * square + eps4);
-    lane re = m->A1 * m->A3 - m->B1 * m->B3, im = m->A1 * m->B3 + m->B1 * m->A3;
-    lane x_seed = w->x * seed * inv * square, re_bar = q_re * x_seed, im_bar = q_im * x_seed;
-    lane f1_seed = 2 * w->f1 * seed, f3_seed = 2 * w->f3 * seed;
-    lane A1 = f1_seed * m->A1 + re_bar * m->A3 + im_bar * m->B3;
-    lane B1 = f1_seed * m->B1 - re_bar * m->B3 + im_bar * m->A3;
-    lane A3 = f3_seed * m->A3 + re_bar * m->A1 + im_bar * m->B1;
-    lane B3 = f3_seed * m->B3 - re_bar * m->B1 + im_bar * m->A1;
-    C_bar[0] = 0.75 * A1 + 0.25 * A3;
+    const deviator d = deviator_of(m);
+    const lane square = d.square, inv = 1.0 / lane_fma(square, square, lane_all(eps4)), x_weight = w->x * seed;
+    const lane x_seed = x_weight * inv * square, re_bar = d.q_re * x_seed, im_bar = d.q_im * x_seed;
+    const lane f1_seed = 2 * w->f1 * seed, f3_seed = 2 * w->f3 * seed;
+    lane A1 = lane_fma(f1_seed, m->A1, lane_fma(re_bar, m->A3, im_bar * m->B3));
+    lane B1 = lane_fma(f1_seed, m->B1, lane_fma(im_bar, m->A3, -(re_bar * m->B3)));
+    lane A3 = lane_fma(f3_seed, m->A3, lane_fma(re_bar, m->A1, im_bar * m->B1));
+    lane B3 = lane_fma(f3_seed, m->B3, lane_fma(im_bar, m->A1, -(re_bar * m->B1)));
+    C_bar[0] = lane_fma(lane_all(0.75), A1, 0.25 * A3);
     C_bar[1] = 0.75 * (B1 + B3);
     C_bar[2] = 0.75 * (A1 - A3);
-    C_bar[3] = 0.75 * B1 - 0.25 * B3;
-    lane square_bar = w->x * seed * (re * q_re + im * q_im) * (eps4 - square * square) * inv * inv;
-    lane q1_bar = 2 * (q1 * (re * x_seed + square_bar) + q2 * im * x_seed);
-    lane q2_bar = 2 * (q2 * (square_bar - re * x_seed) + q1 * im * x_seed);
+    C_bar[3] = lane_fma(lane_all(0.75), B1, -0.25 * B3);
+    lane square_bar =
+        x_weight * lane_fma(d.re, d.q_re, d.im * d.q_im) * lane_fma(-square, square, lane_all(eps4)) * inv * inv;
+    const lane re_seed = d.re * x_seed, im_seed = d.im * x_seed;
+    lane q1_bar = 2 * lane_fma(d.q1, re_seed + square_bar, d.q2 * im_seed);
+    lane q2_bar = 2 * lane_fma(d.q2, square_bar - re_seed, d.q1 * im_seed);
     h_bar[0] += 0.5 * q1_bar;
     h_bar[1] += q2_bar;
     h_bar[2] -= 0.5 * q1_bar;
@@ -164,15 +182,17 @@ CO_SIMD_INLINE void adjoint_invariants(const sample_state *m, const co_integrand
 CO_SIMD_INLINE void adjoint_codazzi(const sample_state *m, const lane C[4], lane h_bar[3], lane p_bar[3],
                                     lane q_bar[3]) {
     const lane *h = m->h, *p = m->p, *q = m->q;
-    h_bar[0] -= 3 * C[0] * p[0] + 2 * C[1] * p[1] + C[2] * p[2];
-    h_bar[1] -= 3 * C[0] * q[0] + C[1] * (p[0] + 2 * q[1]) + C[2] * (q[2] + 2 * p[1]) + 3 * C[3] * p[2];
-    h_bar[2] -= C[1] * q[0] + 2 * C[2] * q[1] + 3 * C[3] * q[2];
-    p_bar[0] = -(3 * C[0] * h[0] + C[1] * h[1]);
-    p_bar[1] = -2 * (C[1] * h[0] + C[2] * h[1]);
-    p_bar[2] = -(C[2] * h[0] + 3 * C[3] * h[1]);
-    q_bar[0] = -(3 * C[0] * h[1] + C[1] * h[2]);
-    q_bar[1] = -2 * (C[1] * h[1] + C[2] * h[2]);
-    q_bar[2] = -(C[2] * h[1] + 3 * C[3] * h[2]);
+    const lane C0 = 3 * C[0], C3 = 3 * C[3], D1 = 2 * C[1], D2 = 2 * C[2];
+    h_bar[0] -= lane_fma(C0, p[0], lane_fma(D1, p[1], C[2] * p[2]));
+    h_bar[1] -=
+        lane_fma(C0, q[0], lane_fma(C[1], p[0], D1 * q[1])) + lane_fma(C3, p[2], lane_fma(C[2], q[2], D2 * p[1]));
+    h_bar[2] -= lane_fma(C3, q[2], lane_fma(C[1], q[0], D2 * q[1]));
+    p_bar[0] = -lane_fma(C0, h[0], C[1] * h[1]);
+    p_bar[1] = -lane_fma(D1, h[0], D2 * h[1]);
+    p_bar[2] = -lane_fma(C[2], h[0], C3 * h[1]);
+    q_bar[0] = -lane_fma(C0, h[1], C[1] * h[2]);
+    q_bar[1] = -lane_fma(D1, h[1], D2 * h[2]);
+    q_bar[2] = -lane_fma(C[2], h[1], C3 * h[2]);
 }
 
 /* S_bar [1..9] from the adjoints of C, of the second fundamental form and of J; third order only if asked. */
@@ -194,9 +214,9 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
             lane_add_scaled(S_bar[6 + k], T_bar[k], m->n);
         }
         for (int k = 0; k < 3; k++) {
-            lane tq = m->t * q_raw_bar[k], ga_bar = m->s * p_raw_bar[k] - m->tau * tq;
+            lane tq = m->t * q_raw_bar[k], ga_bar = lane_fma(-m->tau, tq, m->s * p_raw_bar[k]);
             f.s = lane_fma(m->ga[k], p_raw_bar[k], f.s);
-            f.t = lane_fma((m->gb[k] - m->tau * m->ga[k]), q_raw_bar[k], f.t);
+            f.t = lane_fma(lane_fma(-m->tau, m->ga[k], m->gb[k]), q_raw_bar[k], f.t);
             f.tau = lane_fma(-m->ga[k], tq, f.tau);
             lane_add_scaled(S_bar[3 + k], ga_bar, S[1]);
             lane_add_scaled(S_bar[3 + k], tq, S[2]);
@@ -211,9 +231,9 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
     }
     lane inv_J = 1.0 / m->J;
     F_bar = f.tau * m->inv_E;
-    E_bar = 0.5 * m->s * (f.t * inv_J - f.s * m->inv_E) - m->tau * F_bar;
+    E_bar = lane_fma(0.5 * m->s, lane_fma(f.t, inv_J, -(f.s * m->inv_E)), -(m->tau * F_bar));
     J_bar = lane_fma(-(m->t * inv_J), f.t, J_bar);
-    lane along = J_bar - lane_dot(n_bar, m->n) * inv_J, normal_bar[3], turned[3];
+    lane along = lane_fma(-lane_dot(n_bar, m->n), inv_J, J_bar), normal_bar[3], turned[3];
     for (int c = 0; c < 3; c++)
         normal_bar[c] = lane_fma(n_bar[c], inv_J, along * m->n[c]);
     lane_cross(S[2], normal_bar, turned);
@@ -227,11 +247,10 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
 /* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value. */
 CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
                                    int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
-    lane seed = weight * m->J, h_bar[3], C_bar[4];
-    for (int k = 0; k < 3; k++) /* adjoints of h2, of K = h11 h22 - h12^2 and of H */
-        h_bar[k] = ((k == 1 ? 4 : 2) * w->h2 * m->h[k] + w->gauss * (k == 1 ? -2 * m->h[1] : m->h[2 - k]) -
-                    (k == 1 ? 0 : 0.5) * w->mean) *
-                   seed;
+    const lane seed = weight * m->J, h2 = 2 * w->h2 * seed, gauss = w->gauss * seed, mean = 0.5 * w->mean * seed;
+    lane C_bar[4];
+    lane h_bar[3] = {lane_fma(h2, m->h[0], lane_fma(gauss, m->h[2], -mean)), /* of h2, of K = h11 h22 - h12^2, of H */
+                     2 * (h2 - gauss) * m->h[1], lane_fma(h2, m->h[2], lane_fma(gauss, m->h[0], -mean))};
     if (third)
         adjoint_invariants(m, w, eps4, seed, C_bar, h_bar);
     adjoint_forms(S, m, third, C_bar, h_bar, weight * density + area_weight, S_bar);

@@ -22,21 +22,26 @@ CO_SIMD_INLINE void volume_offset(const int32_t *points, const double *xyz, lane
     memcpy(offset, place, sizeof place);
 }
 
-/* weight * det(S, S_u, S_v) / 3; S [0] is from the origin. */
-CO_SIMD_INLINE lane volume_value(lane S[CO_JET][3], double weight) {
-    lane normal[3];
-    lane_cross(S[1], S[2], normal);
-    return weight * (1.0 / 3) * lane_dot(S[0], normal);
+CO_SIMD_INLINE void from_origin(const lane relative[3], const lane offset[3], lane place[3]) {
+    for (int c = 0; c < 3; c++)
+        place[c] = relative[c] + offset[c];
 }
 
-/* S_bar [0..2] of that. */
-CO_SIMD_INLINE void volume_adjoint(lane S[CO_JET][3], double weight, lane S_bar[CO_JET][3]) {
-    lane_cross(S[1], S[2], S_bar[0]);
-    lane_cross(S[2], S[0], S_bar[1]);
-    lane_cross(S[0], S[1], S_bar[2]);
-    for (int k = 0; k < 3; k++)
-        for (int c = 0; c < 3; c++)
-            S_bar[k][c] *= weight * (1.0 / 3);
+/* weight * det(S, S_u, S_v) / 3; place: S from the origin; normal: S_u x S_v. */
+CO_SIMD_INLINE lane volume_value(const lane place[3], const lane normal[3], lane weight) {
+    return weight * (1.0 / 3) * lane_dot(place, normal);
+}
+
+/* S_bar [0..2] += those of that. */
+CO_SIMD_INLINE void add_volume_adjoint(const lane place[3], lane S[CO_JET][3], double weight, lane S_bar[CO_JET][3]) {
+    lane turned[3];
+    const lane third_of_weight = lane_all(weight * (1.0 / 3));
+    lane_cross(S[1], S[2], turned);
+    lane_add_scaled(S_bar[0], third_of_weight, turned);
+    lane_cross(S[2], place, turned);
+    lane_add_scaled(S_bar[1], third_of_weight, turned);
+    lane_cross(place, S[1], turned);
+    lane_add_scaled(S_bar[2], third_of_weight, turned);
 }
 
 /* matrix += the block of points p and q < p, r the entries in the rows. */
