@@ -44,8 +44,7 @@ static const curvopt_constraints one_pin = {.vertices = pin_vertex, .n = 1};
 
 /* ------------------------------------------------------------------------------------------- the solution -- */
 
-/* out = (Hessian + shift) v, the first by differences of fourth order, with motions that the function does not see as
- * stiff as the matrix makes them. */
+/* out = (Hessian + shift) v, the first by differences of fourth order, without motions that the system leaves out. */
 static void multiply(matrices *m, const double *v, double shift, double *out) {
     static const double at[4] = {-2, -1, 1, 2}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
     double *z = m->v + 2 * m->n, *g = m->v + 3 * m->n, h = 1e-4 / co_dof_map_longest(&m->l->objective.reduction, v);
@@ -58,7 +57,7 @@ static void multiply(matrices *m, const double *v, double shift, double *out) {
         co_level_objective_evaluate(&m->l->objective, &there);
         co_vector_add(m->n, weight[k] / h, g, out);
     }
-    co_newton_system_add_stiffness(&m->h->system, v, out);
+    co_newton_system_remove_motions(&m->h->system, out);
 }
 
 /* H x = g: x from the factor, H x from differences. */

@@ -207,7 +207,7 @@ static void make_columns(co_newton_system *m) {
     }
     memcpy(m->dense + (size_t)m->n_dense * n, m->motion, (size_t)m->n_motions * n * sizeof *m->motion);
     for (int k = 0; k < m->n_motions; k++)
-        m->weight[m->n_dense++] = m->stiffness;
+        m->weight[m->n_dense++] = (double)INFINITY;
 }
 
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
@@ -229,7 +229,6 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     add_ways(m);
     wanted.more = &more;
     int32_t status = co_sparse_hessian_assemble(m->assembly, x, &wanted, &m->hessian, error);
-    m->stiffness = co_newton_system_mean_diagonal(m);
     make_columns(m);
     return status;
 }
@@ -333,10 +332,8 @@ int32_t co_newton_system_solve(co_newton_system *m, const double *b, double *x, 
     return status;
 }
 
-void co_newton_system_add_stiffness(const co_newton_system *m, const double *v, double *out) {
-    size_t n = n_variables(m);
-    for (size_t k = (size_t)(m->n_dense - m->n_motions); k < (size_t)m->n_dense; k++)
-        co_vector_add(n, m->weight[k] * co_vector_dot(n, m->dense + k * n, v), m->dense + k * n, out);
+void co_newton_system_remove_motions(const co_newton_system *m, double *v) {
+    co_vector_remove(n_variables(m), (size_t)m->n_motions, m->motion, v);
 }
 
 int32_t co_newton_system_count_negative(co_newton_system *m, double shift, const double *b, double *x,

@@ -6,10 +6,10 @@
  * back to their values along given ways W, and the Hessian H of the function that is left is Z^T H Z with
  * Z = 1 - W (A^T W)^-1 A^T, A the gradients of the constraints (Abadie, Carpentier, "Generalization of the Wolfe
  * reduced gradient method to the case of nonlinear constraints", 1969). Motions that leave the objective as it is
- * (rigid ones, scaling, the ways) are made stiff, or rounding would decide whether they are soft or negative. Together
- * the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C; it is solved by the formula of
- * Sherman, Morrison and Woodbury, and its inertia follows from Haynsworth's (1968): In(M) = In(H) + In(-C^-1 - U^T H^-1
- * U) - In(-C^-1).
+ * (rigid ones, scaling, the ways) are left out: solutions are orthogonal to them, as if they were infinitely stiff.
+ * Together the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C, infinite for motions; it is
+ * solved by the formula of Sherman, Morrison and Woodbury, and its inertia follows from Haynsworth's (1968):
+ * In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_NEWTON_SYSTEM_H
@@ -47,9 +47,8 @@ typedef struct co_newton_system {
     double slope[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];                    /* of each constraint by the numbers */
     double *motion;                        /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
     int n_motions;                         /* the last of the columns */
-    double stiffness;                      /* of these */
     int n_dense;                           /* columns of U in use */
-    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C */
+    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C; INFINITY: a motion */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
@@ -80,8 +79,8 @@ double co_newton_system_mean_diagonal(const co_newton_system *system);
 int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);
-/* out += the part of M v that makes motions stiff. */
-void co_newton_system_add_stiffness(const co_newton_system *system, const double *v, double *out);
+/* Takes motions out of v [n_variables]: its part orthogonal to them. */
+void co_newton_system_remove_motions(const co_newton_system *system, double *v);
 /* Negative eigenvalues of M + shift; -1 if it is singular to rounding. On the way x = (M + shift)^-1 b, [n_variables],
  * undefined if the count is -1. ERROR_MEMORY. */
 int32_t co_newton_system_count_negative(co_newton_system *system, double shift, const double *b, double *x,

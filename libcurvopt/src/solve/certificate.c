@@ -43,8 +43,8 @@ static void multiply(void *context, const double *v, double *out) {
     whole_gradient_at(l, d->trial, d->gradient);
     for (size_t i = 0; i < n; i++)
         out[i] = (out[i] - d->gradient[i]) / (2 * step);
-    co_newton_system_add_stiffness(&l->hessian.system, v, out);
     co_vector_add(n, co_level_hessian_least_shift(&l->hessian, l->now.value), v, out);
+    co_newton_system_remove_motions(&l->hessian.system, out);
 }
 
 static int32_t precondition(void *context, const double *v, double *out, curvopt_error *error) {
