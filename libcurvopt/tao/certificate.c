@@ -17,12 +17,12 @@ typedef struct differences {
     objective *objective;
     Mat full, preconditioner; /* assembled */
     Mat matrix;               /* by differences at `base` */
-    Vec base, at, ahead, behind;
+    Vec base, inside, at, ahead, behind;
     double shift;
     int gauss_newton; /* it is the Gauss-Newton matrix instead, which has its shift */
     Vec *motion;      /* [n_motions] similarities, as far as they are allowed, orthonormal; */
     int n_motions;
-    double stiffness; /* and how stiff they are made: as the matrix is in the mean */
+    double stiffness; /* of these, which nothing else acts on: as stiff as the matrix is in the mean */
 } differences;
 
 /* --------------------------------------------------------------------------------------------- the Hessian -- */
@@ -55,20 +55,34 @@ static PetscErrorCode apply_differences(differences *d, Vec in, Vec out) {
     PetscFunctionReturn(0);
 }
 
+/* Takes similarities out of v. Of the gradient nothing is along them; along normals what they keep there slides only.
+ */
+static PetscErrorCode leave_out_similarities(const differences *d, Vec v) {
+    PetscScalar along;
+    PetscFunctionBeginUser;
+    for (int k = 0; k < d->n_motions; k++) {
+        PetscCall(VecDot(v, d->motion[k], &along));
+        PetscCall(VecAXPY(v, -along, d->motion[k]));
+    }
+    PetscFunctionReturn(0);
+}
+
 /* Of the matrix that was chosen. */
 static PetscErrorCode apply(Mat matrix, Vec in, Vec out) {
     differences *d;
     PetscScalar along;
     PetscFunctionBeginUser;
     PetscCall(MatShellGetContext(matrix, &d));
+    PetscCall(VecCopy(in, d->inside));
+    PetscCall(leave_out_similarities(d, d->inside));
     if (d->gauss_newton) {
-        PetscCall(VecCopy(in, d->at));
-        PetscCall(allow(d->objective, d->at));
-        PetscCall(MatMult(d->preconditioner, d->at, out));
+        PetscCall(allow(d->objective, d->inside));
+        PetscCall(MatMult(d->preconditioner, d->inside, out));
         PetscCall(allow(d->objective, out));
     } else {
-        PetscCall(apply_differences(d, in, out));
+        PetscCall(apply_differences(d, d->inside, out));
     }
+    PetscCall(leave_out_similarities(d, out));
     for (int k = 0; k < d->n_motions; k++) {
         PetscCall(VecDot(in, d->motion[k], &along));
         PetscCall(VecAXPY(out, d->stiffness * along, d->motion[k]));
@@ -93,6 +107,7 @@ static PetscErrorCode differences_create(objective *o, Vec x, differences *d) {
     *d = (differences){.objective = o};
     PetscCall(VecGetLocalSize(x, &n));
     PetscCall(VecDuplicate(x, &d->base));
+    PetscCall(VecDuplicate(x, &d->inside));
     PetscCall(VecDuplicate(x, &d->at));
     PetscCall(VecDuplicate(x, &d->ahead));
     PetscCall(VecDuplicate(x, &d->behind));
@@ -109,6 +124,7 @@ static PetscErrorCode differences_free(differences *d) {
     PetscCall(MatDestroy(&d->full));
     PetscCall(MatDestroy(&d->preconditioner));
     PetscCall(VecDestroy(&d->base));
+    PetscCall(VecDestroy(&d->inside));
     PetscCall(VecDestroy(&d->at));
     PetscCall(VecDestroy(&d->ahead));
     PetscCall(VecDestroy(&d->behind));
@@ -165,8 +181,8 @@ static PetscErrorCode span_similarities(differences *d) {
     PetscFunctionReturn(0);
 }
 
-/* Shift and stiff similarities, as the library has them; without them it is the Hessian as it is, for Newton. Nothing
- * is left out where vertices are fixed: there the objective sees every motion. */
+/* The shift, and similarities that are left out, as the library has them; without them it is the Hessian as it is, for
+ * Newton. Nothing is left out where vertices are fixed: there the objective sees every motion. */
 static PetscErrorCode regularize(differences *d, double value) {
     Vec diagonal;
     PetscFunctionBeginUser;
@@ -187,17 +203,6 @@ static PetscErrorCode undo_regularize(differences *d) {
     d->gauss_newton = d->n_motions = 0;
     if (d->motion)
         PetscCall(VecDestroyVecs(N_SIMILARITIES, &d->motion));
-    PetscFunctionReturn(0);
-}
-
-/* Nothing of the gradient is along similarities; along normals what they keep there slides only. */
-static PetscErrorCode leave_out_similarities(const differences *d, Vec gradient) {
-    PetscScalar along;
-    PetscFunctionBeginUser;
-    for (int k = 0; k < d->n_motions; k++) {
-        PetscCall(VecDot(gradient, d->motion[k], &along));
-        PetscCall(VecAXPY(gradient, -along, d->motion[k]));
-    }
     PetscFunctionReturn(0);
 }
 

@@ -15,14 +15,18 @@ typedef struct matrices {
     size_t n;
 } matrices;
 
-static matrices matrices_of(cage c, const curvopt_options *options) {
+static matrices matrices_of_motion(cage c, const curvopt_options *options, co_motion motion) {
     matrices m = {.s = solve_setting_of(c, options)};
-    m.l = solve_level(m.s);
+    m.l = solve_level_of(m.s, motion);
     m.h = &m.l->hessian;
     m.n = co_level_objective_n(&m.l->objective);
     m.v = calloc(4 * m.n + 1, sizeof *m.v);
     CHECK_TRUE(m.v != NULL);
     return m;
+}
+
+static matrices matrices_of(cage c, const curvopt_options *options) {
+    return matrices_of_motion(c, options, CO_MOTION_ALL);
 }
 
 static void matrices_free(matrices *m) {
@@ -61,8 +65,8 @@ static void multiply(matrices *m, const double *v, double shift, double *out) {
 }
 
 /* H x = g: x from the factor, H x from differences. */
-static void check_solution(cage c, curvopt_options options) {
-    matrices m = matrices_of(c, &options);
+static void check_solution_of_motion(cage c, curvopt_options options, co_motion motion) {
+    matrices m = matrices_of_motion(c, &options, motion);
     curvopt_error error;
     double *x = m.v, *out = m.v + m.n;
     int positive = 0;
@@ -76,6 +80,19 @@ static void check_solution(cage c, curvopt_options options) {
     co_vector_add(m.n, -1, m.l->now.gradient, out);
     CHECK_BETWEEN(co_vector_norm(m.n, out) / co_vector_norm(m.n, m.l->now.gradient), 0, 1e-6);
     matrices_free(&m);
+}
+
+static void check_solution(cage c, curvopt_options options) {
+    check_solution_of_motion(c, options, CO_MOTION_ALL);
+}
+
+/* There the motions that are left out are far from flat. */
+static void test_solutions_along_normals(void **state) {
+    (void)state;
+    const curvopt_options w = willmore(), mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
+    check_solution_of_motion(cage_shaken(cage_torus(8, 4, 1, 0.4), 0.2), w, CO_MOTION_NORMALS);
+    check_solution_of_motion(cage_shaken(cage_torus(7, 5, 1, 0.5), 0.2), mvs, CO_MOTION_NORMALS);
+    check_solution_of_motion(cage_shaken(cage_trapezohedron(5), 0.2), w, CO_MOTION_NORMALS);
 }
 
 static void test_solutions_are_confirmed_by_differences(void **state) {
@@ -327,6 +344,7 @@ static void test_decrement_where_the_energy_is_nothing(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solutions_are_confirmed_by_differences),
+        cmocka_unit_test(test_solutions_along_normals),
         cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
         cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),
         cmocka_unit_test(test_long_steps_stiffen_and_short_ones_soften),
