@@ -310,7 +310,7 @@ CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
 CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
 
 /* How the vertices of the cage lie in its surface.
- *   AUTO  EVEN; FREE with LMVM, and where strength is below 1
+ *   AUTO  EVEN; FREE with LMVM, and where strength is below 1 or within positive
  *   EVEN  evenly spaced: until the shape stands that is worth a part of the objective (a hundredth, a thousandth
  *         for third-order terms, and less from level to level). Then only the shape changes, by the objective
  *         alone: vertices move along normals, on free boundaries and creases across these. The verdict is on that
@@ -543,6 +543,13 @@ typedef struct curvopt_options {
     int32_t scalar_rule[CURVOPT_MAX_SCALARS];
     /* [..] the value of each curvopt_scalar with the rule VALUE or REDUCED: positive and finite; else 0. */
     double scalar_value[CURVOPT_MAX_SCALARS];
+    /* Where it is positive, no vertex of the cage, and so no point of the surface, gets farther than this from where it
+     * was, in the units of the positions; on finer levels from where subdivision puts it. By a logarithmic barrier that
+     * is worth a few hundredths of the energy: the result is the objective's minimum within the distance but for that.
+     * Spacing and symmetry are chosen as with a strength below 1, and the barrier is in decrements and verdicts, not in
+     * energies, like springs. Refused with constraints that have places, or whose weight is below 1 and which leave
+     * directions free. 0: no limit. 0 or more, finite, default 0. */
+    double within;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
@@ -695,7 +702,8 @@ typedef struct curvopt_deviation {
  *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
  *     surface; NAN for isolated vertices. May be NULL.
- * `bound` holds up to rounding, by convex hulls of control nets; only the extent of the tips at extraordinary vertices,
+ * `bound` holds up to rounding, by convex hulls of control nets, or where one cage is the other one subdivided and
+ * moved, by how far its vertices have moved; only the extent of the tips at extraordinary vertices,
  * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
  * zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,

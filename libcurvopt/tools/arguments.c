@@ -73,6 +73,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return o->spacing < 0;
     } else if (!strcmp(name, "--strength"))
         return parse_real(value, &o->strength);
+    else if (!strcmp(name, "--within"))
+        return parse_real(value, &o->within);
     else
         return parse_held(name, value, o);
     return 0;
@@ -97,7 +99,8 @@ static int is_valued(const char *name, int minimize) {
                                                 "--area",
                                                 "--total-mean-curvature",
                                                 "--reduced-volume",
-                                                "--strength"};
+                                                "--strength",
+                                                "--within"};
     size_t length = strlen(name);
     if (!minimize && !strcmp(name, "--deviation-from"))
         return 1;

@@ -71,6 +71,8 @@ static const char help_of_minimize[] =
     "                       radius (root mean square) lose more than half of their height, longer ones less; 1: the\n"
     "                       minimum of the energy (default %g). Below 1 no point moves farther than a fifth of that\n"
     "                       length, spacing is free, and symmetries are kept\n"
+    "  --within D           the fairest surface that stays within the distance D of the input's: no vertex and no\n"
+    "                       point moves farther. Spacing is free, and symmetries are kept\n"
     "  --symmetry S         symmetries to keep. keep: the cage's; rotations: those of them that are rotations; none;\n"
     "                       x, y, z or several with commas: these mirror planes and no others, refused if the cage\n"
     "                       does not have them; auto: keep, but third-order energies give some up where that lowers\n"

@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 264);
+SIZE(curvopt_options, 272);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -70,6 +70,7 @@ AT(curvopt_options, strict, 180);
 AT(curvopt_options, slide, 184);
 AT(curvopt_options, scalar_rule, 188);
 AT(curvopt_options, scalar_value, 216);
+AT(curvopt_options, within, 264);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);

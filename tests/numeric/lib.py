@@ -80,7 +80,8 @@ class Options(C.Structure):
         ("constraints", C.c_void_p), ("symmetry", I32), ("verify", I32),
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
-        ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS)]
+        ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS),
+        ("within", F64)]
 
 
 class Energies(C.Structure):

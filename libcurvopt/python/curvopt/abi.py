@@ -59,6 +59,7 @@ class Defaults(NamedTuple):
     symmetry: str = "auto"
     escape: bool = False
     strength: float = 1.0
+    within: float = 0.0
     slide: bool = False
 
 
@@ -141,6 +142,7 @@ class COptions(C.Structure):
         ("slide", C.c_int32),
         ("scalar_rule", C.c_int32 * MAX_SCALARS),
         ("scalar_value", C.c_double * MAX_SCALARS),
+        ("within", C.c_double),
     ]
 
 

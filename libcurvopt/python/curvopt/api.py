@@ -161,6 +161,7 @@ def minimize(
     boundary: str = DEFAULTS.boundary,
     symmetry: str = DEFAULTS.symmetry,
     strength: float = DEFAULTS.strength,
+    within: float = DEFAULTS.within,
     slide: bool = DEFAULTS.slide,
     volume: str | float | None = None,
     area: str | float | None = None,
@@ -181,6 +182,7 @@ def minimize(
     boundary     of BOUNDARIES: what an open surface keeps
     symmetry     of SYMMETRIES, or mirror planes such as "x" or "y,z"
     strength     0.001 .. 1; below 1 the surface stays near the cage's: waves shorter than S / (1 - S) RMS radii go
+    within       where positive, no vertex and no point of the surface gets farther than this from where it was
     slide        whether held vertices on boundaries and creases slide along these
     volume, area, total_mean_curvature (int H dA)
                  numbers of the whole surface that the result is to have: "keep", as the cage's, or a positive number in
@@ -218,7 +220,7 @@ def minimize(
         scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     raw = _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, slide=int(slide), scalars=scalars, **options,
+        strength=strength, within=within, slide=int(slide), scalars=scalars, **options,
     )  # fmt: skip
     flag = cancel._flag if cancel is not None else None
     with _Mesh.of_cage(lib, cage) as mesh:

@@ -1,10 +1,12 @@
 /* Exported functions that measure and compare surfaces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
 #include "base/memory.h"
+#include "measure/correspondence.h"
 #include "measure/crossings.h"
 #include "measure/deviation.h"
 #include "measure/location.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -59,6 +61,7 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
     co_nearest surface[2] = {{.n_parts = 0}, {.n_parts = 0}};
     co_deviation found;
     co_thread_pool *pool = NULL;
+    double farthest = (double)INFINITY;
     if (!mesh || !xyz || !other || !other_xyz || !out)
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
     int32_t status = start_threads(threads, &pool, error);
@@ -70,10 +73,14 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
         status = co_nearest_create(&pieces[k], &surface[k], error);
     if (status == CURVOPT_OK)
         status = co_deviation_measure(surface, MOST_PARTS, pool, cancel, &found, error);
+    if (status == CURVOPT_OK)
+        status = co_correspondence_farthest((const curvopt_mesh *[2]){mesh, other}, (const double *[2]){xyz, other_xyz},
+                                            &farthest, error);
     if (status == CURVOPT_OK && distances)
         status = measure_vertices(other, &pieces[1], &surface[0], pool, distances, error);
     if (status == CURVOPT_OK) {
-        curvopt_deviation theirs = {.max = found.max, .rms = found.rms, .bound = found.bound, .size = pieces[0].size};
+        curvopt_deviation theirs = {.max = found.max, .rms = found.rms, .size = pieces[0].size};
+        theirs.bound = fmax(found.max, fmin(found.bound, farthest));
         memcpy(theirs.point, found.point[0], sizeof theirs.point);
         memcpy(theirs.other_point, found.point[1], sizeof theirs.other_point);
         co_api_copy_out(out, size, &theirs, sizeof theirs);

@@ -2,7 +2,9 @@
 #include "api/api.h"
 
 #include "mesh/similarity.h"
+#include "solve/strength.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -126,6 +128,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_real("strength", o->strength, LEAST_STRENGTH, 1, error);
     if (status == CURVOPT_OK)
+        status = check_real("within", o->within, 0, DBL_MAX, error);
+    if (status == CURVOPT_OK)
         status = check_integer("n_holes", o->n_holes, 0, INT32_MAX, error);
     if (status == CURVOPT_OK && o->n_holes > 0 && !o->holes)
         status = co_api_null(error, "holes");
@@ -162,11 +166,12 @@ static void resolve_auto(curvopt_options *o) {
     if (o->method == CURVOPT_METHOD_AUTO)
         o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
     if (o->spacing == CURVOPT_SPACING_AUTO)
-        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin || o->strength < 1 ? CURVOPT_SPACING_FREE
-                                                                                            : CURVOPT_SPACING_EVEN;
+        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin || co_strength_stays_near(o)
+                         ? CURVOPT_SPACING_FREE
+                         : CURVOPT_SPACING_EVEN;
     if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
         o->symmetry = CURVOPT_SYMMETRY_NONE;
-    if (o->strength < 1 && o->symmetry == CURVOPT_SYMMETRY_AUTO)
+    if (co_strength_stays_near(o) && o->symmetry == CURVOPT_SYMMETRY_AUTO)
         o->symmetry = CURVOPT_SYMMETRY_KEEP;
 }
 

@@ -170,8 +170,33 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
     return status;
 }
 
-int32_t co_given_constraints_check_strength(const curvopt_constraints *given, double strength, curvopt_error *error) {
-    for (int32_t i = 0; given && given->has_places && given->places && strength < 1 && i < given->n; i++) {
+/* What constraint i has that a run within a distance cannot promise; NULL if nothing. */
+static const char *against_within(const curvopt_constraints *given, int32_t i) {
+    const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
+    const double weight = given->weights ? given->weights[i] : 1;
+    if (given->has_places && given->places && !isnan(given->places[3 * (size_t)i]))
+        return "has a place where the vertex is to be";
+    return weight > 0 && weight < 1 && freedom != CO_FREEDOM_NONE ? "is soft and leaves directions free" : NULL;
+}
+
+static int32_t check_within(const curvopt_constraints *given, curvopt_error *error) {
+    for (int32_t i = 0; given && i < given->n; i++) {
+        const char *what = against_within(given, i);
+        if (what)
+            return co_status_fail(
+                error, CURVOPT_ERROR_ARGUMENT, i,
+                "constraint %d, of vertex %d, %s, and the surface is to stay within a distance of the "
+                "input; leave one of them out",
+                i, given->vertices[i], what);
+    }
+    return CURVOPT_OK;
+}
+
+int32_t co_given_constraints_check_strength(const curvopt_constraints *given, const curvopt_options *options,
+                                            curvopt_error *error) {
+    if (options->within > 0)
+        return check_within(given, error);
+    for (int32_t i = 0; given && given->has_places && given->places && options->strength < 1 && i < given->n; i++) {
         const double *place = given->places + 3 * (size_t)i;
         const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
         const double weight = given->weights ? given->weights[i] : 1;

@@ -8,8 +8,10 @@
  * what is wrong, ERROR_MEMORY. */
 int32_t co_given_constraints_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_constraints *given,
                                     co_constraints *out, curvopt_error *error);
-/* ERROR_ARGUMENT where a place and what a strength below 1 pulls back to would be two ends of one spring. */
-int32_t co_given_constraints_check_strength(const curvopt_constraints *given, double strength, curvopt_error *error);
+/* ERROR_ARGUMENT where a place and what a strength below 1 pulls back to would be two ends of one spring, or where a
+ * constraint stands against options.within. */
+int32_t co_given_constraints_check_strength(const curvopt_constraints *given, const curvopt_options *options,
+                                            curvopt_error *error);
 /* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be. As
  * co_interpolation_create. */
 int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, double *xyz,

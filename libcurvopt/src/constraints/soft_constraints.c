@@ -50,6 +50,7 @@ int32_t co_soft_constraints_copy(const curvopt_mesh *m, const co_soft_constraint
     memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
     memcpy(to->original, from->original, 3 * n * sizeof(double));
     to->reach = from->reach;
+    to->weighed_by = from->weighed_by;
     return CURVOPT_OK;
 }
 
@@ -196,6 +197,7 @@ int32_t co_soft_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh 
                 n_faces_of[m->corner_vertex[h]]++;
         co_sparse_rows_apply(rows, springs->original, out.original);
         out.reach = springs->reach;
+        out.weighed_by = springs->weighed_by;
         distribute(m, springs, n_faces_of, &out);
         co_soft_constraints_free(springs);
         *springs = out;

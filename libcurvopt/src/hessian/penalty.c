@@ -107,7 +107,7 @@ static double most_of(const co_soft_constraints *s, int32_t v, double radius, do
 int32_t co_penalty_create(const co_soft_constraints *s, const co_dof_map *r, const double centroid[3], double radius,
                           double scale, co_penalty *p, curvopt_error *error) {
     double target[3];
-    *p = (co_penalty){0};
+    *p = (co_penalty){.weight = 1};
     if (!s->stiffness)
         return CURVOPT_OK;
     int32_t *index = CO_NEW(int32_t, r->n_nodes);
@@ -154,9 +154,9 @@ double co_penalty_value(const co_penalty *p, const double *z, double *gradient) 
             return (double)INFINITY;
         value += isfinite(p->most[k]) ? -p->most[k] * co_log_1_plus(-q / p->most[k]) : q;
         for (int i = 0; gradient && i < p->size[k]; i++)
-            gradient[p->first[k] + i] += force[i] / left;
+            gradient[p->first[k] + i] += p->weight * force[i] / left;
     }
-    return value;
+    return p->weight * value;
 }
 
 void co_penalty_add_hessian(const co_penalty *p, const double *z, co_sparse_hessian *h) {
@@ -165,7 +165,7 @@ void co_penalty_add_hessian(const co_penalty *p, const double *z, co_sparse_hess
         for (int j = 0; j < p->size[k]; j++) /* a column begins with its own block, from the diagonal on */
             for (int i = j; i < p->size[k]; i++)
                 h->value[h->pattern.column_start[p->first[k] + j] + i - j] +=
-                    p->matrix[9 * (size_t)k + (size_t)(3 * i + j)] / left +
-                    force[i] * force[j] / (p->most[k] * left * left);
+                    p->weight * (p->matrix[9 * (size_t)k + (size_t)(3 * i + j)] / left +
+                                 force[i] * force[j] / (p->most[k] * left * left));
     }
 }

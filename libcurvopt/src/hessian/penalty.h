@@ -5,7 +5,7 @@
 
 #include "hessian/sparse_hessian.h"
 
-/* The sum over nodes with springs of a quadratic function  q = constant + slope . y + y . matrix y / 2  of
+/* `weight` times the sum over nodes with springs of a quadratic function  q = constant + slope . y + y . matrix y / 2  of
  * y = z - rest, or where a spring ends of the logarithmic barrier  -most ln(1 - q / most),  which is q where q is small
  * and infinite from `most` on (Fiacco, McCormick, "Nonlinear programming", 1968). */
 typedef struct co_penalty {
@@ -17,6 +17,7 @@ typedef struct co_penalty {
     double *matrix;   /* [n][3][3] */
     double *constant; /* [n] value at rest: 0 unless slope is not */
     double *most;     /* [n] value that springs do not reach, INFINITY where they have no end */
+    double weight;    /* 1 at first */
 } co_penalty;
 
 /* Stiffness of an objective with these weights (curvopt_term): that of the unit sphere at a point, in units of the

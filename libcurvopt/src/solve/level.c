@@ -79,11 +79,17 @@ static double worth_of_spacing(const co_level *l, const co_iterate *at) {
     return worth * energy;
 }
 
-/* Where the energy has fallen to half of what spacing was weighed by, that counts for too much. */
+/* Where the energy has fallen to half of what spacing or springs were weighed by, that counts for too much. */
 static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict verdict) {
     co_level_objective *o = &l->objective;
-    if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || !co_step_stands(verdict) ||
-        co_level_objective_energy(o, now) > 0.5 * o->spaced_energy)
+    const double energy = co_level_objective_energy(o, now);
+    if (!co_step_stands(verdict))
+        return verdict;
+    if (co_level_objective_weigh_springs(o, energy, 0.5)) {
+        co_level_objective_evaluate(o, now);
+        verdict = CO_STEP_CHANGED;
+    }
+    if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
         return verdict;
     co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
     return CO_STEP_CHANGED;
@@ -417,6 +423,8 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     co_step_review_begin(&l->review, l->now.x, defect);
     l->reached = l->review.safe;
     co_level_objective_evaluate(&l->objective, &l->now);
+    if (co_level_objective_weigh_springs(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1))
+        co_level_objective_evaluate(&l->objective, &l->now);
     int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
@@ -431,6 +439,7 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     int32_t status = co_assembly_copy_rules(&l->objective.assembly, &other->objective.assembly, error);
     if (status != CURVOPT_OK)
         return status;
+    l->objective.penalty.weight = other->objective.penalty.weight;
     status = aim(l, &is_there, &changed, error);
     if (status != CURVOPT_OK)
         return status;

@@ -209,6 +209,19 @@ double co_level_objective_energy(const co_level_objective *o, const co_iterate *
     return now->value - co_penalty_value(&o->penalty, now->x, NULL) - now->found[CO_FOUND_SPACING];
 }
 
+/* Of the objective by which springs were made; a flat surface has none, and is to stay within their ends. */
+static const double LEAST_WEIGHT = 1e-6;
+
+int co_level_objective_weigh_springs(co_level_objective *o, double energy, double least) {
+    if (!(o->held.springs.weighed_by > 0))
+        return 0;
+    const double weight = fmax(LEAST_WEIGHT, energy / o->held.springs.weighed_by);
+    if (!(weight <= least * o->penalty.weight))
+        return 0;
+    o->penalty.weight = weight;
+    return 1;
+}
+
 /* --------------------------------------------------------------------------------------- creation -- */
 
 /* Positions, variables, springs and the energy, of constraints that are known. */

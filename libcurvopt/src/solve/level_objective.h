@@ -110,5 +110,8 @@ double co_level_objective_relative_gradient(const co_level_objective *objective,
 double co_level_objective_value_of(co_level_objective *objective, const double *xyz);
 /* The surface's part of the value at `now`. */
 double co_level_objective_energy(const co_level_objective *objective, const co_iterate *now);
+/* Where springs are worth a part of the objective, whatever it becomes (co_soft_constraints.weighed_by): weighs them by
+ * this one if that makes them `least` times as stiff or less; whether it does. Values are others then. */
+int co_level_objective_weigh_springs(co_level_objective *objective, double energy, double least);
 
 #endif

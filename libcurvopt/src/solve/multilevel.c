@@ -338,7 +338,7 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     const curvopt_options *o = r->context.options;
     int32_t status = co_given_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
     if (status == CURVOPT_OK)
-        status = co_given_constraints_check_strength(o->constraints, o->strength, error);
+        status = co_given_constraints_check_strength(o->constraints, o, error);
     if (status == CURVOPT_OK && o->constraints && o->constraints->has_places)
         status = co_given_constraints_place(mesh, &r->constraints, r->at.start, error);
     if (status == CURVOPT_OK)

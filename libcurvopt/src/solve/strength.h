@@ -6,8 +6,10 @@
 #include "energy/adaptive_quadrature.h"
 #include "solve/run_context.h"
 
-/* Adds to the constraints of the input cage xyz [3 n_vertices] the springs that options.strength asks for; none at 1.
- * `assembly` is the cage's, and has been resolved there. On failure there are no constraints any more. ERROR_MEMORY. */
+/* Whether options.strength or options.within keep a surface near its input. */
+int co_strength_stays_near(const curvopt_options *options);
+/* Adds to the constraints of the input cage xyz [3 n_vertices] the springs that these ask for. `assembly` is the
+ * cage's, and has been resolved there. On failure there are no constraints any more. ERROR_MEMORY. */
 int32_t co_strength_hold(const co_run_context *run, const curvopt_mesh *mesh, const double *xyz,
                          const co_assembly *assembly, co_constraints *constraints, curvopt_error *error);
 
