@@ -46,7 +46,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         held = read_cage.read_held(obj, pin, options.pin_group, options.pin_surface)
         request = job.Request(
             options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength,
-            keeps_volume=options.keep_volume,
+            keeps_volume=options.keep_volume, within=options.within,
         )  # fmt: skip
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
@@ -152,6 +152,7 @@ def report(
         "result": result_name,
         "energy": request.energy,
         "strength": request.strength,
+        "within": request.within,
         "keep_volume": request.keeps_volume,
         "boundary": request.boundary,
         "symmetry_order": solution.symmetry_order,

@@ -33,7 +33,7 @@ class Request:
     `energy` is a key of energy.ENERGY_LABELS or a mix such as "mvs:1,willmore:0.1". `options` are further fields of
     curvopt_options by name. `boundary`, of abi.BOUNDARIES, says what an open surface keeps. `symmetry` is a name of
     abi.SYMMETRIES, or mirror planes such as "x,z". `held` are vertices of the cage that may not move freely. Below a
-    `strength` of 1 the surface stays near the cage's. `holes` (k,) are faces of the cage that are left out of the
+    `strength` of 1 the surface stays near the cage's, and with a positive `within` no farther from it than that. `holes` (k,) are faces of the cage that are left out of the
     energy; their vertices are held. `keeps_volume` holds the volume inside the whole surface, or between it and a boundary
     that stays. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
     the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only."""
@@ -50,6 +50,7 @@ class Request:
     marked: int = 0
     refinable: bool = True
     keeps_volume: bool = False
+    within: float = DEFAULTS.within
 
     @property
     def label(self) -> str:
@@ -227,7 +228,7 @@ def _options(lib: library.Library, request: Request) -> COptions:
     return lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
         holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, scalars=scalars,
-        **request.options,
+        within=request.within, **request.options,
     )  # fmt: skip
 
 

@@ -257,6 +257,7 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
     obj["curvopt_source"] = source_name
     obj["curvopt_energy"] = request.energy
     obj["curvopt_strength"] = request.strength
+    obj["curvopt_within"] = request.within
     obj["curvopt_surface"] = solution.end.surface
     obj["curvopt_stop"] = solution.stop
     obj["curvopt_verdict"] = verdict

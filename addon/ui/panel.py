@@ -51,6 +51,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         wave = wave_text(context, settings.strength)
         if wave:
             column.label(text=wave)
+        column.prop(settings, "within")
         self._draw_volume(context, column)
         if context.mode == "EDIT_MESH":
             self._draw_edit(context, column)

@@ -129,6 +129,11 @@ class RunSettings:
         "keeps features. 1 forgets the original and finds the surface of least energy, a ball for a closed shape "
         "without holes", default=_STRENGTH, min=0.01, max=1.0, subtype="FACTOR",
     )
+    within: bpy.props.FloatProperty(
+        name="Within", description="No vertex and no point of the surface gets farther than this from where it was; 0 sets no "
+        "limit. At strength 1 the result is the fairest surface within the distance",
+        default=DEFAULTS.within, min=0.0, precision=3, subtype="DISTANCE",
+    )
     keep_volume: bpy.props.BoolProperty(
         name="Keep Volume", description="The result has the volume of the original: it does not shrink. An open surface keeps "
         "the volume between it and its boundary, which must stay. Where nothing else holds the shape, at strength 1 "
@@ -275,12 +280,15 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
     energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])
     boundary, keeps_volume = values["boundary"].lower(), bool(values["keep_volume"])
-    return Request(energy, levels, options, boundary, symmetry, held, strength, keeps_volume=keeps_volume)
+    return Request(
+        energy, levels, options, boundary, symmetry, held, strength, keeps_volume=keeps_volume,
+        within=strength_of(values["within"]),
+    )  # fmt: skip
 
 
 def strength_of(value: float) -> float:
-    """A slider's value; Blender stores float32."""
-    return round(value, 6)
+    """A slider's value, to six digits; Blender stores float32."""
+    return float(f"{value:.6g}")
 
 
 @dataclass

@@ -544,7 +544,8 @@ typedef struct curvopt_options {
     /* [..] the value of each curvopt_scalar with the rule VALUE or REDUCED: positive and finite; else 0. */
     double scalar_value[CURVOPT_MAX_SCALARS];
     /* Where it is positive, no vertex of the cage, and so no point of the surface, gets farther than this from where it
-     * was, in the units of the positions; on finer levels from where subdivision puts it. By a logarithmic barrier that
+     * was, in the units of the positions; on finer levels from where subdivision puts it, but for single vertices that
+     * constraints hold where they were. By a logarithmic barrier that
      * is worth a few hundredths of the energy: the result is the objective's minimum within the distance but for that.
      * Spacing and symmetry are chosen as with a strength below 1, and the barrier is in decrements and verdicts, not in
      * energies, like springs. Refused with constraints that have places, or whose weight is below 1 and which leave

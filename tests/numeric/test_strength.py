@@ -15,7 +15,7 @@ from nets import perturbed, read_obj, torus_cage
 
 NONE = 1
 STIFFNESS = {"willmore": 24 * pi, "mvs": 2979.1973808604575}  # penalty.h
-REACH, FIRMEST = 0.2, 0.3  # strength.c
+REACH, FIRMEST, LIMITING = 0.2, 0.3, 0.03  # strength.c
 DENSITY = {"willmore": lambda k, area: k ** 4, "mvs": lambda k, area: area * k ** 6}
 
 
@@ -185,4 +185,91 @@ def test_the_command_line_takes_it(tmp_path):
     mesh = perturbed(torus_cage(8, 5, 0.5), 0.1, 3)
     _, by_command = lib.cli_minimize(mesh, "--strength", "0.3", "--levels", "1")
     result = lib.minimize(mesh, levels=1, strength=0.3)
+    assert np.abs(by_command.xyz - result.mesh.xyz).max() < 1e-6
+
+
+# ------------------------------------------------------------------------------------------------------- within --
+
+
+def moved_by(mesh: Mesh, result) -> np.ndarray:
+    """How far each vertex of a result is from where subdividing the cage puts it."""
+    was = mesh
+    while was.n_vertices < result.mesh.n_vertices:
+        was = lib.refine(was)
+    return np.linalg.norm(result.mesh.xyz - was.xyz, axis=1)
+
+
+@pytest.mark.parametrize("energy, levels", [("willmore", 1), ("willmore", 2), ("mvs", 2), ("mvs_cross", 1)])
+def test_no_point_gets_farther_than_within(energy, levels):
+    """And the distance is used: the more of it, the less energy."""
+    mesh = perturbed(torus_cage(9, 6, 0.5), 0.1, 3)
+    energies, size = [], spread(mesh.xyz)
+    for part in (0.01, 0.05, 0.2):
+        result = lib.minimize(mesh, energy, levels=levels, symmetry=NONE, within=part * size)
+        assert result.verdict == "minimum"
+        assert moved_by(mesh, result).max() < part * size
+        assert moved_by(mesh, result).max() > 0.6 * part * size
+        found, _ = lib.deviation(mesh, result.mesh)
+        assert found.max <= found.bound <= part * size and found.bound < 1.2 * found.max
+        energies.append(result.summary.end.objective)
+    assert (np.diff(energies) < 0).all()
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_what_the_barrier_costs(energy):
+    """At the end the energy's gradient is the barrier's, which is worth a hundredth of what the energy is; with a tenth
+    of its weight, by the formula of its own, no more than a few hundredths would be gained."""
+    mesh = perturbed(torus_cage(9, 6, 0.5), 0.1, 3)
+    within = 0.1 * spread(mesh.xyz)
+    result = lib.minimize(mesh, energy, levels=1, symmetry=NONE, within=within, decrement_tolerance=1e-12,
+                          gradient_tolerance=1e-15, tolerance=1e-7)
+    problem = lib.Problem(result.mesh, lib.options(energy, tolerance=1e-7))
+    value, gradient = problem.evaluate(result.mesh.xyz, True)
+    moved, area = result.mesh.xyz - mesh.xyz, vertex_areas(mesh)
+    pull = (area / (1 - (moved ** 2).sum(1) / within ** 2))[:, None] * moved
+    pull *= 2 * LIMITING * value.objective / (area.sum() * within ** 2)
+    weight = -(gradient * pull).sum() / (pull ** 2).sum()
+    assert np.abs(gradient + weight * pull).max() < 1e-3 * np.abs(pull).max()
+    assert 0.99 < weight < 2  # weighed anew whenever the energy has halved
+
+
+def test_within_is_whole_where_numbers_and_pins_are_held():
+    mesh = perturbed(torus_cage(9, 6, 0.5), 0.1, 3)
+    within = 0.05 * spread(mesh.xyz)
+    pins = lib.constraints([0, 7, 20], [0, 1, 2], [[0, 0, 0], [1, 2, 3], [0, 1, -1]])
+    result = lib.minimize(mesh, levels=2, symmetry=NONE, within=within, constraints=pins, hold={"volume": "keep"})
+    others = np.delete(moved_by(mesh, result), [0, 7, 20])
+    assert others.max() < within and result.verdict == "minimum"
+    assert result.summary.end.volume == pytest.approx(result.summary.start.volume, rel=1e-6)
+    both = lib.minimize(mesh, levels=1, symmetry=NONE, within=within, strength=0.6)
+    assert moved_by(mesh, both).max() < within
+    one = lib.minimize(mesh, levels=1, symmetry=NONE, within=within, constraints=pins)
+    assert moved_by(mesh, one).max() < within and moved_by(mesh, one)[0] == 0
+    alone = lib.minimize(mesh, levels=1, symmetry=NONE, strength=0.6)
+    assert moved_by(mesh, alone).max() > within
+
+
+@pytest.mark.parametrize("fields, what", [
+    ({"weights": [1.0, 0.5], "freedom": [0, 1], "directions": [[0, 0, 0], [1, 0, 0]]}, "constraint 1, of vertex 4"),
+    ({"places": [[np.nan] * 3, [1.0, 2.0, 3.0]]}, "constraint 1, of vertex 4"),
+])
+def test_what_stands_against_within_is_refused(fields, what):
+    mesh = perturbed(torus_cage(9, 6, 0.5), 0.1, 3)
+    with pytest.raises(lib.CurvoptError, match=what):
+        lib.minimize(mesh, levels=1, within=0.1, constraints=lib.constraints([2, 4], **fields))
+    for wrong in (-1.0, np.nan, np.inf):
+        with pytest.raises(lib.CurvoptError, match="within"):
+            lib.minimize(mesh, levels=1, within=wrong)
+
+
+def test_a_flat_cage_stays_within():
+    """Energy 0 to begin with: nothing to gain, nothing lost."""
+    result = lib.minimize(strip(6, 4, 0.0, 1), levels=2, within=0.1)
+    assert moved_by(strip(6, 4, 0.0, 1), result).max() < 0.1 and result.summary.end.objective < 1e-12
+
+
+def test_the_command_line_takes_within(tmp_path):
+    mesh = perturbed(torus_cage(8, 5, 0.5), 0.1, 3)
+    _, by_command = lib.cli_minimize(mesh, "--within", "0.03", "--levels", "1")
+    result = lib.minimize(mesh, levels=1, within=0.03)
     assert np.abs(by_command.xyz - result.mesh.xyz).max() < 1e-6

@@ -226,7 +226,7 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    COptions: 264,
+    COptions: 272,
     CEnergies: 216,
     CProgress: 120,
     CLevelReport: 48,

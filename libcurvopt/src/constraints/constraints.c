@@ -180,8 +180,10 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     for (int32_t v = 0; v < n; v++)
         if (out.freedom[v] == CO_FREEDOM_ALL && constraints->freedom[v] != CO_FREEDOM_ALL) {
             inherit(constraints, v, constraints->anchor, &out, v);
-            if (!out.of_limit[v])
-                co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
+            if (out.of_limit[v])
+                continue;
+            co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
+            co_soft_constraints_drop_beyond(&out.springs, v, xyz + 3 * (size_t)v);
         }
     co_constraints_free(constraints);
     *constraints = out;

@@ -134,6 +134,16 @@ int co_soft_constraints_alike(const co_soft_constraints *s, int32_t v, int32_t w
            (s->stiffness[v] == 0 || s->freedom[v] == s->freedom[w]);
 }
 
+void co_soft_constraints_drop_beyond(co_soft_constraints *s, int32_t v, const double x[3]) {
+    double square = 0;
+    if (!s->stiffness || !co_soft_constraints_has_end(s, v))
+        return;
+    for (int c = 0; c < 3; c++)
+        square += (x[c] - s->anchor[3 * (size_t)v + (size_t)c]) * (x[c] - s->anchor[3 * (size_t)v + (size_t)c]);
+    if (4 * square > s->reach * s->reach)
+        s->stiffness[v] = 0;
+}
+
 /* ------------------------------------------------------------------------------------------- subdivision -- */
 
 /* Whether all vertices of a face have springs of one kind. */

@@ -51,6 +51,9 @@ void co_soft_constraints_free(co_soft_constraints *springs);
 int32_t co_soft_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                       co_soft_constraints *springs, curvopt_error *error);
 
+/* Takes the spring of vertex v away if its end is not twice as far as v is, at x. */
+void co_soft_constraints_drop_beyond(co_soft_constraints *springs, int32_t v, const double x[3]);
+
 /* Whether vertex v has a spring that ends at springs->reach. */
 static inline int co_soft_constraints_has_end(const co_soft_constraints *springs, int32_t v) {
     return springs->freedom && springs->freedom[v] == CO_FREEDOM_NONE && springs->reach < (double)INFINITY;

@@ -186,6 +186,16 @@ def test_volume_is_kept(batch, cage_file, add):
     assert code == 1 and len(errors) == 1 and errors[0].startswith("The volume cannot be held: the boundary may move")
 
 
+def test_within_is_a_distance_in_the_scene(batch, cage_file):
+    common = ["--energy", "willmore", "--levels", "1", "--json", "out.json"]
+    for within in (0.0, 0.01):
+        assert batch(*common, *(["--within", str(within)] if within else []))[:2] == (0, [])
+        found = json.loads((cage_file.parent / "out.json").read_text())
+        assert found["within"] == within and (found["deviation"]["bound"] < 0.01) == bool(within)
+    code, errors, _ = batch("--within", "-1", "--json", "out.json")
+    assert code == 1 and errors == ["Within is -1; it must be 0 to 1.79769e+308."]
+
+
 def test_volume_is_one_of_the_settings_of_many(batch, cage_file):
     """A second call with it is another run."""
     common = [cage_file, "--into", cage_file.parent / "into", "--levels", "1", "--strength", "0.5"]
