@@ -2,6 +2,7 @@
 #include "cages.h"
 #include "check.h"
 
+#include "measure/correspondence.h"
 #include "measure/deviation_bound.h"
 
 static curvopt_deviation measure(const cage *a, const cage *b, int32_t threads) {
@@ -119,6 +120,42 @@ static void test_same_surface(void **state) {
     cage_free(&b);
 }
 
+/* A cage, and the same subdivided and moved: vertices correspond. Turned faces are others. */
+static void test_corresponding_cages(void **state) {
+    cage a = cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), turned = cage_torus(8, 6, 1, 0.4),
+         b = cage_refined(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), 2);
+    (void)state;
+    b.xyz[5] += 0.25;
+    b.xyz[31] -= 0.5;
+    const int32_t first = turned.vertices[0]; /* its face begins with another corner */
+    memmove(turned.vertices, turned.vertices + 1, 3 * sizeof first);
+    turned.vertices[3] = first;
+    curvopt_mesh *mesh[3] = {cage_mesh(&a), cage_mesh(&b), cage_mesh(&turned)};
+    const curvopt_mesh *both[2] = {mesh[0], mesh[1]};
+    const double *xyz[2] = {a.xyz, b.xyz};
+    curvopt_error error;
+    double farthest = 0;
+    for (int order = 0; order < 2; order++) {
+        CHECK_OK(co_correspondence_farthest(both, xyz, &farthest, &error), &error);
+        CHECK_NEAR(farthest, 0.5, 1e-12);
+        both[0] = mesh[1];
+        both[1] = mesh[0];
+        xyz[0] = b.xyz;
+        xyz[1] = a.xyz;
+    }
+    curvopt_deviation d = measure(&a, &b, 1);
+    CHECK_BETWEEN(d.bound, d.max, 0.5);
+    both[0] = mesh[2];
+    xyz[0] = turned.xyz;
+    CHECK_OK(co_correspondence_farthest(both, xyz, &farthest, &error), &error);
+    assert_true(isinf(farthest));
+    for (int k = 0; k < 3; k++)
+        curvopt_mesh_destroy(mesh[k]);
+    cage_free(&a);
+    cage_free(&b);
+    cage_free(&turned);
+}
+
 static void test_refusals(void **state) {
     cage a = cage_cube();
     curvopt_mesh *mesh = cage_mesh(&a);
@@ -158,13 +195,10 @@ static void test_cancelled_bound_still_holds(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_are_parts),
-        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
-        cmocka_unit_test(test_bound_of_a_part),
-        cmocka_unit_test(test_translation_and_units),
-        cmocka_unit_test(test_same_surface),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_cancelled_bound_still_holds),
+        cmocka_unit_test(test_parts_are_parts), cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_bound_of_a_part), cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),    cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_refusals),        cmocka_unit_test(test_cancelled_bound_still_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
