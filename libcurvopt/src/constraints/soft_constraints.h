@@ -26,7 +26,8 @@ typedef struct co_soft_constraints {
     double *anchor;    /* [3 n_vertices] a_v, in the user's units */
     double *original;  /* [3 n_vertices] the input cage, subdivided as often as this one */
     double reach;      /* how far from a_v a vertex gets whose spring leaves no direction free, in the user's units */
-    double weighed_by; /* objective of which springs are to be worth a part, whatever it becomes; 0: they are as they are */
+    double weighed_by; /* objective of which springs are to be worth a part, whatever it becomes; 0: they are as they
+                          are */
 } co_soft_constraints;
 
 /* Makes springs where 0 < weight [n_vertices] < 1, of these freedoms and directions, at xyz [3 n_vertices].

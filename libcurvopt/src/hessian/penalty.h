@@ -5,9 +5,9 @@
 
 #include "hessian/sparse_hessian.h"
 
-/* `weight` times the sum over nodes with springs of a quadratic function  q = constant + slope . y + y . matrix y / 2  of
- * y = z - rest, or where a spring ends of the logarithmic barrier  -most ln(1 - q / most),  which is q where q is small
- * and infinite from `most` on (Fiacco, McCormick, "Nonlinear programming", 1968). */
+/* `weight` times the sum over nodes with springs of a quadratic function  q = constant + slope . y + y . matrix y / 2
+ * of y = z - rest, or where a spring ends of the logarithmic barrier  -most ln(1 - q / most),  which is q where q is
+ * small and infinite from `most` on (Fiacco, McCormick, "Nonlinear programming", 1968). */
 typedef struct co_penalty {
     int32_t n;        /* number of nodes that have springs */
     int32_t *first;   /* [n] first variable of each */
