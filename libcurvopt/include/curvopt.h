@@ -688,7 +688,8 @@ typedef struct curvopt_deviation {
                               or if 400 000 parts of the surfaces did not do */
     double size;           /* root mean square distance of the first cage's vertices from their centroid */
     double point[3];       /* the point of the first surface, */
-    double other_point[3]; /* and that of the second, whose distance is max */
+    double other_point[3]; /* and that of the second, whose distance is max; both NAN, and max 0, if it was cancelled
+                              before any point was measured */
 } curvopt_deviation;
 
 /* Measures from the limit surface of a cage xyz [3 n_vertices] to that of another one, other_xyz [3 n_vertices of the
@@ -696,7 +697,7 @@ typedef struct curvopt_deviation {
  * left out of energies. The cages need not have the same faces: matching is by nearest points.
  *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
- *     surface; NAN for isolated vertices. May be NULL.
+ *     surface; NAN for isolated vertices, and where it was cancelled before. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets; only the extent of the tips at extraordinary vertices,
  * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
  * zero size), ERROR_MEMORY. */
