@@ -188,6 +188,8 @@ int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double rat
     double centroid[3];
     *out = (co_surface_pieces){0};
     int32_t status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
+        status = CO_CANCELLED;
     if (status != CURVOPT_OK)
         return status;
     out->size = co_similarity_mesh_frame(mesh, xyz, centroid);
