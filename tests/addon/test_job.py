@@ -191,6 +191,21 @@ def test_strength_below_1_stays_near_the_cage_and_says_so():
     assert verdict == "Checked: a local minimum of energy and nearness to the original together."
 
 
+def test_measuring_is_cancelled_too(monkeypatch):
+    """A flag that is raised when the run is over: the result is there, without what was not measured."""
+    true = job.measure.deviation
+
+    def late(mesh, xyz, other, other_xyz, threads=0, cancel=None):
+        cancel.request()
+        return true(mesh, xyz, other, other_xyz, threads, cancel)
+
+    with job.library.Cancel.create(job.library.load()) as cancel:
+        monkeypatch.setattr(job.measure, "deviation", late)
+        solution = job.solve(torus_cage(), job.Request("willmore", 1), cancel=cancel)
+    assert solution.stop != "cancelled" and solution.deviation is None and solution.crossings is None
+    assert messages.solution_text(job.Request("willmore", 1), solution)
+
+
 def test_job_runs_the_library_beside_this_thread_and_cancels_fast():
     work = job.Job.minimize(torus_cage(), job.Request("mvs", 6))
     work.start()
