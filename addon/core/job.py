@@ -212,13 +212,23 @@ def _solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             deviation = crossings = None
             if summary.stop != "cancelled":
-                deviation = measure.deviation(mesh, cage.positions, result.mesh(), final.positions)
-                crossings = measure.crossings(result.mesh(), final.positions)
+                deviation, crossings = _measured(mesh, cage, result.mesh(), final, cancel)
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
             )  # fmt: skip
+
+
+def _measured(
+    mesh: library.Mesh, cage: Cage, final_mesh: library.Mesh, final: Cage, cancel: library.Cancel | None
+) -> tuple[measure.Deviation, measure.Crossings] | tuple[None, None]:
+    """How far the result is from the cage, and where it crosses itself; neither if it is cancelled meanwhile."""
+    deviation = measure.deviation(mesh, cage.positions, final_mesh, final.positions, cancel=cancel)
+    crossings = measure.crossings(final_mesh, final.positions, cancel=cancel)
+    if np.isnan(deviation.rms) or not crossings.is_complete:
+        return None, None
+    return deviation, crossings
 
 
 def _options(lib: library.Library, request: Request) -> COptions:

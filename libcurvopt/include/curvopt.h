@@ -73,6 +73,8 @@ extern "C" {
 #define CURVOPT_MAX_BLEND_WIDTH 8  /* options.blend_width, in faces */
 /* Free variables up to which negative directions of a Hessian are counted; with more, the count is -1. */
 #define CURVOPT_MAX_COUNTED_VARIABLES 15000
+/* Largest of options.weights; a gradient could not be held in doubles far beyond it. */
+#define CURVOPT_WEIGHT_MAX 1e100
 /* Vertices up to which a result gets a verdict; with more, it is UNKNOWN. */
 #define CURVOPT_MAX_CERTIFIED_VERTICES 50000
 /* Vertices up to which options.escape leaves a saddle. */
@@ -471,7 +473,7 @@ typedef struct curvopt_options {
     int32_t joshi_sequin;
     /* curvopt_boundary; default POSITION. */
     int32_t boundary;
-    /* Weights of the terms, by curvopt_term. Finite, not negative, not all 0; 0 from CURVOPT_N_TERMS on. Defaults:
+    /* Weights of the terms, by curvopt_term. 0..CURVOPT_WEIGHT_MAX, not all 0; 0 from CURVOPT_N_TERMS on. Defaults:
      * WILLMORE 1, the others 0. */
     double weights[CURVOPT_MAX_TERMS];
     /* Relative quadrature error wanted. 1e-12..0.5, default 1e-4. */
@@ -650,8 +652,8 @@ CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
 /* Energies at xyz [3 n_vertices] into out, whose sizeof is `size`, and the objective's exact gradient into gradient
  * [3 n_vertices] unless that is NULL. Quadrature is refined until every term meets options.tolerance, and not made
  * coarser again for the next positions, so that differences of nearby energies are smooth.
- * ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area), ERROR_RESOLUTION (the surface is folded flat; `element` is
- * the face), ERROR_MEMORY. */
+ * ERROR_ARGUMENT, ERROR_GEOMETRY (not finite, zero area; `element` is the face, or the vertex where the gradient is not
+ * finite), ERROR_RESOLUTION (the surface is folded flat; `element` is the face), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
                                              size_t size, double *gradient, curvopt_error *error);
 
@@ -694,7 +696,8 @@ typedef struct curvopt_deviation {
                               or if 400 000 parts of the surfaces did not do */
     double size;           /* root mean square distance of the first cage's vertices from their centroid */
     double point[3];       /* the point of the first surface, */
-    double other_point[3]; /* and that of the second, whose distance is max */
+    double other_point[3]; /* and that of the second, whose distance is max; both NAN, and max 0, if it was cancelled
+                              before any point was measured */
 } curvopt_deviation;
 
 /* Measures from the limit surface of a cage xyz [3 n_vertices] to that of another one, other_xyz [3 n_vertices of the
@@ -702,7 +705,7 @@ typedef struct curvopt_deviation {
  * left out of energies. The cages need not have the same faces: matching is by nearest points.
  *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
- *     surface; NAN for isolated vertices. May be NULL.
+ *     surface; NAN for isolated vertices, and where it was cancelled before. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets, or where one cage is the other one subdivided and
  * moved, by how far its vertices have moved; only the extent of the tips at extraordinary vertices,
  * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,

@@ -167,7 +167,7 @@ static int measure(const arguments *a, const input *in, measures *out) {
         result = load(&other, &from);
     }
     if (result == ARGUMENTS_DONE && measures_take(in->mesh, in->cage.xyz, in->mesh, from.mesh, from.cage.xyz,
-                                                  a->options.threads, out, &error) != CURVOPT_OK)
+                                                  a->options.threads, NULL, out, &error) != CURVOPT_OK)
         result = could_not(a->deviation_from ? a->deviation_from : a->input, error.message);
     if (from.mesh)
         unload(&from);
@@ -316,7 +316,7 @@ static int deliver_files(const arguments *a, const obj_cage *cage, const json_re
     return status;
 }
 
-static int deliver(const watch *w, const input *in, const curvopt_result *result) {
+static int deliver(const watch *w, const input *in, const curvopt_result *result, const curvopt_cancel *cancel) {
     const arguments *a = w->args;
     obj_cage cage;
     curvopt_mesh_info info;
@@ -342,7 +342,7 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     if (!take_result(result, &info, &in->cage, summary.n_levels - 1, &cage))
         return could_not(a->output, strerror(ENOMEM));
     if (measures_take(curvopt_result_mesh(result), cage.xyz, in->mesh, in->mesh, in->cage.xyz, a->options.threads,
-                      &measured, &error) != CURVOPT_OK) {
+                      cancel, &measured, &error) != CURVOPT_OK) {
         free_result(&cage);
         return could_not(a->input, error.message);
     }
@@ -415,12 +415,12 @@ static int run_minimize(arguments *a) {
     if (!cancel ||
         curvopt_minimize(in.mesh, in.cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
         status = refused(a, &in, &error);
-    running = NULL;
-    curvopt_cancel_destroy(cancel);
     if (!a->quiet && platform_is_watched())
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)
-        status = deliver(&w, &in, result);
+        status = deliver(&w, &in, result, cancel);
+    running = NULL;
+    curvopt_cancel_destroy(cancel);
     trace_free(&w.trace);
     curvopt_result_destroy(result);
     unload(&in);

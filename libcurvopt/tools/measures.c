@@ -1,6 +1,7 @@
 /* What is measured of a surface, for reports. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "measures.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static int compare(const void *a, const void *b) {
@@ -59,16 +60,19 @@ static int to_input(const curvopt_mesh *mesh, const curvopt_mesh *input, measure
 }
 
 int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *input, const curvopt_mesh *from,
-                      const double *from_xyz, int32_t threads, measures *m, curvopt_error *error) {
-    *m = (measures){.has_deviation = from != NULL};
+                      const double *from_xyz, int32_t threads, const curvopt_cancel *cancel, measures *m,
+                      curvopt_error *error) {
+    *m = (measures){.pairs = NULL};
     int32_t status = CURVOPT_ERROR_MEMORY;
     m->pairs = malloc(sizeof *m->pairs * 2 * MEASURES_MOST_PAIRS);
     if (m->pairs)
-        status = curvopt_find_crossings(mesh, xyz, threads, NULL, MEASURES_MOST_PAIRS, m->pairs, &m->crossings,
+        status = curvopt_find_crossings(mesh, xyz, threads, cancel, MEASURES_MOST_PAIRS, m->pairs, &m->crossings,
                                         sizeof m->crossings, error);
     if (status == CURVOPT_OK && from)
-        status = curvopt_measure_deviation(from, from_xyz, mesh, xyz, threads, NULL, &m->deviation, sizeof m->deviation,
-                                           NULL, error);
+        status = curvopt_measure_deviation(from, from_xyz, mesh, xyz, threads, cancel, &m->deviation,
+                                           sizeof m->deviation, NULL, error);
+    m->has_crossings = m->crossings.is_complete;
+    m->has_deviation = from && isfinite(m->deviation.rms); /* NAN if it was cancelled */
     if (!m->pairs || (status == CURVOPT_OK && !to_input(mesh, input, m))) {
         status = CURVOPT_ERROR_MEMORY;
         snprintf(error->message, sizeof error->message, "%s", curvopt_status_text(status));
@@ -98,6 +102,8 @@ void measures_print(FILE *f, const measures *m, int always) {
     if (m->has_deviation)
         fprintf(f, "%-22s %.6g largest (at most %.6g), %.6g root mean square; %.3g and %.3g of the size\n", "deviation",
                 d->max, d->bound, d->rms, d->max / d->size, d->rms / d->size);
+    if (!m->has_crossings)
+        return;
     if (c->n_pairs)
         print_crossings(f, m);
     else if (always)
@@ -115,6 +121,8 @@ void measures_write_json(FILE *f, const measures *m) {
     if (m->has_deviation)
         fprintf(f, "  \"deviation\": {\"max\": %.17g, \"rms\": %.17g, \"bound\": %.17g, \"size\": %.17g},\n", d->max,
                 d->rms, d->bound, d->size);
+    if (!m->has_crossings)
+        return;
     fprintf(f, "  \"n_crossings\": %d, \"n_contacts\": %d, \"n_unresolved\": %d,\n  \"crossings\": [", c->n_pairs,
             c->n_contacts, c->n_unresolved);
     for (int32_t k = 0; k < c->n_listed; k++)

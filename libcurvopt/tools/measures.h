@@ -14,12 +14,15 @@ typedef struct measures {
     int32_t *pairs;              /* [2 crossings.n_listed] faces of the input cage */
     curvopt_deviation deviation; /* if has_deviation */
     int has_deviation;
+    int has_crossings;
 } measures;
 
 /* Measures a cage, and its deviation from another one (NULL: none). `input` is the cage that it is a subdivision of, or
- * itself: pairs are its faces. An error, and nothing to be freed, or CURVOPT_OK. */
+ * itself: pairs are its faces. cancel may be NULL; what it cuts off is not there. An error, and nothing to be freed, or
+ * CURVOPT_OK. */
 int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *input, const curvopt_mesh *from,
-                      const double *from_xyz, int32_t threads, measures *out, curvopt_error *error);
+                      const double *from_xyz, int32_t threads, const curvopt_cancel *cancel, measures *out,
+                      curvopt_error *error);
 void measures_free(measures *m);
 /* For people: the deviation, if there is one; crossings, if there are any or `always`. */
 void measures_print(FILE *file, const measures *m, int always);

@@ -6,7 +6,7 @@
 #include <stdio.h>
 
 /* First thing in main(): arguments as UTF-8 into *argc and *argv, which live as long as the process; standard streams
- * that change no byte. 0, or an errno. */
+ * that change no byte; a limit on the size of files is an error of writing, and no signal. 0, or an errno. */
 int platform_start(int *argc, char ***argv);
 /* fopen(), errno included; a directory is EISDIR. An `x` at the end of mode: the file must be new. */
 FILE *platform_open(const char *path, const char *mode);

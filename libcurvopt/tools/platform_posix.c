@@ -3,12 +3,16 @@
 #include "platform.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 int platform_start(int *argc, char ***argv) {
     (void)argc;
     (void)argv;
+#ifdef SIGXFSZ /* a file that may not grow is then an error of writing, and nothing of it is left */
+    signal(SIGXFSZ, SIG_IGN);
+#endif
     return 0;
 }
 

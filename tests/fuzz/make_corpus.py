@@ -71,6 +71,25 @@ def main():
     write('corpus_obj', 'bad_index', b'v 0 0 0\nf 1 2 99999999999999999999\nf 0 -9 x\n')
     write('corpus_obj', 'empty', b'')
     write('corpus_obj', 'binary', bytes(range(256)))
+    api_corpus()
+    write('corpus_options', 'defaults', bytes([255, 0]))
+    write('corpus_options', 'old', bytes([10, 0]) + b'gauss_newton')
+    write('corpus_options', 'members', bytes([255, 3] + [8] + 8 * [64] + [20] + 8 * [63] + [40] + 8 * [255]))
+    write('corpus_options', 'name', b'willmore')
+
+
+def api_corpus():
+    """One seed for each call on each kind of cage, and one of all calls on each; then what surfaces there are."""
+    plain = [0, 0] + [1, 1, 1]  # nobody moved, nothing cut off; no creases, no corners, smooth boundary
+    calls = {'copies': 0, 'refine': 1, 'sampler': 2, 'measure': 3, 'minimize': 4, 'part': 5, 'mesh_part': 6, 'evaluate': 7}
+    for kind, shape in enumerate(('grid', 'tube', 'torus', 'prism', 'pyramid')):
+        for name, call in calls.items():
+            options = [kind % 4, 1, kind] + 16 * [0]
+            write('corpus_api', '%s_%s' % (shape, name), bytes([kind, 1, 0] + plain + options + [call] + 12 * [kind + 1]))
+        write('corpus_api', shape + '_all', bytes([kind, 2, 1] + plain + [0, 1, 0] + 16 * [0] + list(range(8))))
+    creased = [0, 0] + [0, 3, 0, 200, 4, 30, 8, 17] + [0, 2, 1, 255, 3, 20, 1]
+    write('corpus_api', 'creased', bytes([3, 1, 0] + creased + [0, 1, 0] + 16 * [0] + [0, 1, 7, 4, 0, 0]))
+    write('corpus_api', 'heavy', bytes([3, 5, 0] + [2, 0, 3, 1, 5, 3, 0, 0] + [1, 1, 1] + [3, 1, 4, 7] + 15 * [0] + [7, 4]))
 
 
 if __name__ == '__main__':

@@ -142,3 +142,17 @@ def test_command_line_says_how_many_levels_it_takes(tmp_path):
         assert done.stderr.strip().endswith(f"use more levels: from --levels {level} on some may")
         assert lib.run_cli(*arguments, str(level)).returncode == 0
         out.unlink()
+
+
+def test_gradient_that_no_double_can_hold_is_refused():
+    """A prism whose vertices lie at distances of 1 to 1e-100: MVS is 1e103, and its gradient was NAN, with status 0. What is
+    refused writes nothing."""
+    turn = 2 * np.pi * np.arange(8) / 8
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    xyz = np.concatenate([ring, ring + [0, 0, 1]]) * 10.0 ** np.random.default_rng(9).integers(-100, 1, size=(16, 1))
+    sides = [[k, (k + 1) % 8, 8 + (k + 1) % 8, 8 + k] for k in range(8)]
+    mesh = mesh_from_faces(xyz, [list(range(7, -1, -1)), list(range(8, 16)), *sides])
+    problem = lib.Problem(mesh, lib.options({"mvs": 1e100}, tolerance=0.5, threads=1))
+    assert np.isfinite(problem.evaluate(xyz).objective)
+    with pytest.raises(lib.CurvoptError, match="gradient is not finite at vertex"):
+        problem.evaluate(xyz, gradient=True)

@@ -151,6 +151,16 @@ test_full_disk_is_reported() {
     expect 1 "No space left"
 }
 
+# A limit of the shell is a signal by default, which would leave OUT.PID.part behind.
+test_limit_of_file_size_is_reported_and_leaves_nothing() {
+    cannot_be_on windows "it has no such limit" && return
+    torus_obj 24 16 >cage.obj
+    (ulimit -f 4 && exec "$CURVOPT" minimize cage.obj -o result.obj --levels 2 --max-iterations 1 --quiet) 2>err
+    CODE=$? ERR=$(<err)
+    expect 1 "result.obj: File too large"
+    [[ $(ls) == $'cage.obj\nerr' ]] || fail "left: $(ls)"
+}
+
 test_devices_are_written_not_replaced() {
     cannot_be_on windows "its pipes are no files of a folder; test_cli_paths.sh writes to its device NUL" && return
     cube_obj >cage.obj
@@ -202,6 +212,50 @@ test_interrupt_keeps_the_best_cage() {
     [[ $(grep -c '^f ' result.obj) -ge 384 ]] || fail "the cage is not there"
     run evaluate result.obj --quiet
     expect 0 ''
+}
+
+# CPU seconds of process $1 so far; nothing once it has ended.
+cpu_seconds() {
+    local ticks
+    read -r -a ticks < <(sed 's/^.*) //' "/proc/$1/stat" 2>/dev/null) || return
+    awk -v t="$((ticks[11] + ticks[12]))" -v hz="$(getconf CLK_TCK)" 'BEGIN { print t / hz }'
+}
+
+# Two poles of $1 triangles each, rings of quads between.
+poles_obj() {
+    awk -v n="$1" 'BEGIN {
+        pi = atan2(0, -1); rings = 3
+        for (r = 0; r < rings; r++)
+            for (k = 0; k < n; k++) {
+                h = 1 - (r + 1) * 2 / (rings + 1); q = 1 - (h < 0 ? -h : h)
+                printf "v %.15g %.15g %.15g\n", q * cos(2 * pi * k / n), q * sin(2 * pi * k / n), h
+            }
+        print "v 0 0 1\nv 0 0 -1"
+        for (k = 0; k < n; k++) {
+            l = (k + 1) % n
+            printf "f %d %d %d\nf %d %d %d\n", rings * n + 1, k + 1, l + 1, rings * n - n + k + 1, rings * n + 2, rings * n - n + l + 1
+            for (r = 0; r < rings - 1; r++)
+                printf "f %d %d %d %d\n", r * n + k + 1, r * n + n + k + 1, r * n + n + l + 1, r * n + l + 1
+        }
+    }'
+}
+
+# What is measured of the result, too: at these poles the deviation alone takes seconds.
+test_interrupt_ends_poles_soon() {
+    cannot_be_on emulated "its CPU time is the emulator's" && return
+    cannot_be_on windows "its CPU time is Wine's" && return
+    poles_obj 100 >cage.obj
+    "$CURVOPT" minimize cage.obj -o result.obj --threads 1 --json result.json --quiet &
+    local process=$! before last='' now
+    interrupt "$process" || fail "it could not be interrupted"
+    before=$(cpu_seconds "$process")
+    while now=$(cpu_seconds "$process") && [[ -n $now && -e /proc/$process/exe ]]; do
+        last=$now
+        sleep 0.05
+    done
+    wait "$process" || fail "exit code $?"
+    awk -v a="$before" -v b="${last:-$before}" 'BEGIN { exit !(b - a < 1.5) }' || fail "from $before to $last s of CPU time"
+    json result.json 'j["stop"] == "cancelled" and "deviation" not in j and "n_crossings" not in j'
 }
 
 run_tests

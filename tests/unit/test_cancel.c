@@ -162,11 +162,49 @@ static void test_runs_end_soon_wherever_they_are_cancelled(void **state) {
     curvopt_mesh_destroy(mesh);
 }
 
+/* Deviation and crossings, each cancelled after so many CPU seconds, end soon, with what holds so far. */
+static void check_measures(const curvopt_mesh *mesh, const double *xyz, double seconds) {
+    double other[3 * (RINGS * LARGEST + 2)];
+    for (int32_t i = 0; i < 3 * mesh->info.n_vertices; i++)
+        other[i] = 1.01 * xyz[i];
+    for (int which = 0; which < 2; which++) {
+        alarm_clock clock = {.at = cpu_seconds() + seconds};
+        curvopt_error error;
+        curvopt_crossings c;
+        curvopt_deviation d = {.bound = INFINITY};
+        pthread_t thread;
+        CHECK_OK(curvopt_cancel_create(&clock.cancel, &error), &error);
+        CHECK_INT(pthread_create(&thread, NULL, ring, &clock), 0);
+        if (which)
+            CHECK_OK(curvopt_find_crossings(mesh, xyz, 1, clock.cancel, 0, NULL, &c, sizeof c, &error), &error);
+        else
+            CHECK_OK(curvopt_measure_deviation(mesh, xyz, mesh, other, 1, clock.cancel, &d, sizeof d, NULL, &error),
+                     &error);
+        const double end = cpu_seconds();
+        atomic_store(&clock.done, 1);
+        pthread_join(thread, NULL);
+        CHECK_TRUE(end - clock.raised < 0.3 * SLOWER);
+        CHECK_TRUE(which || (d.bound >= d.max && isfinite(d.bound)));
+        curvopt_cancel_destroy(clock.cancel);
+    }
+}
+
+static void test_measurements_end_soon_wherever_they_are_cancelled(void **state) {
+    (void)state;
+    static const double seconds[] = {0, 0.01, 0.03, 0.1, 0.3, 0.6, 1};
+    double xyz[3 * (RINGS * LARGEST + 2)];
+    curvopt_mesh *mesh = spindle(LARGEST, xyz);
+    for (size_t k = 0; k < sizeof seconds / sizeof *seconds; k++)
+        check_measures(mesh, xyz, seconds[k]);
+    curvopt_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tables_that_are_there_outlive_the_flag),
         cmocka_unit_test(test_threads_do_not_change_a_table),
         cmocka_unit_test(test_runs_end_soon_wherever_they_are_cancelled),
+        cmocka_unit_test(test_measurements_end_soon_wherever_they_are_cancelled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

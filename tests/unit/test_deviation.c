@@ -185,8 +185,11 @@ static void test_cancelled_bound_still_holds(void **state) {
     curvopt_deviation whole = measure(&a, &b, 1);
     CHECK_OK(curvopt_cancel_create(&cancel, &error), &error);
     curvopt_cancel_request(cancel);
-    CHECK_OK(curvopt_measure_deviation(mesh, a.xyz, mesh, b.xyz, 1, cancel, &d, sizeof d, NULL, &error), &error);
-    CHECK_TRUE(d.bound >= whole.max && d.max <= whole.bound && isnan(d.rms));
+    double distances[48] = {0};
+    CHECK_OK(curvopt_measure_deviation(mesh, a.xyz, mesh, b.xyz, 1, cancel, &d, sizeof d, distances, &error), &error);
+    CHECK_TRUE(d.bound >= whole.max && d.max <= whole.bound && isnan(d.rms) && isnan(distances[47]));
+    CHECK_TRUE(isfinite(d.bound) && d.max == 0 && isnan(d.point[0]) && isnan(d.other_point[2]));
+    CHECK_NEAR(d.size, whole.size, 1e-12);
     curvopt_cancel_destroy(cancel);
     curvopt_mesh_destroy(mesh);
     cage_free(&a);

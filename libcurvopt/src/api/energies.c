@@ -80,6 +80,26 @@ void curvopt_problem_destroy(curvopt_problem *problem) {
     free(problem);
 }
 
+/* The gradient at xyz into gradient [3 n_vertices], which is written only if it is finite. */
+static int32_t evaluate_gradient(co_assembly *a, const double *xyz, double *gradient, curvopt_error *error) {
+    const size_t n = 3 * (size_t)a->patches.n_cage;
+    double *own = CO_NEW(double, n);
+    co_values values;
+    int32_t status = CURVOPT_OK;
+    if (!own)
+        return co_status_no_memory(error);
+    co_assembly_evaluate(a, xyz, &(co_request){.gradient = own}, &values);
+    for (size_t i = 0; i < n && status == CURVOPT_OK; i++)
+        if (!isfinite(own[i]))
+            status = co_status_fail(error, CURVOPT_ERROR_GEOMETRY, (int32_t)(i / 3),
+                                    "the energy's gradient is not finite at vertex %d: the surface is degenerate there",
+                                    (int32_t)(i / 3));
+    if (status == CURVOPT_OK)
+        memcpy(gradient, own, n * sizeof *own);
+    free(own);
+    return status;
+}
+
 int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out, size_t size,
                                  double *gradient, curvopt_error *error) {
     curvopt_energies energies;
@@ -99,11 +119,10 @@ int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, cu
     status = isinf(problem->tolerance) ? CURVOPT_OK : co_adaptive_quadrature_check(a, &energies, error);
     if (status != CURVOPT_OK)
         return status;
-    if (gradient) {
-        co_values values;
-        memset(gradient, 0, 3 * sizeof *gradient * (size_t)a->patches.n_cage);
-        co_assembly_evaluate(a, xyz, &(co_request){.gradient = gradient}, &values);
-    }
+    if (gradient)
+        status = evaluate_gradient(a, xyz, gradient, error);
+    if (status != CURVOPT_OK)
+        return status;
     co_api_copy_out(out, size, &energies, sizeof energies);
     return CURVOPT_OK;
 }

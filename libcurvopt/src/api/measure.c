@@ -1,10 +1,12 @@
 /* Exported functions that measure and compare surfaces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "api/api.h"
+#include "base/cancel.h"
 #include "base/memory.h"
 #include "measure/correspondence.h"
 #include "measure/crossings.h"
 #include "measure/deviation.h"
 #include "measure/location.h"
+#include "mesh/similarity.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -28,6 +30,7 @@ typedef struct vertices {
     const co_nearest *surface;
     const double *limits;
     double *distances;
+    const curvopt_cancel *cancel;
 } vertices;
 
 static void measure_some(void *context, size_t begin, size_t end) {
@@ -35,7 +38,7 @@ static void measure_some(void *context, size_t begin, size_t end) {
     co_surface_point near = {.part = -1};
     for (size_t k = begin; k < end; k++) {
         v->distances[k] = (double)NAN;
-        if (v->limits[3 * k] == v->limits[3 * k]) { /* not NAN */
+        if (v->limits[3 * k] == v->limits[3 * k] && !co_cancel_is_requested(v->cancel)) { /* not NAN */
             co_nearest_find(v->surface, v->limits + 3 * k, near.part, &near);
             v->distances[k] = near.distance;
         }
@@ -43,15 +46,44 @@ static void measure_some(void *context, size_t begin, size_t end) {
 }
 
 static int32_t measure_vertices(const curvopt_mesh *mesh, const co_surface_pieces *pieces, const co_nearest *from,
-                                co_thread_pool *pool, double *distances, curvopt_error *error) {
+                                co_thread_pool *pool, const curvopt_cancel *cancel, double *distances,
+                                curvopt_error *error) {
     double *limits = CO_NEW(double, 3 * (size_t)mesh->info.n_vertices);
     if (!limits)
         return co_status_no_memory(error);
     co_location_limits(mesh, pieces, limits);
-    vertices v = {.surface = from, .limits = limits, .distances = distances};
+    vertices v = {.surface = from, .limits = limits, .distances = distances, .cancel = cancel};
     co_thread_pool_for(pool, (size_t)mesh->info.n_vertices, measure_some, &v);
     free(limits);
     return CURVOPT_OK;
+}
+
+/* The diagonal of the box of both cages, in which both surfaces are. */
+static double joint_diagonal(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
+                             const double *other_xyz) {
+    double square = 0;
+    for (int c = 0; c < 3; c++) {
+        double low = xyz[c], high = xyz[c];
+        for (size_t v = 0; v < (size_t)mesh->info.n_vertices; v++) {
+            low = fmin(low, xyz[3 * v + c]);
+            high = fmax(high, xyz[3 * v + c]);
+        }
+        for (size_t v = 0; v < (size_t)other->info.n_vertices; v++) {
+            low = fmin(low, other_xyz[3 * v + c]);
+            high = fmax(high, other_xyz[3 * v + c]);
+        }
+        square += (high - low) * (high - low);
+    }
+    return sqrt(square);
+}
+
+/* What is known of two surfaces before anything of them was measured. */
+static void leave_unmeasured(const curvopt_mesh *other, co_deviation *out, double *distances) {
+    *out = (co_deviation){.rms = (double)NAN, .bound = (double)INFINITY};
+    for (int c = 0; c < 3; c++)
+        out->point[0][c] = out->point[1][c] = (double)NAN;
+    for (int32_t v = 0; distances && v < other->info.n_vertices; v++)
+        distances[v] = (double)NAN;
 }
 
 int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
@@ -66,21 +98,29 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
     int32_t status = start_threads(threads, &pool, error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, xyz, TIP, pool, &pieces[0], error);
+        status = co_pieces_create(mesh, xyz, TIP, pool, cancel, &pieces[0], error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(other, other_xyz, TIP, pool, &pieces[1], error);
+        status = co_pieces_create(other, other_xyz, TIP, pool, cancel, &pieces[1], error);
     for (int k = 0; status == CURVOPT_OK && k < 2; k++)
-        status = co_nearest_create(&pieces[k], &surface[k], error);
+        status = co_nearest_create(&pieces[k], cancel, &surface[k], error);
     if (status == CURVOPT_OK)
         status = co_deviation_measure(surface, MOST_PARTS, pool, cancel, &found, error);
     if (status == CURVOPT_OK)
         status = co_correspondence_farthest((const curvopt_mesh *[2]){mesh, other}, (const double *[2]){xyz, other_xyz},
                                             &farthest, error);
     if (status == CURVOPT_OK && distances)
-        status = measure_vertices(other, &pieces[1], &surface[0], pool, distances, error);
+        status = measure_vertices(other, &pieces[1], &surface[0], pool, cancel, distances, error);
+    if (status == CO_CANCELLED) {
+        leave_unmeasured(other, &found, distances);
+        status = CURVOPT_OK;
+    }
     if (status == CURVOPT_OK) {
-        curvopt_deviation theirs = {.max = found.max, .rms = found.rms, .size = pieces[0].size};
+        double centroid[3];
+        curvopt_deviation theirs = {.max = found.max, .rms = found.rms};
         theirs.bound = fmax(found.max, fmin(found.bound, farthest));
+        theirs.size = co_similarity_mesh_frame(mesh, xyz, centroid);
+        if (co_cancel_is_requested(cancel))
+            theirs.bound = fmin(theirs.bound, joint_diagonal(mesh, xyz, other, other_xyz));
         memcpy(theirs.point, found.point[0], sizeof theirs.point);
         memcpy(theirs.other_point, found.point[1], sizeof theirs.other_point);
         co_api_copy_out(out, size, &theirs, sizeof theirs);
@@ -120,9 +160,11 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n_room is %d; it must be 0 or more", n_room);
     int32_t status = start_threads(threads, &pool, error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, xyz, TIP_OF_CROSSINGS, pool, &pieces, error);
+        status = co_pieces_create(mesh, xyz, TIP_OF_CROSSINGS, pool, cancel, &pieces, error);
     if (status == CURVOPT_OK)
         status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
+    else if (status == CO_CANCELLED)
+        status = CURVOPT_OK;
     if (status == CURVOPT_OK) {
         curvopt_crossings theirs;
         list_crossings(&found, n_room, pairs, &theirs);

@@ -47,12 +47,15 @@ static int32_t check_real(const char *name, double value, double low, double hig
 static int32_t check_weights(const double *weights, curvopt_error *error) {
     double sum = 0;
     for (int t = 0; t < CURVOPT_MAX_TERMS; t++) {
-        if (!(weights[t] >= 0) || !isfinite(weights[t]) || (t >= CURVOPT_N_TERMS && weights[t] != 0))
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g; it must be %s", t, weights[t],
-                                  t >= CURVOPT_N_TERMS ? "0: there is no such term" : "finite and not negative");
+        if (t >= CURVOPT_N_TERMS && weights[t] != 0)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t,
+                                  "weights[%d] is %g; it must be 0: there is no such term", t, weights[t]);
+        if (!(weights[t] >= 0 && weights[t] <= CURVOPT_WEIGHT_MAX))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g; it must be 0 to %g", t,
+                                  weights[t], CURVOPT_WEIGHT_MAX);
         sum += weights[t];
     }
-    if (!(sum > 0) || !isfinite(sum))
+    if (!(sum > 0))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "weights add up to %g: nothing to minimize", sum);
     return CURVOPT_OK;
 }

@@ -82,7 +82,7 @@ static int32_t allocate_discs(const co_assembly *a, co_sparse_hessian *h, curvop
 int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, co_sparse_hessian *h,
                                  curvopt_error *error) {
     *h = (co_sparse_hessian){.dofs = dofs, .rules_key = NO_RULES};
-    int32_t status = co_sparsity_create(&a->patches, dofs, &h->pattern, error);
+    int32_t status = co_sparsity_create(&a->patches, dofs, a->cancel, &h->pattern, error);
     if (status == CURVOPT_OK && !(h->value = CO_NEW(double, h->pattern.n_entries)))
         status = co_status_no_memory(error);
     if (status == CURVOPT_OK)

@@ -31,13 +31,13 @@ typedef struct incidence {
 
 /* Visits every pair of a clique and a node in it once. Moves count [n_nodes] on, and if there are lists puts the clique
  * there and the node at the end of its clique's: once with count all 0 to count the cliques of each node, once with the
- * places of each node's first. mark [n_nodes] is work space. */
-static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, int32_t *mark, size_t *count,
-                                   incidence *in) {
+ * places of each node's first. mark [n_nodes] is work space. It is not done where it is cancelled. */
+static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
+                                   size_t *count, incidence *in) {
     size_t n_members = 0;
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
-    for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs; p++) {
+    for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs && !co_cancel_is_due(cancel); p++) {
         clique points = clique_of(patches, p);
         for (size_t i = 0; i < points.n; i++) {
             co_point_row row = co_patches_row(patches, &points.point[i]);
@@ -83,19 +83,24 @@ static size_t neighbours_of(const incidence *in, int32_t node, int32_t *mark, in
     return n;
 }
 
-static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, int32_t *mark, incidence *in) {
+static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
+                                incidence *in) {
     size_t n = (size_t)r->n_nodes, n_cliques = (size_t)patches->n_patches + (size_t)patches->wide.n_discs;
     *in = (incidence){.start = CO_NEW(size_t, n + 1), .member_start = CO_NEW(size_t, n_cliques + 1)};
     if (!in->start || !in->member_start)
         return CURVOPT_ERROR_MEMORY;
-    visit_nodes_of_cliques(patches, r, mark, in->start + 1, in);
+    visit_nodes_of_cliques(patches, r, cancel, mark, in->start + 1, in);
+    if (co_cancel_is_due(cancel)) /* there is less room than the next visit needs if it goes on */
+        return CO_CANCELLED;
     for (size_t v = 0; v < n; v++)
         in->start[v + 1] += in->start[v];
     in->clique = CO_NEW(int32_t, in->start[n]);
     in->member = CO_NEW(int32_t, in->start[n]);
     if (!in->clique || !in->member)
         return CURVOPT_ERROR_MEMORY;
-    visit_nodes_of_cliques(patches, r, mark, in->start, in);
+    visit_nodes_of_cliques(patches, r, cancel, mark, in->start, in);
+    if (co_cancel_is_due(cancel))
+        return CO_CANCELLED;
     for (size_t v = n; v > 0; v--)
         in->start[v] = in->start[v - 1];
     in->start[0] = 0;
@@ -109,29 +114,37 @@ static void incidence_free(incidence *in) {
     free(in->member);
 }
 
-static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, co_sparsity *s, curvopt_error *error) {
+static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, co_sparsity *s,
+                               curvopt_error *error) {
     size_t n = (size_t)r->n_nodes;
     int32_t status = CURVOPT_ERROR_MEMORY, *mark = CO_NEW(int32_t, n);
     incidence in = {0};
     s->neighbour_start = CO_NEW(size_t, n + 1);
-    if (!mark || !s->neighbour_start || incidence_create(patches, r, mark, &in) != CURVOPT_OK)
+    if (mark && s->neighbour_start)
+        status = incidence_create(patches, r, cancel, mark, &in);
+    if (status != CURVOPT_OK)
         goto done;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t v = 0; v < n; v++)
             mark[v] = -1;
         for (int32_t v = 0; v < r->n_nodes; v++) {
+            if (co_cancel_is_due(cancel)) {
+                status = CO_CANCELLED;
+                goto done;
+            }
             int32_t *out = pass ? s->neighbour + s->neighbour_start[v] : NULL;
             size_t found = neighbours_of(&in, v, mark, out);
             s->neighbour_start[v + 1] = s->neighbour_start[v] + found;
         }
+        status = CURVOPT_ERROR_MEMORY;
         if (pass == 0 && !(s->neighbour = CO_NEW(int32_t, s->neighbour_start[n])))
             goto done;
+        status = CURVOPT_OK;
     }
-    status = CURVOPT_OK;
 done:
     free(mark);
     incidence_free(&in);
-    return status == CURVOPT_OK ? status : co_status_no_memory(error);
+    return status == CURVOPT_ERROR_MEMORY ? co_status_no_memory(error) : status;
 }
 
 /* Fills neighbour_row: where each neighbour's rows begin below a node's own block, the same in all its columns. */
@@ -175,9 +188,10 @@ static int32_t build_columns(const co_dof_map *r, co_sparsity *s, curvopt_error 
     return CURVOPT_OK;
 }
 
-int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_sparsity *s, curvopt_error *error) {
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_cancel *cancel, co_sparsity *s,
+                           curvopt_error *error) {
     *s = (co_sparsity){0};
-    int32_t status = find_neighbours(patches, dofs, s, error);
+    int32_t status = find_neighbours(patches, dofs, cancel, s, error);
     if (status == CURVOPT_OK)
         status = build_columns(dofs, s, error);
     if (status != CURVOPT_OK)

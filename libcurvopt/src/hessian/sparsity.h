@@ -3,6 +3,7 @@
 #ifndef CO_HESSIAN_SPARSITY_H
 #define CO_HESSIAN_SPARSITY_H
 
+#include "base/cancel.h"
 #include "constraints/dof_map.h"
 #include "surface/patches.h"
 
@@ -24,8 +25,10 @@ typedef struct co_sparsity {
     int32_t *row;            /* [n_entries] */
 } co_sparsity;
 
-/* ERROR_SIZE if there are more entries than 32-bit indices count, ERROR_MEMORY. */
-int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_sparsity *out, curvopt_error *error);
+/* cancel: NULL, or what ends it. ERROR_SIZE if there are more entries than 32-bit indices count, ERROR_MEMORY,
+ * CO_CANCELLED. */
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_cancel *cancel, co_sparsity *out,
+                           curvopt_error *error);
 void co_sparsity_free(co_sparsity *sparsity);
 
 /* Where the rows of node `high` begin below the own block of node `low`, which is smaller and its neighbour: by

@@ -23,7 +23,7 @@ typedef struct work {
 
 static void bound_pieces(void *context, size_t begin, size_t end) {
     const work *w = context;
-    for (size_t k = begin; k < end; k++) {
+    for (size_t k = begin; k < end && !co_cancel_is_requested(w->cancel); k++) {
         const double *bezier = co_pieces_bezier(w->search.pieces, (int32_t)k);
         w->box[k] = co_box_of(bezier, 16);
         w->directions[k] = co_directions_of(bezier);
@@ -53,7 +53,7 @@ static void look_round(const work *w, int32_t a, found *f) {
     int32_t stack[CO_BOX_TREE_DEPTH];
     int depth = 0;
     stack[depth++] = 0;
-    while (depth) {
+    while (depth && !co_cancel_is_requested(w->cancel)) {
         const int32_t at = stack[--depth];
         const co_box_node *node = &w->tree.node[at];
         if (!co_box_overlap(&node->box, &w->box[a]))

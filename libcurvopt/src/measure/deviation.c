@@ -21,7 +21,8 @@ typedef struct item {
 
 typedef struct search {
     const co_nearest *surface; /* [2] */
-    item *now;                 /* [n_now] */
+    const curvopt_cancel *cancel;
+    item *now; /* [n_now] */
     size_t n_now;
     item farthest; /* the item of the largest distance found */
     int n_promising;
@@ -93,9 +94,10 @@ static void bound_part(const search *s, item *it) {
     }
 }
 
+/* Items that are left out when it is cancelled keep the bound of what they were cut from. */
 static void bound_items(void *context, size_t begin, size_t end) {
     const search *s = context;
-    for (size_t k = begin; k < end; k++)
+    for (size_t k = begin; k < end && !co_cancel_is_requested(s->cancel); k++)
         if (s->now[k].piece < 0)
             bound_tip(s, &s->now[k]);
         else
@@ -194,7 +196,7 @@ static void climb(const search *s, const item *it, co_deviation *out) {
         return;
     }
     try_farther(s, it, u, v, &largest, out);
-    for (int n = 0; n < MOST_STEPS && side > 1e-3; n++) {
+    for (int n = 0; n < MOST_STEPS && side > 1e-3 && !co_cancel_is_requested(s->cancel); n++) {
         double to[2] = {u, v};
         for (int k = 0; k < 9; k++) {
             const double x = fmin(fmax(u + (k % 3 - 1) * side, 0), 1);
@@ -236,7 +238,7 @@ static int32_t next_items(search *s, double enough, co_deviation *out, curvopt_e
 
 static int32_t find_largest(const co_nearest surface[2], size_t budget, co_thread_pool *pool,
                             const curvopt_cancel *cancel, co_deviation *out, curvopt_error *error) {
-    search s = {.surface = surface};
+    search s = {.surface = surface, .cancel = cancel};
     const double floor = CO_DEVIATION_FLOOR * surface[0].pieces->size;
     int32_t status = start(&s, error);
     while (status == CURVOPT_OK && s.n_now) {
@@ -250,7 +252,7 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
     }
     if (status == CURVOPT_OK)
         climb(&s, &s.farthest, out);
-    for (int k = 0; status == CURVOPT_OK && k < s.n_promising; k++)
+    for (int k = 0; status == CURVOPT_OK && k < s.n_promising && !co_cancel_is_requested(cancel); k++)
         if (s.promising[k].upper > CO_DEVIATION_CLOSE * out->max)
             climb(&s, &s.promising[k], out);
     free(s.now);
@@ -264,6 +266,7 @@ typedef struct mean {
     const co_nearest *surface; /* [2] */
     double *sums;              /* [n_patches][2] integral of the squared distance, and area */
     int n_cells;               /* a side of a patch is cut into so many */
+    const curvopt_cancel *cancel;
 } mean;
 
 /* Adds n x n cells of a piece with 2 x 2 points of Gauss each, or one point in the middle where n is 0. */
@@ -290,7 +293,7 @@ static void add_patches(void *context, size_t begin, size_t end) {
     enum { RINGS = 5, FINE_RINGS = 2 }; /* what is left out of a patch has 4^-5 of its area, about */
     const mean *m = context;
     const co_surface_pieces *s = m->surface[0].pieces;
-    for (size_t p = begin; p < end; p++) {
+    for (size_t p = begin; p < end && !co_cancel_is_requested(m->cancel); p++) {
         int32_t hint = -1, most = s->first[p] + CO_RING_CELLS * RINGS;
         const int32_t last = s->first[p + 1] < most ? s->first[p + 1] : most;
         m->sums[2 * p] = m->sums[2 * p + 1] = 0;
@@ -302,10 +305,11 @@ static void add_patches(void *context, size_t begin, size_t end) {
     }
 }
 
-static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, co_deviation *out, curvopt_error *error) {
+static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
+                         co_deviation *out, curvopt_error *error) {
     enum { LEAST_CELLS = 512 }; /* with four points each */
     const int32_t n = surface[0].pieces->patches.n_patches;
-    mean m = {.surface = surface, .sums = CO_NEW(double, 2 * (size_t)n), .n_cells = 1};
+    mean m = {.surface = surface, .sums = CO_NEW(double, 2 * (size_t)n), .n_cells = 1, .cancel = cancel};
     double square = 0, area = 0;
     if (!m.sums)
         return co_status_no_memory(error);
@@ -317,7 +321,8 @@ static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, co_d
         area += m.sums[2 * (size_t)p + 1];
     }
     free(m.sums);
-    out->rms = area > 0 ? sqrt(square / area) : 0;
+    if (!co_cancel_is_requested(cancel))
+        out->rms = area > 0 ? sqrt(square / area) : 0;
     return CURVOPT_OK;
 }
 
@@ -326,6 +331,6 @@ int32_t co_deviation_measure(const co_nearest surface[2], size_t budget, co_thre
     *out = (co_deviation){.max = -1, .rms = (double)NAN};
     int32_t status = find_largest(surface, budget, pool, cancel, out, error);
     if (status == CURVOPT_OK && !co_cancel_is_requested(cancel))
-        status = find_mean(surface, pool, out, error);
+        status = find_mean(surface, pool, cancel, out, error);
     return status;
 }

@@ -133,13 +133,14 @@ static int cut_piece(co_nearest *s, int32_t piece, int32_t *room) {
     return 1;
 }
 
-int32_t co_nearest_create(const co_surface_pieces *s, co_nearest *out, curvopt_error *error) {
+int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *cancel, co_nearest *out,
+                          curvopt_error *error) {
     int32_t room = s->n_tips + s->n_pieces + 16;
     *out = (co_nearest){.pieces = s};
     out->part = CO_NEW(co_part, room);
     out->box = CO_NEW(co_box, room);
     int fits = out->part && out->box;
-    for (int32_t k = 0; fits && k < s->n_pieces; k++)
+    for (int32_t k = 0; fits && k < s->n_pieces && !co_cancel_is_requested(cancel); k++)
         fits = cut_piece(out, k, &room);
     for (int32_t t = 0; fits && t < s->n_tips; t++) {
         fits = grow(out, &room);
@@ -148,7 +149,9 @@ int32_t co_nearest_create(const co_surface_pieces *s, co_nearest *out, curvopt_e
             out->box[out->n_parts++] = co_box_of(s->tip[t].at, 1);
         }
     }
-    int32_t status = fits ? co_box_tree_create(out->n_parts, out->box, &out->tree, error) : co_status_no_memory(error);
+    int32_t status = !fits                            ? co_status_no_memory(error)
+                     : co_cancel_is_requested(cancel) ? CO_CANCELLED
+                                                      : co_box_tree_create(out->n_parts, out->box, &out->tree, error);
     if (status != CURVOPT_OK)
         co_nearest_free(out);
     return status;

@@ -34,8 +34,9 @@ typedef struct co_surface_point {
     int32_t part;  /* the part it was found on */
 } co_surface_point;
 
-/* The pieces must stay where they are. ERROR_MEMORY. */
-int32_t co_nearest_create(const co_surface_pieces *pieces, co_nearest *out, curvopt_error *error);
+/* The pieces must stay where they are. cancel may be NULL. ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_nearest_create(const co_surface_pieces *pieces, const curvopt_cancel *cancel, co_nearest *out,
+                          curvopt_error *error);
 void co_nearest_free(co_nearest *nearest);
 /* The surface's point nearest to x; `hint` is a part where to look first, or -1. */
 void co_nearest_find(const co_nearest *nearest, const double x[3], int32_t hint, co_surface_point *out);

@@ -23,6 +23,7 @@ typedef struct ring_table {
 typedef struct build {
     co_surface_pieces *out;
     ring_table *tables; /* [n_kinds] */
+    const curvopt_cancel *cancel;
 } build;
 
 static void table_free(ring_table *t) {
@@ -30,7 +31,8 @@ static void table_free(ring_table *t) {
     free(t->mask);
 }
 
-static int32_t table_create(int32_t fan, double ratio, int32_t most_rings, ring_table *t, curvopt_error *error) {
+static int32_t table_create(int32_t fan, double ratio, int32_t most_rings, const curvopt_cancel *cancel, ring_table *t,
+                            curvopt_error *error) {
     co_stam_disc disc;
     int32_t status = co_stam_disc_create(fan, &disc, error);
     if (status != CURVOPT_OK)
@@ -49,7 +51,7 @@ static int32_t table_create(int32_t fan, double ratio, int32_t most_rings, ring_
     }
     memcpy(t->cell, disc.cell, sizeof t->cell);
     memcpy(t->mirrored, disc.mirrored, sizeof t->mirrored);
-    for (int32_t ring = 0; ring < n_rings; ring++) {
+    for (int32_t ring = 0; ring < n_rings && !co_cancel_is_requested(cancel); ring++) {
         memcpy(t->rows + n * (size_t)ring, disc.rows, n * sizeof(double));
         co_stam_disc_advance(&disc);
     }
@@ -98,7 +100,8 @@ static void ring_points(const co_surface_pieces *s, int32_t p, const ring_table 
         point[c] += origin[c];
 }
 
-static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const ring_table *t) {
+static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const ring_table *t,
+                                const curvopt_cancel *cancel) {
     const int32_t *index = s->patches.points + s->patches.start[p];
     double point[3 * CO_STAM_MOST_ROWS], spline[CO_BEZIER];
     co_tip *tip = &s->tip[s->tip_of[p]];
@@ -106,7 +109,7 @@ static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const rin
     for (int32_t i = 0; i < t->n_points; i++)
         for (size_t c = 0; c < 3; c++)
             tip->at[c] += t->mask[i] * s->points[3 * (size_t)index[i] + c];
-    for (int32_t ring = 0; ring < t->n_rings; ring++) {
+    for (int32_t ring = 0; ring < t->n_rings && !co_cancel_is_requested(cancel); ring++) {
         ring_points(s, p, t, ring, point);
         for (int cell = 0; cell < CO_RING_CELLS; cell++) {
             const int32_t piece = s->first[p] + CO_RING_CELLS * ring + cell;
@@ -135,19 +138,24 @@ static void build_patches(void *context, size_t begin, size_t end) {
         if (kind == CO_FAN_REGULAR)
             regular_patch(b->out, (int32_t)p);
         else
-            extraordinary_patch(b->out, (int32_t)p, &b->tables[co_patches_kind(&b->out->patches, kind)]);
+            extraordinary_patch(b->out, (int32_t)p, &b->tables[co_patches_kind(&b->out->patches, kind)], b->cancel);
     }
 }
 
-static int32_t make_tables(const co_patches *p, double ratio, ring_table *tables, curvopt_error *error) {
+/* Made to their end, unless it is cancelled. */
+static int32_t make_tables(const co_patches *p, double ratio, const curvopt_cancel *cancel, ring_table *tables,
+                           curvopt_error *error) {
     int32_t n_fans = 1, status = CURVOPT_OK;
     for (int32_t i = 0; i < p->n_patches; i++)
         n_fans += p->kind[i] != CO_FAN_REGULAR;
     int32_t most = MOST_PIECES / CO_RING_CELLS / n_fans;
     most = most < LEAST_RINGS ? LEAST_RINGS : most > MOST_RINGS ? MOST_RINGS : most;
-    for (int32_t k = 0; status == CURVOPT_OK && k < p->n_kinds; k++)
+    for (int32_t k = 0; status == CURVOPT_OK && k < p->n_kinds; k++) {
         if (p->kinds[k] != CO_FAN_REGULAR)
-            status = table_create(p->kinds[k], ratio, most, &tables[k], error);
+            status = table_create(p->kinds[k], ratio, most, cancel, &tables[k], error);
+        if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
+            status = CO_CANCELLED;
+    }
     return status;
 }
 
@@ -175,11 +183,13 @@ static int32_t allocate(co_surface_pieces *s, const ring_table *tables, curvopt_
 }
 
 int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
-                         co_surface_pieces *out, curvopt_error *error) {
+                         const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error) {
     ring_table *tables = NULL;
     double centroid[3];
     *out = (co_surface_pieces){0};
     int32_t status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
+        status = CO_CANCELLED;
     if (status != CURVOPT_OK)
         return status;
     out->size = co_similarity_mesh_frame(mesh, xyz, centroid);
@@ -189,14 +199,16 @@ int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double rat
         return status;
     out->points = CO_NEW(double, 3 * (size_t)out->patches.n_points);
     tables = CO_NEW(ring_table, out->patches.n_kinds);
-    status = out->points && tables ? make_tables(&out->patches, ratio, tables, error) : co_status_no_memory(error);
+    status =
+        out->points && tables ? make_tables(&out->patches, ratio, cancel, tables, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = allocate(out, tables, error);
     if (status == CURVOPT_OK) {
-        build b = {.out = out, .tables = tables};
+        build b = {.out = out, .tables = tables, .cancel = cancel};
         memcpy(out->points, xyz, sizeof(double) * 3 * (size_t)mesh->info.n_vertices);
         co_patches_derive(&out->patches, out->points);
         co_thread_pool_for(pool, (size_t)out->patches.n_patches, build_patches, &b);
+        status = co_cancel_is_requested(cancel) ? CO_CANCELLED : CURVOPT_OK;
     }
     for (int32_t k = 0; tables && k < out->patches.n_kinds; k++)
         table_free(&tables[k]);

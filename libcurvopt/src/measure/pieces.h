@@ -8,6 +8,7 @@
 #ifndef CO_MEASURE_PIECES_H
 #define CO_MEASURE_PIECES_H
 
+#include "base/cancel.h"
 #include "base/thread_pool.h"
 #include "measure/bezier.h"
 #include "surface/patches.h"
@@ -32,9 +33,10 @@ typedef struct co_surface_pieces {
 } co_surface_pieces;
 
 /* Cuts rings until the tip is about `ratio` of its patch; fewer rings where there would be more than two million
- * pieces. ERROR_TOPOLOGY, ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. Linear in the faces. */
+ * pieces. cancel may be NULL. ERROR_TOPOLOGY, ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY, CO_CANCELLED.
+ * Linear in the faces. */
 int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
-                         co_surface_pieces *out, curvopt_error *error);
+                         const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error);
 void co_pieces_free(co_surface_pieces *pieces);
 
 static inline const double *co_pieces_bezier(const co_surface_pieces *s, int32_t piece) {

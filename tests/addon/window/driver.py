@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import shapes  # noqa: E402
 
 RESULTS = Path(os.environ["CURVOPT_WINDOW_RESULTS"])
-PATIENCE = 60.0  # seconds for any one condition
+PATIENCE = 300.0  # seconds for any one condition; at load 10 they take five to ten times as long
 
 
 def window():

@@ -10,7 +10,7 @@ out=${1:-$work/out}
 mkdir -p "$out"
 export CURVOPT_WINDOW_RESULTS="$out/results.txt"
 rm -f "$CURVOPT_WINDOW_RESULTS"
-blender_window 300 "$here/drive.py"
+blender_window 1700 "$here/drive.py"
 code=$?
 
 # Every check of drive.py must have passed, and the quit in the middle of a run must have ended Blender with 0.
