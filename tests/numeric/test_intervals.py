@@ -3,7 +3,7 @@
 finer rule, of the subdivided cage, and by an evaluator that shares no code with the library. Cages are the corpus's, which
 chose no constant.
 
-By default 40 cages, and of them a few by the oracle; with CURVOPT_LONG=1 500, all by the oracle that it can do.
+By default 36 cages, and of them three by the oracle; with CURVOPT_LONG=1 500, all by the oracle that it can do.
 
     python3 tests/numeric/test_intervals.py 0:500 --oracle willmore:1 mvs:4
 
@@ -28,7 +28,7 @@ import cages  # noqa: E402
 from ccref import Mesh, mesh_from_faces, topology  # noqa: E402
 from settled_ref import settled  # noqa: E402
 
-SEEDS = range(500 if lib.LONG else 40)
+SEEDS = range(500 if lib.LONG else 36)
 BY_ORACLE = range(500) if lib.LONG else (0, 4, 6)
 FINER = 100      # times the tolerance of the finer rule goes into the default
 ROUNDING = 1e-12  # of the value
@@ -37,9 +37,18 @@ SECOND = ("willmore", "mean_curvature")
 THIRD = ("mvs", "mvs_cross", "variation", "mehlum_tarrou")
 MIX = {name: 1.0 for name in (*SECOND, *THIRD)}
 
-# Claims that are known to fall short, on `limit` only at poles of BLENDED faces and more: of each seed how far at most, rounded
-# up. All others hold. Who mends one takes it out.
-KNOWN = {}
+# Claims that are known to fall short (libcurvopt/notes/23-claimed-quadrature-error.md), on `limit` only at poles of BLENDED
+# faces and more: of each seed how far at most, rounded up. All others hold. Who mends one takes it out.
+KNOWN = {
+    2: 1.04, 11: 1.16, 22: 1.03, 28: 1.07, 37: 1.13, 42: 1.21, 47: 8.84, 56: 1.37, 58: 1.10, 65: 1.52, 71: 1.63, 80: 3.62,
+    89: 1.04, 100: 2.52, 119: 2.67, 123: 1.06, 143: 1.14, 146: 1.07, 150: 1.38, 152: 2.61, 159: 1.02, 163: 1.80, 175: 1.02,
+    195: 1.05, 196: 1.91, 199: 1.13, 209: 1.05, 224: 2.91, 226: 1.08, 231: 1.05, 249: 1.04, 260: 2.31, 267: 1.91, 269: 1.02,
+    271: 1.04, 287: 3.23, 289: 1.06, 296: 1.09, 299: 1.04, 305: 1.49, 307: 1.21, 308: 1.10, 311: 1.10, 320: 2.42, 321: 1.35,
+    328: 1.06, 334: 2.08, 341: 1.84, 352: 2.23, 353: 1.07, 361: 1.69, 373: 2.19, 393: 8.01, 398: 1.05, 410: 1.06, 420: 1.07,
+    442: 1.11, 443: 1.22, 449: 1.12, 452: 1.02, 458: 4.64, 467: 1.16, 470: 18.36, 474: 1.21, 485: 1.02, 492: 1.09,
+}
+
+KNOWN_BY_ORACLE = (28,)
 
 
 class Claim(NamedTuple):
@@ -119,11 +128,9 @@ def by_oracle(mesh: Mesh, energy: str) -> dict[str, float]:
 
 
 def check(found: dict[str, float], most: float = 1.0) -> None:
-    """No interval apart from another; or, where that is known, one of finer rules by so much."""
-    apart = {name: value for name, value in found.items()
-             if not value <= (most if name.startswith("finer") else 1)}
+    """No interval apart from another; or, where that is known, by so much. Those of the subdivided cage never are."""
+    apart = {name: value for name, value in found.items() if not value <= (1 if name.startswith("subdivided") else most)}
     assert not apart, apart
-    assert most == 1 or max(found.values()) > 1, "the claims hold now: take the seed out of KNOWN"
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -131,7 +138,10 @@ def test_claims_hold_by_finer_rules_and_of_the_subdivided_cage(seed: int):
     mesh = cage(seed)
     found = by_finer_rules(mesh)
     assert found
-    check(found | by_subdivided_cage(mesh), KNOWN.get(seed, 1.0))
+    found |= by_subdivided_cage(mesh)
+    check(found, KNOWN.get(seed, 1.0))
+    if seed in KNOWN and seed not in KNOWN_BY_ORACLE:
+        assert max(found.values()) > 1, "the claims hold now: take the seed out of KNOWN"
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
@@ -140,7 +150,7 @@ def test_claims_hold_by_an_evaluator_of_its_own(seed: int, energy: str):
     mesh = cage(seed)
     found = by_oracle(mesh, energy)
     assert found or lib.LONG, "the oracle cannot do this cage: take another seed"
-    check(found)
+    check(found, KNOWN.get(seed, 1.0))
 
 
 def test_intervals_that_do_not_overlap_are_seen():
@@ -150,8 +160,8 @@ def test_intervals_that_do_not_overlap_are_seen():
         check({"apart": excess(one, Claim(10.25, 0.1))})
     with pytest.raises(AssertionError):
         check({"nothing": float("nan")})
-    with pytest.raises(AssertionError, match="hold now"):
-        check({"finer": 0.9}, 1.2)
+    with pytest.raises(AssertionError):
+        check({"subdivided": 1.1}, 1.2)
     check({"finer": 1.1}, 1.2)
 
 
