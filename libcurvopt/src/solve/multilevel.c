@@ -80,21 +80,6 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
     return status;
 }
 
-/* What the run has come to. */
-static void end_run(co_run *r) {
-    curvopt_summary *summary = &r->result->summary;
-    r->result->end = r->at.energies;
-    summary->stop = r->at.report.stop;
-    summary->seconds = co_clock_seconds() - r->started;
-    summary->n_vertices = r->result->mesh->info.n_vertices;
-    summary->n_faces = r->result->mesh->info.n_faces;
-    summary->method = r->context.options->method;
-    summary->symmetry_order = r->at.symmetry.order;
-    summary->curve_deviation = co_sliding_deviation(&r->sliding);
-    memcpy(summary->multiplier, r->at.multiplier, sizeof r->at.multiplier);
-    memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
-}
-
 /* A run that was cancelled before the figures of the input cage were known has that cage as its result. */
 static void end_at_start(co_run *r) {
     co_adaptive_quadrature_leave_unknown(&r->result->start);
@@ -107,7 +92,7 @@ static void end_at_start(co_run *r) {
                                           .seconds = co_clock_seconds() - r->started};
     r->result->level[0] = r->at.report;
     r->result->summary.n_levels = 1;
-    end_run(r);
+    co_run_summarize(r);
 }
 
 static int32_t run_levels(co_run *r, curvopt_error *error) {
@@ -122,7 +107,7 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
         if (ends_run(r, number))
             break;
     }
-    end_run(r);
+    co_run_summarize(r);
     return CURVOPT_OK;
 }
 
