@@ -925,6 +925,64 @@ CURVOPT_API void curvopt_result_get_energies(const curvopt_result *result, curvo
 CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
                                              size_t size, curvopt_error *error);
 
+/* ------------------------------------------------------------------------------------ a solver that stays -- */
+
+/* One level of a cage, solved again and again: for a surface that follows the hand. What a first solution has made is
+ * kept (basis tables, quadrature rules, the pattern and symbolic factors of matrices, the last factor), and the next
+ * one starts from where the last one ended, moved along with the targets.
+ *
+ * A solver belongs to one thread at a time; curvopt_cancel_request alone may come from another while it solves. It has
+ * threads of its own (options.threads, when it is created), which sleep between solutions. The same calls in the same
+ * order give the same bits, with any number of threads, unless one was cancelled from another thread. */
+typedef struct curvopt_solver curvopt_solver;
+
+/* Copies the mesh, xyz [3 n_vertices] and all that the options point to. There is no subdivision: options.levels is not
+ * read. The symmetries AUTO are those of KEEP. What refers to the input (strength, scalars to KEEP, places that are
+ * NAN, springs, half discs of POLYNOMIAL) refers to this xyz as long as the solver lives. Nothing is solved yet. Errors
+ * as curvopt_minimize; ERROR_UNSUPPORTED: joshi_sequin, LMVM or slide. */
+CURVOPT_API int32_t curvopt_solver_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                          curvopt_solver **out, curvopt_error *error);
+CURVOPT_API void curvopt_solver_destroy(curvopt_solver *solver);
+/* Where the constraints of the options go through from now on: places [3 n] as in curvopt_constraints, in its order.
+ * This is what is cheap: all that is kept stays, unless the places break symmetries that the solver keeps; these are
+ * given up then, until curvopt_solver_set_positions(). On failure nothing has changed. ERROR_ARGUMENT: no constraints,
+ * a place that is not finite nor three NANs, or what curvopt_constraints refuses; ERROR_GEOMETRY: places that break
+ * planes of options.symmetry_planes. */
+CURVOPT_API int32_t curvopt_solver_set_places(curvopt_solver *solver, const double *places, curvopt_error *error);
+/* Other options, with their constraints: another energy, strength, tolerance, other vertices held. It goes on from
+ * where it stands. Basis tables are kept where the surface is the same; the rest is made anew by the next solution. Not
+ * read: levels and threads. On failure nothing has changed. Errors as curvopt_solver_create. */
+CURVOPT_API int32_t curvopt_solver_set_options(curvopt_solver *solver, const curvopt_options *options,
+                                               curvopt_error *error);
+/* It stands at xyz [3 n_vertices] from now on, or, if that is NULL, where it was created. What is held goes from there
+ * to its places in the next solution. Symmetries that were given up are looked for again. On failure nothing has
+ * changed. ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_solver_set_positions(curvopt_solver *solver, const double *xyz, curvopt_error *error);
+/* From where it stands to its targets.
+ *   settle  0: to where the energy falls by little any more, for a state that passes; no verdict, and figures by the
+ *           rules that there are. 1: to the optimum, with the figures and the verdict of curvopt_minimize. As long as
+ * it is the same minimum it does not depend on the way there. With an even spacing the objective and what that is worth
+ * are minimized together, to the end, before vertices move along normals; curvopt_minimize goes on to these earlier,
+ * and ends in a cage that is spaced a little otherwise progress, user, cancel: as in curvopt_minimize, may be NULL. The
+ * first call is the first answer to targets that have moved: they are at their places, the others have moved along to
+ * first order. progress.energy is without what motion along normals brings in the end A cancelled solution is OK; the
+ * solver stands where it got to and can go on. A flag stays raised: the next solution takes another one. Where the
+ * surface is degenerate at its targets, as where two of them coincide, the error is ERROR_GEOMETRY; the solver then
+ * stands where it stood, and goes on with other targets. If it cannot begin where it stands, as with new springs, it
+ * begins at its first cage. Other errors as curvopt_minimize. */
+CURVOPT_API int32_t curvopt_solver_solve(curvopt_solver *solver, int32_t settle, curvopt_progress_fn progress,
+                                         void *user, const curvopt_cancel *cancel, curvopt_error *error);
+/* Copies where it stands into xyz [3 n_vertices]. */
+CURVOPT_API void curvopt_solver_get_positions(const curvopt_solver *solver, double *xyz);
+/* Of the last solution; n_levels is 0 before the first one. */
+CURVOPT_API void curvopt_solver_get_summary(const curvopt_solver *solver, curvopt_summary *summary, size_t size);
+/* Energies of the cage that it was created with, and of the last solution (all 0 before the first one, NAN where they
+ * are not known); either pointer may be NULL. */
+CURVOPT_API void curvopt_solver_get_energies(const curvopt_solver *solver, curvopt_energies *start,
+                                             curvopt_energies *end, size_t size);
+/* Steps, evaluations and the reason of the end of the last solution. */
+CURVOPT_API void curvopt_solver_get_report(const curvopt_solver *solver, curvopt_level_report *report, size_t size);
+
 #ifdef __cplusplus
 }
 #endif

@@ -106,6 +106,56 @@ static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, 
     return status;
 }
 
+/* What a solver is asked for in turn: a settled state, moved targets, a passing state, another energy, a settled state.
+ */
+static int32_t use_solver(curvopt_solver *solver, const curvopt_options *first, double places[6],
+                          curvopt_error *error) {
+    curvopt_options other = *first;
+    other.weights[CURVOPT_TERM_MEAN] = 1;
+    places[0] += 0.01;
+    int32_t status = curvopt_solver_solve(solver, 1, NULL, NULL, NULL, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_solver_set_places(solver, places, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_solver_solve(solver, 0, NULL, NULL, NULL, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_solver_set_options(solver, &other, error);
+    if (status == CURVOPT_OK)
+        status = curvopt_solver_set_positions(solver, NULL, error);
+    return status == CURVOPT_OK ? curvopt_solver_solve(solver, 1, NULL, NULL, NULL, error) : status;
+}
+
+/* All of it a second time after a failure: the handle must have stayed whole. */
+static int32_t stay(const cage *c, const curvopt_mesh *mesh, int32_t spacing, curvopt_error *error) {
+    const int32_t vertices[2] = {0, 7};
+    double places[6];
+    const curvopt_constraints held = {.vertices = vertices, .n = 2, .has_places = 1, .places = places};
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    curvopt_solver *solver;
+    curvopt_error again;
+    for (int i = 0; i < 6; i++)
+        places[i] = c->xyz[3 * vertices[i / 3] + i % 3];
+    o.constraints = &held;
+    o.spacing = spacing;
+    int32_t status = curvopt_solver_create(mesh, c->xyz, &o, &solver, error);
+    CHECK_TRUE((solver != NULL) == (status == CURVOPT_OK));
+    if (status == CURVOPT_OK) {
+        status = use_solver(solver, &o, places, error);
+        if (status != CURVOPT_OK)
+            CHECK_OK(use_solver(solver, &o, places, &again), &again);
+    }
+    curvopt_solver_destroy(solver);
+    return status;
+}
+
+static int32_t stay_even(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    return stay(c, mesh, CURVOPT_SPACING_EVEN, error);
+}
+
+static int32_t stay_free(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    return stay(c, mesh, CURVOPT_SPACING_FREE, error);
+}
+
 /* What held limit points add: their map, of vertices that touch, and patches of its rows. */
 static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     const int32_t vertices[2] = {0, 1}, freedom[2] = {CURVOPT_FREEDOM_OF_LIMIT_POINT, CURVOPT_FREEDOM_OF_LIMIT_POINT};
@@ -260,6 +310,12 @@ static void test_minimization_with_all_options_survives_every_failure(void **sta
     fail_each(cage_torus(4, 3, 1, 0.45), minimize_and_look_round, 500);
 }
 
+static void test_solver_survives_every_failure(void **state) {
+    (void)state;
+    fail_each(cage_torus(4, 3, 1, 0.45), stay_even, 300);
+    fail_each(cage_torus(4, 3, 1, 0.45), stay_free, 300);
+}
+
 static void test_sampling_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_tetrahedron(), jets, 30);
@@ -287,6 +343,7 @@ int main(void) {
         cmocka_unit_test(test_held_limit_points_survive_every_failure),
         cmocka_unit_test(test_minimization_survives_every_failure),
         cmocka_unit_test(test_minimization_with_all_options_survives_every_failure),
+        cmocka_unit_test(test_solver_survives_every_failure),
         cmocka_unit_test(test_sampling_survives_every_failure),
         cmocka_unit_test(test_cancel_flag_survives_failure),
     };

@@ -152,6 +152,35 @@ class Minimum:
         return self.summary.end
 
 
+def run_options(
+    lib: Library, cage: Cage, energy: Energy, *, levels: int = DEFAULTS.levels, surface: str = DEFAULTS.surface,
+    boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
+    within: float = DEFAULTS.within, slide: bool = DEFAULTS.slide, volume: str | float | None = None,
+    area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
+    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), **options: float,
+) -> COptions:  # fmt: skip
+    """The options of minimize() as the library's struct."""
+    if symmetry in SYMMETRIES and symmetry != "planes":
+        options["symmetry"] = SYMMETRIES.index(symmetry)
+    else:
+        planes = {_number(plane, ("x", "y", "z"), "symmetry or mirror plane") for plane in symmetry.split(",")}
+        options.update(symmetry=SYMMETRIES.index("planes"), symmetry_planes=sum(1 << plane for plane in planes))
+    pins = None
+    if held is not None:
+        firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
+        pins = Held(np.asarray(held), firmness, limit_points, None if places is None else np.asarray(places, float))
+    numbers = {"volume": volume, "area": area, "total_mean_curvature": total_mean_curvature}
+    scalars = {name: _rule(name, wanted, "value") for name, wanted in numbers.items() if wanted is not None}
+    if reduced_volume is not None:
+        if volume is not None:
+            raise ValueError("volume and reduced_volume exclude each other: give the volume, or the volume and the area.")
+        scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
+    return _options(
+        lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
+        strength=strength, within=within, slide=int(slide), scalars=scalars, **options,
+    )  # fmt: skip
+
+
 def minimize(
     cage: Cage,
     energy: Energy = "willmore",
@@ -203,24 +232,11 @@ def minimize(
     A cancelled run is no error: its `summary.stop` is "cancelled". Nor is one that could not reach a number that is to be
     held: `summary.scalar_residuals` says by how much, relatively, it misses; mostly it is below 1e-8."""
     lib = load()
-    if symmetry in SYMMETRIES and symmetry != "planes":
-        options["symmetry"] = SYMMETRIES.index(symmetry)
-    else:
-        planes = {_number(plane, ("x", "y", "z"), "symmetry or mirror plane") for plane in symmetry.split(",")}
-        options.update(symmetry=SYMMETRIES.index("planes"), symmetry_planes=sum(1 << plane for plane in planes))
-    pins = None
-    if held is not None:
-        firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
-        pins = Held(np.asarray(held), firmness, limit_points, None if places is None else np.asarray(places, float))
-    numbers = {"volume": volume, "area": area, "total_mean_curvature": total_mean_curvature}
-    scalars = {name: _rule(name, wanted, "value") for name, wanted in numbers.items() if wanted is not None}
-    if reduced_volume is not None:
-        if volume is not None:
-            raise ValueError("volume and reduced_volume exclude each other: give the volume, or the volume and the area.")
-        scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
-    raw = _options(
-        lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, within=within, slide=int(slide), scalars=scalars, **options,
+    raw = run_options(
+        lib, cage, energy, levels=levels, surface=surface, boundary=boundary, symmetry=symmetry, strength=strength,
+        within=within, slide=slide, volume=volume, area=area, total_mean_curvature=total_mean_curvature,
+        reduced_volume=reduced_volume, held=held,
+        weights=weights, limit_points=limit_points, places=places, left_out=left_out, **options,
     )  # fmt: skip
     flag = cancel._flag if cancel is not None else None
     with _Mesh.of_cage(lib, cage) as mesh:

@@ -488,6 +488,21 @@ class Cancel(_Handle):
         self.lib.c.curvopt_cancel_request(self.pointer)
 
 
+def _summary(raw: CSummary, start: CEnergies, end: CEnergies) -> Summary:
+    return Summary(
+        Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
+        Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
+        raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
+        raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
+        dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)),
+    )  # fmt: skip
+
+
+def _level_report(raw: CLevelReport) -> LevelReport:
+    values = {name: getattr(raw, name) for name in LevelReport.__dataclass_fields__}
+    return LevelReport(**{**values, "stop": STOPS[raw.stop]})
+
+
 class Result(_Handle):
     """curvopt_result: the optimized cage and what happened."""
 
@@ -514,20 +529,13 @@ class Result(_Handle):
         self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw), C.sizeof(raw))
         start, end = CEnergies(), CEnergies()
         self.lib.c.curvopt_result_get_energies(self.pointer, C.byref(start), C.byref(end), C.sizeof(CEnergies))
-        return Summary(
-            Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
-            Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
-            raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
-            raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
-            dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)),
-        )  # fmt: skip
+        return _summary(raw, start, end)
 
     def level(self, index: int) -> LevelReport:
         """Report of level index 0 .. n_levels - 1. CurvoptError outside."""
         raw = CLevelReport()
         self.lib.call("curvopt_result_get_level", self.pointer, index, C.byref(raw), C.sizeof(raw))
-        values = {name: getattr(raw, name) for name in LevelReport.__dataclass_fields__}
-        return LevelReport(**{**values, "stop": STOPS[raw.stop]})
+        return _level_report(raw)
 
 
 class Iterate:
@@ -546,6 +554,27 @@ class Iterate:
         return np.ctypeslib.as_array(self._raw.xyz, (self._raw.n_vertices, 3)).copy()
 
 
+def _callback(
+    lib: Library,
+    on_progress: Callable[[Progress], object] | None,
+    watch: Callable[[Iterate], object] | None,
+) -> tuple[object, list[BaseException]]:
+    """What C calls after every step, to be kept alive as long as it may; and what the functions have raised."""
+    raised: list[BaseException] = []
+
+    def trampoline(progress: object, _user: object) -> int:
+        try:
+            step = Progress.from_c(progress.contents)
+            if watch is not None:
+                watch(Iterate(lib, progress.contents, step))
+            return 1 if on_progress is not None and on_progress(step) else 0
+        except BaseException as error:  # nothing may cross the C frame; raised again by the caller
+            raised.append(error)
+            return 1
+
+    return PROGRESS_FN(trampoline) if on_progress or watch else PROGRESS_FN(), raised
+
+
 def minimize(
     mesh: Mesh,
     xyz: object,
@@ -559,19 +588,7 @@ def minimize(
 
     Runs without Python's global lock. CurvoptError as in curvopt.h; whatever `on_progress` raises is raised here."""
     points = reals(xyz, 3 * mesh.info().n_vertices, "xyz")
-    raised: list[BaseException] = []
-
-    def trampoline(progress: object, _user: object) -> int:
-        try:
-            step = Progress.from_c(progress.contents)
-            if watch is not None:
-                watch(Iterate(mesh.lib, progress.contents, step))
-            return 1 if on_progress is not None and on_progress(step) else 0
-        except BaseException as error:  # nothing may cross the C frame; raised again below
-            raised.append(error)
-            return 1
-
-    callback = PROGRESS_FN(trampoline) if on_progress or watch else PROGRESS_FN()  # the local keeps the callback alive
+    callback, raised = _callback(mesh.lib, on_progress, watch)
     flag = cancel.pointer if cancel else None
     try:
         pointer = mesh.lib.create(
@@ -586,3 +603,74 @@ def minimize(
         result.close()
         raise raised[0]
     return result
+
+
+class Solver(_Handle):
+    """curvopt_solver: one level of a cage, solved again and again."""
+
+    _destroy = "curvopt_solver_destroy"
+
+    @classmethod
+    def create(cls, mesh: Mesh, xyz: object, options: COptions) -> Solver:
+        """Of the cage xyz (n, 3). CurvoptError as in curvopt.h."""
+        n = mesh.info().n_vertices
+        pointer = mesh.lib.create(
+            "curvopt_solver_create", mesh.pointer, _real_pointer(reals(xyz, 3 * n, "xyz")), C.byref(options)
+        )
+        solver = cls(mesh.lib, pointer)
+        solver.n_vertices = n
+        solver.n_constraints = options.constraints.contents.n if options.constraints else 0
+        return solver
+
+    def set_places(self, places: object) -> None:
+        """Where the constraints go through: (k, 3), in their order; NAN: where the vertex was."""
+        points = reals(places, 3 * self.n_constraints, "places")
+        self.lib.call("curvopt_solver_set_places", self.pointer, _real_pointer(points))
+
+    def set_options(self, options: COptions) -> None:
+        """Other options, with their constraints."""
+        self.lib.call("curvopt_solver_set_options", self.pointer, C.byref(options))
+        self.n_constraints = options.constraints.contents.n if options.constraints else 0
+
+    def set_positions(self, xyz: object = None) -> None:
+        """Stand at xyz (n, 3), or where it was created."""
+        points = None if xyz is None else reals(xyz, 3 * self.n_vertices, "xyz")
+        self.lib.call("curvopt_solver_set_positions", self.pointer, _real_pointer(points))
+
+    def solve(
+        self,
+        settle: bool = True,
+        on_progress: Callable[[Progress], object] | None = None,
+        cancel: Cancel | None = None,
+        watch: Callable[[Iterate], object] | None = None,
+    ) -> None:
+        """From where it stands to its targets, as minimize(). Runs without Python's global lock."""
+        callback, raised = _callback(self.lib, on_progress, watch)
+        flag = cancel.pointer if cancel else None
+        try:
+            self.lib.call("curvopt_solver_solve", self.pointer, int(settle), callback, None, flag)
+        except CurvoptError:
+            if raised:
+                raise raised[0] from None
+            raise
+        if raised:
+            raise raised[0]
+
+    def positions(self) -> np.ndarray:
+        """A copy of where it stands (n, 3)."""
+        points = np.empty((self.n_vertices, 3))
+        self.lib.c.curvopt_solver_get_positions(self.pointer, _real_pointer(points))
+        return points
+
+    def summary(self) -> Summary:
+        """Of the last solution."""
+        raw, start, end = CSummary(), CEnergies(), CEnergies()
+        self.lib.c.curvopt_solver_get_summary(self.pointer, C.byref(raw), C.sizeof(raw))
+        self.lib.c.curvopt_solver_get_energies(self.pointer, C.byref(start), C.byref(end), C.sizeof(CEnergies))
+        return _summary(raw, start, end)
+
+    def report(self) -> LevelReport:
+        """Of the last solution."""
+        raw = CLevelReport()
+        self.lib.c.curvopt_solver_get_report(self.pointer, C.byref(raw), C.sizeof(raw))
+        return _level_report(raw)

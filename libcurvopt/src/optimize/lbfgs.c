@@ -156,6 +156,8 @@ static int has_settled(solver *s, const co_iterate *now) {
 }
 
 static int iterate(solver *s, co_iterate *now) {
+    const co_method_options *o = s->options;
+    const int small_steps = o->small_steps > 0 ? o->small_steps : o->tuning->lbfgs_small_steps;
     for (;;) {
         int stop;
         double norm = co_vector_norm(s->f->n, now->gradient);
@@ -168,7 +170,7 @@ static int iterate(solver *s, co_iterate *now) {
             /* One step may be short because the preconditioner was stiffened; hence several in a row. */
             s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
             stop = take_step(s, now);
-            if (stop < 0 && s->control.last_stands && s->small_steps >= s->options->tuning->lbfgs_small_steps)
+            if (stop < 0 && s->control.last_stands && s->small_steps >= small_steps)
                 stop = CURVOPT_STOP_CONVERGED;
         } else { /* of a small step rounding may hide what it would bring */
             stop = is_small(s, now) ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;

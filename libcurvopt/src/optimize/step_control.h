@@ -15,6 +15,7 @@ typedef struct co_method_options {
     double settled_decrease;    /* settled when settled_steps steps bring less than this; plain L-BFGS never settles */
     int settled_steps;
     double max_step;  /* longest step, by the objective's step_length() */
+    int small_steps;  /* in a row, that promise so little, before L-BFGS has converged; 0: tuning's */
     int memory;       /* pairs that L-BFGS keeps */
     int update_every; /* steps between updates of L-BFGS' preconditioner */
 } co_method_options;

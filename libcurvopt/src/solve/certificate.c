@@ -82,6 +82,7 @@ int32_t co_certificate_check_shape(co_level *l, int differences, co_certificate_
     if (status != CURVOPT_OK)
         return status;
     out->decrement = out->difference_decrement = (double)NAN;
+    l->hessian.has_factor = positive;
     if (!positive)
         return co_level_hessian_count_negative(&l->hessian, &l->now, &out->negative_directions, &out->decrement, error);
     status = co_newton_decrement_by_factor(&l->hessian, &l->now, &out->decrement, error);

@@ -126,6 +126,10 @@ static int precondition(void *context, const double *in, double *out) {
 
 static void update_preconditioner(void *context, const co_iterate *now, double step_excess) {
     co_level *l = context;
+    const int keeps = l->keeps_factor && l->hessian.has_factor;
+    l->keeps_factor = 0;
+    if (keeps)
+        return;
     l->hessian.has_factor = 0;
     if (l->failed == CURVOPT_OK)
         l->failed = co_level_hessian_update(&l->hessian, now, step_excess, l->error);
@@ -298,6 +302,9 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
                                   .expects_plateau = prospect->expects_plateau,
+                                  .is_near = prospect->is_near,
+                                  .stops_short = prospect->stops_short,
+                                  .decrement = prospect->decrement,
                                   .max_iterations = o->max_iterations - l->spent,
                                   .gradient_tolerance = o->gradient_tolerance,
                                   .decrement_tolerance = o->decrement_tolerance,
@@ -342,12 +349,13 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
                                     .decrement = decrement,
                                     .value = value};
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
-    if (report(l, &l->now, &none))
+    l->keeps_factor = prospect->is_near;
+    if (!prospect->is_near && report(l, &l->now, &none))
         return CURVOPT_OK;
     int32_t status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
     if (is_cancelled(l))
         outcome->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK && !l->objective.run->options->joshi_sequin)
+    if (status == CURVOPT_OK && !l->objective.run->options->joshi_sequin && !prospect->is_passing)
         status = keep_best(l, &outcome->stop, error);
     if (outcome->stop == CURVOPT_STOP_UNRESOLVED && !l->is_final) /* what stood was kept, and what follows goes on */
         outcome->stop = CURVOPT_STOP_SETTLED;
@@ -409,6 +417,30 @@ void co_level_destroy(co_level *l) {
     free(l->now.x);
     free(l->now.gradient);
     free(l);
+}
+
+int32_t co_level_move(co_level *l, const co_symmetry *symmetry, const co_constraints *constraints, const double *start,
+                      int *fits, curvopt_error *error) {
+    l->error = error;
+    l->failed = CURVOPT_OK;
+    l->before = (co_outcome){0};
+    l->reached = NULL;
+    return co_level_objective_move(&l->objective, symmetry, constraints, l->motion, start, l->now.x, fits, error);
+}
+
+int32_t co_level_refresh_factor(co_level *l, curvopt_error *error) {
+    co_level_hessian *h = &l->hessian;
+    co_damping damping = {.shift = co_level_hessian_least_shift(h, l->now.value)};
+    const double mixes[3] = {0, l->objective.run->tuning->newton_mix, 1};
+    int positive = 0;
+    if (n_of(l) == 0)
+        return CURVOPT_OK;
+    int32_t status = co_level_hessian_assemble(h, &l->now, NULL, error);
+    for (int k = 0; k < 3 && status == CURVOPT_OK && !positive && !is_cancelled(l); k++) {
+        damping.mix = mixes[k];
+        status = co_level_hessian_factorize(h, &damping, &positive, error);
+    }
+    return status;
 }
 
 int32_t co_level_begin(co_level *l, curvopt_error *error) {

@@ -12,6 +12,10 @@
 /* What is known of the shape before a level is solved. */
 typedef struct co_level_prospect {
     int expects_plateau; /* as in co_level_facts */
+    int is_near;         /* as in co_level_facts; the first stage begins by the factor that the level has */
+    int stops_short;     /* as in co_level_facts */
+    int is_passing;      /* figures are wanted of nothing */
+    double decrement;    /* as in co_level_facts */
 } co_level_prospect;
 
 struct co_level;
@@ -32,6 +36,7 @@ typedef struct co_level {
     double tolerance;         /* of quadrature of the figures at the end */
     int32_t failed;           /* status of a callback, which cannot return it */
     curvopt_error *error;     /* the caller's, for callbacks */
+    int keeps_factor;         /* the preconditioner is not made anew when next asked for */
     int spent;                /* iterations that earlier turns of the same level of the run took */
     co_outcome before;        /* what earlier stages did */
     co_level_report_fn report;
@@ -43,6 +48,11 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
                         const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
                         co_level **out, curvopt_error *error);
 void co_level_destroy(co_level *level);
+/* The level goes on from another cage, as co_level_objective_move. It has not begun there. */
+int32_t co_level_move(co_level *level, const co_symmetry *symmetry, const co_constraints *constraints,
+                      const double *start, int *fits, curvopt_error *error);
+/* The matrix of where the level stands, factored, to be kept. ERROR_MEMORY. */
+int32_t co_level_refresh_factor(co_level *level, curvopt_error *error);
 
 /* Rules, value and gradient at the start; refuses a cage that has none. */
 int32_t co_level_begin(co_level *level, curvopt_error *error);

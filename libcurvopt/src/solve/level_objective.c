@@ -224,13 +224,11 @@ int co_level_objective_weigh_springs(co_level_objective *o, double energy, doubl
 
 /* --------------------------------------------------------------------------------------- creation -- */
 
-/* Positions, variables, springs and the energy, of constraints that are known. */
-static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, double *z, curvopt_error *error) {
+/* Positions, variables and springs, of constraints that are known. */
+static int32_t create_variables(co_level_objective *o, const co_symmetry *symmetry, double *z, curvopt_error *error) {
     const co_run_context *run = o->run;
-    const curvopt_options *options = run->options;
     size_t n = (size_t)o->mesh->info.n_vertices;
-    double centroid[3], radius = co_similarity_mesh_frame(o->mesh, o->start, centroid), *face_weight = NULL;
-    const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
+    double centroid[3], radius = co_similarity_mesh_frame(o->mesh, o->start, centroid);
     const double *origin = o->is_framed ? run->centroid : centroid;
     double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
@@ -240,18 +238,26 @@ static int32_t create_parts(co_level_objective *o, const co_symmetry *symmetry, 
     co_interpolation_from_cage(&o->interpolation, o->stays);
     o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
-    if (status == CURVOPT_OK)
-        co_dof_map_variables(&o->reduction, o->positions, z);
-    if (status == CURVOPT_OK)
-        status = co_penalty_create(&o->held.springs, &o->reduction, origin, unit,
-                                   co_penalty_stiffness(options->weights), &o->penalty, error);
-    if (status == CURVOPT_OK && (symmetry->order > 1 || o->held.left_out))
+    if (status != CURVOPT_OK)
+        return status;
+    co_dof_map_variables(&o->reduction, o->positions, z);
+    return co_penalty_create(&o->held.springs, &o->reduction, origin, unit, co_penalty_stiffness(run->options->weights),
+                             &o->penalty, error);
+}
+
+/* The energy, over variables that are known. */
+static int32_t create_energy(co_level_objective *o, const co_symmetry *symmetry, curvopt_error *error) {
+    const co_run_context *run = o->run;
+    double *face_weight = NULL;
+    const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
+    int32_t status = CURVOPT_OK;
+    if (symmetry->order > 1 || o->held.left_out)
         status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
         face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
-        status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, options, run->tables,
-                                    face_weight, &o->assembly, error);
+        status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, run->options,
+                                    run->tables, face_weight, &o->assembly, error);
     o->assembly.leaves_out = o->held.left_out != NULL;
     o->assembly.measures_volume = run->held || run->size.measure == CURVOPT_SCALAR_VOLUME;
     if (status == CURVOPT_OK && run->held)
@@ -323,11 +329,53 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
     if (status == CURVOPT_OK)
         status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)
-        status = create_parts(o, symmetry, z, error);
+        status = create_variables(o, symmetry, z, error);
+    if (status == CURVOPT_OK)
+        status = create_energy(o, symmetry, error);
     if (status == CURVOPT_OK && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
         status = span_sliding(o, error);
     if (status != CURVOPT_OK)
         co_level_objective_free(o);
+    return status;
+}
+
+static int have_same_pattern(const co_dof_map *a, const co_dof_map *b) {
+    return a->n_nodes == b->n_nodes && a->n_variables == b->n_variables &&
+           memcmp(a->node, b->node, (size_t)a->n_vertices * sizeof *a->node) == 0 &&
+           memcmp(a->first, b->first, ((size_t)a->n_nodes + 1) * sizeof *a->first) == 0;
+}
+
+static int have_same_limits(const co_interpolation *a, const co_interpolation *b) {
+    return a->limit.n_rows == b->limit.n_rows &&
+           (!a->limit.n_rows || memcmp(a->vertex, b->vertex, (size_t)a->limit.n_rows * sizeof *a->vertex) == 0);
+}
+
+int32_t co_level_objective_move(co_level_objective *o, const co_symmetry *symmetry, const co_constraints *constraints,
+                                co_motion motion, const double *start, double *z, int *fits, curvopt_error *error) {
+    co_dof_map before = o->reduction;
+    co_interpolation limits = o->interpolation;
+    const int was_framed = o->is_framed;
+    const double weight = o->penalty.weight;
+    o->reduction = (co_dof_map){0};
+    o->interpolation = (co_interpolation){0};
+    co_constraints_free(&o->held);
+    co_penalty_free(&o->penalty);
+    free(o->sliding);
+    o->sliding = NULL;
+    o->n_sliding = 0;
+    o->start = o->likeness = start;
+    *fits = 0;
+    int32_t status = hold(o, constraints, motion, error);
+    if (status == CURVOPT_OK)
+        status = create_variables(o, symmetry, z, error);
+    o->penalty.weight = weight;
+    if (status == CURVOPT_OK)
+        *fits = was_framed == o->is_framed && have_same_pattern(&before, &o->reduction) &&
+                have_same_limits(&limits, &o->interpolation);
+    if (*fits && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
+        status = span_sliding(o, error);
+    co_dof_map_free(&before);
+    co_interpolation_free(&limits);
     return status;
 }
 

@@ -68,6 +68,12 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
                                   const co_constraints *constraints, co_motion motion, const double *start,
                                   co_level_objective *out, double *z, curvopt_error *error);
 void co_level_objective_free(co_level_objective *objective);
+/* From another cage `start` on, borrowed, whose constraints may be elsewhere: variables and springs are made anew, what
+ * is made for the energy stays. z [n_variables] gets the variables of `start`. *fits: whether they are arranged as
+ * before; if not, and on failure, the objective can only be freed. ERROR_MEMORY. */
+int32_t co_level_objective_move(co_level_objective *objective, const co_symmetry *symmetry,
+                                const co_constraints *constraints, co_motion motion, const double *start, double *z,
+                                int *fits, curvopt_error *error);
 
 static inline size_t co_level_objective_n(const co_level_objective *o) {
     return (size_t)o->reduction.n_variables;

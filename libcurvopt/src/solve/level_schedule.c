@@ -5,11 +5,19 @@
 
 /* --------------------------------------------------------------------------------------- the plan -- */
 
+/* Near its minimum a level's matrix is good for many steps, and what it predicts comes true. */
+static void start_near(const co_level_facts *f, const co_tuning *t, co_level_schedule *s) {
+    s->options.decrement_tolerance = f->decrement;
+    s->options.settled_decrease = 0.1 * f->decrement;
+    s->options.update_every = t->near_update_every;
+    s->options.small_steps = 1;
+}
+
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     double tolerance = f->decrement_tolerance;
     int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
-    return (co_level_schedule){
-        .starts = !f->is_on_normals,
+    co_level_schedule s = {
+        .starts = f->is_near ? f->stops_short : !f->is_on_normals,
         .options = {.tuning = t,
                     .max_iterations = f->max_iterations,
                     .gradient_tolerance = f->gradient_tolerance,
@@ -19,8 +27,11 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .max_step = f->max_step,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
-        .ends = f->has_hessian && f->is_final,
+        .ends = f->has_hessian && f->is_final && !f->stops_short,
         .stationary = t->stationary * tolerance};
+    if (f->is_near && f->stops_short)
+        start_near(f, t, &s);
+    return s;
 }
 
 /* --------------------------------------------------------------------------------------- running it -- */

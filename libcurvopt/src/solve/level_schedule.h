@@ -27,6 +27,9 @@ typedef struct co_level_facts {
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
+    int is_near;         /* the level starts near its minimum, with a matrix that was good there */
+    int stops_short;     /* the first stage is all that is wanted */
+    double decrement;    /* with is_near: relative decrement at which the first stage is at its end */
     int max_iterations;  /* the user's, of the level */
     double gradient_tolerance;
     double decrement_tolerance; /* of what is final */

@@ -55,6 +55,13 @@ static int tell(co_run *r, const co_level *l, const co_step_record *record) {
 /* Longest slide of a turn, in parts of the distance to the next vertex. */
 static const double FARTHEST_SLIDE = 0.5;
 
+void co_run_show(co_run *r, const co_level *l) {
+    const size_t n = 3 * (size_t)l->objective.mesh->info.n_vertices;
+    co_level_objective_to_user(&l->objective, l->now.x, l->now.found[CO_FOUND_SIZE], r->at.xyz);
+    for (size_t i = 0; i < n && r->shown_beside && l->motion == CO_MOTION_ALL && l->objective.is_framed; i++)
+        r->at.xyz[i] += r->shown_beside[i];
+}
+
 static int report(const co_level *l, const co_step_record *record, void *user) {
     co_run *r = user;
     double slid = 0;
@@ -62,7 +69,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
         return 1;
     if (!r->progress && l->motion != CO_MOTION_SLIDE)
         return 0;
-    co_level_objective_to_user(&l->objective, l->now.x, l->now.found[CO_FOUND_SIZE], r->at.xyz);
+    co_run_show(r, l);
     if (l->motion == CO_MOTION_SLIDE)
         slid = co_sliding_put_back(&r->sliding, r->at.xyz);
     return tell(r, l, record) || slid > FARTHEST_SLIDE;
@@ -107,9 +114,7 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     return CURVOPT_OK;
 }
 
-/* The level's result where the run was cancelled in the middle of something: what the level has reached, or its first
- * cage and the figures of before if it had not begun. */
-static void end_cancelled(co_run *r, co_level *l, double started) {
+void co_run_end_cancelled(co_run *r, co_level *l, double started) {
     co_level_result *at = &r->at;
     curvopt_energies before = at->energies.area > 0 ? at->energies : r->result->start;
     at->report.stop = CURVOPT_STOP_CANCELLED;
@@ -130,8 +135,7 @@ int co_run_stopped_early(const co_run *r) {
     return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
 }
 
-/* Solves a level that has begun, and counts what it took with what was taken before. */
-static int32_t solve_level(co_run *r, co_level *l, double started, curvopt_error *error) {
+int32_t co_run_solve_level(co_run *r, co_level *l, double started, curvopt_error *error) {
     co_outcome outcome = {.iterations = 0};
     int32_t status = co_level_solve(l, &r->prospect, &outcome, error);
     r->at.report.iterations += outcome.iterations;
@@ -145,11 +149,6 @@ int co_run_may_loosen(const co_run *r, const co_level *l) {
     return r->context.options->symmetry == CURVOPT_SYMMETRY_AUTO && r->at.symmetry.order > 1 &&
            l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices && n <= t->loosen_most_vertices;
 }
-
-/* Most turns of motion along normals, each along those of the cage where it begins. */
-enum { MOST_TURNS = 8 };
-/* In mean edges: normals of cages that are closer than this are the same. */
-static const double SAME_NORMALS = 1e-2;
 
 /* A level of the mesh of the run, along the normals of `start`, which it borrows; begun by the rules of `before`. */
 static int32_t begin_turn(co_run *r, const co_level *before, const double *start, co_level **out,
@@ -173,7 +172,7 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
     size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
     double moved = INFINITY;
     int32_t status = CURVOPT_OK;
-    for (int turn = 0; turn < MOST_TURNS && moved > SAME_NORMALS && !co_run_stopped_early(r); turn++) {
+    for (int turn = 0; turn < CO_RUN_MOST_TURNS && moved > CO_RUN_SAME_NORMALS && !co_run_stopped_early(r); turn++) {
         co_level *next;
         double *start = CO_NEW(double, n);
         if (!start)
@@ -188,7 +187,7 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
         *level = next;
         free(r->at.turn);
         r->at.turn = start;
-        status = solve_level(r, next, started, error);
+        status = co_run_solve_level(r, next, started, error);
         if (status != CURVOPT_OK)
             return status;
         moved = co_level_moved(next);
@@ -211,12 +210,12 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
         status = co_level_begin(l, error);
     }
     if (status == CURVOPT_OK)
-        status = solve_level(r, l, started, error);
+        status = co_run_solve_level(r, l, started, error);
     if (status == CURVOPT_OK && !l->is_final &&
         (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, l)))
         status = settle_shape(r, &l, started, error);
     if (status == CO_CANCELLED) {
-        end_cancelled(r, l, started);
+        co_run_end_cancelled(r, l, started);
         status = CURVOPT_OK;
     }
     if (status != CURVOPT_OK) {
@@ -225,4 +224,18 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     }
     *out = l;
     return status;
+}
+
+void co_run_summarize(co_run *r) {
+    curvopt_summary *summary = &r->result->summary;
+    r->result->end = r->at.energies;
+    summary->stop = r->at.report.stop;
+    summary->seconds = co_clock_seconds() - r->started;
+    summary->n_vertices = r->result->mesh->info.n_vertices;
+    summary->n_faces = r->result->mesh->info.n_faces;
+    summary->method = r->context.options->method;
+    summary->symmetry_order = r->at.symmetry.order;
+    summary->curve_deviation = co_sliding_deviation(&r->sliding);
+    memcpy(summary->multiplier, r->at.multiplier, sizeof r->at.multiplier);
+    memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
 }

@@ -49,11 +49,18 @@ typedef struct co_run {
     co_held_numbers held;       /* context.held, where that is not NULL */
     co_sliding sliding;         /* the same; nothing without options.slide */
     co_run_work spent;          /* by sliding on the present level, until that is solved */
+    const double *shown_beside; /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
+                                   caller sees, where something is held (live.h) */
     int is_asked_to_stop;       /* by the callback */
     co_level_prospect prospect; /* of the levels to come */
     co_level_result at;         /* the present level */
     curvopt_result *result;     /* its mesh is the present one */
 } co_run;
+
+/* Most turns of motion along normals, each along those of the cage where it begins. */
+enum { CO_RUN_MOST_TURNS = 8 };
+/* In mean edges: normals of cages that are closer than this are the same. */
+#define CO_RUN_SAME_NORMALS 1e-2
 
 /* Tells the caller of the level's steps. On CO_MOTION_SLIDE what it sees is put back on the curves, and the level ends
  * where a vertex has slid so far that its tangent is no longer that of its curve. */
@@ -64,6 +71,17 @@ void co_run_watch(co_run *run, co_level *level);
  * last level ends with motion along normals, and *level is the level of that. It is the caller's to destroy, NULL after
  * a failure, and where the run was cancelled before the level was there. As curvopt_minimize. */
 int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
+
+/* Solves a level that has begun, counts what it took with what was taken before, and has its figures. `started`: by
+ * co_clock_seconds(). As curvopt_minimize. */
+int32_t co_run_solve_level(co_run *run, co_level *level, double started, curvopt_error *error);
+/* run->at.xyz becomes what the caller sees where the level stands. */
+void co_run_show(co_run *run, const co_level *level);
+/* The level's result where the run was cancelled in the middle of something: what the level has reached, or its first
+ * cage and the figures of before if it had not begun, or is NULL. */
+void co_run_end_cancelled(co_run *run, co_level *level, double started);
+/* What the run has come to, into its result. */
+void co_run_summarize(co_run *run);
 
 /* Whether a saddle that the present level's symmetries hide will be looked for: of third-order terms, whose
  * discretization is often one. The shape must stand first. */

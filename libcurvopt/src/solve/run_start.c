@@ -1,0 +1,207 @@
+/* What a run begins with. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/run_start.h"
+
+#include "base/memory.h"
+#include "constraints/given_constraints.h"
+#include "constraints/mirror_planes.h"
+#include "energy/admissibility.h"
+#include "mesh/ring.h"
+#include "mesh/similarity.h"
+#include "mesh/submesh.h"
+#include "solve/held_scalars.h"
+#include "solve/moving_level.h"
+#include "solve/strength.h"
+#include "surface/blend_disc_half.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The numbers that are held, and the size of the result, from the input cage's. */
+static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *assembly, curvopt_error *error) {
+    co_constraints all = {0};
+    co_values values;
+    int32_t status = co_constraints_all(mesh, &r->constraints, r->context.options->boundary, &all, error);
+    const int is_framed = all.freedom != NULL;
+    co_constraints_free(&all);
+    if (status != CURVOPT_OK)
+        return status;
+    co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
+    status =
+        co_held_scalars_create(r->context.options, assembly, &values, is_framed, &r->held, &r->context.size, error);
+    r->context.wanted = r->held;
+    r->context.held = r->held.n ? &r->held : NULL;
+    return status;
+}
+
+/* Figures of the present cage, with an assembly of their own: what they need of quadrature, the optimization does not.
+ * At the start springs are weighed by it. */
+static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, curvopt_energies *out,
+                           curvopt_error *error) {
+    co_assembly assembly;
+    int resolved, changed;
+    double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
+    const uint8_t *left_out = r->constraints.left_out;
+    double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
+    if (left_out && !weight)
+        return co_status_no_memory(error);
+    for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
+        weight[f] = !left_out[f];
+    int32_t status =
+        co_assembly_create(mesh, r->at.xyz, NULL, r->context.options, r->context.tables, weight, &assembly, error);
+    free(weight);
+    if (status != CURVOPT_OK)
+        return status;
+    assembly.leaves_out = left_out != NULL;
+    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
+                                            out, &resolved, &changed, error);
+    if (status == CURVOPT_OK && !isfinite(out->objective) && co_run_context_is_cancelled(&r->context))
+        status = CO_CANCELLED;
+    if (status == CURVOPT_OK && is_start && !r->context.options->joshi_sequin)
+        status = co_adaptive_quadrature_check(&assembly, out, error);
+    if (status == CURVOPT_OK && is_start)
+        status = co_strength_hold(&r->context, mesh, r->at.xyz, &assembly, &r->constraints, error);
+    if (status == CURVOPT_OK && is_start)
+        status = hold_scalars(r, mesh, &assembly, error);
+    co_assembly_free(&assembly);
+    return status;
+}
+
+static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_energies *start = &r->result->start;
+    int32_t status = report_cage(r, mesh, 1, start, error);
+    r->start_energy = start->objective;
+    return status;
+}
+
+int32_t co_run_report_end(co_run *r, const co_level *l, curvopt_error *error) {
+    const curvopt_mesh *mesh = r->result->mesh;
+    const curvopt_options *o = r->context.options;
+    co_patches patches;
+    if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh) ||
+        co_run_stopped_early(r))
+        return CURVOPT_OK;
+    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, &patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    const int same = co_blend_disc_half_are_same(&patches.wide, &l->objective.assembly.patches.wide);
+    co_patches_free(&patches);
+    if (same)
+        return CURVOPT_OK;
+    curvopt_energies found = {0};
+    status = report_cage(r, mesh, 0, &found, error);
+    if (status == CURVOPT_OK) {
+        r->at.energies = found;
+        r->at.report.energy = found.objective;
+    }
+    return status;
+}
+
+int32_t co_run_take_shape(co_run *r, curvopt_error *error) {
+    const size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
+    free(r->shape);
+    r->context.shape = r->shape = CO_NEW(double, n);
+    if (!r->shape)
+        return co_status_no_memory(error);
+    memcpy(r->shape, r->at.start, n * sizeof *r->shape);
+    return CURVOPT_OK;
+}
+
+/* The mirror planes that were chosen; where nothing is held, the first level starts from a cage that has them exactly.
+ */
+static int32_t hold_planes(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    co_constraints all = {0};
+    int32_t status = co_mirror_planes_create(mesh, xyz, &r->constraints, o->symmetry_planes, &r->at.symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_all(mesh, &r->constraints, o->boundary, &all, error);
+    if (status == CURVOPT_OK && !all.freedom)
+        status = co_mirror_planes_symmetrize(mesh, &r->at.symmetry, r->at.start, error);
+    co_constraints_free(&all);
+    return status;
+}
+
+/* What is held and left out of the energy. */
+static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    co_exceptions found;
+    int32_t status = co_exceptions_of_run(mesh, r->at.xyz, r->context.options, &found, error);
+    if (status == CURVOPT_OK && found.n_left_out)
+        status = co_constraints_leave_out(mesh, found.face, &r->constraints, error);
+    r->result->summary.n_held = found.n_held;
+    r->result->summary.n_left_out = found.n_left_out;
+    co_exceptions_free(&found);
+    return status;
+}
+
+/* Boundary, creases and exceptions may hold a whole cage on the first of several levels: inside its faces others can
+ * move. */
+static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    int32_t level,
+        status = co_moving_level_find(mesh, r->at.xyz, &r->constraints, o->boundary, o->levels, &level, error);
+    if (status == CURVOPT_OK && level == 0)
+        return co_constraints_refuse(mesh, error);
+    return status;
+}
+
+int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
+        return hold_planes(r, mesh, xyz, error);
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE)
+        return co_symmetry_none(mesh, &r->at.symmetry, error);
+    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
+                              error);
+}
+
+/* Constraints, exceptions and symmetries of the input cage. */
+static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    int32_t status = co_given_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
+    if (status == CURVOPT_OK)
+        status = co_given_constraints_check_strength(o->constraints, o, error);
+    if (status == CURVOPT_OK && o->constraints && o->constraints->has_places)
+        status = co_given_constraints_place(mesh, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status = find_exceptions(r, mesh, error);
+    if (status == CURVOPT_OK)
+        status = check_motion(r, mesh, error);
+    if (status != CURVOPT_OK)
+        return status;
+    return co_run_find_symmetry(r, mesh, r->at.start, error);
+}
+
+int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    size_t n = 3 * (size_t)mesh->info.n_vertices;
+    r->result = CO_NEW(curvopt_result, 1);
+    r->at.xyz = CO_NEW(double, n);
+    r->at.start = CO_NEW(double, n);
+    if (!r->result || !r->at.xyz || !r->at.start)
+        return co_status_no_memory(error);
+    r->result->summary.newton_decrement = (double)NAN;
+    r->result->summary.shape_decrement = (double)NAN;
+    r->result->summary.difference_decrement = (double)NAN;
+    r->result->summary.negative_directions = -1;
+    r->result->summary.all_negative_directions = -1;
+    r->result->summary.free_negative_directions = -1;
+    r->result->level = CO_NEW(curvopt_level_report, r->context.options->levels);
+    if (!r->result->level)
+        return co_status_no_memory(error);
+    memcpy(r->at.xyz, xyz, n * sizeof(double));
+    memcpy(r->at.start, xyz, n * sizeof(double));
+    r->context.radius = co_similarity_mesh_frame(mesh, xyz, r->context.centroid);
+    int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
+    if (status == CURVOPT_OK)
+        status = find_structure(r, mesh, xyz, error);
+    if (status == CURVOPT_OK && r->context.options->slide)
+        status = co_sliding_create(mesh, xyz, &r->sliding, error);
+    return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
+}
+
+void co_run_free_parts(co_run *r) {
+    co_level_result_free(&r->at);
+    co_constraints_free(&r->constraints);
+    co_sliding_free(&r->sliding);
+    free(r->shape);
+    r->context.shape = r->shape = NULL;
+}

@@ -1,0 +1,13 @@
+/* The verdict on where a run ended. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_SOLVE_VERDICT_H
+#define CO_SOLVE_VERDICT_H
+
+#include "solve/run.h"
+
+/* Whether the present level's result is one to look at more closely. */
+int co_run_wants_verdict(const co_run *run);
+/* The verdict on the level's result, into the summary. `normals`: a level of motion along normals there, begun by the
+ * level's rules; NULL: one is made where it is needed. As co_level_create. */
+int32_t co_run_certify(co_run *run, co_level *level, co_level *normals, curvopt_error *error);
+
+#endif
