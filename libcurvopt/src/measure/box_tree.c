@@ -63,7 +63,7 @@ static co_box enclose(const co_box *box, const int32_t *order, int32_t begin, in
 }
 
 /* Fills in the nodes of order[begin .. end - 1] from node t->n_nodes on: depth first, with a stack of second halves. */
-static void fill_nodes(co_box_tree *t, const co_box *box, int32_t n) {
+static void fill_nodes(co_box_tree *t, const co_box *box, int32_t n, const curvopt_cancel *cancel) {
     struct {
         int32_t begin, end, parent;
     } stack[CO_BOX_TREE_DEPTH];
@@ -75,7 +75,7 @@ static void fill_nodes(co_box_tree *t, const co_box *box, int32_t n) {
         int32_t begin = stack[--depth].begin, end = stack[depth].end;
         if (stack[depth].parent >= 0)
             t->node[stack[depth].parent].second = t->n_nodes;
-        for (;;) {
+        while (!co_cancel_is_requested(cancel)) {
             int axis;
             const int32_t at = t->n_nodes++, middle = begin + (end - begin) / 2;
             t->node[at] = (co_box_node){.box = enclose(box, t->order, begin, end, &axis), .begin = begin, .end = end};
@@ -90,7 +90,8 @@ static void fill_nodes(co_box_tree *t, const co_box *box, int32_t n) {
     }
 }
 
-int32_t co_box_tree_create(int32_t n, const co_box *box, co_box_tree *t, curvopt_error *error) {
+int32_t co_box_tree_create(int32_t n, const co_box *box, const curvopt_cancel *cancel, co_box_tree *t,
+                           curvopt_error *error) {
     *t = (co_box_tree){0};
     t->order = CO_NEW(int32_t, n);
     t->node = CO_NEW(co_box_node, (size_t)n + 1); /* a leaf has two boxes at least, unless it is the only node */
@@ -100,8 +101,11 @@ int32_t co_box_tree_create(int32_t n, const co_box *box, co_box_tree *t, curvopt
     }
     for (int32_t k = 0; k < n; k++)
         t->order[k] = k;
-    fill_nodes(t, box, n);
-    return CURVOPT_OK;
+    fill_nodes(t, box, n, cancel);
+    if (!co_cancel_is_requested(cancel))
+        return CURVOPT_OK;
+    co_box_tree_free(t);
+    return CO_CANCELLED;
 }
 
 void co_box_tree_free(co_box_tree *t) {

@@ -7,6 +7,7 @@
 #ifndef CO_MEASURE_BOX_TREE_H
 #define CO_MEASURE_BOX_TREE_H
 
+#include "base/cancel.h"
 #include "base/status.h"
 #include "measure/bezier.h"
 
@@ -27,8 +28,9 @@ typedef struct co_box_tree {
     int32_t *order;    /* [n] numbers of the boxes, leaf by leaf */
 } co_box_tree;
 
-/* n >= 1 boxes. O(n log n). ERROR_MEMORY. */
-int32_t co_box_tree_create(int32_t n, const co_box *box, co_box_tree *out, curvopt_error *error);
+/* n >= 1 boxes. O(n log n). ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_box_tree_create(int32_t n, const co_box *box, const curvopt_cancel *cancel, co_box_tree *out,
+                           curvopt_error *error);
 void co_box_tree_free(co_box_tree *tree);
 
 #endif

@@ -134,7 +134,7 @@ int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pie
     status = w.directions && w.box && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);
-        status = co_box_tree_create(n, w.box, &w.tree, error);
+        status = co_box_tree_create(n, w.box, cancel, &w.tree, error);
     }
     if (status == CURVOPT_OK) {
         co_thread_pool_run(pool, look, &w);

@@ -149,9 +149,10 @@ int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *canc
             out->box[out->n_parts++] = co_box_of(s->tip[t].at, 1);
         }
     }
-    int32_t status = !fits                            ? co_status_no_memory(error)
-                     : co_cancel_is_requested(cancel) ? CO_CANCELLED
-                                                      : co_box_tree_create(out->n_parts, out->box, &out->tree, error);
+    int32_t status = !fits ? co_status_no_memory(error)
+                     : co_cancel_is_requested(cancel)
+                         ? CO_CANCELLED
+                         : co_box_tree_create(out->n_parts, out->box, cancel, &out->tree, error);
     if (status != CURVOPT_OK)
         co_nearest_free(out);
     return status;
