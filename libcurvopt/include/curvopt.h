@@ -958,18 +958,21 @@ CURVOPT_API int32_t curvopt_solver_set_options(curvopt_solver *solver, const cur
  * to its places in the next solution. Symmetries that were given up are looked for again. On failure nothing has
  * changed. ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_solver_set_positions(curvopt_solver *solver, const double *xyz, curvopt_error *error);
-/* From where it stands to its targets.
- *   settle  0: to where the energy falls by little any more, for a state that passes; no verdict, and figures by the
- *           rules that there are. 1: to the optimum, with the figures and the verdict of curvopt_minimize. As long as
- * it is the same minimum it does not depend on the way there. With an even spacing the objective and what that is worth
- * are minimized together, to the end, before vertices move along normals; curvopt_minimize goes on to these earlier,
- * and ends in a cage that is spaced a little otherwise progress, user, cancel: as in curvopt_minimize, may be NULL. The
- * first call is the first answer to targets that have moved: they are at their places, the others have moved along to
- * first order. progress.energy is without what motion along normals brings in the end A cancelled solution is OK; the
- * solver stands where it got to and can go on. A flag stays raised: the next solution takes another one. Where the
- * surface is degenerate at its targets, as where two of them coincide, the error is ERROR_GEOMETRY; the solver then
- * stands where it stood, and goes on with other targets. If it cannot begin where it stands, as with new springs, it
- * begins at its first cage. Other errors as curvopt_minimize. */
+/* From where it stands to its targets. With settle 0 to where the energy falls by little any more, for a state that
+ * passes: there is no verdict, and figures are by the rules that there are. With settle 1 to the optimum, with the
+ * figures and the verdict of curvopt_minimize. As long as it is the same minimum it does not depend on the way there.
+ *
+ * With an even spacing the objective and what that is worth are minimized together, to the end, before vertices move
+ * along normals; curvopt_minimize goes on to these earlier, and ends in a cage that is spaced a little otherwise.
+ *
+ * progress, user and cancel are as in curvopt_minimize and may be NULL. The first call of progress is the first answer
+ * to targets that have moved: they are at their places, and the others have moved along to first order. Its energy is
+ * without what motion along normals brings in the end. A cancelled solution is OK; the solver stands where it got to
+ * and can go on. A flag stays raised: the next solution takes another one.
+ *
+ * Where the surface is degenerate at its targets, as where two of them coincide, the error is ERROR_GEOMETRY; the
+ * solver then stands where it stood, and goes on with other targets. If it cannot begin where it stands, as with new
+ * springs, it begins at its first cage. Other errors as curvopt_minimize. */
 CURVOPT_API int32_t curvopt_solver_solve(curvopt_solver *solver, int32_t settle, curvopt_progress_fn progress,
                                          void *user, const curvopt_cancel *cancel, curvopt_error *error);
 /* Copies where it stands into xyz [3 n_vertices]. */
