@@ -3,7 +3,8 @@
 # What the tests of the command line share; to be sourced. Each test is a function test_BEHAVIOUR that runs in an empty
 # folder of its own; run_tests runs them all and fails if one did.
 #
-#   test_cli_NAME.sh PROGRAM [SYSTEM]     native (if it is not given), windows (in Wine) or emulated (Linux, in qemu)
+#   test_cli_NAME.sh PROGRAM [SYSTEM]     native (if it is not given), windows (in Wine), emulated (Linux, in qemu) or
+#                                         sanitized (a build with sanitizers)
 set -uo pipefail
 
 CURVOPT=$(realpath -- "$1")

@@ -243,6 +243,7 @@ poles_obj() {
 # What is measured of the result, too: at these poles the deviation alone takes seconds.
 test_interrupt_ends_poles_soon() {
     cannot_be_on emulated "its CPU time is the emulator's" && return
+    cannot_be_on sanitized "its CPU time is the sanitizers'" && return
     cannot_be_on windows "its CPU time is Wine's" && return
     poles_obj 100 >cage.obj
     "$CURVOPT" minimize cage.obj -o result.obj --threads 1 --json result.json --quiet &
