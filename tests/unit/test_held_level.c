@@ -208,6 +208,7 @@ static void check_factor(fixture *f) {
     double *b = calloc(3 * f->n, sizeof *b), *x = b + f->n, *back = b + 2 * f->n;
     int positive = 0, found = 0;
     CHECK_TRUE(b != NULL);
+    l->hessian.system.leaves_motions_out = 1;
     CHECK_OK(co_level_hessian_assemble_exact(&l->hessian, &l->now, CO_GAUGE_SIMILARITY, &error), &error);
     double shift = 100 * co_newton_system_mean_diagonal(&l->hessian.system);
     for (size_t i = 0; i < f->n; i++)

@@ -207,7 +207,7 @@ static void make_columns(co_newton_system *m) {
     }
     memcpy(m->dense + (size_t)m->n_dense * n, m->motion, (size_t)m->n_motions * n * sizeof *m->motion);
     for (int k = 0; k < m->n_motions; k++)
-        m->weight[m->n_dense++] = (double)INFINITY;
+        m->weight[m->n_dense++] = m->leaves_motions_out ? (double)INFINITY : m->stiffness;
 }
 
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
@@ -229,6 +229,7 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     add_ways(m);
     wanted.more = &more;
     int32_t status = co_sparse_hessian_assemble(m->assembly, x, &wanted, &m->hessian, error);
+    m->stiffness = co_newton_system_mean_diagonal(m);
     make_columns(m);
     return status;
 }

@@ -6,7 +6,8 @@
  * back to their values along given ways W, and the Hessian H of the function that is left is Z^T H Z with
  * Z = 1 - W (A^T W)^-1 A^T, A the gradients of the constraints (Abadie, Carpentier, "Generalization of the Wolfe
  * reduced gradient method to the case of nonlinear constraints", 1969). Motions that leave the objective as it is
- * (rigid ones, scaling, the ways) are left out: solutions are orthogonal to them, as if they were infinitely stiff.
+ * (rigid ones, scaling, the ways) are made stiff, or rounding would decide whether they are soft or negative; along
+ * normals, where the objective sees what is left of them, infinitely so: solutions are orthogonal to them.
  * Together the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C, infinite for motions; it is
  * solved by the formula of Sherman, Morrison and Woodbury, and its inertia follows from Haynsworth's (1968):
  * In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
@@ -47,6 +48,8 @@ typedef struct co_newton_system {
     double slope[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];                    /* of each constraint by the numbers */
     double *motion;                        /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
     int n_motions;                         /* the last of the columns */
+    int leaves_motions_out;                /* the caller's: solutions have no part of them; else they are stiff */
+    double stiffness;                      /* of motions: as the rest is in the mean */
     int n_dense;                           /* columns of U in use */
     double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C; INFINITY: a motion */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */

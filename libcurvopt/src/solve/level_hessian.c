@@ -17,6 +17,7 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     co_level_objective *o = h->objective;
     int32_t status = co_newton_system_create(&o->assembly, &o->reduction, &h->system, error);
     h->system.held = o->numbers.numbers.n ? &o->numbers.newton : NULL;
+    h->system.leaves_motions_out = o->sliding != NULL;
     h->exists = status == CURVOPT_OK;
     return status;
 }
