@@ -82,11 +82,11 @@ CO_SIMD_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
     for (int k = 0; k < 4; k++)
         m->T[k] = lane_dot(S[6 + k], m->n);
     to_frame_third(m, m->T, T);
-    const lane two = lane_all(-2), three = lane_all(-3);
-    lane C111 = lane_fma(three, lane_fma(h[0], p[0], h[1] * q[0]), T[0]);
-    lane C112 = lane_fma(two, lane_fma(h[0], p[1], h[1] * q[1]), T[1] - lane_fma(h[1], p[0], h[2] * q[0]));
-    lane C122 = lane_fma(two, lane_fma(h[1], p[1], h[2] * q[1]), T[2] - lane_fma(h[0], p[2], h[1] * q[2]));
-    lane C222 = lane_fma(three, lane_fma(h[1], p[2], h[2] * q[2]), T[3]);
+    const lane minus_2 = lane_all(-2), minus_3 = lane_all(-3);
+    lane C111 = lane_fma(minus_3, lane_fma(h[0], p[0], h[1] * q[0]), T[0]);
+    lane C112 = lane_fma(minus_2, lane_fma(h[0], p[1], h[1] * q[1]), T[1] - lane_fma(h[1], p[0], h[2] * q[0]));
+    lane C122 = lane_fma(minus_2, lane_fma(h[1], p[1], h[2] * q[1]), T[2] - lane_fma(h[0], p[2], h[1] * q[2]));
+    lane C222 = lane_fma(minus_3, lane_fma(h[1], p[2], h[2] * q[2]), T[3]);
     m->A1 = 0.75 * (C111 + C122);
     m->B1 = 0.75 * (C112 + C222);
     m->A3 = lane_fma(lane_all(0.25), C111, -0.75 * C122);
@@ -94,8 +94,7 @@ CO_SIMD_INLINE void forward_third(lane S[CO_JET][3], sample_state *m) {
 }
 
 /* Of the second fundamental form without its trace, q = q1 + i q2: q^2 and |q|^2; and F1 F3, in the same complex
- * numbers.
- */
+ * numbers. */
 typedef struct deviator {
     lane q1, q2, q_re, q_im, square, re, im;
 } deviator;

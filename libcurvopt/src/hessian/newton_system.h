@@ -8,7 +8,7 @@
  * reduced gradient method to the case of nonlinear constraints", 1969). Motions that leave the objective as it is
  * (rigid ones, scaling, the ways) are made stiff, or rounding would decide whether they are soft or negative; along
  * normals, where the objective sees what is left of them, infinitely so: solutions are orthogonal to them.
- * Together the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C, infinite for motions; it is
+ * Together the matrix is M = H + U C U^T with two dozen columns U at most and a diagonal C; it is
  * solved by the formula of Sherman, Morrison and Woodbury, and its inertia follows from Haynsworth's (1968):
  * In(M) = In(H) + In(-C^-1 - U^T H^-1 U) - In(-C^-1).
  *
@@ -51,7 +51,7 @@ typedef struct co_newton_system {
     int leaves_motions_out;                /* the caller's: solutions have no part of them; else they are stiff */
     double stiffness;                      /* of motions: as the rest is in the mean */
     int n_dense;                           /* columns of U in use */
-    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C; INFINITY: a motion */
+    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C; INFINITY: left out */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */

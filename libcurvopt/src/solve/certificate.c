@@ -28,7 +28,7 @@ static void whole_gradient_at(co_level *l, double *z, double *gradient) {
     l->objective.n_sliding = n_sliding;
 }
 
-/* out = Hessian v, by a central difference; shifted, and rigid motions and scaling made stiff, as the Newton system is
+/* out = Hessian v, by a central difference; shifted, and rigid motions and scaling left out, as of the Newton system
  * whose decrement it is to confirm. */
 static void multiply(void *context, const double *v, double *out) {
     const differences *d = context;
