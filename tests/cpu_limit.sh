@@ -25,7 +25,8 @@ stop() {
     exit 124
 }
 
-setsid "$@" &
+# A command in the background of a script ignores interrupts, and so would its tests of interrupts; env mends that.
+setsid env --default-signal=INT,QUIT "$@" &
 session=$!
 trap 'stop "interrupted"' INT TERM
 last=-1 since=$SECONDS

@@ -170,10 +170,18 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
     return status;
 }
 
+static int32_t freedom_of(const curvopt_constraints *given, int32_t i) {
+    return given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
+}
+
+static double weight_of(const curvopt_constraints *given, int32_t i) {
+    return given->weights ? given->weights[i] : 1;
+}
+
 /* What constraint i has that a run within a distance cannot promise; NULL if nothing. */
 static const char *against_within(const curvopt_constraints *given, int32_t i) {
-    const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
-    const double weight = given->weights ? given->weights[i] : 1;
+    const int32_t freedom = freedom_of(given, i);
+    const double weight = weight_of(given, i);
     if (given->has_places && given->places && !isnan(given->places[3 * (size_t)i]))
         return "has a place where the vertex is to be";
     return weight > 0 && weight < 1 && freedom != CO_FREEDOM_NONE ? "is soft and leaves directions free" : NULL;
@@ -198,8 +206,8 @@ int32_t co_given_constraints_check_strength(const curvopt_constraints *given, co
         return check_within(given, error);
     for (int32_t i = 0; given && given->has_places && given->places && options->strength < 1 && i < given->n; i++) {
         const double *place = given->places + 3 * (size_t)i;
-        const int32_t freedom = given->freedom ? given->freedom[i] % CURVOPT_FREEDOM_OF_LIMIT_POINT : CO_FREEDOM_NONE;
-        const double weight = given->weights ? given->weights[i] : 1;
+        const int32_t freedom = freedom_of(given, i);
+        const double weight = weight_of(given, i);
         if (!isnan(place[0]) && weight > 0 && (weight < 1 || freedom != CO_FREEDOM_NONE))
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
                                   "constraint %d has a place for vertex %d and does not hold it exactly there, where a "
