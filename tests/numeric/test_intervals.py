@@ -3,7 +3,8 @@
 finer rule, of the subdivided cage, and by an evaluator that shares no code with the library. Cages are the corpus's, which
 chose no constant.
 
-By default 36 cages, and of them three by the oracle; with CURVOPT_LONG=1 500, all by the oracle that it can do.
+By default 36 cages, and of them three by the oracle; with CURVOPT_LONG=1 1000, of the first 500 all that the oracle can do. Claims were
+chosen on even seeds below 500, but the part of the last change on all of these: seeds from 500 on chose nothing.
 
     python3 tests/numeric/test_intervals.py 0:500 --oracle willmore:1 mvs:4
 
@@ -28,7 +29,7 @@ import cages  # noqa: E402
 from ccref import Mesh, mesh_from_faces, topology  # noqa: E402
 from settled_ref import settled  # noqa: E402
 
-SEEDS = range(500 if lib.LONG else 36)
+SEEDS = range(1000 if lib.LONG else 36)
 BY_ORACLE = range(500) if lib.LONG else (0, 4, 6)
 FINER = 100      # times the tolerance of the finer rule goes into the default
 ROUNDING = 1e-12  # of the value
@@ -39,7 +40,7 @@ MIX = {name: 1.0 for name in (*SECOND, *THIRD)}
 
 # Claims that are known to fall short (libcurvopt/notes/23-claimed-quadrature-error.md): of each seed how far at most, rounded
 # up. All others hold. Who mends one takes it out.
-KNOWN = {89: 1.02}
+KNOWN = {89: 1.02, 865: 1.14, 982: 1.12}
 TORN = {204: 3.44}  # by the oracle: the claim is larger than the energy
 
 
