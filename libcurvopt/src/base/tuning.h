@@ -66,12 +66,12 @@
       "most error of coarser rules: with more they would have to be refined again at once", "22")                      \
     X(double, quadrature_saving, 0.8, 0.01, 1, "of the cost",                                                          \
       "coarser rules that cost more are not taken: values change, and optimizers drop what they learnt", "22")         \
-    X(double, quadrature_two_rules, 0.05, 0, 1, "of the error",                                                         \
+    X(double, quadrature_two_rules, 0.05, 0, 1, "of the error",                                                        \
       "most error of the patches for which two rules are compared, and not three", "23")                               \
     X(double, quadrature_negligible, 1e-2, 0, 1, "of the tolerance",                                                   \
       "an error that is not worth a third rule, which takes as long as half an evaluation", "23")                      \
     X(double, quadrature_reference, 0.8, 0, 1, "of the last change",                                                   \
-      "error of the finest rule compared, of second order: 1 / (1.5^2 - 1)", "23")           \
+      "error of the finest rule compared, of second order: 1 / (1.5^2 - 1)", "23")                                     \
     /* Review of a step: solve/step_review.c. */                                                                       \
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
