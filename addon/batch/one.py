@@ -163,6 +163,7 @@ def report(
         "seconds": solution.seconds,
         "multipliers": _finite(solution.multipliers),
         "scalar_residuals": _finite(solution.scalar_residuals),
+        **_finite({"discretization_error": solution.discretization_error}),
         "n_held": solution.exceptions.n_held,
         "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),

@@ -7,6 +7,7 @@ No bpy. The worker touches arrays and the library only; whatever it has to say i
 from __future__ import annotations
 
 import enum
+import math
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -70,7 +71,7 @@ class Solution:
     that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
     first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
-    `scalar_residuals` by name, as of values.Summary."""
+    `scalar_residuals` by name, and `discretization_error`, as of values.Summary."""
 
     cage: Cage
     start_positions: np.ndarray
@@ -88,6 +89,7 @@ class Solution:
     crossings: measure.Crossings | None = None
     multipliers: Mapping[str, float] = field(default_factory=dict)
     scalar_residuals: Mapping[str, float] = field(default_factory=dict)
+    discretization_error: float = math.nan
 
 
 OnProgress = Callable[[Progress], object]
@@ -217,6 +219,7 @@ def _solve(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
+                summary.discretization_error,
             )  # fmt: skip
 
 

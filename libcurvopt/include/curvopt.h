@@ -894,6 +894,8 @@ typedef struct curvopt_summary {
                                                area a tension; 0 where nothing is to hold */
     double scalar_residual[CURVOPT_MAX_SCALARS]; /* relative distance of each held one from what it is to be, by the
                                                     last level's quadrature; 0 where free */
+    double discretization_error; /* how far the energy of the result may be above that of finer and finer nets, by what
+                                    the last levels brought; an estimate, no bound. NAN: unknown, as after one level */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and

@@ -118,6 +118,9 @@ static void print_run(const json_report *r, int was_verified) {
         printf(
             "%d vertices could slide along their curves, which are %.2g off between vertices, in units of the cage\n",
             s->n_sliding, s->curve_deviation);
+    if (isfinite(s->discretization_error))
+        printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
+               s->discretization_error);
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */

@@ -146,7 +146,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 192);
+SIZE(curvopt_summary, 200);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -168,6 +168,7 @@ AT(curvopt_summary, n_sliding, 88);
 AT(curvopt_summary, reserved, 92);
 AT(curvopt_summary, multiplier, 96);
 AT(curvopt_summary, scalar_residual, 144);
+AT(curvopt_summary, discretization_error, 192);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

@@ -127,7 +127,8 @@ class Summary(C.Structure):
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
         ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32),
-        ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS)]
+        ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS),
+        ("discretization_error", F64)]
 
 
 class Deviation(C.Structure):

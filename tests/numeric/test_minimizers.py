@@ -45,6 +45,39 @@ def solved(name: str, energy: str, levels: int = 4, verify: int = 0, symmetry: i
     return lib.minimize(cage(name), energy, levels=levels, verify=verify, symmetry=symmetry)
 
 
+@pytest.mark.parametrize("levels", [2, 3, 4])
+@pytest.mark.parametrize("name", WILLMORE)
+def test_the_nets_part_of_willmore_is_within_its_estimate(name, levels):
+    """W = 4 int H^2 - 4 pi chi, so that its error is four times that. From level 3 on the estimate is not 40 times too large either: the first level
+    brings more than others."""
+    result = solved(name, "willmore", levels)
+    excess, estimate = 4 * (result.summary.end.h2 - WILLMORE[name]), result.summary.discretization_error
+    assert excess <= estimate + result.summary.end.objective_error
+    assert levels < 3 or estimate <= 40 * excess
+
+
+@pytest.mark.parametrize("levels", [2, 3])
+@pytest.mark.parametrize("name", ["torus_030", "sphere_cube"])
+def test_the_nets_part_of_mvs_is_within_its_estimate(name, levels):
+    """MVS is 0 for spheres and tori of any ratio: all that is left is the net's."""
+    summary = solved(name, "mvs", levels).summary
+    assert summary.end.objective <= summary.discretization_error
+    assert levels < 3 or summary.discretization_error <= 20 * summary.end.objective
+
+
+@pytest.mark.parametrize("seed", [1, 13, 19, 21, 29])
+def test_the_nets_part_is_within_its_estimate_without_symmetry(seed):
+    """Cages of the corpus that end as spheres and Clifford tori."""
+    xyz, faces, _ = cages.cage(seed)
+    summary = lib.minimize(mesh_from_faces(xyz, faces), "willmore", levels=3).summary
+    excess = min(summary.end.objective - w for w in (8 * pi, 8 * pi ** 2) if summary.end.objective > w - 1e-3)
+    assert excess < 0.5 and excess <= summary.discretization_error + summary.end.objective_error
+
+
+def test_one_level_says_nothing_of_the_net():
+    assert np.isnan(solved("torus_030", "willmore", 1).summary.discretization_error)
+
+
 @pytest.mark.parametrize("name", WILLMORE)
 def test_willmore_minimizers_are_the_known_ones(name, capsys):
     """int H^2 between exact - quadrature_error and exact (1 + 1e-4), stationary, and confirmed by a finer rule."""

@@ -202,6 +202,7 @@ class CSummary(C.Structure):
         *((name, C.c_int32) for name in "n_sliding reserved".split()),
         ("multiplier", C.c_double * MAX_SCALARS),
         ("scalar_residual", C.c_double * MAX_SCALARS),
+        ("discretization_error", C.c_double),
     ]
 
 
@@ -230,7 +231,7 @@ STRUCT_SIZES = {
     CEnergies: 216,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 192,
+    CSummary: 200,
     CDeviation: 80,
     CCrossings: 24,
 }

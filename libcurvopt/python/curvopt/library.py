@@ -494,7 +494,7 @@ def _summary(raw: CSummary, start: CEnergies, end: CEnergies) -> Summary:
         Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
         raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
         raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
-        dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)),
+        dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)), raw.discretization_error,
     )  # fmt: skip
 
 

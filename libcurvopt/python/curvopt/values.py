@@ -163,7 +163,8 @@ class Summary:
     """curvopt_summary; `stop` and the verdict as text; `symmetry_order` 1 means none; the negative directions are -1
     without options.verify; `n_sliding` vertices of the input cage may slide. By the names of abi.SCALARS: `multipliers`, how
     much the least objective rises for each unit by which what is held does; `scalar_residuals`, relative distances of what is
-    held from what it is to be. Both are 0 where nothing is held."""
+    held from what it is to be. Both are 0 where nothing is held. `discretization_error`: how far the energy may be above that
+    of finer nets, by what the last levels brought; NAN if unknown, as after one level."""
 
     start: Energies
     end: Energies
@@ -179,3 +180,4 @@ class Summary:
     n_sliding: int
     multipliers: Mapping[str, float]
     scalar_residuals: Mapping[str, float]
+    discretization_error: float

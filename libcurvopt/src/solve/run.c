@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "solve/discretization_error.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -238,4 +239,5 @@ void co_run_summarize(co_run *r) {
     summary->curve_deviation = co_sliding_deviation(&r->sliding);
     memcpy(summary->multiplier, r->at.multiplier, sizeof r->at.multiplier);
     memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
+    summary->discretization_error = co_discretization_error(r->result->level, summary->n_levels);
 }
