@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,39 @@ def at_volume(shape: Shape, v: float, count: int) -> Shape:
         return found
     graded = found.remeshed(count)
     return solve(graded, volume_condition(graded, v))
+
+
+def at_spontaneous(shape: Shape, c0: float, count: int) -> Shape:
+    """Continue a shape at its volume to the spontaneous curvature c0.
+
+    Steps of c0 are 0.1 at most, the predictor is linear in it, and steps that
+    fail are halved.
+    """
+    previous, current = None, shape
+    while current.spontaneous != c0:
+        step = float(np.clip(c0 - current.spontaneous, -0.1, 0.1))
+        for _ in range(8):
+            target = current.spontaneous + step
+            if abs(target - c0) < 1e-9:
+                target = c0
+            guess = replace(current, spontaneous=target)
+            if previous is not None:
+                old = previous.on_mesh(current.mesh)
+                scale = step / (current.spontaneous - previous.spontaneous)
+                guess = guess.with_vector(
+                    guess.vector() + scale * (guess.vector() - old.vector()))
+            try:
+                new = solve(guess, volume_condition(guess, shape.volume))
+            except RuntimeError:
+                step *= 0.5
+                continue
+            break
+        else:
+            raise RuntimeError(f"branch lost near c0 = {current.spontaneous}")
+        graded = new.remeshed(count)
+        previous, current = current, solve(
+            graded, volume_condition(graded, shape.volume))
+    return current
 
 
 def simple_branch(sign: float, volumes: Array, count: int) -> list[Shape]:
