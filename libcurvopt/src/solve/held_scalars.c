@@ -138,7 +138,7 @@ double co_held_scalars_multiplier_of_size(const co_run_context *run, const co_he
     for (int k = 0; k < held->n; k++) {
         const co_held_number *h = &held->held[k];
         if (run->options->scalar_rule[h->scalar] != CURVOPT_SCALAR_RULE_REDUCED)
-            sum -= multiplier[k] * co_held_numbers_degree(h->scalar) * h->target / h->unit;
+            sum += multiplier[k] * co_held_numbers_degree(h->scalar) * h->target / h->unit;
     }
     return sum / (co_held_numbers_degree(run->size.measure) * run->size.value);
 }

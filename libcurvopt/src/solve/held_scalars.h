@@ -16,7 +16,7 @@ co_spontaneous_curvature co_held_scalars_spontaneous(const curvopt_options *opti
                                                      const co_run_size *size, int is_framed, double radius,
                                                      double area);
 /* How much the least objective rises for each unit by which the size of a result does, whose numbers in the user's units
- * these are; `multiplier`: of each that is held. Nothing of the cage is. */
+ * these are; `multiplier`: of each constraint (co_newton_held). Nothing of the cage is held. */
 double co_held_scalars_multiplier_of_size(const co_run_context *run, const co_held_numbers *held,
                                           const double multiplier[CURVOPT_N_SCALARS], double area, double mean);
 /* The surface whose `measure` is `number` has the size when it is enlarged so many times. */
