@@ -555,13 +555,13 @@ typedef struct curvopt_options {
     double within;
     /* c0, in 1 / units of the cage: the bending energy is Helfrich's. WILLMORE then counts in the objective as
      * int (k1^2 + k2^2 - 2 c0 (k1 + k2) + c0^2) dA, which is int (k1 + k2 - c0)^2 dA - 2 int K dA, and MEAN as
-     * int (H - c0 / 2)^2 dA; both can be 0 or, WILLMORE, negative. curvopt_energies.term stay as they are. c0 counts for
-     * normals that point outwards, where a surface is closed, else as its faces run: 2 / R is the curvature of a
+     * int (H - c0 / 2)^2 dA; both can be 0 or, WILLMORE, negative. curvopt_energies.term stay as they are. c0 counts
+     * for normals that point outwards, where a surface is closed, else as its faces run: 2 / R is the curvature of a
      * sphere of radius R. Where nothing of the cage is held, the result has a given size, the input's area or what
      * scalar_rule says, and c0 is at that size; the reduced curvature of the literature is c0 sqrt(area / (4 pi)).
      * Tolerances and verdicts are then relative to the objective plus (2 WILLMORE + MEAN / 2) c0^2 times that area,
-     * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up to
-     * 1e100 and down to -1e100, default 0. */
+     * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up
+     * to 1e100 and down to -1e100, default 0. */
     double spontaneous_curvature;
 } curvopt_options;
 

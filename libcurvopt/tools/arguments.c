@@ -84,7 +84,7 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 
 /* The options with a value that a command has. */
 static int is_valued(const char *name, int minimize) {
-    static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
+    static const char *const both[] = {"--json",    "--energy",        "--surface",     "--tolerance",
                                        "--threads", "--boundary-rule", "--blend-width", "--spontaneous-curvature"};
     static const char *const only_minimize[] = {"-o",
                                                 "--output",

@@ -190,8 +190,12 @@ static int report_cage(const arguments *a, const input *in, const curvopt_energi
         measures_print(stdout, &measured, 1);
         held_print(stdout, &in->held);
     }
-    json_report report = {
-        .info = &info, .energies = energies, .energy = a->energy, .spontaneous_curvature = a->options.spontaneous_curvature, .held = &in->held, .measures = &measured};
+    json_report report = {.info = &info,
+                          .energies = energies,
+                          .energy = a->energy,
+                          .spontaneous_curvature = a->options.spontaneous_curvature,
+                          .held = &in->held,
+                          .measures = &measured};
     result = stage(a->json, write_json, &report, &json);
     if (result == ARGUMENTS_DONE)
         result = commit(&json);

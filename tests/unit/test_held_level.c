@@ -1,5 +1,6 @@
 /* Numbers of the surface that are held, and spontaneous curvature, which is a function of such numbers: the way back to
- * them, the gradient and the Hessian of what is left against differences, its factors. SPDX-License-Identifier: GPL-3.0-or-later */
+ * them, the gradient and the Hessian of what is left against differences, its factors. SPDX-License-Identifier:
+ * GPL-3.0-or-later */
 #include "check.h"
 #include "solve_setting.h"
 
@@ -86,7 +87,8 @@ static cage stretched(cage c) {
 
 static void for_all(check_fn check) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
-                    mvs = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS), pinned = w, symmetric = w, mixed = mvs;
+                    mvs = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS), pinned = w, symmetric = w,
+                    mixed = mvs;
     pinned.constraints = &pins;
     symmetric.symmetry = CURVOPT_SYMMETRY_KEEP;
     mixed.weights[CURVOPT_TERM_WILLMORE] = 1;

@@ -237,7 +237,7 @@ typedef struct gradient_parts {
     const double *points;
     double *gradient;
     size_t n;
-    double part, unit, mean[3], radial; /* `radial` drops out, per position */
+    double part, unit, mean[3], radial;   /* `radial` drops out, per position */
     double sum[CO_ORDERED_SUM_CHUNKS][6]; /* of the gradient, and of its products with positions */
 } gradient_parts;
 
@@ -477,22 +477,6 @@ static void collect_gradient(co_assembly *a, double factor, double area_factor, 
     co_patches_add_derived(&a->patches, a->point_gradient, gradient);
 }
 
-/* Adds the integrands of what spontaneous curvature adds, at a surface with these integrals. Returns how much that
- * changes when the surface is scaled, per part of its size. */
-static double add_spontaneous(const co_assembly *a, const double integral[CO_N_INTEGRALS], co_integrand *integrand) {
-    const co_spontaneous_part part = co_spontaneous_curvature_add(&a->spontaneous, a->radius, integral);
-    double scaling = 0;
-    for (int s = 0; s < CURVOPT_N_SCALARS; s++) {
-        co_integrand number = {0};
-        co_held_numbers_add(s, part.added.slope[s], &number);
-        scaling += co_held_numbers_degree(s) * (number.area * integral[CO_INT_AREA] +
-                                                number.mean * integral[CO_INT_MEAN] +
-                                                number.volume * integral[CO_INT_VOLUME]);
-        co_integrand_add(integrand, 1, &number);
-    }
-    return scaling;
-}
-
 void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *request, co_values *out) {
     const co_functional *f = &a->functional;
     int third = f->has_third || (request->all_terms && a->third_allowed);
@@ -506,7 +490,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         total(a, &a->batches, out);
         integrand = f->second;
         co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
-        scaling = add_spontaneous(a, out->integral, &integrand);
+        scaling = co_spontaneous_curvature_add_integrands(&a->spontaneous, radius, out->integral, &integrand);
     }
     run_blocks(a, &a->batches, &integrand, third, request->volume ? WITH_VOLUME : NO_VOLUME, request->gradient != NULL);
     total(a, &a->batches, out);

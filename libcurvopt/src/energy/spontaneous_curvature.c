@@ -53,3 +53,16 @@ co_spontaneous_part co_spontaneous_curvature_add(const co_spontaneous_curvature 
     part.reference = co_spontaneous_curvature_reference(s, length * length * integral[CO_INT_AREA]);
     return part;
 }
+
+double co_spontaneous_curvature_add_integrands(const co_spontaneous_curvature *s, double radius,
+                                               const double integral[CO_N_INTEGRALS], co_integrand *integrand) {
+    const co_spontaneous_part part = co_spontaneous_curvature_add(s, radius, integral);
+    double scaling = 0;
+    for (int i = 0; i < CURVOPT_N_SCALARS; i++) {
+        co_integrand number = {0};
+        co_held_numbers_add(i, part.added.slope[i], &number);
+        scaling += co_held_numbers_degree(i) * co_functional_integrate(&number, integral);
+        co_integrand_add(integrand, 1, &number);
+    }
+    return scaling;
+}

@@ -42,5 +42,9 @@ double co_spontaneous_curvature_reference(const co_spontaneous_curvature *sponta
 /* integral: of positions that were divided by `radius` first. All is 0 without spontaneous curvature. */
 co_spontaneous_part co_spontaneous_curvature_add(const co_spontaneous_curvature *spontaneous, double radius,
                                                  const double integral[CO_N_INTEGRALS]);
+/* Adds the integrands whose gradient is that of what is added, at a surface with these integrals. Returns how much that
+ * changes when the surface is scaled, per part of its size. */
+double co_spontaneous_curvature_add_integrands(const co_spontaneous_curvature *spontaneous, double radius,
+                                               const double integral[CO_N_INTEGRALS], co_integrand *integrand);
 
 #endif

@@ -88,9 +88,8 @@ static void note_size(co_level_result *at, const co_level *l) {
     const co_run_context *run = l->objective.run;
     const co_held_level *numbers = &l->objective.numbers;
     if (!l->objective.is_framed && run->options->scalar_rule[run->size.measure] != CURVOPT_SCALAR_RULE_FREE)
-        at->multiplier[run->size.measure] =
-            co_held_scalars_multiplier_of_size(run, &numbers->numbers, numbers->newton.multiplier, at->energies.area,
-                                               at->energies.total_mean_curvature);
+        at->multiplier[run->size.measure] = co_held_scalars_multiplier_of_size(
+            run, &numbers->numbers, numbers->newton.multiplier, at->energies.area, at->energies.total_mean_curvature);
 }
 
 /* Multipliers and distances of held numbers, where the level ended. */

@@ -24,8 +24,8 @@ typedef struct co_run_context {
     co_held_numbers *held;        /* numbers of the surface that are held, at the targets reached so far; NULL: none */
     co_held_numbers wanted;       /* the same with the targets at the end */
     co_spontaneous_curvature spontaneous; /* as levels see it */
-    const double *shape;          /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
-                                     (blend_disc_half.h); NULL: by the cage that each objective begins with */
+    const double *shape; /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
+                            (blend_disc_half.h); NULL: by the cage that each objective begins with */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
