@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import cyclides
 import lib
 from ccref import Mesh, mesh_from_faces
-from nets import read_obj, torus_cage
+from nets import perturbed, read_obj, torus_cage
 from osd import osd_jets
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "corpus"))
@@ -85,6 +86,24 @@ def test_tori_with_more_volume_are_cyclides(v):
     assert abs(mean / (known.total_mean_curvature() / math.sqrt(known.area())) - 1) < 1e-3
     assert all(error > -1e-9 for error in errors) and errors[2] < 2e-4
     assert errors[0] > errors[1] > errors[2]
+
+
+@pytest.mark.parametrize("v", cyclides.VOLUMES if lib.LONG else [0.75, 0.9])
+def test_cyclides_point_by_point(v):
+    """From a shaken torus, on four levels, without symmetries: limit points are near the cyclide of that volume, in the
+    pose that fits best, and no point of the cyclide is far from all of them."""
+    result = lib.minimize(perturbed(torus_cage(8, 8, 0.6), 0.1, 1), "mean_curvature", levels=4, symmetry=NONE,
+                          hold={"volume": ("reduced", v), "area": 4 * math.pi})
+    assert result.verdict == "minimum"
+    assert -1e-9 < result.summary.end.h2 / (2 * math.pi ** 2) - 1 < 1e-4
+    faces = range(result.mesh.n_faces)
+    points = lib.jets(result.mesh, faces, np.zeros(len(faces)), np.full((len(faces), 2), 0.5))[:, 0]
+    size = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
+    known = cyclides.fitted(points, v)
+    assert known.distance(points).max() < 1e-3 * size
+    angle = np.linspace(0, 2 * math.pi, 60, endpoint=False)
+    grid = known.position(*np.meshgrid(angle, angle)).reshape(-1, 3)
+    assert cKDTree(points).query(grid)[0].max() < 0.1 * size
 
 
 # ------------------------------------------------------------------------------------------- any cage, anything held --
