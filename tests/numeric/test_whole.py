@@ -99,6 +99,21 @@ def test_stomatocytes(cup, v):
     assert abs(mean / known["intH_over_sqrtA"] - 1) < 5e-3  # soft: what changes it costs little
 
 
+def test_the_picture_of_the_branches(cup, monkeypatch):
+    """blend_files/phase_diagram.py, with one shape a branch and one level."""
+    monkeypatch.setenv("CURVOPT_LIBRARY", str(lib.BUILD / "libcurvopt.so"))
+    monkeypatch.syspath_prepend(str(lib.ROOT / "blend_files"))
+    import phase_diagram
+
+    monkeypatch.setattr(phase_diagram, "LEVELS", 1)
+    shapes = {"stomatocyte": [cup, cup]}
+    found = phase_diagram.dots(shapes, {"stomatocyte": [0.5]})
+    (volume, energy), = found["stomatocyte"]
+    assert volume == 0.5 and 0 < energy * 4 * math.pi / branches()["stomatocyte", 0.5]["W"] - 1 < 5e-3
+    picture = phase_diagram.diagram(shapes, found)
+    assert picture.startswith("<svg") and picture.count("<circle") == 2 and "stomatocyte, curvopt" in picture
+
+
 @pytest.mark.parametrize("v", [0.74, 0.82, 0.9, 0.96] if lib.LONG else [0.74, 0.9])
 def test_tori_with_more_volume_are_cyclides(v):
     """Moebius images of Clifford's torus: 2 pi^2 for every volume between that torus' and a sphere's. The run starts at a
