@@ -553,6 +553,16 @@ typedef struct curvopt_options {
      * energies, like springs. Refused with constraints that have places, or whose weight is below 1 and which leave
      * directions free. 0: no limit. 0 or more, finite, default 0. */
     double within;
+    /* c0, in 1 / units of the cage: the bending energy is Helfrich's. WILLMORE then counts in the objective as
+     * int (k1^2 + k2^2 - 2 c0 (k1 + k2) + c0^2) dA, which is int (k1 + k2 - c0)^2 dA - 2 int K dA, and MEAN as
+     * int (H - c0 / 2)^2 dA; both can be 0 or, WILLMORE, negative. curvopt_energies.term stay as they are. c0 counts
+     * for normals that point outwards, where a surface is closed, else as its faces run: 2 / R is the curvature of a
+     * sphere of radius R. Where nothing of the cage is held, the result has a given size, the input's area or what
+     * scalar_rule says, and c0 is at that size; the reduced curvature of the literature is c0 sqrt(area / (4 pi)).
+     * Tolerances and verdicts are then relative to the objective plus (2 WILLMORE + MEAN / 2) c0^2 times that area,
+     * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up
+     * to 1e100 and down to -1e100, default 0. */
+    double spontaneous_curvature;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
@@ -633,6 +643,8 @@ typedef struct curvopt_energies {
     double volume;                        /* inside, in cubic units of the cage; NAN where there is a boundary or faces
                                              are left out */
     double total_mean_curvature;          /* int H dA, in units of the cage */
+    double helfrich;                      /* int (k1 + k2 - c0)^2 dA with c0 = options.spontaneous_curvature, here of
+                                             normals that point outwards where the surface is closed */
 } curvopt_energies;
 
 /* A cage's connectivity made ready for evaluation with some options; reusable for any positions. */

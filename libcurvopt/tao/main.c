@@ -26,7 +26,9 @@ static const char help_text[] =
     "with\n"
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
-    "  --symmetry           none, which is the default here; --escape, --slide, --trace: not for this program\n"
+    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --spontaneous-curvature: not "
+    "for\n"
+    "                       this program\n"
     "  --strict             always on: nothing is held as an exception here\n"
     "  --blend-width        1, which is the default here\n"
     "  --pin FILE           with --levels 1, no weights\n"
@@ -108,6 +110,8 @@ static const char *not_for_tao(const arguments *a) {
         return "--escape is not for this program";
     if (o->slide)
         return "--slide is not for this program";
+    if (o->spontaneous_curvature != 0)
+        return "--spontaneous-curvature is not for this program: a rank does not know the numbers of the whole surface";
     if (a->trace)
         return "--trace is not for this program: TAO has monitors, -tao_monitor";
     if (a->has_blend_width && o->blend_width != 1)

@@ -46,6 +46,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         return parse_real(value, &o->tolerance);
     else if (!strcmp(name, "--decrement-tolerance"))
         return parse_real(value, &o->decrement_tolerance);
+    else if (!strcmp(name, "--spontaneous-curvature"))
+        return parse_real(value, &o->spontaneous_curvature);
     else if (!strcmp(name, "--threads"))
         return parse_integer(value, &o->threads);
     else if (!strcmp(name, "--blend-width")) {
@@ -82,8 +84,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
 
 /* The options with a value that a command has. */
 static int is_valued(const char *name, int minimize) {
-    static const char *const both[] = {"--json",    "--energy",        "--surface",    "--tolerance",
-                                       "--threads", "--boundary-rule", "--blend-width"};
+    static const char *const both[] = {"--json",    "--energy",        "--surface",     "--tolerance",
+                                       "--threads", "--boundary-rule", "--blend-width", "--spontaneous-curvature"};
     static const char *const only_minimize[] = {"-o",
                                                 "--output",
                                                 "--levels",

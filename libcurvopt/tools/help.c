@@ -24,6 +24,10 @@ static const char help_text[] =
     "options\n"
     "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, or a mix by\n"
     "                       weights such as mvs:1,willmore:0.1 (default willmore)\n"
+    "  --spontaneous-curvature C\n"
+    "                       in 1 / units of the cage: bending energy, willmore or mean_curvature, is of the curvature\n"
+    "                       k1 + k2 - C (Helfrich). A sphere of radius R has 2 / R. A closed result has the input's\n"
+    "                       area, or the size that --area or --volume says (default %g)\n"
     "  --surface S          limit: the Catmull-Clark limit surface; polynomial: smoothed at extraordinary vertices;\n"
     "                       plane: flattened there, as in the report; auto: limit, but polynomial with third-order\n"
     "                       energies (default %s)\n"
@@ -103,7 +107,7 @@ static const char help_of_constraints[] =
 int help_print(void) {
     curvopt_options o;
     curvopt_options_init(&o, sizeof o);
-    int written = printf(help_text, curvopt_surface_name(o.surface), o.tolerance,
+    int written = printf(help_text, o.spontaneous_curvature, curvopt_surface_name(o.surface), o.tolerance,
                          curvopt_boundary_rule_name(CURVOPT_BOUNDARY_RULE_SMOOTH), CURVOPT_MAX_BLEND_WIDTH,
                          o.blend_width, o.threads);
     if (written >= 0)

@@ -75,7 +75,7 @@ static void print_number(const char *name, double value, double error) {
         printf("%-22s %.10g\n", name, value);
 }
 
-static void print_energies(const curvopt_mesh_info *info, const curvopt_energies *e) {
+static void print_energies(const curvopt_mesh_info *info, const curvopt_energies *e, double spontaneous_curvature) {
     printf("%-22s %d vertices, %d faces, Euler characteristic %d\n", "cage", info->n_vertices, info->n_faces,
            info->euler);
     printf("%-22s %s\n", "surface", curvopt_surface_name(e->surface));
@@ -85,6 +85,8 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
         print_number(curvopt_term_name(t), e->term[t], e->term_error[t]);
     print_number("integral of H", e->total_mean_curvature, 0);
     print_number("integral of H^2", e->h2, 0);
+    if (spontaneous_curvature != 0)
+        print_number("Helfrich's energy", e->helfrich, 0);
     print_number("integral of K", e->gauss, 0);
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
 }
@@ -187,12 +189,16 @@ static int report_cage(const arguments *a, const input *in, const curvopt_energi
         return result;
     curvopt_mesh_get_info(in->mesh, &info, sizeof info);
     if (!a->quiet && !is_standard_output(a->json)) {
-        print_energies(&info, energies);
+        print_energies(&info, energies, a->options.spontaneous_curvature);
         measures_print(stdout, &measured, 1);
         held_print(stdout, &in->held);
     }
-    json_report report = {
-        .info = &info, .energies = energies, .energy = a->energy, .held = &in->held, .measures = &measured};
+    json_report report = {.info = &info,
+                          .energies = energies,
+                          .energy = a->energy,
+                          .spontaneous_curvature = a->options.spontaneous_curvature,
+                          .held = &in->held,
+                          .measures = &measured};
     result = stage(a->json, write_json, &report, &json);
     if (result == ARGUMENTS_DONE)
         result = commit(&json);
@@ -339,6 +345,7 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
                           .summary = &summary,
                           .levels = levels,
                           .energy = a->energy,
+                          .spontaneous_curvature = a->options.spontaneous_curvature,
                           .held = &in->held,
                           .measures = &measured,
                           .method = curvopt_method_name(summary.method)};

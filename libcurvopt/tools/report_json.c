@@ -34,7 +34,8 @@ static void put_energies(FILE *f, const curvopt_energies *e, const char *indent)
     fputs(indent, f);
     put_number(f, "volume", e->volume, ", ");
     put_number(f, "reduced_volume", reduced_volume(e), ", ");
-    put_number(f, "total_mean_curvature", e->total_mean_curvature, ",\n");
+    put_number(f, "total_mean_curvature", e->total_mean_curvature, ", ");
+    put_number(f, "helfrich", e->helfrich, ",\n");
     fputs(indent, f);
     put_number(f, "objective", e->objective, ", ");
     put_number(f, "quadrature_error", e->objective_error, ", ");
@@ -98,7 +99,8 @@ static void put_scalars(FILE *f, const curvopt_summary *s) {
 int json_write(FILE *f, const json_report *r) {
     fprintf(f, "{\n  \"vertices\": %d, \"faces\": %d, \"euler\": %d,\n", r->info->n_vertices, r->info->n_faces,
             r->info->euler);
-    fprintf(f, "  \"energy\": \"%s\",\n", r->energy);
+    fprintf(f, "  \"energy\": \"%s\", ", r->energy);
+    put_number(f, "spontaneous_curvature", r->spontaneous_curvature, ",\n");
     if (r->summary) {
         fprintf(f, "  \"method\": \"%s\", \"symmetry_order\": %d,\n", r->method, r->summary->symmetry_order);
         put_levels(f, r);

@@ -17,6 +17,7 @@ typedef struct json_report {
     const curvopt_summary *summary;
     const curvopt_level_report *levels; /* [summary->n_levels] */
     const char *energy;                 /* as asked for */
+    double spontaneous_curvature;       /* the same */
     const char *method;
     const held_list *held;    /* or NULL */
     const measures *measures; /* or NULL */

@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 272);
+SIZE(curvopt_options, 280);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -71,6 +71,7 @@ AT(curvopt_options, slide, 184);
 AT(curvopt_options, scalar_rule, 188);
 AT(curvopt_options, scalar_value, 216);
 AT(curvopt_options, within, 264);
+AT(curvopt_options, spontaneous_curvature, 272);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);
@@ -81,7 +82,7 @@ AT(curvopt_constraints, has_places, 28);
 AT(curvopt_constraints, weights, 32);
 AT(curvopt_constraints, places, 40);
 
-SIZE(curvopt_energies, 216);
+SIZE(curvopt_energies, 224);
 AT(curvopt_energies, objective, 0);
 AT(curvopt_energies, area, 8);
 AT(curvopt_energies, term, 16);
@@ -96,6 +97,7 @@ AT(curvopt_energies, surface, 192);
 AT(curvopt_energies, n_samples, 196);
 AT(curvopt_energies, volume, 200);
 AT(curvopt_energies, total_mean_curvature, 208);
+AT(curvopt_energies, helfrich, 216);
 
 SIZE(curvopt_progress, 120);
 AT(curvopt_progress, struct_size, 0);

@@ -81,7 +81,7 @@ class Options(C.Structure):
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
         ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS),
-        ("within", F64)]
+        ("within", F64), ("spontaneous_curvature", F64)]
 
 
 class Energies(C.Structure):
@@ -89,7 +89,8 @@ class Energies(C.Structure):
 
     _fields_ = [("objective", F64), ("area", F64), ("term", F64 * MAX_TERMS), ("h2", F64), ("gauss", F64),
                 ("gauss_bonnet_defect", F64), ("objective_error", F64), ("area_error", F64), ("term_error", F64 * MAX_TERMS),
-                ("min_jacobian", F64), ("surface", I32), ("n_samples", I32), ("volume", F64), ("total_mean_curvature", F64)]
+                ("min_jacobian", F64), ("surface", I32), ("n_samples", I32), ("volume", F64), ("total_mean_curvature", F64),
+                ("helfrich", F64)]
 
     def value(self, name: str) -> float:
         """A term or field by name."""

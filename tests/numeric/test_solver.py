@@ -80,6 +80,23 @@ def test_with_strength_it_ends_where_a_run_ends(pretzel):
             assert np.abs(warm.positions - run).max() < 1e-4 * size(run)
 
 
+@pytest.mark.parametrize("c0", [-2.0, 4.0])
+def test_with_spontaneous_curvature_it_ends_where_a_run_ends(pretzel, c0):
+    """Objectives are negative there; a state that passes has figures all the same."""
+    start = pretzel.positions[PINS]
+    options = {"held": PINS, "spontaneous_curvature": c0 / size(pretzel.positions), "strength": 0.4, **TIGHT}
+    with curvopt.Solver(pretzel, "willmore", places=start, **options) as warm:
+        warm.solve()
+        for places in drags(pretzel, start, 2):
+            warm.set_places(places)
+            passing = warm.solve(settle=False)
+            assert np.isfinite(passing.end.objective) and passing.stop in ("converged", "settled")
+            assert warm.solve().verification.verdict == "minimum"
+            run = curvopt.minimize(pretzel, "willmore", levels=1, places=places, **options)
+            assert np.abs(warm.positions - run.cage.positions).max() < 1e-4 * size(run.cage.positions)
+            assert run.energies.objective == pytest.approx(passing.end.objective, abs=1)
+
+
 def test_what_it_shows_on_the_way(pretzel):
     start = pretzel.positions[PINS]
     with curvopt.Solver(pretzel, "mvs", held=PINS, places=start, threads=2) as solver, curvopt.Problem(

@@ -29,6 +29,13 @@ def oblate() -> vesicles.Shape:
 
 
 @pytest.fixture(scope="module")
+def curved(prolate: vesicles.Shape, oblate: vesicles.Shape) -> list[vesicles.Shape]:
+    """Shapes with spontaneous curvatures of both signs."""
+    return [vesicle_branches.at_spontaneous(prolate, 1.4, 32),
+            vesicle_branches.at_spontaneous(oblate, -0.9, 32)]
+
+
+@pytest.fixture(scope="module")
 def cup(oblate: vesicles.Shape) -> vesicles.Shape:
     """A stomatocyte at v = 0.59."""
     near = vesicle_branches.at_volume(oblate, 0.51, 32)
@@ -50,7 +57,7 @@ def special() -> dict[str, float]:
 
 
 def stationarity(shape: vesicles.Shape, modes: int) -> float:
-    """Return the worst delta (W + sigma A + p V) by the largest of its terms.
+    """Return the worst delta (F + sigma A + p V) by the largest of its terms.
 
     The functionals are evaluated from psi(t) and L alone, and varied by
     psi + e sin(k pi t) and by L with a complex step, so that the shape
@@ -65,7 +72,8 @@ def stationarity(shape: vesicles.Shape, modes: int) -> float:
         r = start[:, None] + length * h[:, None] * (cos @ vesicles.MATRIX.T)
         slope = derivative(psi) / length
         twice_mean = slope + sin / r
-        densities = [0.5 * np.pi * twice_mean ** 2 * r, 2.0 * np.pi * r,
+        bend = twice_mean - shape.spontaneous
+        densities = [0.5 * np.pi * bend ** 2 * r, 2.0 * np.pi * r,
                      np.pi * r * r * sin]
         return np.array([length * np.einsum("n,nm,m->", h, f, vesicles.WEIGHTS)
                          for f in densities])
@@ -98,8 +106,9 @@ def stationarity(shape: vesicles.Shape, modes: int) -> float:
 
 def test_shapes_solve_the_equations(prolate: vesicles.Shape,
                                     oblate: vesicles.Shape,
-                                    cup: vesicles.Shape) -> None:
-    for shape in (prolate, oblate, cup):
+                                    cup: vesicles.Shape,
+                                    curved: list[vesicles.Shape]) -> None:
+    for shape in (prolate, oblate, cup, *curved):
         fine = shape.refined()
         fine = vesicles.solve(fine,
                               vesicles.volume_condition(fine, shape.volume))
@@ -110,13 +119,18 @@ def test_shapes_solve_the_equations(prolate: vesicles.Shape,
         assert abs(shape.enclosed_volume()
                    - shape.volume * SPHERE_VOLUME) < 1e-11
         assert abs(fine.willmore() - shape.willmore()) < 1e-9
+        assert abs(fine.energy() - shape.energy()) < 1e-9
+        c0 = shape.spontaneous
+        assert shape.energy() == pytest.approx(
+            shape.willmore() - c0 * shape.total_mean_curvature()
+            + c0 * c0 * AREA / 4.0, abs=1e-10)
         assert shape.embedded()
 
 
 def test_shapes_are_stationary_for_the_functional(
         prolate: vesicles.Shape, oblate: vesicles.Shape,
-        cup: vesicles.Shape) -> None:
-    for shape in (prolate, oblate, cup):
+        cup: vesicles.Shape, curved: list[vesicles.Shape]) -> None:
+    for shape in (prolate, oblate, cup, *curved):
         assert stationarity(shape, 12) < 1e-7
 
 
@@ -129,16 +143,41 @@ def test_only_the_stomatocyte_is_asymmetric(prolate: vesicles.Shape,
     assert cup.evaluate(np.array([1.0]))[0, vesicles.U] < 0.0
 
 
-def test_pressure_is_minus_the_energy_slope(oblate: vesicles.Shape,
-                                            cup: vesicles.Shape) -> None:
-    for shape in (oblate, cup):
+def test_pressure_is_minus_the_energy_slope(
+        oblate: vesicles.Shape, cup: vesicles.Shape,
+        curved: list[vesicles.Shape]) -> None:
+    for shape in (oblate, cup, *curved):
         step = 1e-3
         energy = [vesicle_branches.at_volume(shape, shape.volume + i * step,
-                                     48).willmore() for i in (-2, -1, 1, 2)]
+                                     48).energy() for i in (-2, -1, 1, 2)]
         slope = (energy[0] - 8 * energy[1] + 8 * energy[2] - energy[3]) / (
             12.0 * step)
         assert slope == pytest.approx(
             -shape.params[PRESSURE] * SPHERE_VOLUME, rel=1e-6)
+
+
+def test_energy_falls_with_spontaneous_curvature_as_it_should(
+        curved: list[vesicles.Shape]) -> None:
+    """Along a branch dF/dc0 is c0 A / 2 - M."""
+    for shape in curved:
+        c0, step = shape.spontaneous, 1e-3
+        energy = [vesicle_branches.at_spontaneous(
+            shape, c0 + i * step, 32).energy() for i in (-2, -1, 1, 2)]
+        slope = (energy[0] - 8 * energy[1] + 8 * energy[2] - energy[3]) / (
+            12.0 * step)
+        assert slope == pytest.approx(
+            0.5 * c0 * AREA - shape.total_mean_curvature(), rel=1e-8)
+
+
+def test_table_with_spontaneous_curvature_agrees_with_itself() -> None:
+    with open(FOLDER / "vesicle_spontaneous.csv", newline="") as handle:
+        table = list(csv.DictReader(handle))
+    assert len(table) == sum(map(len, vesicle_branches.SPONTANEOUS.values()))
+    for row in table:
+        assert float(row["residual"]) < 2e-12
+        assert float(row["first_integral_max"]) < 1e-9
+        assert abs(float(row["scaling_defect"])) < 1e-9
+        assert abs(float(row["F_fine_minus_F"])) < 1e-9
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

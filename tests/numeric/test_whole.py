@@ -11,11 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import cyclides
 import lib
+import vesicle_branches
+import vesicles
 from ccref import Mesh, mesh_from_faces
-from nets import read_obj, torus_cage
+from nets import on_profile, perturbed, read_obj, torus_cage
 from osd import osd_jets
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "corpus"))
@@ -70,6 +73,47 @@ def test_spheres_with_less_volume(branch, v):
     assert abs(result.summary.multiplier[0] / slope - 1) < 1e-4
 
 
+@pytest.fixture(scope="module")
+def cup() -> vesicles.Shape:
+    """A stomatocyte by the axisymmetric solver, at v = 0.54."""
+    oblate = vesicle_branches.simple_branch(-1.0, np.array([0.51]), 48)[0]
+    return vesicle_branches.at_volume(vesicle_branches.stomatocyte_start(oblate, 48)[1], 0.54, 64)
+
+
+@pytest.mark.parametrize("v", [0.64, 0.62, 0.6, 0.57, 0.54, 0.5, 0.45, 0.4] if lib.LONG else [0.6, 0.5])
+def test_stomatocytes(cup, v):
+    """From 98 vertices on the stomatocyte of v = 0.54, most where it turns, to others. Their necks want faces, which an even
+    spacing takes from them: so the spacing is free."""
+    t, r, z = cup.profile()
+    turning = np.cumsum(np.sqrt(cup.ends[:, vesicles.U] ** 2 + 1) * np.gradient(t))
+    mesh = on_profile(read_obj(OBJ / "sphere_cube.obj"), turning, r, z)
+    known, errors = branches()["stomatocyte", v], []
+    for levels in (2, 3, 4):
+        result = lib.minimize(mesh, "mean_curvature", levels=levels, symmetry=KEEP, spacing=FREE,
+                              hold={"volume": ("reduced", v)})
+        assert abs(reduced_volume(result.summary.end) / v - 1) < 1e-10
+        errors.append(result.summary.end.h2 / known["W"] - 1)
+    assert all(error > -1e-9 for error in errors)
+    assert errors[0] < 3e-4 and errors[0] > 2 * errors[1] > 4 * errors[2] and errors[2] < 1e-5, errors
+    mean = result.summary.end.total_mean_curvature / math.sqrt(result.summary.end.area)
+    assert abs(mean / known["intH_over_sqrtA"] - 1) < 5e-3  # soft: what changes it costs little
+
+
+def test_the_picture_of_the_branches(cup, monkeypatch):
+    """blend_files/phase_diagram.py, with one shape a branch and one level."""
+    monkeypatch.setenv("CURVOPT_LIBRARY", str(lib.BUILD / "libcurvopt.so"))
+    monkeypatch.syspath_prepend(str(lib.ROOT / "blend_files"))
+    import phase_diagram
+
+    monkeypatch.setattr(phase_diagram, "LEVELS", 1)
+    shapes = {"stomatocyte": [cup, cup]}
+    found = phase_diagram.dots(shapes, {"stomatocyte": [0.5]})
+    (volume, energy), = found["stomatocyte"]
+    assert volume == 0.5 and 0 < energy * 4 * math.pi / branches()["stomatocyte", 0.5]["W"] - 1 < 5e-3
+    picture = phase_diagram.diagram(shapes, found)
+    assert picture.startswith("<svg") and picture.count("<circle") == 2 and "stomatocyte, curvopt" in picture
+
+
 @pytest.mark.parametrize("v", [0.74, 0.82, 0.9, 0.96] if lib.LONG else [0.74, 0.9])
 def test_tori_with_more_volume_are_cyclides(v):
     """Moebius images of Clifford's torus: 2 pi^2 for every volume between that torus' and a sphere's. The run starts at a
@@ -85,6 +129,24 @@ def test_tori_with_more_volume_are_cyclides(v):
     assert abs(mean / (known.total_mean_curvature() / math.sqrt(known.area())) - 1) < 1e-3
     assert all(error > -1e-9 for error in errors) and errors[2] < 2e-4
     assert errors[0] > errors[1] > errors[2]
+
+
+@pytest.mark.parametrize("v", cyclides.VOLUMES if lib.LONG else [0.75, 0.9])
+def test_cyclides_point_by_point(v):
+    """From a shaken torus, on four levels, without symmetries: limit points are near the cyclide of that volume, in the
+    pose that fits best, and no point of the cyclide is far from all of them."""
+    result = lib.minimize(perturbed(torus_cage(8, 8, 0.6), 0.1, 1), "mean_curvature", levels=4, symmetry=NONE,
+                          hold={"volume": ("reduced", v), "area": 4 * math.pi})
+    assert result.verdict == "minimum"
+    assert -1e-9 < result.summary.end.h2 / (2 * math.pi ** 2) - 1 < 1e-4
+    faces = range(result.mesh.n_faces)
+    points = lib.jets(result.mesh, faces, np.zeros(len(faces)), np.full((len(faces), 2), 0.5))[:, 0]
+    size = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
+    known = cyclides.fitted(points, v)
+    assert known.distance(points).max() < 1e-3 * size
+    angle = np.linspace(0, 2 * math.pi, 60, endpoint=False)
+    grid = known.position(*np.meshgrid(angle, angle)).reshape(-1, 3)
+    assert cKDTree(points).query(grid)[0].max() < 0.1 * size
 
 
 # ------------------------------------------------------------------------------------------- any cage, anything held --

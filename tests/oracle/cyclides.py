@@ -33,7 +33,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, least_squares
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipe, ellipkm1
 
 Array = NDArray[np.float64]
@@ -214,6 +215,33 @@ def willmore_cyclide(v: float, rotation: Array | None = None,
     return Cyclide(a, k * a, float(ratio * a),
                    np.eye(3) if rotation is None else rotation,
                    np.zeros(3) if shift is None else shift)
+
+
+def fitted(points: Array, v: float, few: int = 600) -> Cyclide:
+    """Return willmore_cyclide(v) in the pose nearest to points (n, 3).
+
+    The area of their surface is 4 pi.  Least squares of signed distances of
+    about `few` of them, from the principal axes of their cloud, turned by
+    quarters about the axis of least extent.
+    """
+    middle = points.mean(axis=0)
+    axes = np.linalg.eigh(np.cov((points - middle).T))[1][:, ::-1]
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    some = points[::max(1, len(points) // few)]
+
+    def posed(base: Array, move: Array) -> Cyclide:
+        turn = Rotation.from_rotvec(move[:3]).as_matrix()
+        return willmore_cyclide(v, base @ turn, middle + move[3:])
+
+    found = []
+    for quarter in range(4):
+        base = axes @ Rotation.from_euler("z", quarter * 0.5 * np.pi
+                                          ).as_matrix()
+        best = least_squares(
+            lambda move: posed(base, move).signed_distance(some, 64),
+            np.zeros(6), x_scale=0.1)
+        found.append((best.cost, quarter, posed(base, best.x)))
+    return min(found, key=lambda item: item[:2])[2]
 
 
 def quadrature(cyclide: Cyclide, count: int) -> dict[str, float]:

@@ -170,6 +170,17 @@ def fitted(mesh: Mesh, targets: np.ndarray) -> Mesh:
     return mesh.with_xyz(xyz)
 
 
+def on_profile(mesh: Mesh, turning: np.ndarray, r: np.ndarray, z: np.ndarray) -> Mesh:
+    """A mesh round the origin put on a surface of revolution, vertices by latitude: the south pole at its first point. Its
+    profile is r, z [n], and in equal angles of latitude `turning` [n] changes by the same."""
+    x, y, height = mesh.xyz.T
+    latitude = np.arccos(-height / np.linalg.norm(mesh.xyz, axis=1)) / np.pi
+    at = np.interp(latitude, (turning - turning[0]) / (turning[-1] - turning[0]), np.arange(len(r)))
+    out, up = (np.interp(at, np.arange(len(r)), w) for w in (r, z))
+    angle = np.arctan2(y, x)
+    return mesh.with_xyz(np.stack([out * np.cos(angle), out * np.sin(angle), up], axis=-1))
+
+
 def ellipsoid_points(directions: np.ndarray, axes: tuple[float, float, float]) -> np.ndarray:
     """Unit sphere stretched along the axes."""
     return directions * np.asarray(axes)

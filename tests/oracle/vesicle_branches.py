@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Branches of axisymmetric vesicles: prolate, oblate and stomatocytes, followed from shapes that are solved (vesicles.py);
-where they cross, branch and turn back. As a program it writes vesicle_branches.csv and vesicle_events.csv."""
+where they cross, branch and turn back. As a program it writes vesicle_branches.csv, vesicle_events.csv and vesicle_spontaneous.csv."""
 from __future__ import annotations
 
 import csv
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,39 @@ def at_volume(shape: Shape, v: float, count: int) -> Shape:
         return found
     graded = found.remeshed(count)
     return solve(graded, volume_condition(graded, v))
+
+
+def at_spontaneous(shape: Shape, c0: float, count: int) -> Shape:
+    """Continue a shape at its volume to the spontaneous curvature c0.
+
+    Steps of c0 are 0.1 at most, the predictor is linear in it, and steps that
+    fail are halved.
+    """
+    previous, current = None, shape
+    while current.spontaneous != c0:
+        step = float(np.clip(c0 - current.spontaneous, -0.1, 0.1))
+        for _ in range(8):
+            target = current.spontaneous + step
+            if abs(target - c0) < 1e-9:
+                target = c0
+            guess = replace(current, spontaneous=target)
+            if previous is not None:
+                old = previous.on_mesh(current.mesh)
+                scale = step / (current.spontaneous - previous.spontaneous)
+                guess = guess.with_vector(
+                    guess.vector() + scale * (guess.vector() - old.vector()))
+            try:
+                new = solve(guess, volume_condition(guess, shape.volume))
+            except RuntimeError:
+                step *= 0.5
+                continue
+            break
+        else:
+            raise RuntimeError(f"branch lost near c0 = {current.spontaneous}")
+        graded = new.remeshed(count)
+        previous, current = current, solve(
+            graded, volume_condition(graded, shape.volume))
+    return current
 
 
 def simple_branch(sign: float, volumes: Array, count: int) -> list[Shape]:
@@ -273,8 +307,47 @@ def table_row(branch: str, shape: Shape) -> dict[str, object]:
     }
 
 
+# Reduced volumes and spontaneous curvatures at which a branch is stable, also
+# without its symmetry (tests/numeric/test_spontaneous.py looks).
+SPONTANEOUS = {
+    "prolate": [(v, c0) for v in (0.95, 0.8, 0.65) for c0 in (-1.0, 1.0, 2.0)],
+    "oblate": [(v, c0) for v in (0.95, 0.8) for c0 in (-3.0, -2.0, -1.0)]
+    + [(0.65, -1.0)],
+}
+
+
+def write_spontaneous(folder: Path, shapes: dict[str, list[Shape]],
+                      count: int) -> None:
+    """Write vesicle_spontaneous.csv, from shapes without c0, to a folder."""
+    columns = ["branch", "v", "c0", "F", "W", "M", "pressure_p",
+               "tension_sigma", "residual", "first_integral_max",
+               "scaling_defect", "F_fine_minus_F", "embedded"]
+    with open(folder / "vesicle_spontaneous.csv", "w", newline="") as handle:
+        table = csv.DictWriter(handle, columns)
+        table.writeheader()
+        for branch, points in SPONTANEOUS.items():
+            for v, c0 in points:
+                near = min(shapes[branch], key=lambda s: abs(s.volume - v))
+                shape = at_spontaneous(at_volume(near, v, count), c0, count)
+                fine = shape.refined()
+                fine = solve(fine, volume_condition(fine, v))
+                _, p, sigma, _ = shape.params
+                table.writerow({
+                    "branch": branch, "v": v, "c0": c0,
+                    "F": f"{shape.energy():.12f}",
+                    "W": f"{shape.willmore():.12f}",
+                    "M": f"{shape.total_mean_curvature():.12f}",
+                    "pressure_p": f"{p:.10f}", "tension_sigma": f"{sigma:.10f}",
+                    "residual": f"{shape.residual:.1e}",
+                    "first_integral_max": f"{shape.first_integral():.1e}",
+                    "scaling_defect": f"{shape.scaling_defect():.1e}",
+                    "F_fine_minus_F": f"{fine.energy() - shape.energy():.1e}",
+                    "embedded": shape.embedded()})
+
+
 def main(folder: Path, count: int = 96) -> None:
-    """Write vesicle_branches.csv and vesicle_events.csv to a folder; half a minute."""
+    """Write vesicle_branches.csv, vesicle_events.csv and
+    vesicle_spontaneous.csv to a folder; a minute."""
     began = time.time()
     shapes: dict[str, list[Shape]] = {}
     for branch, sign in (("prolate", 1.0), ("oblate", -1.0)):
@@ -288,6 +361,7 @@ def main(folder: Path, count: int = 96) -> None:
     shapes["stomatocyte"] = (follow(lower, volumes[:1], count)
                              + follow(lower, volumes[1:], count))
     print("stomatocyte", f"{time.time() - began:.0f} s", flush=True)
+    write_spontaneous(folder, shapes, count)
 
     def near(branch: str, v: float) -> Shape:
         return min(shapes[branch], key=lambda shape: abs(shape.volume - v))

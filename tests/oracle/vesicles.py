@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Axisymmetric closed surfaces that are stationary for W = int H^2 dA.
+"""Axisymmetric closed surfaces that are stationary for int (H - c0 / 2)^2 dA.
 
-H is the mean of the two principal curvatures, so W = 4 pi for a round sphere.
+H is the mean of the two principal curvatures, so W = int H^2 dA = 4 pi for a
+round sphere.  c0 is the spontaneous curvature of k1 + k2 (Helfrich), and with
+M = int H dA the energy is F = W - c0 M + c0^2 A / 4.
 Area is scaled to 4 pi and the reduced volume is v = 3 V / (4 pi).
 
 The profile is described by arc length s = L t with t in [0, 1], running from
@@ -10,19 +12,26 @@ tangent against the r axis, u = dpsi/ds is the meridional curvature, and
 q = sin(psi) / r is the other principal curvature, positive for a sphere.
 With the multipliers sigma (tension) and p (pressure) of
 
-    delta (W + sigma A + p V) = 0,        hence  dW/dV = -p  at fixed area,
+    delta (F + sigma A + p V) = 0,        hence  dF/dV = -p  at fixed area,
 
-and the multiplier gamma of the constraint r' = cos(psi), the shape equations
-of Seifert, Berndl and Lipowsky (1991), without spontaneous curvature, are
+and the multiplier gamma of the constraint r' = cos(psi), the Lagrangian per
+arc length, over pi, is
+
+    L = r (u + q - c0)^2 / 2 + 2 sigma r + p r^2 sin(psi)
+        + gamma (r' - cos(psi)).
+
+Its equations by psi and r are those of Seifert, Berndl and Lipowsky (1991),
 
     psi'   = u
     u'     = (q - u) cos(psi) / r + gamma sin(psi) / r + p r cos(psi)
     r'     = cos(psi)
-    gamma' = (u^2 - q^2) / 2 + 2 sigma + 2 p r sin(psi),
+    gamma' = ((u - c0)^2 - q^2) / 2 + 2 sigma + 2 p r sin(psi),
 
-with the first integral
+(from d/ds [r (u + q - c0)] the c0 cos(psi) goes against that of dL/dpsi), with
+the first integral
 
-    E = r (u^2 - q^2) / 2 - 2 sigma r - p r^2 sin(psi) + gamma cos(psi) = 0.
+    E = r (u^2 - (q - c0)^2) / 2 - 2 sigma r - p r^2 sin(psi)
+        + gamma cos(psi) = 0.
 
 The boundary conditions are psi = r = gamma = 0 at the lower pole and
 psi = pi, r = 0 at the upper pole; gamma = 0 there follows from E = 0.
@@ -78,6 +87,7 @@ class Shape:
     stages: (N, m, 4) the same at the Gauss points.
     params: (4,) length L, pressure p, tension sigma, reduced volume v.
     residual: largest absolute residual of the discrete equations.
+    spontaneous: c0, an inverse length.
     Lengths are in units where the area is 4 pi.
     """
 
@@ -86,6 +96,7 @@ class Shape:
     stages: Array
     params: Array
     residual: float = np.inf
+    spontaneous: float = 0.0
 
     @property
     def volume(self) -> float:
@@ -125,6 +136,12 @@ class Shape:
         u, q = self.curvatures()
         return self.integral(0.5 * np.pi * (u + q) ** 2 * self.stages[..., R])
 
+    def energy(self) -> float:
+        """Return F = int (H - c0 / 2)^2 dA."""
+        u, q = self.curvatures()
+        density = (u + q - self.spontaneous) ** 2 * self.stages[..., R]
+        return self.integral(0.5 * np.pi * density)
+
     def total_mean_curvature(self) -> float:
         """Return int H dA, a length."""
         u, q = self.curvatures()
@@ -147,14 +164,21 @@ class Shape:
         _, p, sigma, _ = self.params
         psi, u, r, gamma = self.ends[1:-1].T
         q = np.sin(psi) / r
-        energy = (0.5 * r * (u * u - q * q) - 2.0 * sigma * r
-                  - p * r * r * np.sin(psi) + gamma * np.cos(psi))
+        energy = (0.5 * r * (u * u - (q - self.spontaneous) ** 2)
+                  - 2.0 * sigma * r - p * r * r * np.sin(psi)
+                  + gamma * np.cos(psi))
         return float(max(np.abs(energy).max(), abs(self.ends[-1, GAMMA])))
 
     def scaling_defect(self) -> float:
-        """Return 2 sigma A + 3 p V, which vanishes as W is scale-free."""
+        """Return 2 sigma A + 3 p V - c0 M + c0^2 A / 2.
+
+        It vanishes: W is scale-free, M is a length and A its square.
+        """
         _, p, sigma, v = self.params
-        return float(2.0 * sigma * AREA + 3.0 * p * v * SPHERE_VOLUME)
+        c0 = self.spontaneous
+        return float(2.0 * sigma * AREA + 3.0 * p * v * SPHERE_VOLUME
+                     - c0 * self.total_mean_curvature()
+                     + 0.5 * c0 * c0 * AREA)
 
     def profile(self) -> tuple[Array, Array, Array]:
         """Return t, r and z at the mesh points, each (N + 1,); z(0) = 0."""
@@ -225,7 +249,8 @@ class Shape:
         """Interpolate to the given mesh, shape (K + 1,)."""
         gauss = mesh[:-1, None] + np.diff(mesh)[:, None] * NODES
         stages = self.evaluate(gauss.ravel()).reshape(*gauss.shape, 4)
-        return Shape(mesh, self.evaluate(mesh), stages, self.params.copy())
+        return Shape(mesh, self.evaluate(mesh), stages, self.params.copy(),
+                     spontaneous=self.spontaneous)
 
     def refined(self) -> Shape:
         """Interpolate to the mesh with every element halved."""
@@ -234,7 +259,7 @@ class Shape:
 
 
 def right_hand_side(y: NDArray, length: complex, p: complex,
-                    sigma: complex) -> NDArray:
+                    sigma: complex, spontaneous: float) -> NDArray:
     """Return dy/dt = L dy/ds for y (..., 4); accepts complex arguments."""
     psi, u, r, gamma = (y[..., i] for i in range(4))
     sin, cos = np.sin(psi), np.cos(psi)
@@ -243,7 +268,8 @@ def right_hand_side(y: NDArray, length: complex, p: complex,
         u,
         (q - u) * cos / r + gamma * q + p * r * cos,
         cos,
-        0.5 * (u * u - q * q) + 2.0 * sigma + 2.0 * p * r * sin], axis=-1)
+        0.5 * ((u - spontaneous) ** 2 - q * q) + 2.0 * sigma
+        + 2.0 * p * r * sin], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -292,18 +318,19 @@ def equations(shape: Shape, condition: Condition) -> tuple[Array, csc_matrix]:
     length, p, sigma, v = shape.params
     y = shape.stages
 
-    slope = right_hand_side(y, length, p, sigma)
+    c0 = shape.spontaneous
+    slope = right_hand_side(y, length, p, sigma, c0)
     tiny = 1e-30
     jac = np.empty(y.shape + (4,))
     for c in range(4):
         z = y.astype(complex)
         z[..., c] += 1j * tiny
-        jac[..., c] = right_hand_side(z, length, p, sigma).imag / tiny
+        jac[..., c] = right_hand_side(z, length, p, sigma, c0).imag / tiny
     jac_params = np.empty(y.shape + (3,))
     for c in range(3):
         args = [complex(a) for a in (length, p, sigma)]
         args[c] += 1j * tiny
-        jac_params[..., c] = right_hand_side(y, *args).imag / tiny
+        jac_params[..., c] = right_hand_side(y, *args, c0).imag / tiny
 
     # Row i < m of a block is Y_i - y - h sum_k a_ik f(Y_k); row m is the same
     # for the right end point with the weights b in place of a_i.

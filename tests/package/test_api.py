@@ -95,6 +95,24 @@ def test_numbers_are_kept_or_set(cube, name, levels):
     assert of(alone.energies) == pytest.approx(5, rel=1e-5) and alone.summary.multipliers[name] == 0
 
 
+def test_spontaneous_curvature(cube):
+    """Objective and gradient at a cage, and a run: a sphere of area 4 pi has 4 pi (2 - c0)^2, less 8 pi for "willmore"."""
+    with curvopt.Problem(cube, spontaneous_curvature=1.5) as problem:
+        found = problem.energies(cube.positions)
+        objective, gradient = problem.gradient(cube.positions)
+    plain = curvopt.energies(cube)
+    added = 1.5**2 * plain.area - 4 * 1.5 * plain.total_mean_curvature
+    assert objective == found.objective == pytest.approx(plain.objective + added, rel=1e-3)
+    assert found.helfrich == pytest.approx(4 * plain.h2 + added, rel=1e-3) and plain.helfrich == 4 * plain.h2
+    scaling = plain.area * 2 * 1.5**2 - 4 * 1.5 * plain.total_mean_curvature
+    assert (gradient * cube.positions).sum() == pytest.approx(scaling, rel=1e-3)
+    sphere = curvopt.minimize(cube, levels=3, area=4 * np.pi, spontaneous_curvature=1.5)
+    assert sphere.energies.helfrich == pytest.approx(np.pi, abs=1e-2)
+    assert sphere.energies.objective == pytest.approx(np.pi - 8 * np.pi, abs=1e-2)
+    with pytest.raises(curvopt.CurvoptError, match="spontaneous_curvature is 1, but neither"):
+        curvopt.minimize(cube, "mvs", spontaneous_curvature=1.0)
+
+
 @pytest.mark.parametrize("wanted", [0.8, "keep"])
 def test_reduced_volume(wanted):
     cage = curvopt.cage(np.array(CORNERS) * [1, 1, 3], FACES)

@@ -268,7 +268,8 @@ def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
 
 @pytest.mark.parametrize("arguments, sentence", [
     (("--method", "lmvm"), "--method is not for this program"), (("--symmetry", "keep"), "--symmetry can be none"),
-    (("--escape",), "--escape is not for this program"), (("--slide",), "--slide is not for this program"), (("--levels", "0"), "levels is 0"),
+    (("--escape",), "--escape is not for this program"), (("--slide",), "--slide is not for this program"),
+    (("--spontaneous-curvature", "1"), "--spontaneous-curvature is not for this program"), (("--levels", "0"), "levels is 0"),
     (("--frobnicate",), "unknown option --frobnicate"), (("--pin", "x"), "--pin is for --levels 1")])
 def test_wrong_use_is_named(arguments, sentence, tmp_path):
     run = tao(2, "minimize", str(OBJ / "torus_030.obj"), "-o", str(tmp_path / "out.obj"), *arguments)

@@ -64,8 +64,8 @@ static void test_claimed_errors_cancel_and_their_doubts_add(void **state) {
 static void test_differences_are_of_the_objective_or_of_the_worst_term(void **state) {
     (void)state;
     double weights[CURVOPT_N_TERMS] = {0};
-    co_patch_terms x = {{0}, 0}, y = {{0}, 0};
-    co_quadrature_error_measure measure = {.weights = weights};
+    co_patch_terms x = {.term = {0}}, y = {.term = {0}};
+    co_quadrature_error_measure measure = {.weights.term = weights};
     weights[CURVOPT_TERM_WILLMORE] = 2;
     weights[CURVOPT_TERM_MVS] = 1;
     x.term[CURVOPT_TERM_WILLMORE] = 3;
@@ -75,7 +75,7 @@ static void test_differences_are_of_the_objective_or_of_the_worst_term(void **st
     x.term[CURVOPT_TERM_AREA] = 1;
     y.term[CURVOPT_TERM_AREA] = 3;
     x.term[CURVOPT_TERM_MEAN] = NAN; /* a term without a weight is not read */
-    CHECK_NEAR(co_quadrature_error_difference(weights, &x, &y), 1, 0);
+    CHECK_NEAR(co_quadrature_error_difference(&measure.weights, &x, &y), 1, 0);
     measure.whole.term[CURVOPT_TERM_WILLMORE] = 10;
     measure.whole.term[CURVOPT_TERM_MVS] = 20;
     measure.whole.term[CURVOPT_TERM_AREA] = 4;

@@ -14,6 +14,7 @@ static void test_invariances_are_those_of_weights_and_constraints(void **state) 
         weights[t] = 1;
         int is_willmore = t == CURVOPT_TERM_WILLMORE || t == CURVOPT_TERM_MEAN;
         CHECK_INT(co_gauge_of(weights, &none, 0), is_willmore ? CO_GAUGE_MOEBIUS : CO_GAUGE_SIMILARITY);
+        CHECK_INT(co_gauge_of(weights, &none, 1), CO_GAUGE_SIMILARITY);
         CHECK_INT(co_gauge_of(weights, &some, 0), CO_GAUGE_NONE);
         CHECK_INT(co_gauge_exact(co_gauge_of(weights, &none, 0)), CO_GAUGE_SIMILARITY);
     }

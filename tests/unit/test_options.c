@@ -167,6 +167,29 @@ static void test_strength_is_above_0_and_up_to_1(void **state) {
         CHECK_OK(curvopt_options_validate(&o, &error), &error);
 }
 
+static void test_spontaneous_curvature_is_finite_and_of_a_bending_energy(void **state) {
+    (void)state;
+    static const double refused[] = {-1.1e100, 1e200, (double)NAN, -INFINITY};
+    curvopt_error error;
+    curvopt_options o = usual();
+    CHECK_NEAR(o.spontaneous_curvature, 0, 0);
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        o.spontaneous_curvature = refused[i];
+        CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                      "spontaneous_curvature is");
+    }
+    o.spontaneous_curvature = -3;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+        memset(o.weights, 0, sizeof o.weights);
+        o.weights[t] = 1;
+        if (t == CURVOPT_TERM_WILLMORE || t == CURVOPT_TERM_MEAN)
+            CHECK_OK(curvopt_options_validate(&o, &error), &error);
+        else
+            CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                          "neither willmore nor mean_curvature");
+    }
+}
+
 static void test_slide_is_0_or_1(void **state) {
     (void)state;
     curvopt_error error;
@@ -406,6 +429,7 @@ static void test_version_is_the_headers(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_strength_is_above_0_and_up_to_1),
+        cmocka_unit_test(test_spontaneous_curvature_is_finite_and_of_a_bending_energy),
         cmocka_unit_test(test_slide_is_0_or_1),
         cmocka_unit_test(test_init_writes_every_byte),
         cmocka_unit_test(test_defaults_are_those_of_the_header_and_valid),

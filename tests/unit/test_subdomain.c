@@ -422,6 +422,10 @@ static void test_bad_parts_are_refused(void **state) {
     wide.blend_width = 2;
     CHECK_REFUSED(curvopt_problem_create_part(mesh, weight, &wide, &none, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
                   "blend_width is 2; for a part it must be 1");
+    curvopt_options bent = mixed_options(CURVOPT_SURFACE_LIMIT, 1);
+    bent.spontaneous_curvature = 2;
+    CHECK_REFUSED(curvopt_problem_create_part(mesh, weight, &bent, &none, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                  "spontaneous_curvature is 2; for a part it must be 0");
     rules[3] = CURVOPT_FINEST_RULE + 1;
     CHECK_REFUSED(curvopt_problem_set_rules(problem, rules, &error), &error, CURVOPT_ERROR_ARGUMENT, 3,
                   "must be 0 to 6");

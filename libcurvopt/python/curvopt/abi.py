@@ -60,6 +60,7 @@ class Defaults(NamedTuple):
     escape: bool = False
     strength: float = 1.0
     within: float = 0.0
+    spontaneous_curvature: float = 0.0
     slide: bool = False
 
 
@@ -143,6 +144,7 @@ class COptions(C.Structure):
         ("scalar_rule", C.c_int32 * MAX_SCALARS),
         ("scalar_value", C.c_double * MAX_SCALARS),
         ("within", C.c_double),
+        ("spontaneous_curvature", C.c_double),
     ]
 
 
@@ -164,6 +166,7 @@ class CEnergies(C.Structure):
         ("n_samples", C.c_int32),
         ("volume", C.c_double),
         ("total_mean_curvature", C.c_double),
+        ("helfrich", C.c_double),
     ]
 
 
@@ -227,8 +230,8 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    COptions: 272,
-    CEnergies: 216,
+    COptions: 280,
+    CEnergies: 224,
     CProgress: 120,
     CLevelReport: 48,
     CSummary: 200,

@@ -98,15 +98,17 @@ class Problem:
     """A cage made ready for evaluation: energies and their exact gradient at any positions. A context manager.
 
     `energy`: a name of TERMS or weights by name; it is the objective. `surface`: of SURFACES; "auto" is the limit surface
-    unless a term of third order needs another. Faces that are degenerate at the cage's positions are left out.
+    unless a term of third order needs another. `spontaneous_curvature`: as of minimize(). Faces that are degenerate at the cage's positions are left out.
     CurvoptError for cages without a surface, ValueError for unknown names. Belongs to one thread at a time."""
 
     def __init__(
         self, cage: Cage, energy: Energy = "willmore", *, surface: str = "auto", tolerance: float = 1e-4,
-        left_out: Sequence[int] = (), threads: int = 0,
+        left_out: Sequence[int] = (), threads: int = 0, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     ) -> None:  # fmt: skip
         lib = load()
-        options = _options(lib, energy, surface, tolerance=tolerance, holes=left_out, threads=threads)
+        options = _options(
+            lib, energy, surface, tolerance=tolerance, holes=left_out, threads=threads, spontaneous_curvature=spontaneous_curvature
+        )
         with _Mesh.of_cage(lib, cage) as mesh:
             self._problem = _Problem.create(mesh, options, cage.positions)
 
@@ -155,8 +157,8 @@ class Minimum:
 def run_options(
     lib: Library, cage: Cage, energy: Energy, *, levels: int = DEFAULTS.levels, surface: str = DEFAULTS.surface,
     boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
-    within: float = DEFAULTS.within, slide: bool = DEFAULTS.slide, volume: str | float | None = None,
-    area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
+    within: float = DEFAULTS.within, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
+    slide: bool = DEFAULTS.slide, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
     weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), **options: float,
 ) -> COptions:  # fmt: skip
     """The options of minimize() as the library's struct."""
@@ -177,7 +179,7 @@ def run_options(
         scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     return _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, within=within, slide=int(slide), scalars=scalars, **options,
+        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide), scalars=scalars, **options,
     )  # fmt: skip
 
 
@@ -191,6 +193,7 @@ def minimize(
     symmetry: str = DEFAULTS.symmetry,
     strength: float = DEFAULTS.strength,
     within: float = DEFAULTS.within,
+    spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     slide: bool = DEFAULTS.slide,
     volume: str | float | None = None,
     area: str | float | None = None,
@@ -212,6 +215,10 @@ def minimize(
     symmetry     of SYMMETRIES, or mirror planes such as "x" or "y,z"
     strength     0.001 .. 1; below 1 the surface stays near the cage's: waves shorter than S / (1 - S) RMS radii go
     within       where positive, no vertex and no point of the surface gets farther than this from where it was
+    spontaneous_curvature
+                 c0, in 1 / units: bending energy is int (k1 + k2 - c0)^2 dA (Helfrich), less the constant 2 int K dA of
+                 "willmore", a fourth of it as "mean_curvature". 2 / R is a sphere's of radius R. Where nothing is held, at the
+                 size of the result: that of the cage's area, or of a number below
     slide        whether held vertices on boundaries and creases slide along these
     volume, area, total_mean_curvature (int H dA)
                  numbers of the whole surface that the result is to have: "keep", as the cage's, or a positive number in
@@ -234,7 +241,7 @@ def minimize(
     lib = load()
     raw = run_options(
         lib, cage, energy, levels=levels, surface=surface, boundary=boundary, symmetry=symmetry, strength=strength,
-        within=within, slide=slide, volume=volume, area=area, total_mean_curvature=total_mean_curvature,
+        within=within, spontaneous_curvature=spontaneous_curvature, slide=slide, volume=volume, area=area, total_mean_curvature=total_mean_curvature,
         reduced_volume=reduced_volume, held=held,
         weights=weights, limit_points=limit_points, places=places, left_out=left_out, **options,
     )  # fmt: skip

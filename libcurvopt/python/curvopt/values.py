@@ -68,7 +68,8 @@ class Held:
 @dataclass(frozen=True)
 class Energies:
     """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2; volume
-    in units^3, NAN where there is a boundary or faces are left out; total mean curvature, int H dA, in units."""
+    in units^3, NAN where there is a boundary or faces are left out; total mean curvature, int H dA, in units; `helfrich`, int (k1 + k2 - c0)^2 dA with the
+    spontaneous curvature c0."""
 
     objective: float
     area: float
@@ -83,6 +84,7 @@ class Energies:
     n_samples: int
     volume: float
     total_mean_curvature: float
+    helfrich: float
 
     @property
     def reduced_volume(self) -> float:
@@ -93,7 +95,8 @@ class Energies:
     def from_c(cls, raw: CEnergies) -> Energies:
         """A copy of the struct."""
         same = (
-            "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples volume total_mean_curvature"
+            "objective area h2 gauss gauss_bonnet_defect objective_error min_jacobian n_samples volume total_mean_curvature "
+            "helfrich"
         ).split()
         return cls(
             terms=dict(zip(TERMS, raw.term)),

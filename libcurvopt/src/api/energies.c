@@ -44,6 +44,11 @@ int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *xyz, const
                               "blend_width is %d; for a part it must be 1: a part does not show how far it is to the "
                               "next vertex that is not regular",
                               own.blend_width);
+    if (face_weight && own.spontaneous_curvature != 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "spontaneous_curvature is %g; for a part it must be 0: a part does not know the numbers "
+                              "of the whole surface",
+                              own.spontaneous_curvature);
     double *own_weight = NULL;
     status = face_weight ? CURVOPT_OK : weigh_faces(mesh, xyz, &own, &own_weight, error);
     if (status != CURVOPT_OK)

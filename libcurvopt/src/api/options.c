@@ -92,6 +92,17 @@ static int32_t check_scalars(const curvopt_options *o, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+static int32_t check_spontaneous(const curvopt_options *o, curvopt_error *error) {
+    const double c0 = o->spontaneous_curvature;
+    int32_t status = check_real("spontaneous_curvature", c0, -CURVOPT_WEIGHT_MAX, CURVOPT_WEIGHT_MAX, error);
+    if (status == CURVOPT_OK && c0 != 0 && !co_spontaneous_curvature_is_seen(o->weights))
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                                "spontaneous_curvature is %g, but neither willmore nor mean_curvature has a weight: no "
+                                "other energy has one",
+                                c0);
+    return status;
+}
+
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (status == CURVOPT_OK)
@@ -144,6 +155,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
         status = check_planes(o, error);
     if (status == CURVOPT_OK)
         status = check_scalars(o, error);
+    if (status == CURVOPT_OK)
+        status = check_spontaneous(o, error);
     return status;
 }
 

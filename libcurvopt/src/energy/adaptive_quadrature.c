@@ -29,7 +29,9 @@ static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
             co_patch_terms *to = &s->out[co_element_batches_patch(l, b, lane)];
             for (int i = 0; i < CO_N_INTEGRALS; i++)
                 integral[i] = co_element_batches_sum(l, b, lane, i);
-            to->area = integral[CO_INT_AREA];
+            to->number[CURVOPT_SCALAR_AREA] = integral[CO_INT_AREA];
+            to->number[CURVOPT_SCALAR_VOLUME] = integral[CO_INT_VOLUME];
+            to->number[CURVOPT_SCALAR_MEAN_CURVATURE] = integral[CO_INT_MEAN];
             integral[CO_INT_AREA] = s->area;
             co_functional_terms(integral, s->third, term);
             memcpy(to->term, term, sizeof to->term);
@@ -59,9 +61,21 @@ static void sum_terms(void *context, size_t begin, size_t end) {
                 s->sum[k][t] += s->terms[p].term[t];
 }
 
-/* The measure whose whole is the sum of these patches' terms. */
-static co_quadrature_error_measure measure_of(const co_assembly *a, int every_term, const co_patch_terms *terms) {
-    co_quadrature_error_measure m = {.weights = a->weights, .every_term = every_term};
+/* Of the objective at a surface with these integrals, which was evaluated last. */
+static co_quadrature_weights weights_at(const co_assembly *a, const double integral[CO_N_INTEGRALS]) {
+    const co_spontaneous_part part = co_spontaneous_curvature_add(&a->spontaneous, a->radius, integral);
+    co_quadrature_weights w = {.term = a->weights};
+    memcpy(w.number, part.added.slope, sizeof w.number);
+    return w;
+}
+
+/* The measure whose whole is the sum of these patches' terms, whose values they were. */
+static co_quadrature_error_measure measure_of(const co_assembly *a, int every_term, const co_patch_terms *terms,
+                                              const co_values *values) {
+    const co_spontaneous_part part = co_spontaneous_curvature_add(&a->spontaneous, a->radius, values->integral);
+    co_quadrature_error_measure m = {.weights = weights_at(a, values->integral),
+                                     .every_term = every_term,
+                                     .more = part.added.value + part.reference};
     term_sums s = {.terms = terms, .n = (size_t)a->patches.n_patches};
     co_ordered_sum_run(a->threads, s.n, sum_terms, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
@@ -83,9 +97,11 @@ static void compare_terms_of_patches(void *context, size_t begin, size_t end) {
         c->estimates->error[p] = co_quadrature_error_relative(&c->measure, &c->estimates->used[p], &c->other[p]);
 }
 
-/* Fills estimates.error with the differences between the terms by the patches' rules and those by other rules. */
-static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other) {
-    compared_terms c = {.measure = measure_of(a, every_term, other), .other = other, .estimates = &a->estimates};
+/* Fills estimates.error with the differences between the terms by the patches' rules and those by other rules, by which
+ * the whole has these values. */
+static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other, const co_values *values) {
+    compared_terms c = {
+        .measure = measure_of(a, every_term, other, values), .other = other, .estimates = &a->estimates};
     co_thread_pool_for(a->threads, (size_t)a->patches.n_patches, compare_terms_of_patches, &c);
 }
 
@@ -181,13 +197,15 @@ typedef struct errors {
 } errors;
 
 /* Sums over patches begin .. end - 1. */
-static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) {
+static errors errors_of_patches(const co_assembly *a, const co_quadrature_weights *w, size_t begin, size_t end) {
     errors e = {0};
     for (size_t p = begin; p < end; p++) {
         patch_comparison s = comparison_of(&a->estimates, p);
-        co_quadrature_error_add(&e.objective, co_quadrature_error_difference(a->weights, s.used, s.finest),
-                                co_quadrature_error_difference(a->weights, s.before, s.finest));
-        co_quadrature_error_add(&e.area, s.used->area - s.finest->area, s.before->area - s.finest->area);
+        const int area = CURVOPT_SCALAR_AREA;
+        co_quadrature_error_add(&e.objective, co_quadrature_error_difference(w, s.used, s.finest),
+                                co_quadrature_error_difference(w, s.before, s.finest));
+        co_quadrature_error_add(&e.area, s.used->number[area] - s.finest->number[area],
+                                s.before->number[area] - s.finest->number[area]);
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
             co_quadrature_error_add(&e.term[t], s.used->term[t] - s.finest->term[t],
                                     s.before->term[t] - s.finest->term[t]);
@@ -198,6 +216,7 @@ static errors errors_of_patches(const co_assembly *a, size_t begin, size_t end) 
 /* Errors chunk by chunk (ordered_sum.h). */
 typedef struct error_sums {
     const co_assembly *assembly;
+    co_quadrature_weights weights;
     size_t n;
     errors part[CO_ORDERED_SUM_CHUNKS];
 } error_sums;
@@ -205,12 +224,13 @@ typedef struct error_sums {
 static void sum_errors(void *context, size_t begin, size_t end) {
     error_sums *s = context;
     for (int k = (int)begin; k < (int)end; k++)
-        s->part[k] = errors_of_patches(s->assembly, co_ordered_sum_begin(s->n, k), co_ordered_sum_begin(s->n, k + 1));
+        s->part[k] = errors_of_patches(s->assembly, &s->weights, co_ordered_sum_begin(s->n, k),
+                                       co_ordered_sum_begin(s->n, k + 1));
 }
 
-static errors errors_of(const co_assembly *a) {
+static errors errors_of(const co_assembly *a, const co_values *v) {
     errors e = {0};
-    error_sums s = {.assembly = a, .n = (size_t)a->patches.n_patches};
+    error_sums s = {.assembly = a, .weights = weights_at(a, v->integral), .n = (size_t)a->patches.n_patches};
     const errors *part = s.part;
     co_ordered_sum_run(a->threads, s.n, sum_errors, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
@@ -229,11 +249,15 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
     out->volume = a->is_closed && !a->leaves_out ? unit * v->radius * v->integral[CO_INT_VOLUME] : (double)NAN;
     out->total_mean_curvature = v->radius * v->integral[CO_INT_MEAN];
+    out->helfrich = 4 * out->h2;
+    if (a->spontaneous.curvature != 0)
+        out->helfrich += 4 / a->spontaneous.weight *
+                         co_spontaneous_curvature_add(&a->spontaneous, a->radius, v->integral).added.value;
     out->gauss_bonnet_defect = a->leaves_out ? (double)NAN : co_assembly_defect(a, v);
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->batches.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->batches.n_samples;
-    errors e = errors_of(a);
+    errors e = errors_of(a, v);
     out->objective_error = co_quadrature_error_claimed(&e.objective, reference);
     out->area_error = unit * co_quadrature_error_claimed(&e.area, reference);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
@@ -289,7 +313,7 @@ static int32_t estimate(co_assembly *a, resolution *r, curvopt_error *error) {
     if (status != CURVOPT_OK)
         return status;
     store_terms(a, &a->finer_batches, r->finer.integral[CO_INT_AREA], r->third, e->finer);
-    compare_terms(a, r->goal->terms == CO_TERMS_ALL, e->finer);
+    compare_terms(a, r->goal->terms == CO_TERMS_ALL, e->finer, &r->finer);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         sum += e->error[p];
     e->sum = sum;
@@ -337,7 +361,7 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const 
 void co_adaptive_quadrature_leave_unknown(curvopt_energies *e) {
     *e = (curvopt_energies){.objective = (double)NAN, .area = (double)NAN, .gauss = (double)NAN, .h2 = (double)NAN};
     e->gauss_bonnet_defect = e->min_jacobian = e->objective_error = e->area_error = (double)NAN;
-    e->volume = e->total_mean_curvature = (double)NAN;
+    e->volume = e->total_mean_curvature = e->helfrich = (double)NAN;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         e->term[t] = e->term_error[t] = (double)NAN;
 }
@@ -402,7 +426,7 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
         status = co_assembly_evaluate_batches(a, &coarser, third, &values, error);
         if (status == CURVOPT_OK) {
             store_terms(a, &coarser, values.integral[CO_INT_AREA], third, terms);
-            compare_terms(a, 0, terms);
+            compare_terms(a, 0, terms, &values);
             status = coarsen_rules(a, &coarser, tolerance, spare, changed, error);
         }
     }

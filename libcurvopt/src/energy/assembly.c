@@ -131,8 +131,10 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co
     *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
+    a->spontaneous = co_spontaneous_curvature_of(options->weights, options->spontaneous_curvature);
     a->kernel = co_element_kernel_select(NULL);
     a->is_closed = mesh->info.n_boundary_edges == 0;
+    a->measures_volume = a->is_closed && options->spontaneous_curvature != 0; /* its sign is the orientation */
     int32_t status = take_threads(a, options, tables, error);
     if (status != CURVOPT_OK)
         return status;
@@ -235,7 +237,7 @@ typedef struct gradient_parts {
     const double *points;
     double *gradient;
     size_t n;
-    double part, unit, mean[3], radial;
+    double part, unit, mean[3], radial;   /* `radial` drops out, per position */
     double sum[CO_ORDERED_SUM_CHUNKS][6]; /* of the gradient, and of its products with positions */
 } gradient_parts;
 
@@ -258,8 +260,8 @@ static void project_gradient(void *context, size_t begin, size_t end) {
 
 /* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling
  * drop out, the rest scales:  g <- (g - mean g - x (g.x) / n) / radius . co_dof_map_normalized_gradient() has the same
- * formula in the variables of a minimization. */
-static void gradient_of_normalized(const co_assembly *a, double radius, double *gradient) {
+ * formula in the variables of a minimization. `stays`: what of g.x does not drop out. */
+static void gradient_of_normalized(const co_assembly *a, double radius, double stays, double *gradient) {
     size_t n = (size_t)a->patches.n_cage;
     double along[3] = {0, 0, 0};
     gradient_parts g = {.points = a->points,
@@ -273,7 +275,7 @@ static void gradient_of_normalized(const co_assembly *a, double radius, double *
             g.mean[c] += g.sum[k][c];
             along[c] += g.sum[k][3 + c];
         }
-    g.radial = along[0] + along[1] + along[2];
+    g.radial = along[0] + along[1] + along[2] - stays * g.part;
     co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, project_gradient, &g);
     for (int32_t i = 0; i < a->n_isolated; i++)
         memset(gradient + 3 * (size_t)a->isolated[i], 0, 3 * sizeof *gradient);
@@ -441,7 +443,9 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
     }
     for (int i = 0; co_cancel_is_due(a->cancel) && i < CO_N_INTEGRALS; i++) /* some blocks may be missing */
         out->integral[i] = (double)NAN;
-    out->objective = co_functional_value(&a->functional, out->integral);
+    const co_spontaneous_part own = co_spontaneous_curvature_add(&a->spontaneous, a->radius, out->integral);
+    out->objective = co_functional_value(&a->functional, out->integral) + own.added.value;
+    out->reference = own.reference;
 }
 
 /* What collect_gradient() is about. */
@@ -477,13 +481,16 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     const co_functional *f = &a->functional;
     int third = f->has_third || (request->all_terms && a->third_allowed);
     co_integrand integrand = f->has_third ? f->third : f->second;
-    double factor = 1, area_factor = 0;
+    double factor = 1, area_factor = 0, scaling = 0;
+    const int has_spontaneous = a->spontaneous.curvature != 0; /* then f->has_second, too */
     double radius = a->radius = co_assembly_place(a, xyz, request->is_normalized);
-    if (request->gradient && f->has_third && f->has_second) { /* second + A third: the integrand depends on A */
+    /* second + A third, or a function of numbers: the integrand depends on them */
+    if (request->gradient && ((f->has_third && f->has_second) || has_spontaneous)) {
         run_blocks(a, &a->batches, &f->second, 0, NO_VOLUME, 0);
         total(a, &a->batches, out);
         integrand = f->second;
         co_integrand_add(&integrand, out->integral[CO_INT_AREA], &f->third);
+        scaling = co_spontaneous_curvature_add_integrands(&a->spontaneous, radius, out->integral, &integrand);
     }
     run_blocks(a, &a->batches, &integrand, third, request->volume ? WITH_VOLUME : NO_VOLUME, request->gradient != NULL);
     total(a, &a->batches, out);
@@ -497,7 +504,7 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
     }
     collect_gradient(a, factor, area_factor, request->gradient);
     if (!request->is_normalized)
-        gradient_of_normalized(a, radius, request->gradient);
+        gradient_of_normalized(a, radius, scaling, request->gradient);
 }
 
 void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co_pieces *gradients, co_values *out) {

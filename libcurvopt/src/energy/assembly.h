@@ -18,6 +18,7 @@
 #include "energy/element_batches.h"
 #include "energy/held_numbers.h"
 #include "energy/quadrature_error.h"
+#include "energy/spontaneous_curvature.h"
 #include "surface/boundary_turning.h"
 #include "surface/substitution.h"
 
@@ -32,19 +33,20 @@ typedef struct co_assembly {
     const co_tuning *tuning; /* those of runs until replaced */
     co_cancel *cancel;       /* the cache's: ends evaluations, whose values are then NAN */
     co_functional functional;
-    double weights[CURVOPT_N_TERMS];  /* the functional's */
-    int32_t surface;                  /* curvopt_surface, not AUTO */
-    co_boundary_turning turning;      /* boundaries and creases, for Gauss-Bonnet */
-    co_thread_pool *threads;          /* the caller's, or own_threads */
-    co_thread_pool *own_threads;      /* NULL where the caller has some */
-    int32_t n_threads;                /* size of the pool */
-    int32_t *active;                  /* [n_active] points that patches are made of, ascending; NULL: all points */
-    int32_t n_active;                 /* number of active points */
-    int32_t n_active_cage;            /* number of active points that are vertices of the cage; they come first */
-    int met;                          /* the tolerance has been met before */
-    int third_allowed;                /* the surface can carry third-order energies */
-    int measures_volume;              /* the volume is wanted in every evaluation */
-    int is_closed;                    /* no boundary: the surface has a volume */
+    double weights[CURVOPT_N_TERMS];      /* the functional's */
+    co_spontaneous_curvature spontaneous; /* what it adds is in every objective; lengths as they are until replaced */
+    int32_t surface;                      /* curvopt_surface, not AUTO */
+    co_boundary_turning turning;          /* boundaries and creases, for Gauss-Bonnet */
+    co_thread_pool *threads;              /* the caller's, or own_threads */
+    co_thread_pool *own_threads;          /* NULL where the caller has some */
+    int32_t n_threads;                    /* size of the pool */
+    int32_t *active;                      /* [n_active] points that patches are made of, ascending; NULL: all points */
+    int32_t n_active;                     /* number of active points */
+    int32_t n_active_cage;                /* number of active points that are vertices of the cage; they come first */
+    int met;                              /* the tolerance has been met before */
+    int third_allowed;                    /* the surface can carry third-order energies */
+    int measures_volume;                  /* the volume is wanted in every evaluation */
+    int is_closed;                        /* no boundary: the surface has a volume */
     int leaves_out;                   /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
     int32_t *isolated;                /* [n_isolated] vertices that no face uses, ascending; NULL: none */
     int32_t n_isolated;               /* number of these */
@@ -74,6 +76,7 @@ typedef struct co_request {
 
 typedef struct co_values {
     double objective;
+    double reference;                /* objective + reference is never near 0 (spontaneous_curvature.h) */
     double integral[CO_N_INTEGRALS]; /* integrals over the normalized surface */
     double radius;                   /* root mean square radius of the positions; areas are in units of its square */
     double min_jacobian;             /* least |S_u x S_v|, by the mean on the same face */
@@ -96,8 +99,8 @@ void co_assembly_free(co_assembly *assembly);
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
 
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
- * component along translations and scaling. Never fails; a surface that degenerates gives values that are not finite,
- * and so does an evaluation that is cancelled.
+ * component along translations and, without spontaneous curvature, scaling. Never fails; a surface that degenerates
+ * gives values that are not finite, and so does an evaluation that is cancelled.
  *
  * With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
  * of a gradient is not written (`active`). */

@@ -7,11 +7,15 @@
 #include <math.h>
 #include <stdlib.h>
 
-double co_quadrature_error_difference(const double *weights, const co_patch_terms *x, const co_patch_terms *y) {
+double co_quadrature_error_difference(const co_quadrature_weights *weights, const co_patch_terms *x,
+                                      const co_patch_terms *y) {
     double sum = 0;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (weights[t] > 0)
-            sum += weights[t] * (x->term[t] - y->term[t]);
+        if (weights->term[t] > 0)
+            sum += weights->term[t] * (x->term[t] - y->term[t]);
+    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
+        if (weights->number[s] != 0)
+            sum += weights->number[s] * (x->number[s] - y->number[s]);
     return sum;
 }
 
@@ -22,9 +26,10 @@ static double part_of(double difference, double whole) {
 
 double co_quadrature_error_relative(const co_quadrature_error_measure *m, const co_patch_terms *x,
                                     const co_patch_terms *y) {
-    const co_patch_terms zero = {.area = 0};
-    double worst = part_of(co_quadrature_error_difference(m->weights, x, y),
-                           co_quadrature_error_difference(m->weights, &m->whole, &zero));
+    const co_patch_terms zero = {.term = {0}};
+    const co_quadrature_weights terms = {.term = m->weights.term};
+    double worst = part_of(co_quadrature_error_difference(&m->weights, x, y),
+                           co_quadrature_error_difference(&terms, &m->whole, &zero) + m->more);
     for (int t = 0; m->every_term && t < CURVOPT_N_TERMS; t++) {
         double difference = part_of(x->term[t] - y->term[t], m->whole.term[t]);
         if (difference > worst) /* false for terms that this surface does not have */

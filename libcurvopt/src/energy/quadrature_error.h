@@ -8,21 +8,29 @@
 
 #include <stddef.h>
 
-/* A patch's contributions to every term and to the area. */
+/* A patch's contributions to every term and to the numbers of the whole surface. */
 typedef struct co_patch_terms {
-    double term[CURVOPT_N_TERMS]; /* third order multiplied by the whole area */
-    double area;
+    double term[CURVOPT_N_TERMS];     /* third order multiplied by the whole area */
+    double number[CURVOPT_N_SCALARS]; /* by curvopt_scalar; the volume is 0 where it is not evaluated */
 } co_patch_terms;
 
-/* Reference of relative differences: the objective of these weights, or every term. */
+/* How much an objective changes with these. */
+typedef struct co_quadrature_weights {
+    const double *term;               /* [CURVOPT_N_TERMS] */
+    double number[CURVOPT_N_SCALARS]; /* what spontaneous curvature adds, to first order */
+} co_quadrature_weights;
+
+/* Reference of relative differences: the objective, or every term. */
 typedef struct co_quadrature_error_measure {
-    const double *weights; /* [CURVOPT_N_TERMS] */
-    int every_term;        /* the worst term counts, not the objective alone */
-    co_patch_terms whole;  /* sum over all patches */
+    co_quadrature_weights weights;
+    int every_term;       /* the worst term counts, not the objective alone */
+    co_patch_terms whole; /* sum over all patches */
+    double more;          /* in the objective, beside the terms */
 } co_quadrature_error_measure;
 
-/* Difference x - y of the objective with these weights [CURVOPT_N_TERMS]. */
-double co_quadrature_error_difference(const double *weights, const co_patch_terms *x, const co_patch_terms *y);
+/* Difference x - y of the objective. */
+double co_quadrature_error_difference(const co_quadrature_weights *weights, const co_patch_terms *x,
+                                      const co_patch_terms *y);
 /* |x - y| relative to the whole: the objective's, or the worst term's. */
 double co_quadrature_error_relative(const co_quadrature_error_measure *measure, const co_patch_terms *x,
                                     const co_patch_terms *y);

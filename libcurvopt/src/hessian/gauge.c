@@ -6,10 +6,10 @@
 
 enum { N_SIMILARITIES = 7 };
 
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints, int holds_numbers) {
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints, int sees_numbers) {
     if (constraints->freedom)
         return CO_GAUGE_NONE;
-    if (holds_numbers)
+    if (sees_numbers)
         return CO_GAUGE_SIMILARITY;
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         if (weights[t] > 0 && t != CURVOPT_TERM_WILLMORE && t != CURVOPT_TERM_MEAN)

@@ -13,9 +13,9 @@ typedef enum co_gauge {
 
 enum { CO_GAUGE_MOTIONS = 10 }; /* most of any gauge */
 
-/* The motions of an objective with these weights (curvopt_term) and these constraints; `holds_numbers`: also on numbers
- * of the whole surface, which see Moebius maps. */
-co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints, int holds_numbers);
+/* The motions of an objective with these weights (curvopt_term) and these constraints; `sees_numbers`: numbers of the
+ * whole surface are held, or there is spontaneous curvature; they see Moebius maps. */
+co_gauge co_gauge_of(const double weights[CURVOPT_N_TERMS], const co_constraints *constraints, int sees_numbers);
 /* The motions among `gauge` along which the discrete gradient vanishes, too. */
 static inline co_gauge co_gauge_exact(co_gauge gauge) {
     return gauge == CO_GAUGE_MOEBIUS ? CO_GAUGE_SIMILARITY : gauge;

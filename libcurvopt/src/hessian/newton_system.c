@@ -61,6 +61,26 @@ static int n_held(const co_newton_system *m) {
     return m->held ? m->held->numbers->n : 0;
 }
 
+static int has_spontaneous(const co_newton_system *m) {
+    return m->assembly->spontaneous.curvature != 0;
+}
+
+/* Columns at most by which numbers of the surface take negative directions of the sparse part away. */
+static int n_softened(const co_newton_system *m) {
+    return n_held(m) + (has_spontaneous(m) ? CURVOPT_N_SCALARS - 1 : 0);
+}
+
+/* Adds what spontaneous curvature adds to D, and to the sparse matrix. */
+static void add_spontaneous(co_newton_system *m, const co_held_residual *added, co_integrand *more) {
+    for (int i = 0; i < CURVOPT_N_SCALARS; i++) {
+        co_held_numbers_add(i, added->slope[i], more);
+        for (int j = 0; j < CURVOPT_N_SCALARS; j++) {
+            m->second[i][j] += added->second[i][j];
+            m->has_part[i] |= added->second[i][j] != 0;
+        }
+    }
+}
+
 /* D, the constraints' slopes, and what the constraints add to the sparse matrix. */
 static void find_second(co_newton_system *m, const co_held_residual *residual, int exact, co_integrand *more) {
     memset(m->second, 0, sizeof m->second);
@@ -216,14 +236,17 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     co_held_residual residual[CURVOPT_N_SCALARS];
     co_second_kind wanted = *kind;
     co_integrand more;
+    double integral[CO_N_INTEGRALS];
     m->mix = 0;
-    if (n_held(m)) {
-        double integral[CO_N_INTEGRALS];
-        co_assembly_numbers(m->assembly, x, co_held_numbers_has_mean(m->held->numbers), integral);
-        for (int k = 0; k < n_held(m); k++)
-            residual[k] = co_held_numbers_residual(m->held->numbers, k, integral);
-    }
+    if (n_held(m) || has_spontaneous(m))
+        co_assembly_numbers(m->assembly, x, has_spontaneous(m) || co_held_numbers_has_mean(m->held->numbers), integral);
+    for (int k = 0; k < n_held(m); k++)
+        residual[k] = co_held_numbers_residual(m->held->numbers, k, integral);
     find_second(m, residual, kind->exact, &more);
+    if (has_spontaneous(m) && kind->exact) {
+        const co_spontaneous_part part = co_spontaneous_curvature_add(&m->assembly->spontaneous, 1, integral);
+        add_spontaneous(m, &part.added, &more);
+    }
     find_gradients(m, x);
     m->n_motions = co_gauge_columns(r, x, gauge, m->full, m->motion);
     add_ways(m);
@@ -301,9 +324,9 @@ int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *posit
     int32_t n_negative = 0, status = co_sparse_cholesky_factorize(m->factor, shift, positive, error);
     if (n_held(m)) /* springs, a mixture: the sparse matrix may be another one since */
         make_columns(m);
-    if (status == CURVOPT_OK && !*positive && n_held(m)) {
+    if (status == CURVOPT_OK && !*positive && n_softened(m)) {
         status = co_sparse_cholesky_factorize_indefinite(m->factor, shift, &n_negative, error);
-        *positive = n_negative >= 0 && n_negative <= n_held(m);
+        *positive = n_negative >= 0 && n_negative <= n_softened(m);
     }
     for (size_t k = 0; k < (size_t)m->n_dense && *positive && status == CURVOPT_OK; k++)
         status = co_sparse_cholesky_solve(m->factor, m->dense + k * n, m->solved + k * n, error);

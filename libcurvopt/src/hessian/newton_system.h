@@ -1,7 +1,8 @@
 /* The linear system of Newton's method over the variables of a dof_map, factored.
  *
  * The sparse matrix is sparse_hessian.h's. Three parts are dense. Of an objective that is a function of a few integrals
- * (the area A and the third-order integral T by which it is multiplied; numbers that are held) the Hessian also has
+ * (the area A and the third-order integral T by which it is multiplied; numbers that are held, or that spontaneous
+ * curvature is a function of) the Hessian also has
  * G D G^T, with their gradients G and the function's second derivatives D by them. Where numbers are held, positions go
  * back to their values along given ways W, and the Hessian H of the function that is left is Z^T H Z with
  * Z = 1 - W (A^T W)^-1 A^T, A the gradients of the constraints (Abadie, Carpentier, "Generalization of the Wolfe
@@ -78,7 +79,7 @@ double co_newton_system_mean_diagonal(const co_newton_system *system);
 /* Factors M + shift. *positive: whether that is positive definite, and its sparse part H + shift, too; if not it cannot
  * solve. (Where the dense columns alone make M positive, this says no: what is damped gets a larger shift, and the
  * decrement is by the Gauss-Newton matrix.) Where numbers are held, H may have as many negative eigenvalues as these
- * are. ERROR_MEMORY. */
+ * are, and with spontaneous curvature two more. ERROR_MEMORY. */
 int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);

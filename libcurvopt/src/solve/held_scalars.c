@@ -119,6 +119,30 @@ int32_t co_held_scalars_create(const curvopt_options *o, const co_assembly *a, c
     return status;
 }
 
+co_spontaneous_curvature co_held_scalars_spontaneous(const curvopt_options *o, const co_held_numbers *held,
+                                                     const co_run_size *size, int is_framed, double radius,
+                                                     double area) {
+    co_spontaneous_curvature s = co_spontaneous_curvature_of(o->weights, o->spontaneous_curvature);
+    s.orientation = held->orientation;
+    s.measure = is_framed ? -1 : size->measure;
+    s.length = is_framed ? radius : co_run_size_unit(size, 1);
+    s.area = size->measure == CURVOPT_SCALAR_AREA ? size->value : area;
+    return s;
+}
+
+double co_held_scalars_multiplier_of_size(const co_run_context *run, const co_held_numbers *held,
+                                          const double multiplier[CURVOPT_N_SCALARS], double area, double mean) {
+    const co_spontaneous_curvature *s = &run->spontaneous;
+    const double c0 = s->curvature;
+    double sum = s->weight * (c0 * c0 / 2 * area - c0 * s->orientation * mean); /* by the size's logarithm */
+    for (int k = 0; k < held->n; k++) {
+        const co_held_number *h = &held->held[k];
+        if (run->options->scalar_rule[h->scalar] != CURVOPT_SCALAR_RULE_REDUCED)
+            sum += multiplier[k] * co_held_numbers_degree(h->scalar) * h->target / h->unit;
+    }
+    return sum / (co_held_numbers_degree(run->size.measure) * run->size.value);
+}
+
 double co_run_size_unit(const co_run_size *size, double number) {
     const double ratio = size->value / number;
     return size->measure == CURVOPT_SCALAR_AREA             ? sqrt(ratio)

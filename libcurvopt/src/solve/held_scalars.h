@@ -10,6 +10,15 @@
  * what cannot be held, or contradicts itself. */
 int32_t co_held_scalars_create(const curvopt_options *options, const co_assembly *assembly, const co_values *start,
                                int is_framed, co_held_numbers *held, co_run_size *size, curvopt_error *error);
+/* Spontaneous curvature as levels see it: with the same `held`, `size` and `is_framed`, by positions in units of
+ * `radius` where something is held. area: of the input. */
+co_spontaneous_curvature co_held_scalars_spontaneous(const curvopt_options *options, const co_held_numbers *held,
+                                                     const co_run_size *size, int is_framed, double radius,
+                                                     double area);
+/* How much the least objective rises for each unit by which the size of a result does, whose numbers in the user's
+ * units these are; `multiplier`: of each constraint (co_newton_held). Nothing of the cage is held. */
+double co_held_scalars_multiplier_of_size(const co_run_context *run, const co_held_numbers *held,
+                                          const double multiplier[CURVOPT_N_SCALARS], double area, double mean);
 /* The surface whose `measure` is `number` has the size when it is enlarged so many times. */
 double co_run_size_unit(const co_run_size *size, double number);
 /* The measure of a surface with these numbers. */

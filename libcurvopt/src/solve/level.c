@@ -512,7 +512,8 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
         return 0;
     co_level_objective_to_user(&l->objective, x, size_of(l, energies), xyz);
     scale_numbers(l, energies);
-    *penalty = co_penalty_value(&l->objective.penalty, x, NULL);
+    *penalty = co_penalty_value(&l->objective.penalty, x, NULL) +
+               co_spontaneous_curvature_reference(&l->objective.run->spontaneous, 0);
     return 1;
 }
 

@@ -78,7 +78,8 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
         add_spacing(o, z, at);
     if (at->gradient && !is_fixed(o))
         co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
-    at->value = values.objective + at->found[CO_FOUND_SPACING] + co_penalty_value(&o->penalty, x, at->gradient);
+    at->value = values.objective + values.reference + at->found[CO_FOUND_SPACING] +
+                co_penalty_value(&o->penalty, x, at->gradient);
     if (at->gradient && holds_numbers(o))
         co_held_level_reduce_gradient(&o->numbers, values.integral, 1 / radius, at->gradient);
     if (at->gradient)
@@ -196,7 +197,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_interpolation_from_cage(&o->interpolation, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
-    return values.objective + co_spacing_value(&o->spacing, o->positions, NULL) +
+    return values.objective + values.reference + co_spacing_value(&o->spacing, o->positions, NULL) +
            co_penalty_value(&o->penalty, o->step, NULL);
 }
 
@@ -258,6 +259,7 @@ static int32_t create_energy(co_level_objective *o, const co_symmetry *symmetry,
     if (status == CURVOPT_OK)
         status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, run->options,
                                     run->tables, face_weight, &o->assembly, error);
+    o->assembly.spontaneous = run->spontaneous;
     o->assembly.leaves_out = o->held.left_out != NULL;
     o->assembly.measures_volume = run->held || run->size.measure == CURVOPT_SCALAR_VOLUME;
     if (status == CURVOPT_OK && run->held)
@@ -282,7 +284,8 @@ static void pull_limit_points(co_level_objective *o) {
 static int32_t hold(co_level_objective *o, const co_constraints *constraints, co_motion motion, curvopt_error *error) {
     co_constraints all = {0};
     int32_t status = co_constraints_all(o->mesh, constraints, o->run->options->boundary, &all, error);
-    o->gauge = co_gauge_of(o->run->options->weights, &all, o->run->held != NULL);
+    o->gauge = co_gauge_of(o->run->options->weights, &all,
+                           o->run->held != NULL || o->run->options->spontaneous_curvature != 0);
     o->is_framed = all.freedom != NULL;
     if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);

@@ -114,7 +114,7 @@ double co_level_objective_relative_gradient(const co_level_objective *objective,
 /* The value at a cage xyz [3 n_vertices, the user's units] that variables need not reach; of springs what they reach.
  * Where something is held. */
 double co_level_objective_value_of(co_level_objective *objective, const double *xyz);
-/* The surface's part of the value at `now`. */
+/* The surface's part of the value at `now`, with its reference (co_values). */
 double co_level_objective_energy(const co_level_objective *objective, const co_iterate *now);
 /* Where springs are worth a part of the objective, whatever it becomes (co_soft_constraints.weighed_by): weighs them by
  * this one if that makes them `least` times as stiff or less; whether it does. Values are others then. */

@@ -276,7 +276,7 @@ static void end_passing(curvopt_solver *s, int stop, double started) {
     curvopt_energies shown;
     co_run_end_cancelled(r, s->level, started);
     r->at.report.stop = stop;
-    if (!s->level || !r->shown_beside || !(r->at.report.energy > 0))
+    if (!s->level || !r->shown_beside || isnan(r->at.report.energy))
         return;
     for (size_t i = 0; i < n_xyz(s); i++)
         r->at.xyz[i] += r->shown_beside[i];
@@ -288,7 +288,7 @@ static void end_passing(curvopt_solver *s, int stop, double started) {
 
 /* Cut off in the middle of something, which cannot go on. */
 static void end_cut_off(curvopt_solver *s, double started) {
-    if (!(s->run->at.report.energy > 0)) /* else the verdict alone is missing */
+    if (isnan(s->run->at.report.energy)) /* else the verdict alone is missing */
         end_passing(s, CURVOPT_STOP_CANCELLED, started);
     co_live_forget_levels(s);
 }
@@ -301,7 +301,7 @@ int32_t co_live_solve_level(curvopt_solver *s, int wants_end, double started, cu
         status = co_level_refresh_factor(s->level, error);
     if (status == CURVOPT_OK && wants_end && stands(&outcome))
         status = settle(s, &outcome, started, error);
-    if (status == CURVOPT_OK && !(s->run->at.report.energy > 0))
+    if (status == CURVOPT_OK && isnan(s->run->at.report.energy))
         end_passing(s, outcome.stop, started);
     if (status != CO_CANCELLED)
         return status;

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "solve/discretization_error.h"
+#include "solve/held_scalars.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -38,7 +39,8 @@ static int tell(co_run *r, const co_level *l, const co_step_record *record) {
                                        .samples = (int32_t)o->assembly.batches.n_samples,
                                        .method = (int32_t)record->method,
                                        .rejected = record->rejected,
-                                       .energy = co_level_objective_energy(o, &l->now),
+                                       .energy = co_level_objective_energy(o, &l->now) -
+                                                 co_spontaneous_curvature_reference(&r->context.spontaneous, 0),
                                        .start_energy = r->start_energy,
                                        .gradient_norm = co_level_objective_relative_gradient(o, &l->now),
                                        .seconds = co_clock_seconds() - r->started,
@@ -82,14 +84,25 @@ void co_run_watch(co_run *r, co_level *l) {
     l->spent = r->at.report.iterations;
 }
 
+/* The multiplier of the number that gives the size, where the user said so. */
+static void note_size(co_level_result *at, const co_level *l) {
+    const co_run_context *run = l->objective.run;
+    const co_held_level *numbers = &l->objective.numbers;
+    if (!l->objective.is_framed && run->options->scalar_rule[run->size.measure] != CURVOPT_SCALAR_RULE_FREE)
+        at->multiplier[run->size.measure] = co_held_scalars_multiplier_of_size(
+            run, &numbers->numbers, numbers->newton.multiplier, at->energies.area, at->energies.total_mean_curvature);
+}
+
 /* Multipliers and distances of held numbers, where the level ended. */
 static void note_held(co_level_result *at, co_level *l) {
     co_held_level *numbers = &l->objective.numbers;
     const co_held_numbers *wanted = &l->objective.run->wanted;
     co_iterate now = {.x = l->now.x, .gradient = numbers->work};
     double residual[CURVOPT_N_SCALARS];
-    if (!numbers->numbers.n)
+    if (!numbers->numbers.n) {
+        note_size(at, l);
         return;
+    }
     co_level_objective_evaluate(&l->objective, &now);
     co_held_level_residuals(numbers, l->now.x, residual);
     for (int k = 0; k < numbers->numbers.n; k++) {
@@ -97,6 +110,7 @@ static void note_held(co_level_result *at, co_level *l) {
         at->multiplier[h->scalar] = -numbers->newton.multiplier[k] * h->rate / h->unit;
         at->residual[h->scalar] = residual[k] + (h->target - wanted->held[k].target) / h->unit;
     }
+    note_size(at, l);
 }
 
 /* Energies at the level's end, and its cage. The report has the counts already. */
@@ -106,7 +120,8 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
-    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
+    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL) +
+                  co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
     note_held(at, l);
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);

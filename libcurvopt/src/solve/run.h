@@ -23,7 +23,7 @@ typedef struct co_level_result {
     double *turn;         /* [3 n_vertices] or NULL: what its last turn along normals began with */
     double *xyz;          /* [3 n_vertices] where it ended */
     curvopt_energies energies;
-    double penalty;                       /* what springs add to the objective */
+    double penalty;                       /* what springs add to the objective, and its reference (co_values) */
     double multiplier[CURVOPT_N_SCALARS]; /* of numbers that are held, by curvopt_scalar, in the user's units */
     double residual[CURVOPT_N_SCALARS];   /* how far they are from what is wanted */
     curvopt_level_report report;

@@ -4,7 +4,7 @@
 
 #include "base/cancel.h"
 #include "base/tuning.h"
-#include "energy/held_numbers.h"
+#include "energy/spontaneous_curvature.h"
 #include "surface/basis_table.h"
 
 /* The size of the result, where nothing of the cage is held: one number, over which the others count. */
@@ -23,8 +23,9 @@ typedef struct co_run_context {
     co_run_size size;             /* of the result, where nothing of the cage is held */
     co_held_numbers *held;        /* numbers of the surface that are held, at the targets reached so far; NULL: none */
     co_held_numbers wanted;       /* the same with the targets at the end */
-    const double *shape;          /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
-                                     (blend_disc_half.h); NULL: by the cage that each objective begins with */
+    co_spontaneous_curvature spontaneous; /* as levels see it */
+    const double *shape; /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
+                            (blend_disc_half.h); NULL: by the cage that each objective begins with */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */

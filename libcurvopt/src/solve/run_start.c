@@ -29,6 +29,9 @@ static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *as
     co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
     status =
         co_held_scalars_create(r->context.options, assembly, &values, is_framed, &r->held, &r->context.size, error);
+    r->context.spontaneous =
+        co_held_scalars_spontaneous(r->context.options, &r->held, &r->context.size, is_framed, r->context.radius,
+                                    values.radius * values.radius * values.integral[CO_INT_AREA]);
     r->context.wanted = r->held;
     r->context.held = r->held.n ? &r->held : NULL;
     return status;
