@@ -53,7 +53,8 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     if (status != CURVOPT_OK)
         return status;
     assembly.leaves_out = left_out != NULL;
-    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
+    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz,
+                                            &(co_quadrature_goal){.tolerance = tolerance, .terms = CO_TERMS_REPORT},
                                             out, &resolved, &changed, error);
     if (status == CURVOPT_OK && !isfinite(out->objective) && co_run_context_is_cancelled(&r->context))
         status = CO_CANCELLED;
