@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One run of the batch command: a cage of the open file is minimized, and everything that was asked for is written.
 
-Every output is first made beside its place under a temporary name, and all are moved there at the end. Progress goes to
-stderr, and only to a terminal.
+Every output is first made beside its place under a temporary name, and all are moved there at the end. What a run that
+was killed has left under such names is removed by the next one. Progress goes to stderr, and only to a terminal.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from ..core import job, messages
 from ..core.energy import number_text
 from ..render import before_after
 from ..scene import read_cage, read_marks, write_result
+from . import leftovers
 
 
 class BatchError(messages.UserError):
@@ -111,6 +112,7 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
     for name, path in wanted.items():
         path = path.resolve()
         place[name] = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+        leftovers.remove(path)
         try:
             if path.is_dir():
                 raise IsADirectoryError(0, "it is a folder")
