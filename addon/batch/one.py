@@ -58,7 +58,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             _render(source, request, solution, options, place["render"])
         if "json" in place:
             found = {**(also or {}), **report(source, new.name, request, solution)}
-            place["json"].write_text(json.dumps(found, indent=2) + "\n")
+            with place["json"].open("x", encoding="utf-8") as file:  # never through a link that somebody put there
+                file.write(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)

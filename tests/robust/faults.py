@@ -434,7 +434,7 @@ def reader_has_gone(place: Place) -> None:
 def batch_killed(place: Place, blender: str, script: str, blend: str) -> None:
     """kill -9 of the batch command at a random moment; the next one finishes and leaves nothing."""
     command = [blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P", script, "--", blend, "--into",
-               str(place.folder / "results"), "--energy", "willmore", "--levels", "1", "2"]  # fmt: skip
+               str(place.folder / "results"), "--energy", "willmore", "--levels", "1", "--levels", "2"]  # fmt: skip
     quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     process = subprocess.Popen(command, **quiet)
     time.sleep(place.rng.uniform(0.5, 6))
