@@ -82,7 +82,7 @@ int32_t co_run_report_end(co_run *r, const co_level *l, curvopt_error *error) {
     if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh) ||
         co_run_stopped_early(r))
         return CURVOPT_OK;
-    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, &patches, error);
+    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, NULL, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     const int same = co_blend_disc_half_are_same(&patches.wide, &l->objective.assembly.patches.wide);
