@@ -349,6 +349,11 @@ static void test_callbacks_are_told_and_can_end_an_evaluation(void **state) {
         }
         CHECK_INT(status, CURVOPT_ERROR_CANCELLED);
         CHECK_INT(l.calls, l.last);
+        if (problem) { /* also where the rules had changed, and their tables were not made */
+            curvopt_energies again = {0};
+            CHECK_OK(curvopt_problem_evaluate(problem, xyz, &again, sizeof again, NULL, &error), &error);
+            CHECK_INT(memcmp(&again, &e, sizeof e), 0);
+        }
         curvopt_problem_destroy(problem);
     }
     curvopt_mesh_destroy(mesh);

@@ -178,7 +178,8 @@ static int32_t evaluate_gradient(co_assembly *a, const double *xyz, double *grad
     return status;
 }
 
-/* Energies, and unless it is NULL the gradient, once positions have been checked. */
+/* Energies, and unless it is NULL the gradient, once positions have been checked. Cancelled, it leaves batches that fit
+ * the rules: tables of finer rules are made for an estimate before any rule is raised. */
 static int32_t evaluate(curvopt_problem *p, const double *xyz, curvopt_energies *energies, double *gradient,
                         curvopt_error *error) {
     co_assembly *a = &p->assembly;
@@ -190,10 +191,6 @@ static int32_t evaluate(curvopt_problem *p, const double *xyz, curvopt_energies 
         status = co_adaptive_quadrature_check(a, energies, error);
     if (status == CURVOPT_OK && gradient)
         status = evaluate_gradient(a, xyz, gradient, error);
-    if (status == CO_CANCELLED) { /* they may be those of the rules before; the next call makes them anew */
-        co_element_batches_free(&a->batches);
-        co_element_batches_free(&a->finer_batches);
-    }
     return status;
 }
 
