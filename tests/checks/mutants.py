@@ -95,12 +95,12 @@ def changes(file: str, text: str) -> list[Mutant]:
     return found
 
 
-def choose(rng: random.Random, n: int) -> list[Mutant]:
-    """n changes: first a folder, then a line, then a change of it, so that no file counts for its many constants."""
+def choose(root: Path, rng: random.Random, n: int) -> list[Mutant]:
+    """n changes of the sources below root: first a folder, then a line, then a change of it, so that no file counts for its many constants."""
     by_folder: dict[str, dict[tuple[str, int], list[Mutant]]] = {}
     for folder in FOLDERS:
         lines: dict[tuple[str, int], list[Mutant]] = {}
-        for path in sorted((ROOT / SOURCES / folder).glob("*.[ch]")):
+        for path in sorted((root / SOURCES / folder).glob("*.[ch]")):
             for mutant in changes(f"{SOURCES}/{folder}/{path.name}", path.read_text()):
                 lines.setdefault((mutant.file, mutant.line), []).append(mutant)
         by_folder[folder] = lines
@@ -114,17 +114,23 @@ def choose(rng: random.Random, n: int) -> list[Mutant]:
     return chosen
 
 
+def take_commit(folder: Path) -> str:
+    """Brings the commit that is checked out into the clone, which is made if it is not there; the commit."""
+    if not folder.exists():
+        subprocess.run(["git", "clone", "-q", "--local", str(ROOT), str(folder)], check=True)
+    found = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
+    commit = found.stdout.strip()
+    subprocess.run(["git", "-C", str(folder), "fetch", "-q", "origin"], check=True)
+    subprocess.run(["git", "-C", str(folder), "checkout", "-qf", commit], check=True)
+    return commit
+
+
 class Workshop:
     """The clone, its build, and its tests."""
 
     def __init__(self, folder: Path, numeric: list[str]) -> None:
         self.folder, self.build = folder, folder / "build" / "mutants"
-        if not folder.exists():
-            subprocess.run(["git", "clone", "-q", "--local", str(ROOT), str(folder)], check=True)
-        commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
-        self.commit = commit.stdout.strip()
-        subprocess.run(["git", "-C", str(folder), "fetch", "-q", "origin"], check=True)
-        subprocess.run(["git", "-C", str(folder), "checkout", "-qf", self.commit], check=True)
+        self.commit = take_commit(folder)
         settings = ["-DCMAKE_BUILD_TYPE=Release", "-DCURVOPT_PORTABLE=ON", "-DCURVOPT_TAO=OFF", "-DCMAKE_C_FLAGS=-w",
                     "-DCMAKE_C_FLAGS_RELEASE=-O1"]  # fmt: skip
         subprocess.run(["cmake", "-S", str(folder), "-B", str(self.build), "-G", "Ninja", *settings], check=True, capture_output=True)
@@ -255,7 +261,9 @@ def main() -> int:
     parser.add_argument("--budget", type=float, default=float("inf"), metavar="SECONDS")
     parser.add_argument("--numeric", nargs="*", default=[], metavar="FILE")
     options = parser.parse_args()
-    mutants = choose(random.Random(options.seed), options.mutants)
+    folder = (options.work or Path(f"{options.output}.clone")).resolve()
+    take_commit(folder)
+    mutants = choose(folder, random.Random(options.seed), options.mutants)
     known: dict[tuple[str, int, str, str], dict[str, object]] = {}
     if options.output.exists():
         known = {(m["file"], m["line"], m["before"], m["after"]): m for m in json.loads(options.output.read_text())["mutants"]}
@@ -265,7 +273,7 @@ def main() -> int:
     if all(mutant.outcome for mutant in mutants):
         report(mutants)
         return 0
-    workshop = Workshop((options.work or Path(f"{options.output}.clone")).resolve(), options.numeric)
+    workshop = Workshop(folder, options.numeric)
     for k, mutant in enumerate(mutants):
         if mutant.outcome:
             continue
