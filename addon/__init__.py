@@ -51,6 +51,7 @@ render/             pictures in files
     studio          scene, light, camera, materials, captions
     before_after    before and after in one picture
 batch/              the batch command, which batch.py starts
+    leftovers       what runs that were killed have left
     one             one run and what it writes
     many            many files, objects, energies and levels
     command         the command line

@@ -26,8 +26,12 @@ from . import one
 def run_all(options: argparse.Namespace) -> int:
     """Do everything; 1 if anything failed, else 0. One line on stdout for each, failures on stderr as well."""
     options.into.mkdir(parents=True, exist_ok=True)
-    done, skipped, failures = 0, 0, []
+    done, skipped, failures, names = 0, 0, [], {}
     for wanted, about in _combinations(options, failures):
+        if names.setdefault(wanted.json.stem.casefold(), about) != about:
+            failures.append(f"{about['file']}, {about['object']}: its files would have the names of another one's, {wanted.json.stem}")
+            print(f"failed {failures[-1]}", flush=True)
+            continue
         if _finished(wanted, about):
             print(f"skipped {wanted.json.stem}: it is there already")
             skipped += 1

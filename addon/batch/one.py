@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One run of the batch command: a cage of the open file is minimized, and everything that was asked for is written.
 
-Every output is first made beside its place under a temporary name, and all are moved there at the end. Progress goes to
-stderr, and only to a terminal.
+Every output is first made beside its place under a temporary name, and all are moved there at the end. What a run that
+was killed has left under such names is removed by the next one. Progress goes to stderr, and only to a terminal.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from ..core import job, messages
 from ..core.energy import number_text
 from ..render import before_after
 from ..scene import read_cage, read_marks, write_result
+from . import leftovers
 
 
 class BatchError(messages.UserError):
@@ -57,7 +58,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             _render(source, request, solution, options, place["render"])
         if "json" in place:
             found = {**(also or {}), **report(source, new.name, request, solution)}
-            place["json"].write_text(json.dumps(found, indent=2) + "\n")
+            with place["json"].open("x", encoding="utf-8") as file:  # never through a link that somebody put there
+                file.write(json.dumps(found, indent=2) + "\n")
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)
@@ -111,6 +113,7 @@ def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
     for name, path in wanted.items():
         path = path.resolve()
         place[name] = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+        leftovers.remove(path)
         try:
             if path.is_dir():
                 raise IsADirectoryError(0, "it is a folder")

@@ -7,6 +7,7 @@ of the user's own. Therefore the add-on does not `import curvopt`, which gives w
 already: it takes the first folder whose version is its own.
 """
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -28,7 +29,7 @@ def _find() -> Path:
     addon, others = Path(__file__).resolve().parents[1], []
     wheels = addon.parents[1] / ".local/lib/python{}.{}/site-packages".format(*sys.version_info)  # of Blender's extensions
     own = [addon / "vendor" / "curvopt", addon.parent / "libcurvopt" / "python" / "curvopt", wheels / "curvopt"]
-    for folder in [*own, *(Path(entry) / "curvopt" for entry in sys.path if entry)]:
+    for folder in [*own, *(Path(entry) / "curvopt" for entry in sys.path if os.path.isabs(entry))]:
         version = _version_of(folder)
         if version == VERSION:
             return folder

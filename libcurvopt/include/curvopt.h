@@ -101,7 +101,8 @@ extern "C" {
     X(ERROR_GEOMETRY, 5, "geometry", "the cage's coordinates do not make a surface")                                   \
     X(ERROR_SURFACE, 6, "surface", "the chosen surface cannot carry the chosen energy")                                \
     X(ERROR_UNSUPPORTED, 7, "unsupported", "this build cannot do that")                                                \
-    X(ERROR_RESOLUTION, 8, "resolution", "the energy of this surface cannot be resolved")
+    X(ERROR_RESOLUTION, 8, "resolution", "the energy of this surface cannot be resolved")                              \
+    X(ERROR_CANCELLED, 9, "cancelled", "it was cancelled")
 
 typedef enum curvopt_status {
 #define CURVOPT_STATUS_ENUM(name, value, short_name, text) CURVOPT_##name = value,
@@ -621,6 +622,64 @@ CURVOPT_API int32_t curvopt_mesh_find_exceptions(const curvopt_mesh *mesh, const
                                                  const curvopt_options *options, int32_t *vertex_reason,
                                                  int32_t *face_reason, curvopt_error *error);
 
+/* --------------------------------------------------------------------------------------- progress, cancel -- */
+
+/* A flag that any thread may raise to stop an evaluation, a measurement or a run. It stays raised. */
+typedef struct curvopt_cancel curvopt_cancel;
+CURVOPT_API int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error);
+CURVOPT_API void curvopt_cancel_request(curvopt_cancel *cancel);
+CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
+
+/* The method that made a step.
+ *   NONE    no step: the start of a level
+ *   LBFGS   limited-memory BFGS with a line search
+ *   NEWTON  Newton's method with a shifted Hessian */
+#define CURVOPT_STEP_LIST(X)                                                                                           \
+    X(NONE, 0, "none")                                                                                                 \
+    X(LBFGS, 1, "lbfgs")                                                                                               \
+    X(NEWTON, 2, "newton")
+
+typedef enum curvopt_step {
+#define CURVOPT_STEP_ENUM(name, value, text) CURVOPT_ENUMERATOR(STEP, name, value)
+    CURVOPT_STEP_LIST(CURVOPT_STEP_ENUM)
+#undef CURVOPT_STEP_ENUM
+        CURVOPT_STEP_FORCE_INT = 0x7fffffff
+} curvopt_step;
+CURVOPT_API const char *curvopt_step_name(int32_t step);
+CURVOPT_API int32_t curvopt_step_from_name(const char *name);
+
+/* The record of one iteration of a run (curvopt_problem_create_interruptible says what it is of an evaluation). The
+ * callback gets it at the start of every level (iteration 0) and after every accepted step. Its pointers are valid
+ * during the call only. A number that is not known is NAN. */
+typedef struct curvopt_progress {
+    int32_t struct_size;      /* sizeof(curvopt_progress) of the library: members beyond it are absent */
+    int32_t level;            /* 1 .. levels */
+    int32_t levels;           /* as in the options */
+    int32_t iteration;        /* accepted steps within the level */
+    int32_t evaluations;      /* of the objective, within the level */
+    int32_t n_vertices;       /* of the current cage */
+    int32_t samples;          /* quadrature points of the present rules */
+    int32_t method;           /* curvopt_step: the method that made the step */
+    int32_t rejected;         /* steps taken back within the level so far */
+    int32_t reserved;         /* 0 */
+    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
+    const curvopt_mesh *mesh; /* its connectivity */
+    double energy;            /* weighted sum of the terms now; what springs add is not in it */
+    double start_energy;      /* the same of the input cage */
+    double gradient_norm;     /* |gradient| * size / energy, dimensionless */
+    double seconds;           /* since the start of the run */
+    double predicted;  /* decrease of the objective that the quadratic model predicted for the step; of L-BFGS, whose
+                          model is rough, it may be negative; NAN without a step */
+    double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
+                          units at root mean square radius 1; NAN for steps without a Hessian */
+    double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
+    double step;       /* longest displacement of a vertex in the step, in mean edge lengths of the cage; NAN
+                          without a step */
+} curvopt_progress;
+
+/* Called on the thread that called the function which was given it. Nonzero cancels. */
+typedef int32_t (*curvopt_progress_fn)(const curvopt_progress *progress, void *user);
+
 /* ----------------------------------------------------------------------------------------------- energies -- */
 
 /* The result of an evaluation. NAN stands for an energy that the surface does not have: third order on LIMIT with an
@@ -669,6 +728,25 @@ CURVOPT_API void curvopt_problem_destroy(curvopt_problem *problem);
 CURVOPT_API int32_t curvopt_problem_evaluate(curvopt_problem *problem, const double *xyz, curvopt_energies *out,
                                              size_t size, double *gradient, curvopt_error *error);
 
+/* The same two, for cages with which they take long (a vertex of 64 faces: seconds). Each takes a progress callback and
+ * a flag, all of which may be NULL, as in curvopt_minimize; once it is cancelled it ends with ERROR_CANCELLED, and
+ * writes nothing else. The problem of a cancelled evaluation can be evaluated again, with the same bits as if it had
+ * not been cancelled.
+ *
+ * The callback is called after each basis table that is made, and each time that all faces were evaluated by the
+ * present quadrature rules and by those one step finer. Of curvopt_progress, iteration and evaluations are the number
+ * of these times so far, samples and energy those of the last one (0 and NAN before the first), seconds those of this
+ * call, xyz the caller's (in curvopt_problem_create_interruptible it may be NULL); level and levels are 1, mesh is
+ * NULL, and all that is about steps is 0 or NAN. */
+CURVOPT_API int32_t curvopt_problem_create_interruptible(const curvopt_mesh *mesh, const double *xyz,
+                                                         const curvopt_options *options, curvopt_progress_fn progress,
+                                                         void *user, const curvopt_cancel *cancel,
+                                                         curvopt_problem **out, curvopt_error *error);
+CURVOPT_API int32_t curvopt_problem_evaluate_interruptible(curvopt_problem *problem, const double *xyz,
+                                                           curvopt_progress_fn progress, void *user,
+                                                           const curvopt_cancel *cancel, curvopt_energies *out,
+                                                           size_t size, double *gradient, curvopt_error *error);
+
 /* A surface made ready to be sampled: a cage with positions, and the same options as for minimizing or evaluating it.
  */
 typedef struct curvopt_sampler curvopt_sampler;
@@ -690,12 +768,6 @@ CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, co
                                          const int32_t *corner, const double *uv, double *jets, curvopt_error *error);
 
 /* ---------------------------------------------------------------------------------------------- measuring -- */
-
-/* A flag that any thread may raise to stop a measurement or a run. */
-typedef struct curvopt_cancel curvopt_cancel;
-CURVOPT_API int32_t curvopt_cancel_create(curvopt_cancel **out, curvopt_error *error);
-CURVOPT_API void curvopt_cancel_request(curvopt_cancel *cancel);
-CURVOPT_API void curvopt_cancel_destroy(curvopt_cancel *cancel);
 
 /* How far two limit surfaces are from each other. Lengths are in units of the cages. */
 typedef struct curvopt_deviation {
@@ -781,55 +853,6 @@ CURVOPT_API const char *curvopt_stop_name(int32_t stop);
 CURVOPT_API int32_t curvopt_stop_from_name(const char *name);
 /* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
-
-/* The method that made a step.
- *   NONE    no step: the start of a level
- *   LBFGS   limited-memory BFGS with a line search
- *   NEWTON  Newton's method with a shifted Hessian */
-#define CURVOPT_STEP_LIST(X)                                                                                           \
-    X(NONE, 0, "none")                                                                                                 \
-    X(LBFGS, 1, "lbfgs")                                                                                               \
-    X(NEWTON, 2, "newton")
-
-typedef enum curvopt_step {
-#define CURVOPT_STEP_ENUM(name, value, text) CURVOPT_ENUMERATOR(STEP, name, value)
-    CURVOPT_STEP_LIST(CURVOPT_STEP_ENUM)
-#undef CURVOPT_STEP_ENUM
-        CURVOPT_STEP_FORCE_INT = 0x7fffffff
-} curvopt_step;
-CURVOPT_API const char *curvopt_step_name(int32_t step);
-CURVOPT_API int32_t curvopt_step_from_name(const char *name);
-
-/* The record of one iteration. The callback gets it at the start of every level (iteration 0) and after every accepted
- * step. Its pointers are valid during the call only. A number that is not known is NAN. */
-typedef struct curvopt_progress {
-    int32_t struct_size;      /* sizeof(curvopt_progress) of the library: members beyond it are absent */
-    int32_t level;            /* 1 .. levels */
-    int32_t levels;           /* as in the options */
-    int32_t iteration;        /* accepted steps within the level */
-    int32_t evaluations;      /* of the objective, within the level */
-    int32_t n_vertices;       /* of the current cage */
-    int32_t samples;          /* quadrature points of the present rules */
-    int32_t method;           /* curvopt_step: the method that made the step */
-    int32_t rejected;         /* steps taken back within the level so far */
-    int32_t reserved;         /* 0 */
-    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
-    const curvopt_mesh *mesh; /* its connectivity */
-    double energy;            /* weighted sum of the terms now; what springs add is not in it */
-    double start_energy;      /* the same of the input cage */
-    double gradient_norm;     /* |gradient| * size / energy, dimensionless */
-    double seconds;           /* since the start of the run */
-    double predicted;  /* decrease of the objective that the quadratic model predicted for the step; of L-BFGS, whose
-                          model is rough, it may be negative; NAN without a step */
-    double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
-                          units at root mean square radius 1; NAN for steps without a Hessian */
-    double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
-    double step;       /* longest displacement of a vertex in the step, in mean edge lengths of the cage; NAN
-                          without a step */
-} curvopt_progress;
-
-/* Called on the thread that called curvopt_minimize. Nonzero cancels. */
-typedef int32_t (*curvopt_progress_fn)(const curvopt_progress *progress, void *user);
 
 typedef struct curvopt_result curvopt_result;
 

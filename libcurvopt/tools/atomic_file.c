@@ -11,6 +11,23 @@ static int error_number(void) {
     return errno ? errno : EIO;
 }
 
+/* A new file of this name, marked as one that is being written. */
+static FILE *open_partial(const char *name, int *lock) {
+    enum { TRIES = 8 }; /* each of them may be taken for a leftover by a run that begins just then */
+    FILE *file = NULL;
+    *lock = -1;
+    for (int k = 0; k < TRIES && *lock < 0; k++) {
+        if (file)
+            fclose(file);
+        errno = 0;
+        file = platform_open(name, "wbx");
+        if (!file)
+            return NULL;
+        *lock = platform_lock(file);
+    }
+    return file;
+}
+
 int staged_open(staged *s, const char *path) {
     *s = (staged){.path = path};
     errno = 0;
@@ -27,8 +44,8 @@ int staged_open(staged *s, const char *path) {
     if (!s->partial)
         return ENOMEM;
     snprintf(s->partial, length, "%s.%u.part", path, platform_process_id());
-    errno = 0;
-    s->file = platform_open(s->partial, "wbx");
+    platform_remove_leftovers(path);
+    s->file = open_partial(s->partial, &s->lock);
     if (s->file)
         return 0;
     int reason = error_number();
@@ -51,6 +68,8 @@ int staged_commit(staged *s) {
         platform_remove(s->partial);
     free(s->partial);
     s->partial = NULL;
+    platform_unlock(s->lock);
+    s->lock = 0;
     return failed;
 }
 
@@ -59,6 +78,7 @@ void staged_discard(staged *s) {
         fclose(s->file);
     if (s->partial)
         platform_remove(s->partial);
+    platform_unlock(s->lock);
     free(s->partial);
     *s = (staged){0};
 }

@@ -10,9 +10,11 @@ typedef struct staged {
     const char *path;
     char *partial; /* where it is being written, if that is not the destination itself */
     FILE *file;
+    int lock; /* of a partial file, so that nobody takes it for a leftover; 0: none */
 } staged;
 
-/* All three return 0, or an errno. After staged_open() succeeded call exactly one of the two others. */
+/* All three return 0, or an errno. What processes that are gone have left of this destination is removed first. After
+ * staged_open() succeeded call exactly one of the two others. */
 int staged_open(staged *s, const char *path);
 /* Closes; what was written is complete, but not yet in its place. */
 int staged_close(staged *s);

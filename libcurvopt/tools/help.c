@@ -102,7 +102,9 @@ static const char help_of_constraints[] =
     "\n"
     "The report: P. Joshi, Minimizers of Curvature-Based Surface Energy, UC Berkeley, 2006.\n"
     "exit status: 0 done, 1 could not (one sentence on standard error), 2 wrong usage.\n"
-    "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far; a second one ends the program.\n";
+    "An interrupt (Ctrl-C) ends a minimization and keeps the best cage so far, and ends an evaluation with a sentence; "
+    "a\n"
+    "second one ends the program.\n";
 
 int help_print(void) {
     curvopt_options o;

@@ -160,8 +160,34 @@ static int load(arguments *a, input *in) {
     return could_not(a->input, error.message);
 }
 
+/* The flag of the run or evaluation, NULL unless there is one. */
+static curvopt_cancel *volatile running;
+static volatile sig_atomic_t was_interrupted;
+
+static void on_interrupt(int number) {
+    was_interrupted = 1;
+    if (running)
+        curvopt_cancel_request(running); /* NOLINT(bugprone-signal-handler): one lock-free store */
+    signal(number, SIG_DFL);
+}
+
+/* From here on an interrupt raises the flag *cancel; 0, or an exit code. */
+static int hear_interrupts(const char *path, curvopt_cancel **cancel) {
+    curvopt_error error;
+    if (curvopt_cancel_create(cancel, &error) != CURVOPT_OK)
+        return could_not(path, error.message);
+    running = *cancel;
+    signal(SIGINT, on_interrupt);
+    return ARGUMENTS_DONE;
+}
+
+static void stop_hearing(curvopt_cancel *cancel) {
+    running = NULL;
+    curvopt_cancel_destroy(cancel);
+}
+
 /* Measures a cage, and how far it is from the one that --deviation-from names. */
-static int measure(const arguments *a, const input *in, measures *out) {
+static int measure(const arguments *a, const input *in, const curvopt_cancel *cancel, measures *out) {
     input from = {.mesh = NULL};
     arguments other = *a;
     curvopt_error error;
@@ -172,19 +198,24 @@ static int measure(const arguments *a, const input *in, measures *out) {
         result = load(&other, &from);
     }
     if (result == ARGUMENTS_DONE && measures_take(in->mesh, in->cage.xyz, in->mesh, from.mesh, from.cage.xyz,
-                                                  a->options.threads, NULL, out, &error) != CURVOPT_OK)
+                                                  a->options.threads, cancel, out, &error) != CURVOPT_OK)
         result = could_not(a->deviation_from ? a->deviation_from : a->input, error.message);
+    if (result == ARGUMENTS_DONE && was_interrupted) {
+        measures_free(out);
+        result = could_not(a->input, curvopt_status_text(CURVOPT_ERROR_CANCELLED));
+    }
     if (from.mesh)
         unload(&from);
     return result;
 }
 
 /* Writes and prints what is known of a cage. */
-static int report_cage(const arguments *a, const input *in, const curvopt_energies *energies) {
+static int report_cage(const arguments *a, const input *in, const curvopt_energies *energies,
+                       const curvopt_cancel *cancel) {
     curvopt_mesh_info info;
     measures measured;
     staged json;
-    int result = measure(a, in, &measured);
+    int result = measure(a, in, cancel, &measured);
     if (result != ARGUMENTS_DONE)
         return result;
     curvopt_mesh_get_info(in->mesh, &info, sizeof info);
@@ -209,29 +240,25 @@ static int report_cage(const arguments *a, const input *in, const curvopt_energi
 static int run_evaluate(arguments *a) {
     input in;
     curvopt_problem *problem = NULL;
+    curvopt_cancel *cancel = NULL;
     curvopt_energies energies;
     curvopt_error error;
     int result = load(a, &in);
     if (result != ARGUMENTS_DONE)
         return result;
-    if (curvopt_problem_create(in.mesh, in.cage.xyz, &a->options, &problem, &error) != CURVOPT_OK ||
-        curvopt_problem_evaluate(problem, in.cage.xyz, &energies, sizeof energies, NULL, &error) != CURVOPT_OK) {
+    result = hear_interrupts(a->input, &cancel);
+    if (result == ARGUMENTS_DONE &&
+        (curvopt_problem_create_interruptible(in.mesh, in.cage.xyz, &a->options, NULL, NULL, cancel, &problem,
+                                              &error) != CURVOPT_OK ||
+         curvopt_problem_evaluate_interruptible(problem, in.cage.xyz, NULL, NULL, cancel, &energies, sizeof energies,
+                                                NULL, &error) != CURVOPT_OK))
         result = could_not(a->input, error.message);
-    } else {
-        result = report_cage(a, &in, &energies);
-    }
+    if (result == ARGUMENTS_DONE)
+        result = report_cage(a, &in, &energies, cancel);
     curvopt_problem_destroy(problem);
+    stop_hearing(cancel);
     unload(&in);
     return result;
-}
-
-/* The run's flag, NULL unless there is one. */
-static curvopt_cancel *volatile running;
-
-static void on_interrupt(int number) {
-    if (running)
-        curvopt_cancel_request(running); /* NOLINT(bugprone-signal-handler): one lock-free store */
-    signal(number, SIG_DFL);
 }
 
 /* A run that is on, as its callback sees it. */
@@ -418,19 +445,15 @@ static int run_minimize(arguments *a) {
         return status;
     }
     curvopt_cancel *cancel = NULL;
-    if (curvopt_cancel_create(&cancel, &error) == CURVOPT_OK) {
-        running = cancel;
-        signal(SIGINT, on_interrupt);
-    }
-    if (!cancel ||
+    status = hear_interrupts(a->input, &cancel);
+    if (status == ARGUMENTS_DONE &&
         curvopt_minimize(in.mesh, in.cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
         status = refused(a, &in, &error);
     if (!a->quiet && platform_is_watched())
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)
         status = deliver(&w, &in, result, cancel);
-    running = NULL;
-    curvopt_cancel_destroy(cancel);
+    stop_hearing(cancel);
     trace_free(&w.trace);
     curvopt_result_destroy(result);
     unload(&in);

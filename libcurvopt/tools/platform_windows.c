@@ -102,6 +102,69 @@ void platform_remove(const char *path) {
     free(wide);
 }
 
+/* Windows does not remove a file that is open, and between closing and renaming its process is there. */
+int platform_lock(FILE *file) {
+    (void)file;
+    return 0;
+}
+
+void platform_unlock(int lock) {
+    (void)lock;
+}
+
+static int is_gone(DWORD process) {
+    HANDLE handle = OpenProcess(PROCESS_QUERY_LIMITED_INFORMATION, FALSE, process);
+    DWORD code = STILL_ACTIVE;
+    if (!handle)
+        return GetLastError() == ERROR_INVALID_PARAMETER;
+    const int gone = GetExitCodeProcess(handle, &code) && code != STILL_ACTIVE;
+    CloseHandle(handle);
+    return gone;
+}
+
+/* name is one that FindFirstFileW found for base.*.part, base with its folder. */
+static void remove_if_left(const wchar_t *base, const wchar_t *folder_end, const wchar_t *name) {
+    const size_t folder = (size_t)(folder_end - base), own = wcslen(folder_end);
+    wchar_t *full, *end;
+    if (_wcsnicmp(name, folder_end, own) != 0 || name[own] != L'.' || !iswdigit(name[own + 1]))
+        return;
+    const unsigned long process = wcstoul(name + own + 1, &end, 10);
+    if (wcscmp(end, L".part") != 0 || !is_gone(process))
+        return;
+    full = malloc(sizeof *full * (folder + wcslen(name) + 1));
+    if (!full)
+        return;
+    memcpy(full, base, sizeof *full * folder);
+    wcscpy(full + folder, name);
+    _wremove(full);
+    free(full);
+}
+
+void platform_remove_leftovers(const char *path) {
+    static const wchar_t any[] = L".*.part";
+    WIN32_FIND_DATAW found;
+    wchar_t *base = wide_path(path);
+    wchar_t *pattern = base ? malloc(sizeof *pattern * (wcslen(base) + sizeof any / sizeof *any)) : NULL;
+    HANDLE search = INVALID_HANDLE_VALUE;
+    if (pattern) {
+        wcscpy(pattern, base);
+        wcscat(pattern, any);
+        search = FindFirstFileW(pattern, &found);
+    }
+    if (search != INVALID_HANDLE_VALUE) {
+        const wchar_t *folder_end = base;
+        for (const wchar_t *c = base; *c; c++)
+            if (*c == L'\\' || *c == L'/' || *c == L':')
+                folder_end = c + 1;
+        do
+            remove_if_left(base, folder_end, found.cFileName);
+        while (FindNextFileW(search, &found));
+        FindClose(search);
+    }
+    free(pattern);
+    free(base);
+}
+
 int platform_is_special(const char *path) {
     wchar_t *wide = wide_path(path);
     if (!wide)

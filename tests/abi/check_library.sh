@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The shared library from outside: what it exports, what it needs.
-#   check_library.sh symbols|versions|needed LIBRARY
+#   check_library.sh symbols|versions|needed|calls LIBRARY
 set -euo pipefail
 library=$2
 folder=$(dirname "$0")
@@ -43,8 +43,16 @@ needed) # what every Linux has, and no place of this machine
         exit 1
     fi
     ;;
+calls) # no files, processes, environment, network or random numbers: what addon/manual/TRUST.md says of it
+    calls=$(nm -D --undefined-only "$library" | sed -nE 's/.* [UwW] ([A-Za-z0-9_]+).*/\1/p')
+    grep -qx malloc <<<"$calls" # or this has looked at nothing
+    if grep -xE '(f|v?s)?open(at)?(64)?|fdopen|freopen(64)?|creat(64)?|(f|vf)?scanf|read|write|fwrite|unlink(at)?|rename(at)?|remove|mkdir|(lstat|stat|fstat)(64)?|tmpfile|mkstemp|getenv|secure_getenv|setenv|system|popen|exec[a-z]*|fork|vfork|posix_spawnp?|dlopen|dlsym|socket|connect|getaddrinfo|signal|sigaction|rand|srand|random|setlocale|chdir' <<<"$calls"; then
+        echo "the library calls what stands above" >&2
+        exit 1
+    fi
+    ;;
 *)
-    echo "usage: check_library.sh symbols|versions|needed LIBRARY" >&2
+    echo "usage: check_library.sh symbols|versions|needed|calls LIBRARY" >&2
     exit 2
     ;;
 esac

@@ -15,7 +15,7 @@ from addon.binding.values import Cage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_files"))
 import cages  # noqa: E402
-from gallery import answers, dense, plot, png, schedule, solve, torus_nets, torus_profile  # noqa: E402
+from gallery import answers, dense, markup, plot, png, schedule, solve, torus_nets, torus_profile  # noqa: E402
 from gallery import store as stored  # noqa: E402
 from gallery.store import Item  # noqa: E402
 
@@ -272,3 +272,13 @@ def test_distance_does_not_see_similarities():
 def test_a_setting_that_is_none_is_refused():
     with pytest.raises(ValueError, match="'reprot'"):
         solve.limits("reprot", "mvs", 1)
+
+
+def test_texts_and_names_are_escaped_in_html_and_curves():
+    nasty = """<script>alert("1")</script>&'"""
+    pieces = [
+        markup.section(nasty, nasty), markup.picture(nasty, nasty), markup.grid([nasty], [[nasty]]),
+        plot.plot(nasty, plot.Axis(nasty), plot.Axis(nasty), [plot.Series(nasty, [(0, 0), (1, 1)])], [(nasty, 0.5)]),
+    ]  # fmt: skip
+    for text in pieces:
+        assert "<script" not in text and "&lt;script&gt;" in text and "alert(&quot;" in text

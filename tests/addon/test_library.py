@@ -97,6 +97,8 @@ def test_missing_library_names_the_places(tmp_path, monkeypatch):
 
 
 def test_the_environment_comes_before_the_addon_and_the_build(monkeypatch):
+    monkeypatch.setenv(library.LIBRARY_VARIABLE, "libcurvopt.so")  # not what the system's loader finds by that name
+    assert library.library_candidates() == [Path.cwd() / "libcurvopt.so"]
     monkeypatch.setenv(library.LIBRARY_VARIABLE, "/somewhere/libcurvopt.so")
     assert library.library_candidates() == [Path("/somewhere/libcurvopt.so")]
     monkeypatch.delenv(library.LIBRARY_VARIABLE)

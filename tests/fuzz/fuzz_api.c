@@ -209,6 +209,37 @@ static void call_evaluate(state *s) {
     }
 }
 
+/* A callback that ends an evaluation at the last of so many calls. */
+static int32_t count_down(const curvopt_progress *p, void *user) {
+    int *left = user;
+    FUZZ_CHECK(p->iteration >= 0 && p->iteration == p->evaluations && !p->mesh && p->seconds >= 0);
+    return --*left == 0;
+}
+
+/* The same as call_evaluate(), with a flag that may be raised and a callback that may end it. */
+static void call_interruptible(reader *r, state *s) {
+    double gradient[3 * MOST_VERTICES];
+    curvopt_energies e;
+    curvopt_cancel *cancel;
+    curvopt_error error = {0};
+    int32_t status = CURVOPT_OK;
+    int left = next(r) % 16;
+    FUZZ_CHECK(curvopt_cancel_create(&cancel, &error) == CURVOPT_OK);
+    if (next(r) % 8 == 1)
+        curvopt_cancel_request(cancel);
+    if (!s->problem)
+        status = curvopt_problem_create_interruptible(s->mesh, s->xyz, &s->options, count_down, &left, cancel,
+                                                      &s->problem, &error);
+    if (status == CURVOPT_OK)
+        status = curvopt_problem_evaluate_interruptible(s->problem, s->xyz, count_down, &left, cancel, &e, sizeof e,
+                                                        gradient, &error);
+    if (status == CURVOPT_OK)
+        check_finite(gradient, 3 * s->n_vertices);
+    else
+        check_refusal(status, &error);
+    curvopt_cancel_destroy(cancel);
+}
+
 static void call_sampler(reader *r, state *s) {
     enum { POINTS = 4 };
     int32_t face[POINTS], corner[POINTS];
@@ -394,7 +425,10 @@ static void call_mesh_part(reader *r, state *s) {
 }
 
 static void call(reader *r, state *s) {
-    switch (next(r) % 8) {
+    switch (next(r) % 9) {
+    case 8:
+        call_interruptible(r, s);
+        break;
     case 0:
         call_copies(s);
         break;

@@ -206,6 +206,21 @@ def test_deviation_of_a_translation(cube):
         assert np.isnan(curvopt.deviation(cube, moved, cancel=cancel).rms)
 
 
+def test_evaluations_can_be_cancelled_and_done_again(cube):
+    with curvopt.Cancel() as cancel:
+        cancel.request()
+        with pytest.raises(curvopt.Cancelled, match="it was cancelled"):
+            curvopt.energies(cube, cancel=cancel)
+        with pytest.raises(curvopt.Cancelled):
+            curvopt.Problem(cube, cancel=cancel)
+        with curvopt.Problem(cube) as problem:
+            for call in (problem.energies, problem.gradient):
+                with pytest.raises(curvopt.Cancelled):
+                    call(cube.positions, cancel=cancel)
+            again, fresh = problem.energies(cube.positions), curvopt.energies(cube, cancel=None)
+            assert (again.objective, again.area, again.volume) == (fresh.objective, fresh.area, fresh.volume)
+
+
 def test_crossings_of_two_cubes(cube):
     def pair(shift):
         n, sizes = len(cube.positions), np.tile(cube.face_sizes, 2)

@@ -214,6 +214,19 @@ test_interrupt_keeps_the_best_cage() {
     expect 0 ''
 }
 
+# An evaluation has no result before its end: a sentence, and nothing else.
+test_interrupt_ends_an_evaluation() {
+    poles_obj 200 >cage.obj
+    "$CURVOPT" evaluate cage.obj --energy mvs --json result.json >out 2>err &
+    local process=$!
+    interrupt "$process" || fail "it could not be interrupted"
+    wait "$process"
+    CODE=$? ERR=$(<err) OUT=$(<out)
+    expect 1 'cage.obj: it was cancelled'
+    expect_one_sentence
+    [[ $(ls) == $'cage.obj\nerr\nout' ]] || fail "left: $(ls)"
+}
+
 # CPU seconds of process $1 so far; nothing once it has ended.
 cpu_seconds() {
     local ticks

@@ -167,7 +167,7 @@ static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
     if (status == CURVOPT_OK)
         status = co_interpolation_create(mesh, &held, &map, error);
     if (status == CURVOPT_OK)
-        status = co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, error);
+        status = co_patches_create(mesh, c->xyz, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &patches, error);
     if (status == CURVOPT_OK)
         status = co_patches_substitute(&patches, &(co_substitution){map.vertex, &map.cage}, error);
     double xyz[3 * 12];
@@ -190,7 +190,7 @@ static int32_t disc_parts(const curvopt_mesh *mesh, const double *xyz, int n_dis
     co_boundary_turning turning = {0};
     co_basis_table *table[2] = {NULL, NULL};
     int32_t status =
-        co_patches_create(mesh, xyz, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, error);
+        co_patches_create(mesh, xyz, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, NULL, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     CHECK_INT(patches.wide.n_discs, n_discs);

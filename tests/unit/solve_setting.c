@@ -37,7 +37,7 @@ double solve_area(const solve_setting *s, const double *xyz) {
 }
 
 double solve_energy(const solve_setting *s, const double *xyz) {
-    const co_quadrature_goal goal = {1e-8, CO_TERMS_OBJECTIVE, 0};
+    const co_quadrature_goal goal = {.tolerance = 1e-8, .terms = CO_TERMS_OBJECTIVE};
     co_assembly assembly;
     curvopt_energies energies;
     curvopt_error error;

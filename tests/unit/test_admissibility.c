@@ -13,7 +13,7 @@ static int32_t check_creased(const cage *c, const curvopt_creases *creases, int 
     weights[term] = 1;
     co_functional functional = co_functional_of_weights(weights);
     co_patches patches;
-    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, error), error);
+    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &patches, error), error);
     int32_t status = co_admissibility_check(mesh, &patches, &functional, surface, third_allowed, error);
     co_patches_free(&patches);
     curvopt_mesh_destroy(mesh);

@@ -9,8 +9,9 @@
 static co_patches patches_of(curvopt_mesh *mesh) {
     co_patches patches;
     curvopt_error error;
-    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, &patches, &error),
-             &error);
+    CHECK_OK(
+        co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_POLYNOMIAL, CO_BLEND_DISC_LARGEST, NULL, &patches, &error),
+        &error);
     return patches;
 }
 
@@ -67,7 +68,7 @@ static void test_regular_and_other_surfaces_have_none(void **state) {
     curvopt_mesh *mesh[2] = {cage_mesh(&torus), cage_mesh(&cube)};
     co_patches without, p = patches_of(mesh[0]);
     curvopt_error error;
-    CHECK_OK(co_patches_create(mesh[1], NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &without, &error), &error);
+    CHECK_OK(co_patches_create(mesh[1], NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &without, &error), &error);
     CHECK_INT(p.wide.n_discs, 0);
     CHECK_INT(without.wide.n_discs, 0);
     CHECK_INT(without.n_points, without.n_cage);

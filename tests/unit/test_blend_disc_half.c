@@ -13,7 +13,7 @@ enum { POLYNOMIAL = CURVOPT_SURFACE_POLYNOMIAL, LARGEST = CO_BLEND_DISC_LARGEST 
 static co_patches patches_at(const curvopt_mesh *mesh, const double *xyz) {
     co_patches patches;
     curvopt_error error;
-    CHECK_OK(co_patches_create(mesh, xyz, NULL, POLYNOMIAL, LARGEST, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, xyz, NULL, POLYNOMIAL, LARGEST, NULL, &patches, &error), &error);
     return patches;
 }
 

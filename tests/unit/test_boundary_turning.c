@@ -63,7 +63,7 @@ static int check_turning(flat *f, double target, co_fan_type type) {
     co_boundary_turning turning;
     curvopt_error error;
     int found = 0;
-    CHECK_OK(co_patches_create(f->mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, &error), &error);
+    CHECK_OK(co_patches_create(f->mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &patches, &error), &error);
     CHECK_OK(co_boundary_turning_create(f->mesh, &patches, CURVOPT_SURFACE_LIMIT, &turning, &error), &error);
     double *points = calloc(3 * (size_t)patches.n_points, sizeof *points);
     double *weight = calloc((size_t)patches.n_patches, sizeof *weight);

@@ -199,12 +199,174 @@ static void test_measurements_end_soon_wherever_they_are_cancelled(void **state)
     curvopt_mesh_destroy(mesh);
 }
 
+/* ------------------------------------------------------------------------------------------------ evaluations -- */
+
+/* Energies and gradient of one evaluation. */
+typedef struct figures {
+    curvopt_energies energies;
+    double gradient[3 * (RINGS * LARGEST + 2)];
+} figures;
+
+static void check_same_figures(const figures *a, const figures *b) {
+    CHECK_INT(memcmp(&a->energies, &b->energies, sizeof a->energies), 0);
+    CHECK_INT(memcmp(a->gradient, b->gradient, sizeof a->gradient), 0);
+}
+
+static curvopt_options options_of(int term) {
+    curvopt_options options;
+    curvopt_options_init(&options, sizeof options);
+    options.weights[CURVOPT_TERM_WILLMORE] = term == CURVOPT_TERM_WILLMORE;
+    options.weights[term] = 1;
+    options.threads = 2;
+    return options;
+}
+
+/* A flag that is raised after so many CPU seconds by another thread. */
+static void start_clock(alarm_clock *clock, double seconds, pthread_t *thread) {
+    curvopt_error error;
+    *clock = (alarm_clock){.at = cpu_seconds() + seconds};
+    CHECK_OK(curvopt_cancel_create(&clock->cancel, &error), &error);
+    if (seconds <= 0)
+        curvopt_cancel_request(clock->cancel);
+    CHECK_INT(pthread_create(thread, NULL, ring, clock), 0);
+}
+
+/* What was cancelled ended soon and says so. */
+static int stop_clock(alarm_clock *clock, pthread_t thread, int32_t status, const curvopt_error *error) {
+    const double end = cpu_seconds();
+    atomic_store(&clock->done, 1);
+    pthread_join(thread, NULL);
+    if (status == CURVOPT_OK)
+        return 0;
+    CHECK_INT(status, CURVOPT_ERROR_CANCELLED);
+    CHECK_INT(error->code, CURVOPT_ERROR_CANCELLED);
+    CHECK_INT(error->element, -1);
+    assert_string_equal(error->message, "it was cancelled");
+    CHECK_TRUE(end - clock->raised < 0.3 * SLOWER);
+    return 1;
+}
+
+/* A problem is made and evaluated, each cancelled after so many CPU seconds; then evaluated to the end. Returns how
+ * many of both were cancelled. */
+static int check_evaluation(const curvopt_mesh *mesh, const double *xyz, int term, double seconds,
+                            const figures *expected) {
+    const curvopt_options options = options_of(term);
+    curvopt_problem *problem;
+    curvopt_error error;
+    alarm_clock clock;
+    pthread_t thread;
+    figures found = {.energies = {.area = -1}}, untouched = found;
+    start_clock(&clock, seconds, &thread);
+    int32_t status =
+        curvopt_problem_create_interruptible(mesh, xyz, &options, NULL, NULL, clock.cancel, &problem, &error);
+    int n_cancelled = stop_clock(&clock, thread, status, &error);
+    curvopt_cancel_destroy(clock.cancel);
+    CHECK_TRUE((problem == NULL) == n_cancelled);
+    if (!problem)
+        CHECK_OK(curvopt_problem_create(mesh, xyz, &options, &problem, &error), &error);
+    start_clock(&clock, seconds, &thread);
+    status = curvopt_problem_evaluate_interruptible(problem, xyz, NULL, NULL, clock.cancel, &found.energies,
+                                                    sizeof found.energies, found.gradient, &error);
+    if (stop_clock(&clock, thread, status, &error)) {
+        n_cancelled++;
+        check_same_figures(&found, &untouched);
+        CHECK_OK(curvopt_problem_evaluate(problem, xyz, &found.energies, sizeof found.energies, found.gradient, &error),
+                 &error);
+    }
+    curvopt_cancel_destroy(clock.cancel);
+    check_same_figures(&found, expected);
+    curvopt_problem_destroy(problem);
+    return n_cancelled;
+}
+
+static void test_evaluations_end_soon_wherever_they_are_cancelled(void **state) {
+    (void)state;
+    static const double seconds[] = {0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.1};
+    static const int terms[] = {CURVOPT_TERM_WILLMORE, CURVOPT_TERM_MVS};
+    double xyz[3 * (RINGS * LARGEST + 2)];
+    curvopt_mesh *mesh = spindle(LARGEST / 4, xyz);
+    for (int t = 0; t < 2; t++) {
+        const curvopt_options options = options_of(terms[t]);
+        figures expected = {.energies = {.area = 0}};
+        curvopt_problem *problem;
+        curvopt_error error;
+        int n_cancelled = 0;
+        CHECK_OK(curvopt_problem_create(mesh, xyz, &options, &problem, &error), &error);
+        CHECK_OK(curvopt_problem_evaluate(problem, xyz, &expected.energies, sizeof expected.energies, expected.gradient,
+                                          &error),
+                 &error);
+        curvopt_problem_destroy(problem);
+        for (size_t k = 0; k < sizeof seconds / sizeof *seconds; k++)
+            n_cancelled += check_evaluation(mesh, xyz, terms[t], seconds[k], &expected);
+        CHECK_TRUE(n_cancelled >= 2); /* both that the flag of 0 seconds is for; others by how busy the machine is */
+    }
+    curvopt_mesh_destroy(mesh);
+}
+
+/* What a callback was told; it ends the call at its `last`-th call. */
+typedef struct listener {
+    curvopt_progress told;
+    int calls, last, tables; /* tables: calls before the first evaluation */
+} listener;
+
+static int32_t listen(const curvopt_progress *progress, void *user) {
+    listener *l = user;
+    CHECK_INT(progress->struct_size, sizeof *progress);
+    CHECK_TRUE(progress->seconds >= l->told.seconds && progress->iteration >= l->told.iteration);
+    CHECK_TRUE(isnan(progress->energy) == (progress->iteration == 0));
+    CHECK_TRUE(progress->mesh == NULL && isnan(progress->step) && progress->evaluations == progress->iteration);
+    l->told = *progress;
+    l->tables += progress->iteration == 0;
+    return ++l->calls == l->last;
+}
+
+/* A callback hears of tables and evaluations, and can end either call at any of its calls. */
+static void test_callbacks_are_told_and_can_end_an_evaluation(void **state) {
+    (void)state;
+    double xyz[3 * (RINGS * LARGEST + 2)];
+    curvopt_mesh *mesh = spindle(5, xyz);
+    curvopt_options options = options_of(CURVOPT_TERM_WILLMORE);
+    curvopt_problem *problem;
+    curvopt_energies e;
+    curvopt_error error;
+    options.tolerance = 1e-7;
+    listener made = {.last = -1}, evaluated = {.last = -1};
+    CHECK_OK(curvopt_problem_create_interruptible(mesh, xyz, &options, listen, &made, NULL, &problem, &error), &error);
+    CHECK_TRUE(made.calls >= 2 && made.tables == made.calls && made.told.xyz == xyz && made.told.n_vertices == 17);
+    CHECK_OK(curvopt_problem_evaluate_interruptible(problem, xyz, listen, &evaluated, NULL, &e, sizeof e, NULL, &error),
+             &error);
+    CHECK_TRUE(evaluated.told.iteration >= 2 && evaluated.tables > 0 && evaluated.told.samples == e.n_samples);
+    CHECK_TRUE(evaluated.told.energy == e.objective && evaluated.told.xyz == xyz);
+    curvopt_problem_destroy(problem);
+    for (int last = 1; last < made.calls + evaluated.calls; last++) { /* nothing follows the last call of either */
+        if (last == made.calls)
+            continue;
+        listener l = {.last = last};
+        int32_t status = curvopt_problem_create_interruptible(mesh, xyz, &options, listen, &l, NULL, &problem, &error);
+        if (status == CURVOPT_OK) {
+            l = (listener){.last = last - l.calls};
+            status = curvopt_problem_evaluate_interruptible(problem, xyz, listen, &l, NULL, &e, sizeof e, NULL, &error);
+        }
+        CHECK_INT(status, CURVOPT_ERROR_CANCELLED);
+        CHECK_INT(l.calls, l.last);
+        if (problem) { /* also where the rules had changed, and their tables were not made */
+            curvopt_energies again = {0};
+            CHECK_OK(curvopt_problem_evaluate(problem, xyz, &again, sizeof again, NULL, &error), &error);
+            CHECK_INT(memcmp(&again, &e, sizeof e), 0);
+        }
+        curvopt_problem_destroy(problem);
+    }
+    curvopt_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tables_that_are_there_outlive_the_flag),
         cmocka_unit_test(test_threads_do_not_change_a_table),
         cmocka_unit_test(test_runs_end_soon_wherever_they_are_cancelled),
         cmocka_unit_test(test_measurements_end_soon_wherever_they_are_cancelled),
+        cmocka_unit_test(test_evaluations_end_soon_wherever_they_are_cancelled),
+        cmocka_unit_test(test_callbacks_are_told_and_can_end_an_evaluation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -136,6 +136,26 @@ static void test_value_is_the_weighted_sum_of_terms(void **state) {
     }
 }
 
+/* The weights of an integrand and the integrals that they belong to, one by one: no other one counts. */
+static void test_an_integrand_takes_each_integral_by_its_weight(void **state) {
+    (void)state;
+    static const int which[] = {CO_INT_AREA, CO_INT_H2, CO_INT_K,    CO_INT_F1,
+                                CO_INT_F3,   CO_INT_X,  CO_INT_MEAN, CO_INT_VOLUME};
+    for (int i = 0; i < 8; i++) {
+        co_integrand w = {0}, sum = {.area = 1, .h2 = 1, .gauss = 1, .f1 = 1, .f3 = 1, .x = 1, .mean = 1, .volume = 1};
+        double *const weight[] = {&w.area, &w.h2, &w.gauss, &w.f1, &w.f3, &w.x, &w.mean, &w.volume};
+        double integral[CO_N_INTEGRALS] = {0}, all = 0;
+        for (int k = 0; k < 8; k++) {
+            integral[which[k]] = 2 + k;
+            all += 2 + k;
+        }
+        *weight[i] = 3;
+        CHECK_NEAR(co_functional_integrate(&w, integral), 3 * (2 + i), 1e-14);
+        co_integrand_add(&sum, 0.5, &w);
+        CHECK_NEAR(co_functional_integrate(&sum, integral), all + 1.5 * (2 + i), 1e-14);
+    }
+}
+
 /* A term that is not wanted may be NAN: it must not spoil the objective. */
 static void test_unwanted_integrals_do_not_matter(void **state) {
     (void)state;
@@ -157,6 +177,7 @@ int main(void) {
         cmocka_unit_test(test_terms_that_do_not_exist_are_nan),
         cmocka_unit_test(test_third_order_terms_are_those_with_derivatives_of_curvature),
         cmocka_unit_test(test_value_is_the_weighted_sum_of_terms),
+        cmocka_unit_test(test_an_integrand_takes_each_integral_by_its_weight),
         cmocka_unit_test(test_unwanted_integrals_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -119,7 +119,7 @@ static void test_boundary_of_a_disc_turns_once(void **state) {
     co_patches patches;
     co_boundary_turning rim;
     uint64_t random = 5;
-    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &patches, &error), &error);
     CHECK_OK(co_boundary_turning_create(mesh, &patches, CURVOPT_SURFACE_LIMIT, &rim, &error), &error);
     double *points = calloc(3 * (size_t)patches.n_points, sizeof *points);
     CHECK_INT(rim.n_sides, 4 * SIDE);

@@ -291,7 +291,7 @@ static void check_names(name_function name_of, find_function find, const char *c
 static void test_names_and_values_find_each_other(void **state) {
     (void)state;
     CHECK_NAMES(status, 0, "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported",
-                "resolution");
+                "resolution", "cancelled");
     CHECK_NAMES(boundary_rule, 0, "smooth", "corners");
     CHECK_NAMES(surface, 0, "auto", "limit", "plane", "polynomial");
     CHECK_NAMES(term, 0, "willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "mean_curvature");

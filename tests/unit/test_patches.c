@@ -14,7 +14,7 @@ typedef struct covered {
 static covered cover(cage c) {
     covered x = {.c = c, .mesh = cage_mesh(&c)};
     curvopt_error error;
-    CHECK_OK(co_patches_create(x.mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &x.patches, &error), &error);
+    CHECK_OK(co_patches_create(x.mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &x.patches, &error), &error);
     return x;
 }
 
@@ -130,7 +130,7 @@ static void test_open_cage_has_phantom_points(void **state) {
     co_patches patches;
     curvopt_error error;
     CHECK_OK(curvopt_mesh_create_creased(9, 4, sizes, vertices, &corners, &mesh, &error), &error);
-    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &patches, &error), &error);
+    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, NULL, &patches, &error), &error);
     CHECK_INT(patches.n_patches, 4); /* a grid of 2 x 2 quads needs no subdivision */
     CHECK_INT(patches.n_kinds, 1);
     CHECK_INT(patches.derived.n_rows, 16); /* the ring round its 9 points */
@@ -144,6 +144,25 @@ static void test_open_cage_has_phantom_points(void **state) {
     curvopt_mesh_destroy(mesh);
 }
 
+static void test_a_raised_flag_leaves_nothing(void **state) {
+    (void)state;
+    const cage c = cage_cube();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_cancel *flag;
+    co_cancel cancel = {0};
+    co_patches patches;
+    curvopt_error error;
+    CHECK_OK(curvopt_cancel_create(&flag, &error), &error);
+    co_cancel_start_at_once(&cancel, flag);
+    CHECK_OK(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &cancel, &patches, &error), &error);
+    co_patches_free(&patches);
+    curvopt_cancel_request(flag);
+    CHECK_INT(co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_LIMIT, 1, &cancel, &patches, &error), CO_CANCELLED);
+    CHECK_TRUE(patches.n_patches == 0 && !patches.points && !patches.start);
+    curvopt_cancel_destroy(flag);
+    curvopt_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_face_is_covered_once),
@@ -152,6 +171,7 @@ int main(void) {
         cmocka_unit_test(test_derived_points_are_convex_combinations),
         cmocka_unit_test(test_extraordinary_patches_have_whole_two_rings),
         cmocka_unit_test(test_open_cage_has_phantom_points),
+        cmocka_unit_test(test_a_raised_flag_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,12 +12,12 @@ The public side is `api`, with errors of `library` and plain values of `values`.
 
 from .api import *  # noqa: F403
 from .api import __all__ as _public
-from .library import CurvoptError, LibraryError
+from .library import Cancelled, CurvoptError, LibraryError
 from .solver import Solver
 from .values import Energies, Exceptions, LevelReport, Progress, Summary, Verification
 from .version import VERSION as __version__
 
 __all__ = [
-    *_public, "CurvoptError", "Energies", "Exceptions", "LevelReport", "LibraryError", "Progress", "Solver", "Summary", "Verification",
+    *_public, "Cancelled", "CurvoptError", "Energies", "Exceptions", "LevelReport", "LibraryError", "Progress", "Solver", "Summary", "Verification",
     "__version__",
 ]  # fmt: skip

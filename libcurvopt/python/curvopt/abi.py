@@ -11,7 +11,7 @@ SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
 STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
 VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
 STATUSES = (  # by curvopt_status
-    "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported", "resolution",
+    "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported", "resolution", "cancelled",
 )  # fmt: skip
 BOUNDARIES = ("position", "tangent", "curvature", "free")  # by curvopt_boundary
 SYMMETRIES = ("auto", "none", "rotations", "keep", "planes")  # by curvopt_symmetry
@@ -30,7 +30,7 @@ MAX_SCALARS = 6  # CURVOPT_MAX_SCALARS
 # Enumerations of the header. The names above are wanted before there is a library; it is asked once it is loaded.
 ENUMS = (
     "status boundary_rule surface term method boundary spacing symmetry plane scalar scalar_rule exception"
-    " stop step verdict"
+    " step stop verdict"
 ).split()
 NAMES = {
     "curvopt_status_name": STATUSES,
@@ -270,8 +270,14 @@ SIGNATURES = {
     "curvopt_options_init": (None, (C.POINTER(COptions), _SIZE)),
     "curvopt_options_validate": (_I, (C.POINTER(COptions), _ERROR)),
     "curvopt_problem_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
+    "curvopt_problem_create_interruptible": (
+        _I, (_HANDLE, REALS, C.POINTER(COptions), PROGRESS_FN, _HANDLE, _HANDLE, _OUT, _ERROR)
+    ),
     "curvopt_problem_destroy": (None, (_HANDLE,)),
     "curvopt_problem_evaluate": (_I, (_HANDLE, REALS, C.POINTER(CEnergies), _SIZE, REALS, _ERROR)),
+    "curvopt_problem_evaluate_interruptible": (
+        _I, (_HANDLE, REALS, PROGRESS_FN, _HANDLE, _HANDLE, C.POINTER(CEnergies), _SIZE, REALS, _ERROR)
+    ),
     "curvopt_sampler_create": (_I, (_HANDLE, REALS, C.POINTER(COptions), _OUT, _ERROR)),
     "curvopt_sampler_destroy": (None, (_HANDLE,)),
     "curvopt_sampler_jets": (_I, (_HANDLE, _I, INTS, INTS, REALS, REALS, _ERROR)),

@@ -72,7 +72,7 @@ def _part(wanted: str | float, cage: Cage, energy: Energy, surface: str, left_ou
 
 
 class Cancel:
-    """A flag that any thread may raise to end a run; a context manager.
+    """A flag that any thread may raise to end a run, an evaluation or a measurement; a context manager. It stays raised.
 
         with Cancel() as cancel: threading.Timer(5, cancel.request).start(); minimize(cage, cancel=cancel)"""
 
@@ -80,7 +80,7 @@ class Cancel:
         self._flag = _Cancel.create(load())
 
     def request(self) -> None:
-        """End the run that was given this flag at its next step; its result is the best cage so far."""
+        """End the call that was given this flag: a run at its next step, with the best cage so far."""
         self._flag.request()
 
     def close(self) -> None:
@@ -94,31 +94,38 @@ class Cancel:
         self.close()
 
 
+def _flag(cancel: Cancel | None) -> _Cancel | None:
+    return cancel._flag if cancel is not None else None
+
+
 class Problem:
     """A cage made ready for evaluation: energies and their exact gradient at any positions. A context manager.
 
     `energy`: a name of TERMS or weights by name; it is the objective. `surface`: of SURFACES; "auto" is the limit surface
-    unless a term of third order needs another. `spontaneous_curvature`: as of minimize(). Faces that are degenerate at the cage's positions are left out.
-    CurvoptError for cages without a surface, ValueError for unknown names. Belongs to one thread at a time."""
+    unless a term of third order needs another. `spontaneous_curvature`: as of minimize(). Faces that are degenerate at the
+    cage's positions are left out. `cancel`: ends what takes long at poles of many faces, from any thread; the call then raises
+    Cancelled, and the problem can be evaluated again. CurvoptError for cages without a surface, ValueError for unknown names.
+    Belongs to one thread at a time."""
 
     def __init__(
         self, cage: Cage, energy: Energy = "willmore", *, surface: str = "auto", tolerance: float = 1e-4,
         left_out: Sequence[int] = (), threads: int = 0, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
+        cancel: Cancel | None = None,
     ) -> None:  # fmt: skip
         lib = load()
         options = _options(
             lib, energy, surface, tolerance=tolerance, holes=left_out, threads=threads, spontaneous_curvature=spontaneous_curvature
         )
         with _Mesh.of_cage(lib, cage) as mesh:
-            self._problem = _Problem.create(mesh, options, cage.positions)
+            self._problem = _Problem.create(mesh, options, cage.positions, _flag(cancel))
 
-    def energies(self, positions: object) -> Energies:
+    def energies(self, positions: object, *, cancel: Cancel | None = None) -> Energies:
         """All energies, with estimates of their quadrature errors, at positions (n, 3)."""
-        return self._problem.evaluate(positions)[0]
+        return self._problem.evaluate(positions, cancel=_flag(cancel))[0]
 
-    def gradient(self, positions: object) -> tuple[float, np.ndarray]:
+    def gradient(self, positions: object, *, cancel: Cancel | None = None) -> tuple[float, np.ndarray]:
         """The objective and its derivative by positions (n, 3), in 1 / units of the cage."""
-        found, gradient = self._problem.evaluate(positions, with_gradient=True)
+        found, gradient = self._problem.evaluate(positions, with_gradient=True, cancel=_flag(cancel))
         return found.objective, gradient
 
     def close(self) -> None:
@@ -132,10 +139,10 @@ class Problem:
         self.close()
 
 
-def energies(cage: Cage, energy: Energy = "willmore", **options: object) -> Energies:
+def energies(cage: Cage, energy: Energy = "willmore", *, cancel: Cancel | None = None, **options: object) -> Energies:
     """All energies of a cage's surface; options as of Problem. `energy` decides about `objective` and the surface "auto"."""
-    with Problem(cage, energy, **options) as problem:
-        return problem.energies(cage.positions)
+    with Problem(cage, energy, cancel=cancel, **options) as problem:
+        return problem.energies(cage.positions, cancel=cancel)
 
 
 @dataclass(frozen=True)
@@ -245,9 +252,8 @@ def minimize(
         reduced_volume=reduced_volume, held=held,
         weights=weights, limit_points=limit_points, places=places, left_out=left_out, **options,
     )  # fmt: skip
-    flag = cancel._flag if cancel is not None else None
     with _Mesh.of_cage(lib, cage) as mesh:
-        with _minimize(mesh, cage.positions, raw, on_progress, flag) as result:
+        with _minimize(mesh, cage.positions, raw, on_progress, _flag(cancel)) as result:
             summary = result.summary()
             levels_done = tuple(result.level(i) for i in range(summary.n_levels))
             return Minimum(result.cage(), summary, levels_done, mesh.exceptions(cage.positions, raw))
@@ -267,15 +273,15 @@ def refine(cage: Cage, times: int = 1) -> Cage:
 def deviation(cage: Cage, other: Cage, *, threads: int = 0, cancel: Cancel | None = None) -> Deviation:
     """How far the limit surfaces of two cages are apart, whatever their faces: largest distance with a bound, and root mean
     square. A cancelled measurement has a larger bound, and `rms` NAN."""
-    lib, flag = load(), cancel._flag if cancel is not None else None
+    lib = load()
     with _Mesh.of_cage(lib, cage) as mesh, _Mesh.of_cage(lib, other) as another:
-        return _deviation(mesh, cage.positions, another, other.positions, threads, flag)
+        return _deviation(mesh, cage.positions, another, other.positions, threads, _flag(cancel))
 
 
 def crossings(cage: Cage, *, threads: int = 0, cancel: Cancel | None = None) -> Crossings:
     """Where the limit surface of a cage crosses itself, by pairs of faces."""
     with _Mesh.of_cage(load(), cage) as mesh:
-        return _crossings(mesh, cage.positions, threads, cancel._flag if cancel is not None else None)
+        return _crossings(mesh, cage.positions, threads, _flag(cancel))
 
 
 class Sampler:

@@ -32,6 +32,7 @@ from .abi import (
     SCALAR_RULES,
     SCALARS,
     SIGNATURES,
+    STATUSES,
     STOPS,
     STRUCT_SIZES,
     SURFACES,
@@ -67,6 +68,10 @@ class CurvoptError(RuntimeError):
         self.code = code
         self.element = element
         self.message = message
+
+
+class Cancelled(CurvoptError):
+    """What was called has been cancelled by its flag, and has no result."""
 
 
 # ---------------------------------------------------------------------------------------------------------- arrays --
@@ -177,12 +182,13 @@ class Library:
                 raise LibraryError(f"The curvopt library {self.path} has other names by {function} than this add-on.")
 
     def call(self, name: str, *arguments: object) -> None:
-        """Call a fallible function with everything but its error; CurvoptError unless it returns 0."""
+        """Call a fallible function with everything but its error; CurvoptError unless it returns 0, and of these
+        Cancelled if it was cancelled."""
         error = CError(element=-1)
         code = getattr(self.c, name)(*arguments, C.byref(error))
         if code != 0:
             text = error.message.decode("utf-8", "replace") or self.c.curvopt_status_text(code).decode()
-            raise CurvoptError(code, error.element, text)
+            raise (Cancelled if code == STATUSES.index("cancelled") else CurvoptError)(code, error.element, text)
 
     def create(self, name: str, *arguments: object) -> C.c_void_p:
         """Call a fallible function whose last argument before the error is `out`; its new handle."""
@@ -452,23 +458,29 @@ class Problem(_Handle):
     _destroy = "curvopt_problem_destroy"
 
     @classmethod
-    def create(cls, mesh: Mesh, options: COptions, xyz: object = None) -> Problem:
+    def create(cls, mesh: Mesh, options: COptions, xyz: object = None, cancel: Cancel | None = None) -> Problem:
         """Faces that are degenerate at xyz (n, 3), if it is given, are left out. CurvoptError for a surface that cannot
-        carry the energy."""
+        carry the energy; Cancelled."""
         points = None if xyz is None else reals(xyz, 3 * mesh.info().n_vertices, "xyz")
-        pointer = mesh.lib.create("curvopt_problem_create", mesh.pointer, _real_pointer(points), C.byref(options))
+        pointer = mesh.lib.create(
+            "curvopt_problem_create_interruptible", mesh.pointer, _real_pointer(points), C.byref(options),
+            PROGRESS_FN(), None, cancel.pointer if cancel else None,
+        )  # fmt: skip
         problem = cls(mesh.lib, pointer)
         problem.n_vertices = mesh.info().n_vertices
         return problem
 
-    def evaluate(self, xyz: object, with_gradient: bool = False) -> tuple[Energies, np.ndarray | None]:
-        """Energies at xyz (n, 3) and, if asked for, the objective's gradient (n, 3)."""
+    def evaluate(
+        self, xyz: object, with_gradient: bool = False, cancel: Cancel | None = None
+    ) -> tuple[Energies, np.ndarray | None]:
+        """Energies at xyz (n, 3) and, if asked for, the objective's gradient (n, 3). A problem whose evaluation was
+        Cancelled can be evaluated again."""
         points = reals(xyz, 3 * self.n_vertices, "xyz")
         gradient = np.empty((self.n_vertices, 3)) if with_gradient else None
         raw = CEnergies()
         self.lib.call(
-            "curvopt_problem_evaluate", self.pointer, _real_pointer(points), C.byref(raw), C.sizeof(raw),
-            _real_pointer(gradient),
+            "curvopt_problem_evaluate_interruptible", self.pointer, _real_pointer(points), PROGRESS_FN(), None,
+            cancel.pointer if cancel else None, C.byref(raw), C.sizeof(raw), _real_pointer(gradient),
         )  # fmt: skip
         return Energies.from_c(raw), gradient
 
@@ -484,7 +496,7 @@ class Cancel(_Handle):
         return cls(lib, lib.create("curvopt_cancel_create"))
 
     def request(self) -> None:
-        """Stop the run that was given this flag, at its next opportunity."""
+        """Stop the call that was given this flag, at its next opportunity."""
         self.lib.c.curvopt_cancel_request(self.pointer)
 
 

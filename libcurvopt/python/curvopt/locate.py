@@ -36,7 +36,7 @@ def library_candidates() -> list[Path]:
     checkout's build, or the system's, which its loader finds by name."""
     named = os.environ.get(LIBRARY_VARIABLE)
     if named:
-        return [Path(named)]
+        return [Path(named).absolute()]  # a bare name would be looked for elsewhere by the system's loader
     name = platform_name()
     inside = PACKAGE / "native" / name / file_name(name)
     if PACKAGE.parents[1].name == "libcurvopt":

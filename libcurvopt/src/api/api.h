@@ -6,8 +6,22 @@
 
 #include <stddef.h>
 
+/* Who is told how far a call is, and who can end it. */
+typedef struct co_watch {
+    curvopt_progress_fn progress; /* NULL: nobody is told */
+    void *user;
+    const curvopt_cancel *cancel; /* NULL: nobody can */
+} co_watch;
+
 struct curvopt_problem {
     co_assembly assembly;
+    co_basis_table_cache tables;
+    co_thread_pool *threads;
+    co_cancel cancel;       /* of the call that is on */
+    co_watch watch;         /* of the call that is on */
+    curvopt_cancel stopped; /* raised: for the flag of a call whose callback ends it */
+    curvopt_progress told;  /* what the callback gets */
+    double started;         /* co_clock_seconds() when the call began */
     double tolerance;
     int32_t n_faces;
     int is_part; /* of a surface: the caller's weights */
@@ -24,6 +38,7 @@ int32_t co_api_take_cage(const curvopt_mesh *mesh, const double *xyz, const curv
                          curvopt_options *own, curvopt_error *error);
 /* face_weight NULL: all faces count once, but those that are left out at xyz. */
 int32_t co_api_create_problem(const curvopt_mesh *mesh, const double *xyz, const double *face_weight,
-                              const curvopt_options *options, curvopt_problem **out, curvopt_error *error);
+                              const curvopt_options *options, const co_watch *watch, curvopt_problem **out,
+                              curvopt_error *error);
 
 #endif

@@ -44,7 +44,9 @@ int32_t curvopt_problem_create_part(const curvopt_mesh *mesh, const double *face
     if (!mesh || !face_weight)
         return co_api_null(error, mesh ? "face_weight" : "mesh");
     int32_t status = check_face_weights(face_weight, mesh->info.n_faces, error);
-    return status == CURVOPT_OK ? co_api_create_problem(mesh, NULL, face_weight, options, out, error) : status;
+    return status == CURVOPT_OK
+               ? co_api_create_problem(mesh, NULL, face_weight, options, &(co_watch){.progress = NULL}, out, error)
+               : status;
 }
 
 int32_t curvopt_problem_sum(curvopt_problem *problem, const double *xyz, int32_t all_terms, double *gradients,

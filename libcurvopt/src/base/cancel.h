@@ -19,7 +19,8 @@ struct curvopt_cancel {
 };
 
 /* Status of what was not finished because it was cancelled. It goes up like an error, so that everything is freed on
- * the way, but has no message; solve/ turns it into a result, and no exported function returns it. */
+ * the way, but has no message; solve/ turns it into a result, api/ into CURVOPT_ERROR_CANCELLED, and no exported
+ * function returns it. */
 enum { CO_CANCELLED = -1 };
 
 /* Seconds from when a run sees the flag until it is cut off (notes/36-cancelling.md); more where sanitizers slow all
@@ -35,6 +36,12 @@ typedef struct co_cancel {
     const curvopt_cancel *flag; /* NULL: nobody can cancel */
     _Atomic int64_t seen;       /* microseconds of co_clock_seconds() at which co_cancel_is_due() saw it; 0: not yet */
 } co_cancel;
+
+/* The flag of a call that has nothing to save: what takes long ends as soon as it is raised, without any grace. */
+static inline void co_cancel_start_at_once(co_cancel *cancel, const curvopt_cancel *flag) {
+    cancel->flag = flag;
+    atomic_store(&cancel->seen, INT64_MIN / 2);
+}
 
 static inline int co_cancel_is_requested(const curvopt_cancel *flag) {
     return flag && atomic_load_explicit(&flag->requested, memory_order_relaxed);

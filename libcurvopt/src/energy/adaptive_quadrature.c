@@ -312,6 +312,8 @@ static int32_t estimate(co_assembly *a, resolution *r, curvopt_error *error) {
     int32_t status = co_adaptive_quadrature_evaluate_finer(a, r->third, &r->finer, error);
     if (status != CURVOPT_OK)
         return status;
+    if (r->goal->evaluated)
+        r->goal->evaluated(r->goal->user, &r->used);
     store_terms(a, &a->finer_batches, r->finer.integral[CO_INT_AREA], r->third, e->finer);
     compare_terms(a, r->goal->terms == CO_TERMS_ALL, e->finer, &r->finer);
     for (int32_t p = 0; p < a->patches.n_patches; p++)

@@ -23,9 +23,12 @@ typedef enum co_terms {
 
 /* The request to co_adaptive_quadrature_resolve(). */
 typedef struct co_quadrature_goal {
-    double tolerance;  /* wanted relative error */
-    co_terms terms;    /* terms that are evaluated, and that count */
-    int is_normalized; /* as in co_request */
+    double tolerance;                                       /* wanted relative error */
+    co_terms terms;                                         /* terms that are evaluated, and that count */
+    int is_normalized;                                      /* as in co_request */
+    void (*evaluated)(void *user, const co_values *values); /* told each time that the rules were evaluated; may raise
+                                                               the flag. NULL: nobody is told */
+    void *user;
 } co_quadrature_goal;
 
 /* Refines rules where needed until the estimated relative errors are below goal->tolerance, or rules are at their

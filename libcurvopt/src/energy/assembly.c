@@ -138,7 +138,8 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co
     int32_t status = take_threads(a, options, tables, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width, &a->patches, error);
+    status = co_patches_create(mesh, xyz, face_weight, options->surface, options->blend_width,
+                               tables ? tables->cancel : NULL, &a->patches, error);
     if (status != CURVOPT_OK) {
         co_thread_pool_destroy(a->own_threads);
         return status;

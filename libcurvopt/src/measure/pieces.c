@@ -185,6 +185,7 @@ static int32_t allocate(co_surface_pieces *s, const ring_table *tables, curvopt_
 int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
                          const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error) {
     ring_table *tables = NULL;
+    co_cancel once;
     double centroid[3];
     *out = (co_surface_pieces){0};
     int32_t status = co_similarity_check(mesh->info.n_vertices, xyz, error);
@@ -194,7 +195,8 @@ int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double rat
         return status;
     out->size = co_similarity_mesh_frame(mesh, xyz, centroid);
     /* This surface's patches have no wide blends (patches.h): they are the limit surface's own. */
-    status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_PLANE, 1, &out->patches, error);
+    co_cancel_start_at_once(&once, cancel);
+    status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_PLANE, 1, &once, &out->patches, error);
     if (status != CURVOPT_OK)
         return status;
     out->points = CO_NEW(double, 3 * (size_t)out->patches.n_points);

@@ -38,9 +38,10 @@ static int32_t resolve(void *context, const double *x, int *resolved, int *chang
     co_level *l = context;
     curvopt_energies energies;
     co_level_objective_place(&l->objective, x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
-                                                    &(co_quadrature_goal){l->working_tolerance, CO_TERMS_OBJECTIVE, 1},
-                                                    &energies, resolved, changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(
+        &l->objective.assembly, l->objective.positions,
+        &(co_quadrature_goal){.tolerance = l->working_tolerance, .terms = CO_TERMS_OBJECTIVE, .is_normalized = 1},
+        &energies, resolved, changed, error);
     if (status == CURVOPT_OK)
         *defect = l->objective.assembly.leaves_out ? 0 : energies.gauss_bonnet_defect;
     return status;
@@ -319,9 +320,10 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
     int resolved, changed;
     const double *others[2] = {l->review.safe, l->review.first};
     co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
-                                                    &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, &energies,
-                                                    &resolved, &changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(
+        &l->objective.assembly, l->objective.positions,
+        &(co_quadrature_goal){.tolerance = l->tolerance, .terms = CO_TERMS_REPORT, .is_normalized = 1}, &energies,
+        &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     double least = co_level_objective_value(&l->objective, l->now.x);
@@ -529,9 +531,10 @@ int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) 
 int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
     int changed;
     co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_adaptive_quadrature_resolve(&l->objective.assembly, l->objective.positions,
-                                                    &(co_quadrature_goal){l->tolerance, CO_TERMS_REPORT, 1}, energies,
-                                                    resolved, &changed, error);
+    int32_t status = co_adaptive_quadrature_resolve(
+        &l->objective.assembly, l->objective.positions,
+        &(co_quadrature_goal){.tolerance = l->tolerance, .terms = CO_TERMS_REPORT, .is_normalized = 1}, energies,
+        resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, size_of(l, energies), xyz);

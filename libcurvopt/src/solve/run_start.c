@@ -56,7 +56,8 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     if (status != CURVOPT_OK)
         return status;
     assembly.leaves_out = left_out != NULL;
-    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz, &(co_quadrature_goal){tolerance, CO_TERMS_REPORT, 0},
+    status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz,
+                                            &(co_quadrature_goal){.tolerance = tolerance, .terms = CO_TERMS_REPORT},
                                             out, &resolved, &changed, error);
     if (status == CURVOPT_OK && !isfinite(out->objective) && co_run_context_is_cancelled(&r->context))
         status = CO_CANCELLED;
@@ -84,7 +85,7 @@ int32_t co_run_report_end(co_run *r, const co_level *l, curvopt_error *error) {
     if (o->surface != CURVOPT_SURFACE_POLYNOMIAL || o->blend_width == 1 || !co_ring_has_phantoms(mesh) ||
         co_run_stopped_early(r))
         return CURVOPT_OK;
-    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, &patches, error);
+    int32_t status = co_patches_create(mesh, r->at.xyz, NULL, o->surface, o->blend_width, NULL, &patches, error);
     if (status != CURVOPT_OK)
         return status;
     const int same = co_blend_disc_half_are_same(&patches.wide, &l->objective.assembly.patches.wide);

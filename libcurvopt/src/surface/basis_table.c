@@ -542,6 +542,8 @@ int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int3
     if (status == CURVOPT_OK) {
         cache->table[cache->n_tables++] = entry;
         *out = entry.table;
+        if (cache->made)
+            cache->made(cache->user);
     }
     return status;
 }

@@ -39,6 +39,8 @@ typedef struct co_basis_table_cache {
     int32_t surface;         /* curvopt_surface */
     co_thread_pool *threads; /* fill tables; NULL until replaced: the calling thread alone */
     co_cancel *cancel;       /* ends the making of tables; NULL until replaced */
+    void (*made)(void *); /* told, with `user`, of each table that was made; may raise the flag. NULL until replaced */
+    void *user;
     int32_t n_tables;
     struct co_cached_table *table; /* [n_tables] in the order in which they were made */
     int32_t n_fits;

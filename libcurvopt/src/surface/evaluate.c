@@ -25,7 +25,7 @@ int32_t co_sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t s
                           curvopt_error *error) {
     *s = (co_sampler){.n_faces = mesh->info.n_faces, .surface = surface};
     co_basis_table_cache_create(surface, &s->tables);
-    int32_t status = co_patches_create(mesh, xyz, NULL, surface, blend_width, &s->patches, error), largest = 0;
+    int32_t status = co_patches_create(mesh, xyz, NULL, surface, blend_width, NULL, &s->patches, error), largest = 0;
     if (status != CURVOPT_OK)
         return status;
     const co_patches *p = &s->patches;

@@ -28,6 +28,7 @@ typedef struct level {
     const co_blend_discs *discs; /* wide discs of level 0; NULL: none, as on all other levels */
     int32_t *disc_at;            /* [n_vertices] the disc of width 1 round each vertex; -1: none yet */
     int32_t surface;             /* curvopt_surface */
+    co_cancel *cancel;
 } level;
 
 static void level_free(level *l) {
@@ -310,6 +311,8 @@ static int32_t emit_patches(level *l, co_patches *out, int32_t *n_split, curvopt
     if (status == CURVOPT_OK && out->n_patches == 0)
         out->start[0] = 0;
     for (int32_t f = 0; status == CURVOPT_OK && f < m->info.n_faces; f++) {
+        if (co_cancel_is_due(l->cancel))
+            return CO_CANCELLED;
         if (!l->active[f])
             continue;
         int corner = evaluable_corner(l, f);
@@ -352,6 +355,7 @@ static void place_children(const level *l, const uint8_t *keep, level *next) {
 
 static int32_t subdivide(const level *l, level *next, curvopt_error *error) {
     next->surface = l->surface;
+    next->cancel = l->cancel;
     curvopt_mesh *part = NULL;
     int32_t *vertex_of = NULL, status = CURVOPT_ERROR_MEMORY;
     co_sparse_rows rows = {0};
@@ -360,7 +364,8 @@ static int32_t subdivide(const level *l, level *next, curvopt_error *error) {
         co_status_no_memory(error);
         goto done;
     }
-    if ((status = faces_to_refine(l, keep, error)) != CURVOPT_OK ||
+    status = CO_CANCELLED;
+    if (co_cancel_is_due(l->cancel) || (status = faces_to_refine(l, keep, error)) != CURVOPT_OK ||
         (status = co_submesh_extract(l->mesh, keep, &part, &vertex_of, error)) != CURVOPT_OK ||
         (status = co_subdivide(part, &next->owned, &rows, error)) != CURVOPT_OK)
         goto done;
@@ -402,8 +407,8 @@ static void number_coefficients(co_patches *p) {
 }
 
 int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
-                          int widest, co_patches *out, curvopt_error *error) {
-    level l = {.mesh = mesh, .surface = surface}, next = {0};
+                          int widest, co_cancel *cancel, co_patches *out, curvopt_error *error) {
+    level l = {.mesh = mesh, .surface = surface, .cancel = cancel}, next = {0};
     *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));

@@ -16,6 +16,7 @@
 #ifndef CO_SURFACE_PATCHES_H
 #define CO_SURFACE_PATCHES_H
 
+#include "base/cancel.h"
 #include "linalg/sparse_rows.h"
 #include "mesh/ring.h"
 #include "surface/blend_disc.h"
@@ -53,9 +54,9 @@ typedef struct co_patches {
  * widths of blends follows from two rings of faces round them (CO_PATCHES_HALO). xyz [3 n_vertices]: positions by which
  * half discs are chosen (blend_disc_half.h); NULL: there are none. surface: curvopt_surface; widest: the
  * largest width of a blend on `polynomial`. Linear in the faces, times the subdivisions that fading creases need.
- * ERROR_TOPOLOGY if a fan has 16383 faces or more, ERROR_MEMORY. */
+ * cancel: ends it; NULL: nobody. ERROR_TOPOLOGY if a fan has 16383 faces or more, ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
-                          int widest, co_patches *out, curvopt_error *error);
+                          int widest, co_cancel *cancel, co_patches *out, curvopt_error *error);
 void co_patches_free(co_patches *patches);
 /* The cage vertices of which a point is a combination: itself, or a derived point's row; no coefficient. */
 typedef struct co_point_row {

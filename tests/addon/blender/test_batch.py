@@ -258,6 +258,37 @@ def test_refused_cage_leaves_an_older_output_as_it_was(batch, cage_file, torus):
     assert (cage_file.parent / "out.json").read_text() == "older"
 
 
+def test_objects_whose_files_would_have_one_name_are_not_written_over_each_other(batch, cage_file, torus):
+    torus.name, bpy.data.objects["Spare"].name = "A b", "a_b"
+    save_again(cage_file)
+    code, errors, _ = batch(cage_file.name, "--into", "out", "--all-objects", "--levels", "1", "--max-iterations", "1")
+    out = cage_file.parent / "out"
+    assert code == 1 and len(errors) == 1 and "would have the names of another one's" in errors[0]
+    assert len(list(out.glob("*.blend"))) == len(list(out.glob("*.json"))) == 1
+
+
+def test_names_of_objects_do_not_leave_the_folder_and_leftovers_go(batch, cage_file, torus):
+    torus.name = "../../up\\and: <b>"
+    bpy.data.objects.remove(bpy.data.objects["Spare"])
+    save_again(cage_file)
+    out = cage_file.parent / "out"
+    out.mkdir()
+    (out / f".cage-.._.._up_and_b_-willmore-1.{2**31 - 2}.blend").write_text("left by a run that was killed")
+    work = ["--into", "out", "--all-objects", "--levels", "1", "--max-iterations", "1"]
+    assert batch(cage_file.name, *work) == (0, [], ["out"])
+    assert sorted(path.name for path in out.iterdir()) == [f"cage-.._.._up_and_b_-willmore-1.{end}" for end in ("blend", "json")]
+
+
+def test_scripts_of_a_blend_file_do_not_run(batch, cage_file):
+    """Blender runs a text that is marked so when a file is opened, where its user allows that; by default none does."""
+    text = bpy.data.texts.new("run.py")
+    text.write(f"open({str(cage_file.parent / 'ran')!r}, 'w').close()\n")
+    text.use_module = True
+    save_again(cage_file)
+    code, errors, new = batch(cage_file.name, "--into", "out", "--object", "Torus", "--levels", "1", "--max-iterations", "1")
+    assert (code, new) == (0, ["out"]), errors
+
+
 def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage_file, torus):
     """Two objects, two energies: one object is refused. A second call does only that again; a third one, all once more
     after the settings changed."""
