@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..binding import library
-from ..binding.values import Cage, Summary
+from ..binding.values import Cage, LevelReport, Summary
 from .job import Request, Solution, measured, options_of
 from .memory import check_cage
 from .snapshot import Snapshot, Watcher
@@ -63,6 +64,8 @@ class Live:
         self._aim = Aim(request, places, 1, time.monotonic())
         self._done, self._settled = 0, False  # number of the targets that were gone to, and whether to the end
         self._applied = request  # whose options the solver has
+        self._good: np.ndarray | None = None  # positions (n, 3) of the last minimum; the cage's before there is one
+        self._found: tuple[np.ndarray, Summary, LevelReport] | None = None  # the optimum of the newest targets
         self._finishing = self._closing = False
         self._flag: library.Cancel | None = None  # of the solution that is on
         self._answered = False  # whether that one may be cancelled: its first answer is published
@@ -162,12 +165,12 @@ class Live:
         try:
             if not is_new and self._settled:
                 if self.trouble is None:
-                    self.solution = self._solution(lib, mesh, solver, aim)
+                    self.solution = self._solution(lib, mesh, aim)
                 else:
                     self.error = self.trouble
                 return False
             self._solve(lib, mesh, solver, aim, settle=not is_new)
-        except library.CurvoptError as error:  # the solver stands where it stood, and goes on with other targets
+        except (library.CurvoptError, ValueError) as error:  # the solver stands where it stood, and goes on with other targets
             self._done, self._settled, self.trouble = aim.number, True, error
         finally:
             with self._changed:
@@ -191,16 +194,44 @@ class Live:
             with self._changed:
                 self._answered = True
 
-        solver.solve(settle, lambda _: self._aim is not aim or self._closing, self._flag, watch)
-        summary = solver.summary()
-        if summary.stop == "cancelled" and (self._aim is not aim or self._closing):
+        def is_over(_: object = None) -> bool:
+            return self._aim is not aim or self._closing
+
+        solver.solve(settle, is_over, self._flag, watch)
+        if solver.summary().stop == "cancelled" and is_over():
             return  # other targets are waiting
+        self._found = solver.positions(), solver.summary(), solver.report()
+        if settle and _is_lost(self._found[1]) and not self._start_again(solver, is_over):
+            return
+        xyz, summary, _ = self._found
+        if settle and summary.verification.verdict == "minimum":
+            self._good = xyz
         self.trouble = None
-        xyz, energy = solver.positions(), summary.end.objective
         self._done, self._settled = aim.number, settle
-        self._publish(mesh, xyz, aim.number, energy, summary=summary if settle else None)
-        if settle and self._aim is aim and not self._closing:
-            self._publish(mesh, xyz, aim.number, energy, summary=summary, exact=True)
+        self._publish(mesh, xyz, aim.number, summary.end.objective, summary=summary if settle else None)
+        if settle and not is_over():
+            self._publish(mesh, xyz, aim.number, summary.end.objective, summary=summary, exact=True)
+
+    def _start_again(self, solver: library.Solver, is_over: Callable[[object], bool]) -> bool:
+        """The way of the hand went through shapes from which none leads back, as where it was too far for a moment. So
+        once more from the last minimum, and where that ends no better, from the first cage; the best of these counts. False
+        if other targets came meanwhile."""
+        for begin in (self._good, None) if self._good is not None else (None,):
+            try:
+                solver.set_positions(begin)
+                for settle in (False, True):
+                    solver.solve(settle, is_over, self._flag)
+                    if solver.summary().stop == "cancelled" and is_over():
+                        return False
+            except library.CurvoptError:
+                continue
+            found = solver.positions(), solver.summary(), solver.report()
+            if found[1].end.objective < self._found[1].end.objective:
+                self._found = found
+            if not _is_lost(found[1]):
+                break
+        solver.set_positions(self._found[0])
+        return True
 
     def _wants_another(self) -> bool:
         """Whether a state on the way is worth a picture: the last one was shown, and did not cost too much."""
@@ -216,15 +247,15 @@ class Live:
         self.latest = View(snapshot, number, energy, first, end, summary)  # replaced whole: a reader sees one or the other
         self._not_before = end + _SHARE * (end - begin)
 
-    def _solution(self, lib: library.Library, mesh: library.Mesh, solver: library.Solver, aim: Aim) -> Solution:
+    def _solution(self, lib: library.Library, mesh: library.Mesh, aim: Aim) -> Solution:
         """As of a run from the cage."""
-        summary = solver.summary()
-        final = replace(self.cage, positions=solver.positions())
+        xyz, summary, report = self._found
+        final = replace(self.cage, positions=xyz)
         deviation, crossings = measured(mesh, self.cage, mesh, final, self._flag)
         exceptions = mesh.exceptions(self.cage.positions, _options(lib, aim))
         return Solution(
             final, self.cage.positions, summary.start, summary.end, mesh.info().euler, summary.stop, summary.verification,
-            summary.seconds, (solver.report(),), summary.symmetry_order, exceptions, 0, deviation, crossings,
+            summary.seconds, (report,), summary.symmetry_order, exceptions, 0, deviation, crossings,
             summary.multipliers, summary.scalar_residuals,
         )  # fmt: skip
 
@@ -233,3 +264,8 @@ def _options(lib: library.Library, aim: Aim) -> library.COptions:
     """The library's options of targets."""
     held = replace(aim.request.held, places=aim.places) if len(aim.places) else aim.request.held
     return options_of(lib, replace(aim.request, held=held))
+
+
+def _is_lost(summary: Summary) -> bool:
+    """Whether a solution ended where the surface has features too fine to resolve."""
+    return summary.stop == "unresolved" and summary.verification.verdict != "minimum"

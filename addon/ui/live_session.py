@@ -12,6 +12,7 @@ import numpy as np
 
 from ..binding.values import Held
 from ..core import job, messages
+from ..core.energy import weights_of
 from ..core.live import Live, View
 from ..core.targets import Base
 from ..scene import handles, placement, read_cage, read_marks
@@ -107,6 +108,7 @@ class Session:
         self._values, self._refusal = {name: values[name] for name in _WATCHED}, None
         try:
             request = properties.request_of({**values, "resolution": "SAME", "slide": False}, self._pins)
+            weights_of(request.energy)
             request = job.with_marks(self.source.cage, self.source.fitted(request), *self._marks)
         except ValueError as error:  # an empty mix, no plane
             self._refusal = error
@@ -121,7 +123,7 @@ class Session:
             raise live.error
         seen = live.latest, self._refusal or live.trouble
         now = time.monotonic()
-        if seen == self._seen or seen[0] is None:
+        if seen[0] is None or (seen[0] is self._seen[0] and seen[1] is self._seen[1]):
             return
         if seen[0] is not self._seen[0] and not bpy.app.background:
             from .overlay import redraw  # needs a GPU

@@ -91,6 +91,28 @@ def test_a_drag_ends_where_a_session_from_the_cage_ends(session, strength):
     assert warm.latest.summary.verification.verdict == "minimum"
 
 
+def test_a_hand_that_was_too_far_for_a_moment_does_no_harm(session):
+    """On the way back the surface is beyond repair by small steps; it is found again from the last minimum."""
+    cage = shaken_torus()
+    request, places = request_of(cage), cage.positions[PINS]
+    one = session(cage, request, places)
+    wait(lambda: one.is_settled)
+    energy = one.latest.energy
+    drag_all(one, request, places, np.linspace(0, 0.8, 9))
+    wait(lambda: one.is_settled)
+    drag_all(one, request, places, np.linspace(0.8, 0, 9))
+    wait(lambda: one.is_settled)
+    assert one.latest.summary.verification.verdict == "minimum"
+    assert one.latest.energy == pytest.approx(energy, rel=3e-3)
+
+
+def drag_all(one, request, places, distances) -> None:
+    for distance in distances:
+        one.aim(request, places + [0, distance, distance])
+        wait(lambda: one.latest.number == one.number)
+        one.seen(one.latest)
+
+
 def test_first_answers_come_before_states_that_pass_and_the_optimum(session):
     cage = shaken_torus()
     request, places = request_of(cage), cage.positions[PINS]
