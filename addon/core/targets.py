@@ -59,13 +59,13 @@ class Base:
         partner, signs = Pairs.of_points(points - middle, axis).partner, mirror_signs(axis)
         far = np.linalg.norm(places - self.points, axis=1)  # NAN for no handle
         far[np.isnan(far)] = -1.0
-        chosen = np.flatnonzero((far >= 0) & (partner >= 0))
-        for vertex in chosen[np.argsort(far[chosen], kind="stable")]:  # the farthest comes last
-            image = (places[vertex] - middle) * signs + middle
-            if partner[vertex] == vertex:
-                places[vertex] = (places[vertex] + image) / 2
-            else:
-                places[partner[vertex]] = image
+        to_do = (far >= 0) & (partner >= 0)
+        for vertex in np.argsort(-far, kind="stable"):
+            if to_do[vertex]:
+                image = (places[vertex] - middle) * signs + middle
+                in_plane = partner[vertex] == vertex
+                places[partner[vertex]] = (places[vertex] + image) / 2 if in_plane else image
+                to_do[partner[vertex]] = False
 
 
 def limit_points(cage: Cage) -> np.ndarray:

@@ -31,17 +31,20 @@ _WATCHED = tuple(
 class Session:
     """One object while Live is on, or, once it `ended` by itself, until its handles are taken away."""
 
-    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object | None) -> None:
+        """CageError unless Live is possible there."""
         values = _values(context.scene)
-        outcome, edits = values["outcome"], obj.mode == "EDIT"
+        outcome, edits = values["outcome"], obj is not None and obj.mode == "EDIT"
         if edits:
             obj.update_from_editmode()
-        read_cage.check_object(obj, outcome == "SHAPE_KEY" and not edits, obj.mode if edits else "OBJECT")
+        read_cage.check_object(obj, outcome == "SHAPE_KEY" and not edits, "EDIT" if edits else "OBJECT")
         self.name, self.scene_name = obj.name, context.scene.name
         self.source = read_cage.source_of(context, obj, obj.data)
         self._marks = read_marks.read_marks(obj.data, self.source)
         self._pins, self.chosen = _pins(obj, self.source, values, edits)
-        self.base = Base.of_cage(self.source.cage, self.source.layout, bool(values["pin_surface"]))
+        # Without Pin the points of the surface are dragged; in Edit Mode that is not what one has in hand.
+        on_surface = not edits if values["pin"] == "NOTHING" else bool(values["pin_surface"])
+        self.base = Base.of_cage(self.source.cage, self.source.layout, on_surface)
         self._values: dict[str, object] = {}
         self._plain = self._request = job.Request()
         self._seen: tuple[View | None, BaseException | None] = (None, None)

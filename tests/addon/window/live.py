@@ -57,11 +57,11 @@ def handles():
     return part("scene.handles").empties(torus())
 
 
-def begin(mode="OBJECT", selected=PINS):
+def begin(mode="OBJECT", selected=PINS, pin="SELECTED"):
     """A torus without symmetry, some of its vertices selected, and Live on it at its first optimum; a generator."""
     setup(noise=0.05)
     settings = bpy.context.scene.curvopt
-    settings.energy, settings.resolution = "WILLMORE", "SAME"
+    settings.energy, settings.resolution, settings.pin = "WILLMORE", "SAME", pin
     chosen = np.isin(np.arange(32), selected)
     torus().data.vertices.foreach_set("select", chosen)
     torus().data.edges.foreach_set("select", np.zeros(len(torus().data.edges), bool))
@@ -328,6 +328,22 @@ def loading_a_file_ends_it():
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield is_off
     assert not live.running and part("ui.live")._session is None
+
+
+@check
+def without_pin_the_handles_are_on_the_surface():
+    yield from begin(pin="NOTHING")
+    for step in range(4):
+        handles()[0].location.x += 0.05
+        number = session().live.number
+        yield lambda: session().live.number > number and newest_is_shown()
+    yield settled
+    yield lambda: session().live.latest.snapshot is not None and newest_is_shown()
+    points = session().live.latest.snapshot.points
+    for handle in handles().values():
+        assert np.linalg.norm(points - np.array(handle.matrix_world.translation), axis=1).min() < 1e-3
+    press("ESC")
+    yield is_off
 
 
 @check
