@@ -31,17 +31,23 @@ _keys: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 def _tick() -> float | None:
     """Seconds until the next look, or None at the end."""
-    if _session is None or _session.ended:
-        return None
     begin = time.perf_counter()
+    goes_on = _look()
+    return max(_TICK, _SHARE * (time.perf_counter() - begin)) if goes_on else None
+
+
+def _look() -> bool:
+    """Handles and settings to the worker, its answers to the screen; whether to go on."""
+    if _session is None or _session.ended:
+        return False
     try:
         if not _session.finishing:
             _session.look()
         _session.speak()
     except Exception as error:
         _break(error)
-        return None
-    return max(_TICK, _SHARE * (time.perf_counter() - begin))
+        return False
+    return True
 
 
 def _break(error: BaseException) -> None:

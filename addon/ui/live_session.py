@@ -65,7 +65,7 @@ class Session:
         if not bpy.app.background:
             from .live_view import LiveView  # needs a GPU
 
-            self.view = LiveView(self.scene_name, self.source.loose_lines())
+            self.view = LiveView(self.scene_name)
         self.look()
 
     def look(self) -> None:

@@ -4,8 +4,6 @@ Blenders in background."""
 
 from __future__ import annotations
 
-import time
-
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
@@ -22,11 +20,10 @@ _RIM, _HANDLE = (0.05, 0.05, 0.06, 1.0), (1.0, 0.66, 0.25, 1.0)
 class LiveView:
     """From its creation to `end`. `show` says what, and where."""
 
-    def __init__(self, scene_name: str, loose: np.ndarray) -> None:
+    def __init__(self, scene_name: str) -> None:
         self.live: Live | None = None
-        self.drawn = 0.0  # when the newest state was drawn, of time.monotonic()
         self._frame, self._handles = Matrix(), np.empty((0, 3))
-        self._scene_name, self._loose = scene_name, loose.astype(np.float32)
+        self._scene_name = scene_name
         self._picture = Picture()
         self._handlers = [overlay.Handler(self._surface, "POST_VIEW"), overlay.Handler(self._dots, "POST_PIXEL")]
 
@@ -48,9 +45,8 @@ class LiveView:
         if not self._is_here() or self.live.latest is None:
             return
         view = self.live.latest
-        self._picture.draw(view.snapshot, self._loose, bpy.context.region_data.perspective_matrix, self._frame, CLAY)
+        self._picture.draw(view.snapshot, None, bpy.context.region_data.perspective_matrix, self._frame, CLAY)
         self.live.seen(view)
-        self.drawn = time.monotonic()
 
     def _dots(self) -> None:
         if not self._is_here():

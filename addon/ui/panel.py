@@ -134,7 +134,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             row.operator("curvopt.live_finish", icon="CHECKMARK")
         else:
             row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
-            row.operator("curvopt.live", icon="HAND")
+            row.operator("curvopt.live", icon="HOOK")
         if state.live or owner(context.view_layer.objects.active) is not None:
             row.operator("curvopt.live_cancel", icon="X")
 

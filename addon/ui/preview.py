@@ -101,7 +101,7 @@ class Picture:
 
     def __init__(self) -> None:
         self._drawn: Snapshot | None = None
-        self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch] | None = None
+        self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None] | None = None
         self._triangles: tuple[np.ndarray, gpu.types.GPUIndexBuf] | None = None  # of the connectivity that was drawn last
 
     def forget(self) -> None:
@@ -109,9 +109,10 @@ class Picture:
         self._batches = self._drawn = self._triangles = None
 
     def draw(
-        self, snapshot: Snapshot, loose: np.ndarray, projection: Matrix, placement: Matrix, paint: tuple[float, ...]
+        self, snapshot: Snapshot, loose: np.ndarray | None, projection: Matrix, placement: Matrix, paint: tuple[float, ...]
     ) -> None:
-        """Within a draw handler of the view: at `placement`, with the ends (2 k, 3) of loose edges in its frame."""
+        """Within a draw handler of the view: at `placement`, with the ends (2 k, 3) of loose edges in its frame, or, if that
+        is None, without the wire."""
         if snapshot is not self._drawn:
             self._batches, self._drawn = self._batches_of(snapshot, loose), snapshot
         camera = bpy.context.region_data.view_matrix.inverted().to_3x3()
@@ -128,13 +129,16 @@ class Picture:
         shader.uniform_float("paint", paint)
         surface.draw(shader)
         gpu.state.depth_mask_set(False)
-        gpu.state.blend_set("ALPHA")
-        shader.uniform_float("paint", _WIRE)
-        wire.draw(shader)
+        if wire is not None:
+            gpu.state.blend_set("ALPHA")
+            shader.uniform_float("paint", _WIRE)
+            wire.draw(shader)
         gpu.state.blend_set("NONE")
         gpu.state.depth_test_set("NONE")
 
-    def _batches_of(self, snapshot: Snapshot, loose: np.ndarray) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch]:
+    def _batches_of(
+        self, snapshot: Snapshot, loose: np.ndarray | None
+    ) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None]:
         shader = _surface_shader()
         if self._triangles is None or self._triangles[0] is not snapshot.triangles:
             self._triangles = snapshot.triangles, gpu.types.GPUIndexBuf(type="TRIS", seq=snapshot.triangles)
@@ -143,6 +147,8 @@ class Picture:
         buffer.attr_fill("pos", snapshot.points)
         buffer.attr_fill("nor", snapshot.normals)
         surface = gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._triangles[1])
+        if loose is None:
+            return surface, None
         points = np.concatenate([snapshot.cage, loose])
         ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
         wire = {"pos": points, "nor": np.zeros_like(points)}

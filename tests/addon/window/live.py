@@ -379,5 +379,6 @@ def everything():
     bpy.ops.wm.quit_blender()
 
 
-driver.PATIENCE = 120.0
-start(everything())
+if __name__ == "__main__":
+    driver.PATIENCE = 120.0
+    start(everything())

@@ -6,6 +6,7 @@ import traceback
 from pathlib import Path
 
 import bpy
+import numpy as np
 from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -171,6 +172,49 @@ def cancel_and_refusal():
     screenshot("9_refused")
 
 
+def live():
+    """Four handles on a cage of genus 2, one of them pulled."""
+    setup()
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    settings.energy, settings.strength, settings.symmetry, settings.pin = "MVS", 1.0, "AUTO", "NOTHING"
+    in_viewport(bpy.ops.curvopt.add_shape, shape="lawson_g2")
+    mesh = bpy.context.object.data
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    ends = {int(np.argmax(sign * points[:, axis])) for axis in (0, 2) for sign in (1, -1)}
+    for parts, chosen in ((mesh.vertices, ends), (mesh.edges, ()), (mesh.polygons, ())):
+        parts.foreach_set("select", [index in chosen for index in range(len(parts))])
+    in_viewport(bpy.ops.curvopt.live)
+    session = part("ui.live")._session
+    yield lambda: session.live.is_settled and "Checked" in state().message
+    view.view_perspective, view.view_rotation = "PERSP", Euler((1.2, 0, 0.5)).to_quaternion()
+    view.view_location, view.view_distance = (0.9, 0, 0), 2.6 * np.ptp(points, axis=0).max()
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    yield from open_sidebar_tab()
+    yield from settled()
+    screenshot("16_live")
+    handle = max(part("scene.handles").empties(session_object(session)).values(), key=lambda empty: empty.location.x)
+    for empty in bpy.context.selected_objects:
+        empty.select_set(False)
+    handle.select_set(True)
+    bpy.context.view_layer.objects.active = handle
+    for _ in range(10):
+        handle.location.x += 0.05 * np.ptp(points[:, 0])
+        handle.location.z += 0.02 * np.ptp(points[:, 0])
+        number = session.live.number
+        yield lambda: session.live.number > number
+    yield lambda: session.live.is_settled and "Checked" in state().message
+    yield from settled()
+    screenshot("17_live_pulled")
+    print(state().message, flush=True)
+    bpy.ops.curvopt.live_cancel()
+    yield from turns(2)
+
+
+def session_object(session):
+    return bpy.data.objects[session.name]
+
+
 def label(text, place):
     """Words in the view, above this place (x, y)."""
     empty = bpy.data.objects.new(text, None)
@@ -215,7 +259,7 @@ def slide():
 
 def everything():
     try:
-        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide):
+        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide, live):
             yield from act()
             log(f"PASS {act.__name__}")
     except Exception as error:
