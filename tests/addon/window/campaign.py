@@ -89,6 +89,8 @@ def rename(_chance):
 
 
 def change_mode(chance):
+    if torus() is not None:  # the active object may be a handle
+        bpy.context.view_layer.objects.active = torus()
     bpy.ops.object.mode_set(mode=chance.choice(["EDIT", "SCULPT", "OBJECT"]))
 
 
@@ -161,7 +163,7 @@ def play(number):
             continue
         try:
             ACTIONS[name](chance)
-        except RuntimeError as error:  # an operator that says no
+        except (RuntimeError, TypeError) as error:  # an operator that says no, a mode that the active object has not
             if "Traceback" in str(error):
                 raise
         yield from turns(2)
@@ -192,6 +194,8 @@ def everything():
             if part("ui.operators")._run is not None:
                 part("ui.operators")._run.escape()
                 yield lambda: part("ui.operators")._run is None
+            if is_live():
+                bpy.ops.curvopt.live_cancel()
         if number % 10 == 0 or number == LAST:
             setup()
             invoke(energy="MVS", levels=6)
