@@ -64,6 +64,7 @@ class Times:
     def __init__(self):
         self.waiting = []  # times of steps that are no targets yet
         self.steps = []  # (time, number of its targets)
+        self.aims = []  # the same of targets, which wait for Blender's next turn
         self.ready, self.drawn, self.calls = [], [], []
         self.firsts, self.ends = [], []  # the worker's processor time for a first answer, and for an optimum
         self._begun = 0.0
@@ -107,6 +108,7 @@ class Times:
 
     def _aimed(self, live):
         self.steps += [(at, live.number) for at in self.waiting]
+        self.aims += [(time.monotonic(), live.number)] if self.waiting else []
         self.waiting = []
 
     def _begin_with(self, owner):
@@ -132,10 +134,10 @@ class Times:
         if shown is not None:
             self.drawn.append((time.monotonic(), shown.number, shown.summary is not None))
 
-    def delays(self, events):
-        """Milliseconds (s,) from each step to the first of events (time, number, ...) that belongs to it."""
+    def delays(self, events, since=None):
+        """Milliseconds (s,) from each step, or other moment, to the first of events (time, number, ...) that belongs to it."""
         found = []
-        for at, number in self.steps:
+        for at, number in since or self.steps:
             after = [event[0] for event in events if event[1] >= number and event[0] >= at]
             found += [1e3 * (min(after) - at)] if after else []
         return np.array(found)
@@ -202,7 +204,7 @@ def measure(name):
     calls = 1e3 * np.array(times.calls)
     log(f"{name}: {DRAGS} drags, {len(times.steps)} steps, {minima} minima; load {os.getloadavg()[0]:.1f}")
     log(f"  a step to its surface, ms, median / 95 %: ready {words(times.delays(times.ready))}, "
-        f"drawn {words(times.delays(times.drawn))}")  # fmt: skip
+        f"drawn {words(times.delays(times.drawn))}; from the worker's targets on: ready {words(times.delays(times.ready, times.aims))}")
     log(f"  the last step to the optimum: ready {words(times.rests(times.ready, lasts))}, "
         f"drawn {words(times.rests(times.drawn, lasts))}")  # fmt: skip
     log(f"  the worker's processor time: first answer with its picture {words(times.firsts)}, optimum {words(times.ends)}")
