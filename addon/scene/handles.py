@@ -19,7 +19,7 @@ from ..core.targets import Base
 from .frame import space_of
 from .modifiers import CageError, read_mirror
 from .read_cage import Source, read_positions
-from .write_result import local_object, select_alone
+from .write_result import link_beside, local_object, select_alone
 
 _VERTEX, _START = "curvopt_handle", "curvopt_start"  # of an empty: the vertex, and where it began in the mesh
 _DISPLAY = "curvopt_display"  # of the object: how it was drawn
@@ -60,14 +60,13 @@ def begin(context: bpy.types.Context, obj: bpy.types.Object, source: Source, bas
     there = set(empties(obj))
     places = source.space.to_mesh(base.of_vertices(vertices))
     size = _SIZE * float(np.ptp(source.mesh.positions, axis=0).max())
-    collection = next(iter(obj.users_collection), context.scene.collection)
     for vertex, place in zip(vertices.tolist(), places.astype(np.float32).tolist()):
         if vertex not in there:
             empty = bpy.data.objects.new("Handle", None)
             empty.empty_display_type, empty.empty_display_size = "SPHERE", size
             empty.parent, empty.location = obj, place
             empty[_VERTEX], empty[_START] = vertex, place
-            collection.objects.link(empty)
+            link_beside(context, obj, empty)
     context.view_layer.update()
     made = empties(obj)
     if made and context.mode == "OBJECT":

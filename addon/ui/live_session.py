@@ -38,6 +38,8 @@ class Session:
         if edits:
             obj.update_from_editmode()
         read_cage.check_object(obj, outcome == "SHAPE_KEY" and not edits, "EDIT" if edits else "OBJECT")
+        if values["within"] > 0:
+            raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0 first.")
         self.name, self.scene_name = obj.name, context.scene.name
         self.source = read_cage.source_of(context, obj, obj.data)
         self._marks = read_marks.read_marks(obj.data, self.source)
@@ -104,7 +106,7 @@ class Session:
         """Whether they have changed, and can be used."""
         scene = bpy.data.scenes.get(self.scene_name)
         if scene is None:
-            raise CageError(f"Scene '{self.scene_name}' was deleted: Live has ended.")
+            raise CageError(f"Scene '{self.scene_name}' was deleted or renamed: Live has ended.")
         values = _values(scene)
         if {name: values[name] for name in _WATCHED} == self._values:
             return False

@@ -52,7 +52,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         wave = wave_text(context, settings.strength)
         if wave:
             column.label(text=wave)
-        column.prop(settings, "within")
+        if not state.live:
+            column.prop(settings, "within")
         self._draw_volume(context, column)
         if state.live:
             self._draw_live(context, column)

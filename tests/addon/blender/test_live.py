@@ -192,7 +192,10 @@ def test_it_is_refused_where_it_could_not_end(shaken, part):
         with pytest.raises(RuntimeError, match=words):
             bpy.ops.curvopt.live()
         assert is_clean(shaken) and part("ui.properties").state.live == ""
-    settings.pin = "SELECTED"
+    settings.pin, settings.within = "SELECTED", 0.1
+    with pytest.raises(RuntimeError, match="set Within to 0"):
+        bpy.ops.curvopt.live()
+    settings.within = 0.0
     shaken.modifiers.new("Row", "ARRAY")
     with pytest.raises(RuntimeError, match="Modifier 'Row'"):
         bpy.ops.curvopt.live()
