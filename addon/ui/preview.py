@@ -142,8 +142,7 @@ class Picture:
         shader = _surface_shader()
         if self._triangles is None or self._triangles[0] is not snapshot.triangles:
             self._triangles = snapshot.triangles, gpu.types.GPUIndexBuf(type="TRIS", seq=snapshot.triangles)
-        form = shader.format_calc()
-        buffer = gpu.types.GPUVertBuf(form, len(snapshot.points))
+        buffer = gpu.types.GPUVertBuf(_vertex_format(), len(snapshot.points))
         buffer.attr_fill("pos", snapshot.points)
         buffer.attr_fill("nor", snapshot.normals)
         surface = gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._triangles[1])
@@ -153,6 +152,14 @@ class Picture:
         ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
         wire = {"pos": points, "nor": np.zeros_like(points)}
         return surface, batch_for_shader(shader, "LINES", wire, indices=np.concatenate([snapshot.edges, ends]))
+
+
+def _vertex_format() -> gpu.types.GPUVertFormat:
+    """Of the surface's points. GPUShader.format_calc() gives one without names in Blender 5."""
+    form = gpu.types.GPUVertFormat()
+    for name in ("pos", "nor"):
+        form.attr_add(id=name, comp_type="F32", len=3, fetch_mode="FLOAT")
+    return form
 
 
 def _surface_shader() -> gpu.types.GPUShader:
