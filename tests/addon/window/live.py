@@ -59,6 +59,8 @@ def handles():
 
 def begin(mode="OBJECT", selected=PINS, pin="SELECTED"):
     """A torus without symmetry, some of its vertices selected, and Live on it at its first optimum; a generator."""
+    if state().live:  # of the check before
+        bpy.ops.curvopt.live_cancel()
     setup(noise=0.05)
     settings = bpy.context.scene.curvopt
     settings.energy, settings.resolution, settings.pin = "WILLMORE", "SAME", pin
