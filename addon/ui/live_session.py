@@ -145,8 +145,9 @@ class Session:
 
     @property
     def request(self) -> job.Request:
-        """What is minimized now."""
-        return self._request
+        """What is minimized now, through the handles."""
+        held = self._request.held
+        return replace(self._request, held=replace(held, places=self._places if len(self._places) else None))
 
     def stop(self) -> None:
         """End the worker and the drawing."""

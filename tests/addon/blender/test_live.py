@@ -73,6 +73,19 @@ def test_the_result_goes_through_the_handles(shaken, empties):
     assert result["curvopt_verdict"].startswith("Checked: a true local minimum")
 
 
+def test_another_strength_goes_through_the_handles_too(shaken, empties, part):
+    """As F9 asks for it after the end."""
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    empties(shaken)[0].location.z += 0.2
+    wanted = positions(shaken)[0] + (0, 0, 0.2)
+    first = positions(finish())
+    number = part("ui.adjust")._finished[0]
+    assert bpy.ops.curvopt.apply_result(number=number, outcome="NEW", strength=0.3) == {"FINISHED"}
+    other = positions(bpy.context.view_layer.objects.active)
+    assert np.abs(other - first).max() > 0.02
+    assert max(np.abs(found[0] - wanted).max() for found in (first, other)) < 1e-5
+
+
 def test_a_handle_in_world_space_counts_however_it_got_there(shaken, empties):
     """By a constraint, here."""
     assert bpy.ops.curvopt.live() == {"FINISHED"}
