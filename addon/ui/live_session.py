@@ -59,7 +59,7 @@ class Session:
         placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Handles, worker, drawing."""
+        """Handles, worker, drawing. CageError, or ValueError for settings; `stop` then ends what has begun."""
         in_edit_mode = obj.mode == "EDIT"
         handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
         if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
@@ -69,6 +69,8 @@ class Session:
 
             self.view = LiveView(self.scene_name)
         self.look()
+        if self._refusal is not None:
+            raise self._refusal
 
     def look(self) -> None:
         """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on."""

@@ -209,7 +209,12 @@ def test_it_is_refused_where_it_could_not_end(shaken, part):
     settings.pin, settings.within = "SELECTED", 0.1
     with pytest.raises(RuntimeError, match="set Within to 0"):
         bpy.ops.curvopt.live()
-    settings.within = 0.0
+    settings.within, settings.energy = 0.0, "MIX"
+    settings.weight_mvs = settings.weight_willmore = 0.0
+    with pytest.raises(RuntimeError, match="The mix is empty"):
+        bpy.ops.curvopt.live()
+    assert is_clean(shaken)
+    settings.energy = "WILLMORE"
     shaken.modifiers.new("Row", "ARRAY")
     with pytest.raises(RuntimeError, match="Modifier 'Row'"):
         bpy.ops.curvopt.live()
