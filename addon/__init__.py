@@ -19,6 +19,8 @@ core/               everything that works on arrays                       (no bp
     snapshot        what the viewport shows of a run; the worker takes it
     memory          refuses meshes beyond memory
     job             one run: here and now, on a worker thread, modal
+    live            a surface that follows the hand: a worker that stays
+    targets         handles that were moved -> what is held, and where
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
     catalogue       cages to start from
@@ -32,6 +34,7 @@ scene/              between Blender's data and arrays
     read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original
     placement       new object, the object's own mesh, or a shape key
+    handles         empties to drag, and vertices that were moved
     write_edit      a result -> the mesh that is edited
 ui/                 what the user sees and presses
     properties      settings of the sidebar
@@ -44,6 +47,9 @@ ui/                 what the user sees and presses
     adjust_edit     the same in Edit Mode
     mark_rim        the operator that marks edges as rims
     operators       the modal operator, Finish, Cancel
+    live_view       a surface that follows the hand, in the viewports     (needs a GPU)
+    live_session    an object while its surface follows handles
+    live            the operators of Live
     analysis        colours of curvature, legend, looks
     menus           Object and Add menu, presets
     panel           the sidebar
@@ -73,8 +79,8 @@ bl_info = {
 }
 
 _REGISTERED_IN_ORDER = (
-    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.analysis",
-    "ui.menus", "ui.panel",
+    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.live",
+    "ui.analysis", "ui.menus", "ui.panel",
 )  # fmt: skip
 
 

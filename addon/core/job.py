@@ -160,7 +160,7 @@ def freed(cage: Cage, request: Request) -> Request:
     lib = library.load()
     check_cage(len(cage.positions))
     with library.Mesh.of_cage(lib, cage) as mesh:
-        level = mesh.moving_level(cage.positions, _options(lib, replace(request, levels=1 + _MOST_REFINED)))
+        level = mesh.moving_level(cage.positions, options_of(lib, replace(request, levels=1 + _MOST_REFINED)))
     return replace(request, levels=level, refined=level - 1) if level > 1 else request
 
 
@@ -200,7 +200,7 @@ def _solve(
         wants_out = bool(on_progress is not None and on_progress(progress))
         return guard(progress) or wants_out
 
-    options = _options(lib, request)
+    options = options_of(lib, request)
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
             watcher.start(mesh, cage, np.flatnonzero(_counted(cage, request)) if len(request.holes) else None)
@@ -214,7 +214,7 @@ def _solve(
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             deviation = crossings = None
             if summary.stop != "cancelled":
-                deviation, crossings = _measured(mesh, cage, result.mesh(), final, cancel)
+                deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
@@ -223,7 +223,7 @@ def _solve(
             )  # fmt: skip
 
 
-def _measured(
+def measured(
     mesh: library.Mesh, cage: Cage, final_mesh: library.Mesh, final: Cage, cancel: library.Cancel | None
 ) -> tuple[measure.Deviation, measure.Crossings] | tuple[None, None]:
     """How far the result is from the cage, and where it crosses itself; neither if it is cancelled meanwhile."""
@@ -234,7 +234,7 @@ def _measured(
     return deviation, crossings
 
 
-def _options(lib: library.Library, request: Request) -> COptions:
+def options_of(lib: library.Library, request: Request) -> COptions:
     """The library's options of a request."""
     symmetry, planes = symmetry_of(request.symmetry)
     scalars = {"volume": ("keep", 0.0)} if request.keeps_volume else {}

@@ -146,6 +146,20 @@ class Layout:
         weights = np.asarray(held.weights, float)[there]
         return self.halves.held(replace(held, vertices=numbers[there], weights=weights))
 
+    def in_cage(self, vertices: np.ndarray) -> np.ndarray:
+        """The numbers (k,) in the cage of vertices (k,) of the mesh, -1 for loose ones."""
+        numbers = self._numbers()[np.asarray(vertices, np.intp)]
+        return np.where(numbers >= 0, self.halves.index[0][numbers], -1)
+
+    def places(self, vertices: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Places (N, 3) of the cage's vertices from places (k, 3), in the frame, of vertices (k,) of the mesh, none of them
+        loose: theirs and those of their images, exactly symmetric; NAN for all others."""
+        half = np.full((len(self.kept), 3), np.nan)
+        half[self._numbers()[np.asarray(vertices, np.intp)]] = places
+        whole = self.halves.positions(half)
+        whole[np.isnan(half[self.halves.origin]).any(axis=1)] = np.nan
+        return whole
+
     def in_mesh_numbers(self, text: str) -> str:
         """The library's sentence with vertices and faces numbered as the mesh numbers them."""
         vertex = self.kept[self.halves.origin]

@@ -10,6 +10,7 @@ from ..binding.library import CurvoptError, LibraryError
 from ..binding.values import Exceptions, Progress, Verification
 from .energy import number_text
 from .job import ModalRun, Phase, Request, Solution
+from .live import View
 
 
 class UserError(RuntimeError):
@@ -33,6 +34,20 @@ def progress_text(progress: Progress) -> str:
         f"level {progress.level} of {progress.levels}, iteration {progress.iteration}, "
         f"energy {number_text(progress.energy)} (from {number_text(progress.start_energy)})"
     )
+
+
+def live_text(request: Request, view: View) -> str:
+    """What a surface that follows the hand has come to."""
+    if view.number == 0:
+        return "Live: preparing"
+    now = f"Live: {request.label} {number_text(view.energy)}"
+    summary = view.summary
+    if summary is None:
+        return f"{now}, following"
+    verdict = verdict_text(
+        summary.verification, summary.end.objective, summary.symmetry_order, summary.stop, request.strength
+    )
+    return f"{now} (from {number_text(summary.start.objective)}). {verdict}"
 
 
 # --------------------------------------------------------------------------------------------------------- its end --

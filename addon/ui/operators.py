@@ -46,9 +46,9 @@ Edit Mode the selected vertices move, and all others stay"""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if _run is not None:
-            cls.poll_message_set("A run is on already")
-        return _run is None
+        if _run is not None or properties.state.live:
+            cls.poll_message_set("A run is on already" if _run is not None else "Live is on: finish or cancel it first")
+        return _run is None and not properties.state.live
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The whole run at once. A refusal or failure raises RuntimeError in scripts, as operator errors do."""

@@ -9,6 +9,7 @@ import bpy
 
 from ..core.energy import number_text
 from ..scene.amount import has_blend
+from ..scene.handles import owner
 from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
 from ..scene.read_cage import check_object, has_boundary
@@ -51,13 +52,16 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         wave = wave_text(context, settings.strength)
         if wave:
             column.label(text=wave)
-        column.prop(settings, "within")
+        if not state.live:
+            column.prop(settings, "within")
         self._draw_volume(context, column)
-        if context.mode == "EDIT_MESH":
+        if state.live:
+            self._draw_live(context, column)
+        elif context.mode == "EDIT_MESH":
             self._draw_edit(context, column)
         else:
             self._draw_object(context, column)
-        self._draw_buttons()
+        self._draw_buttons(context)
         self._draw_message(context)
 
     def _draw_volume(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
@@ -102,6 +106,12 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             column.prop(settings, "slide")
         self._draw_symmetry(context, column)
 
+    def _draw_live(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
+        """What can be changed while the surface follows its handles."""
+        column.prop(context.scene.curvopt, "boundary")
+        self._draw_symmetry(context, column)
+        column.prop(context.scene.curvopt, "outcome")
+
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """With a Mirror modifier there is nothing to choose but further planes."""
         settings, active = context.scene.curvopt, context.view_layer.objects.active
@@ -114,18 +124,24 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         if mirrored:
             column.label(text="Kept: Mirror modifier", icon="MOD_MIRROR")
 
-    def _draw_buttons(self) -> None:
+    def _draw_buttons(self, context: bpy.types.Context) -> None:
         row = self.layout.row(align=True)
         row.scale_y = 1.4
         if state.running:
             row.operator("curvopt.finish", icon="CHECKMARK")
             row.operator("curvopt.cancel", icon="X")
+            return
+        if state.live:
+            row.operator("curvopt.live_finish", icon="CHECKMARK")
         else:
             row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
+            row.operator("curvopt.live", icon="HOOK")
+        if state.live or owner(context.view_layer.objects.active) is not None:
+            row.operator("curvopt.live_cancel", icon="X")
 
     def _draw_message(self, context: bpy.types.Context) -> None:
         failed, text = state.failed, current_message()
-        if not state.running and not failed:
+        if not state.running and not state.live and not failed:
             try:
                 with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
                 mode = "EDIT" if context.mode == "EDIT_MESH" else "OBJECT"

@@ -19,8 +19,8 @@ from ..core.job import Job
 from ..core.snapshot import Snapshot
 from . import overlay
 
-_CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
-_GLASS = (*_CLAY[:3], 0.8)
+CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
+_GLASS = (*CLAY[:3], 0.8)
 _IN_FRONT = Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.01, -0.99), (0, 0, 0, 1)))  # depths to the nearest 1 %
 _CURVE = (1.0, 0.66, 0.25, 1.0)
 _CURVE_POINTS = 300
@@ -40,8 +40,7 @@ class Preview:
         self._scene_name, self._placement, self._job, self._label = scene_name, placement, job, label
         self._in_place = in_place
         self._loose = loose.astype(np.float32)
-        self._drawn: Snapshot | None = None
-        self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch] | None = None
+        self._picture = Picture()
         self._handlers = [
             overlay.Handler(self._draw_surface, "POST_VIEW"), overlay.Handler(self._draw_curve, "POST_PIXEL")
         ]  # fmt: skip
@@ -50,7 +49,7 @@ class Preview:
         """Draw no more, and free what the GPU holds."""
         for handler in self._handlers:
             handler.remove()
-        self._batches = self._drawn = None
+        self._picture.forget()
 
     def _shown_here(self) -> bool:
         return bpy.context.scene is not None and bpy.context.scene.name == self._scene_name
@@ -59,29 +58,10 @@ class Preview:
         snapshot = self._job.watcher.latest
         if snapshot is None or not self._shown_here():
             return
-        if snapshot is not self._drawn:
-            self._batches, self._drawn = _batches(snapshot, self._loose), snapshot
-        view = bpy.context.region_data
-        camera = view.view_matrix.inverted().to_3x3()
-        to_local = self._placement.to_3x3().transposed()
-        surface, wire = self._batches
-        shader = _surface_shader()
-        shader.bind()
-        projection = _IN_FRONT @ view.perspective_matrix if self._in_place else view.perspective_matrix
-        shader.uniform_float("matrix", projection @ self._placement)
-        shader.uniform_float("towards", to_local @ camera.col[2])
-        shader.uniform_float("upwards", to_local @ camera.col[1])
-        gpu.state.depth_test_set("LESS_EQUAL")
-        gpu.state.depth_mask_set(True)
-        gpu.state.blend_set("ALPHA" if self._in_place else "NONE")
-        shader.uniform_float("paint", _GLASS if self._in_place else _CLAY)
-        surface.draw(shader)
-        gpu.state.depth_mask_set(False)
-        gpu.state.blend_set("ALPHA")
-        shader.uniform_float("paint", _WIRE)
-        wire.draw(shader)
-        gpu.state.blend_set("NONE")
-        gpu.state.depth_test_set("NONE")
+        projection = bpy.context.region_data.perspective_matrix
+        if self._in_place:
+            projection = _IN_FRONT @ projection
+        self._picture.draw(snapshot, self._loose, projection, self._placement, _GLASS if self._in_place else CLAY)
 
     def _draw_curve(self) -> None:
         if not self._shown_here():
@@ -116,16 +96,70 @@ def curve_points(history: list[tuple[float, int, float]], start: float, box: np.
     return box[0] + unit * (box[1] - box[0])
 
 
-def _batches(snapshot: Snapshot, loose: np.ndarray) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch]:
-    shader = _surface_shader()
-    surface = {"pos": snapshot.points, "nor": snapshot.normals}
-    points = np.concatenate([snapshot.cage, loose])
-    ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
-    wire = {"pos": points, "nor": np.zeros_like(points)}
-    return (
-        batch_for_shader(shader, "TRIS", surface, indices=snapshot.triangles),
-        batch_for_shader(shader, "LINES", wire, indices=np.concatenate([snapshot.edges, ends])),
-    )
+class Picture:
+    """A snapshot on the GPU: the surface, and the cage as wire."""
+
+    def __init__(self) -> None:
+        self._drawn: Snapshot | None = None
+        self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None] | None = None
+        self._triangles: tuple[np.ndarray, gpu.types.GPUIndexBuf] | None = None  # of the connectivity that was drawn last
+
+    def forget(self) -> None:
+        """Free what the GPU holds."""
+        self._batches = self._drawn = self._triangles = None
+
+    def draw(
+        self, snapshot: Snapshot, loose: np.ndarray | None, projection: Matrix, placement: Matrix, paint: tuple[float, ...]
+    ) -> None:
+        """Within a draw handler of the view: at `placement`, with the ends (2 k, 3) of loose edges in its frame, or, if that
+        is None, without the wire."""
+        if snapshot is not self._drawn:
+            self._batches, self._drawn = self._batches_of(snapshot, loose), snapshot
+        camera = bpy.context.region_data.view_matrix.inverted().to_3x3()
+        to_local = placement.to_3x3().transposed()
+        surface, wire = self._batches
+        shader = _surface_shader()
+        shader.bind()
+        shader.uniform_float("matrix", projection @ placement)
+        shader.uniform_float("towards", to_local @ camera.col[2])
+        shader.uniform_float("upwards", to_local @ camera.col[1])
+        gpu.state.depth_test_set("LESS_EQUAL")
+        gpu.state.depth_mask_set(True)
+        gpu.state.blend_set("ALPHA" if paint[3] < 1 else "NONE")
+        shader.uniform_float("paint", paint)
+        surface.draw(shader)
+        gpu.state.depth_mask_set(False)
+        if wire is not None:
+            gpu.state.blend_set("ALPHA")
+            shader.uniform_float("paint", _WIRE)
+            wire.draw(shader)
+        gpu.state.blend_set("NONE")
+        gpu.state.depth_test_set("NONE")
+
+    def _batches_of(
+        self, snapshot: Snapshot, loose: np.ndarray | None
+    ) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None]:
+        shader = _surface_shader()
+        if self._triangles is None or self._triangles[0] is not snapshot.triangles:
+            self._triangles = snapshot.triangles, gpu.types.GPUIndexBuf(type="TRIS", seq=snapshot.triangles)
+        buffer = gpu.types.GPUVertBuf(_vertex_format(), len(snapshot.points))
+        buffer.attr_fill("pos", snapshot.points)
+        buffer.attr_fill("nor", snapshot.normals)
+        surface = gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._triangles[1])
+        if loose is None:
+            return surface, None
+        points = np.concatenate([snapshot.cage, loose])
+        ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
+        wire = {"pos": points, "nor": np.zeros_like(points)}
+        return surface, batch_for_shader(shader, "LINES", wire, indices=np.concatenate([snapshot.edges, ends]))
+
+
+def _vertex_format() -> gpu.types.GPUVertFormat:
+    """Of the surface's points. GPUShader.format_calc() gives one without names in Blender 5."""
+    form = gpu.types.GPUVertFormat()
+    for name in ("pos", "nor"):
+        form.attr_add(id=name, comp_type="F32", len=3, fetch_mode="FLOAT")
+    return form
 
 
 def _surface_shader() -> gpu.types.GPUShader:

@@ -293,13 +293,15 @@ def strength_of(value: float) -> float:
 
 @dataclass
 class State:
-    """What the sidebar reports. `running` is true from the start of a modal run to its end. `is_undone` is there if the
+    """What the sidebar reports. `running` is true from the start of a modal run to its end. `live` is ON while a surface
+    follows its handles, and ENDED from where it could not go on until they are taken away. `is_undone` is there if the
     message reports a result, and says whether that has been undone or deleted since."""
 
     message: str = ""
     is_undone: Callable[[], bool] | None = None
     running: bool = False
     failed: bool = False
+    live: str = ""
 
 
 state = State()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run inside a Blender with a real window: sequences of random actions while runs are on, one after the other.
+"""Run inside a Blender with a real window: sequences of random actions while runs or Live are on, one after the other.
 
-After each, the run that may be on is cancelled, and then there must be no worker left, nothing of ours on the screen,
+After each, the run or Live that may be on is cancelled, and then there must be no worker left, nothing of ours on the screen,
 and the object, unless an action took it away. Environment: CURVOPT_CAMPAIGN is "first last"; the seed of a sequence is
 its number. Lines in RESULTS: "BEGIN n actions", then "PASS n" or "FAIL n why". One in ten ends by quitting Blender in
 the middle of a run: "QUITTING n".
@@ -20,14 +20,50 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import RESULTS, invoke, log, part, press, setup, start, state, turns  # noqa: E402
 
 FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split())
-SPARED = {"start", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
+SPARED = {"start", "live", "drag", "grab", "finish live", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
 
 
 def torus():
     return bpy.data.objects.get("Torus") or bpy.data.objects.get("Renamed")
 
 
+def is_live():
+    return bool(state().live)
+
+
+def begin_live(chance):
+    """Handles at four vertices, in Object Mode or Edit Mode."""
+    if torus() is None or part("ui.operators")._run is not None:
+        return
+    bpy.context.view_layer.objects.active = torus()
+    settings = bpy.context.scene.curvopt
+    settings.energy, settings.pin = chance.choice(["WILLMORE", "MVS"]), chance.choice(["SELECTED", "NOTHING"])
+    settings.outcome, settings.strength = chance.choice(["NEW", "REPLACE", "SHAPE_KEY"]), chance.choice([0.3, 1.0])
+    if bpy.context.mode == "OBJECT":
+        mesh = torus().data
+        for parts, chosen in ((mesh.vertices, chance.sample(range(32), 4)), (mesh.edges, ()), (mesh.polygons, ())):
+            parts.foreach_set("select", [index in chosen for index in range(len(parts))])
+    bpy.ops.curvopt.live()
+
+
+def drag(chance):
+    """Move a handle, or a vertex in Edit Mode."""
+    empties = [obj for obj in bpy.data.objects if "curvopt_handle" in obj]
+    if empties:
+        chance.choice(empties).location.z += chance.uniform(-0.5, 0.5)
+    elif is_live() and bpy.context.mode == "EDIT_MESH":
+        bpy.ops.transform.translate(value=(0, 0, 0.2))
+
+
+def grab(_chance):
+    """A grab that moves nothing; what comes while it is on is in live.py."""
+    press("G")
+    press("RET")
+
+
 def begin_run(chance):
+    if is_live():
+        return  # refused; and see driver.py
     if torus() is not None:
         bpy.context.view_layer.objects.active = torus()
     energy = chance.choice(["WILLMORE", "MVS", "MIX"])
@@ -53,6 +89,8 @@ def rename(_chance):
 
 
 def change_mode(chance):
+    if torus() is not None:  # the active object may be a handle
+        bpy.context.view_layer.objects.active = torus()
     bpy.ops.object.mode_set(mode=chance.choice(["EDIT", "SCULPT", "OBJECT"]))
 
 
@@ -84,6 +122,10 @@ def settings(chance):
 
 ACTIONS = {
     "start": begin_run,
+    "live": begin_live,
+    "drag": drag,
+    "grab": grab,
+    "finish live": lambda _: is_live() and bpy.ops.curvopt.live_finish("INVOKE_DEFAULT"),
     "wait": None,
     "escape": lambda _: press("ESC"),
     "enter": lambda _: press("RET"),
@@ -107,8 +149,8 @@ def sequence(number):
     """The names of its actions."""
     chance = random.Random(number)
     names = [name for name in ACTIONS if name not in ("start", "wait")]
-    middle = [chance.choice([*names, "wait", "wait", "start", "start"]) for _ in range(chance.randrange(3, 9))]
-    return ["start", "wait", *middle]
+    middle = [chance.choice([*names, "wait", "wait", "start", "start", "drag"]) for _ in range(chance.randrange(3, 9))]
+    return [chance.choice(["start", "live"]), "wait", *middle, *(["drag", "finish live"] if number % 3 == 0 else [])]
 
 
 def play(number):
@@ -121,7 +163,7 @@ def play(number):
             continue
         try:
             ACTIONS[name](chance)
-        except RuntimeError as error:  # an operator that says no
+        except (RuntimeError, TypeError) as error:  # an operator that says no, a mode that the active object has not
             if "Traceback" in str(error):
                 raise
         yield from turns(2)
@@ -134,7 +176,7 @@ def play(number):
     for _ in range(3):  # a first one may end something else, such as moving
         press("ESC")
         yield from turns(3)
-    yield lambda: part("ui.operators")._run is None
+    yield lambda: part("ui.operators")._run is None and not is_live()
     assert not state().running and not part("ui.display")._at_end
     yield lambda: not [thread for thread in threading.enumerate() if thread.name == "curvopt"]
     assert undone or "keys" in sequence(number) or torus() is not None, "the object was lost"
@@ -152,6 +194,8 @@ def everything():
             if part("ui.operators")._run is not None:
                 part("ui.operators")._run.escape()
                 yield lambda: part("ui.operators")._run is None
+            if is_live():
+                bpy.ops.curvopt.live_cancel()
         if number % 10 == 0 or number == LAST:
             setup()
             invoke(energy="MVS", levels=6)

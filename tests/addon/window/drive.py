@@ -17,6 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import (  # noqa: E402
     RESULTS,
+    both_clocks,
     click,
     click_up_the_panel,
     contents,
@@ -467,12 +468,6 @@ def refusal_is_reported_and_nothing_changes():
     assert contents() == before and state().failed
     yield lambda: True
     screenshot("refused")
-
-
-def both_clocks():
-    """Processor time of this thread and time on the clock. On a busy machine only the first one says how long a call
-    is; the second one then counts other programs, too."""
-    return np.array([time.thread_time(), time.perf_counter()])
 
 
 def timed(owner, name, times):

@@ -6,6 +6,7 @@ import traceback
 from pathlib import Path
 
 import bpy
+import numpy as np
 from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -171,6 +172,75 @@ def cancel_and_refusal():
     screenshot("9_refused")
 
 
+def begin_live(shape, energy, strength, chosen_of):
+    """Live on a shape of the Add menu with handles at chosen_of(points (n, 3)), its minimum on the screen; a generator. Its
+    points."""
+    setup()
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    settings = bpy.context.scene.curvopt
+    settings.energy, settings.strength, settings.symmetry, settings.resolution = energy, strength, "AUTO", "SAME"
+    in_viewport(bpy.ops.curvopt.add_shape, shape=shape)
+    mesh = bpy.context.object.data
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    for parts, chosen in ((mesh.vertices, chosen_of(points)), (mesh.edges, ()), (mesh.polygons, ())):
+        parts.foreach_set("select", [index in chosen for index in range(len(parts))])
+    in_viewport(bpy.ops.curvopt.live)
+    session = part("ui.live")._session
+    yield lambda: session.live.is_settled and "Checked" in state().message
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    return points
+
+
+def pull(chosen, way):
+    """Handles along `way` (3,) in ten steps, until the surface has settled; a generator."""
+    live = part("ui.live")._session.live
+    for empty in handles():
+        empty.select_set(empty in chosen)
+    bpy.context.view_layer.objects.active = chosen[0]
+    for _ in range(10):
+        for handle in chosen:
+            handle.location = [place + 0.1 * step for place, step in zip(handle.location, way)]
+        number = live.number
+        yield lambda: live.number > number
+    yield lambda: live.is_settled and "Checked" in state().message
+    print(state().message, flush=True)
+    yield from settled()
+
+
+def handles():
+    """Those that are there, the one with the largest x first."""
+    found = [obj for obj in bpy.data.objects if "curvopt_handle" in obj]
+    return sorted(found, key=lambda empty: -empty.location.x)
+
+
+def live():
+    """Four handles on a cage of genus 2, one of them pulled; then a mug whose handle is bent."""
+    view = viewport()[0].spaces.active.region_3d
+    ends = lambda points: {int(np.argmax(sign * points[:, axis])) for axis in (0, 2) for sign in (1, -1)}  # noqa: E731
+    points = yield from begin_live("lawson_g2", "MVS", 1.0, ends)
+    size = np.ptp(points, axis=0).max()
+    view.view_perspective, view.view_rotation = "PERSP", Euler((1.2, 0, 0.5)).to_quaternion()
+    view.view_location, view.view_distance = (0.9, 0, 0), 2.6 * size
+    yield from open_sidebar_tab()
+    yield from settled()
+    screenshot("16_live")
+    yield from pull(handles()[:1], (0.5 * np.ptp(points[:, 0]), 0, 0.2 * np.ptp(points[:, 0])))
+    screenshot("17_live_pulled")
+    bpy.ops.curvopt.live_cancel()
+    yield from turns(2)
+    outer = lambda points: set(np.flatnonzero(points[:, 0] > 0.7 * points[:, 0].max()))  # noqa: E731
+    points = yield from begin_live("mug_g1", "WILLMORE", 0.5, outer)
+    size = np.ptp(points, axis=0).max()
+    print(len(handles()), "handles", flush=True)
+    yield from pull(handles(), (0.18 * size, 0, 0.2 * size))
+    bpy.ops.curvopt.live_finish("INVOKE_DEFAULT")
+    yield lambda: not state().live
+    view.view_rotation = Euler((1.25, 0, 0)).to_quaternion()
+    view.view_location, view.view_distance = (1.2 * size, 0, 0.4 * size), 3.5 * size
+    yield from settled()
+    screenshot("18_mug")
+
+
 def label(text, place):
     """Words in the view, above this place (x, y)."""
     empty = bpy.data.objects.new(text, None)
@@ -215,7 +285,7 @@ def slide():
 
 def everything():
     try:
-        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide):
+        for act in (preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide, live):
             yield from act()
             log(f"PASS {act.__name__}")
     except Exception as error:

@@ -12,16 +12,24 @@ export CURVOPT_WINDOW_RESULTS="$out/results.txt"
 rm -f "$CURVOPT_WINDOW_RESULTS"
 blender_window 1700 "$here/drive.py"
 code=$?
+blender_window 900 "$here/live.py"
+live_code=$?
 
-# Every check of drive.py must have passed, and the quit in the middle of a run must have ended Blender with 0.
+# Every check of both scripts must have passed, and the quits in the middle must have ended Blender with 0.
 touch "$CURVOPT_WINDOW_RESULTS"
-expected=$(($(grep -c '^@check' "$here/drive.py") + 1))
+expected=$(($(cat "$here/drive.py" "$here/live.py" | grep -c '^@check') + 2))
 passed=$(grep -c '^PASS ' "$CURVOPT_WINDOW_RESULTS")
-if grep -q '^QUITTING' "$CURVOPT_WINDOW_RESULTS" && [ "$code" -eq 0 ]; then
-    echo "PASS quitting_during_a_run"
-    passed=$((passed + 1))
-else
-    echo "FAIL quitting_during_a_run: Blender's exit code was $code"
-fi
+
+# quit WORD CODE: whether Blender quit with 0 where the results say WORD.
+quit() {
+    if grep -qx "$1" "$CURVOPT_WINDOW_RESULTS" && [ "$2" -eq 0 ]; then
+        echo "PASS $1"
+        passed=$((passed + 1))
+    else
+        echo "FAIL $1: Blender's exit code was $2"
+    fi
+}
+quit QUITTING "$code"
+quit "QUITTING LIVE" "$live_code"
 echo "$passed passed, $((expected - passed)) failed"
 [ "$passed" -eq "$expected" ]

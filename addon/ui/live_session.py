@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An object while its surface follows handles: what connects scene/handles.py to core/live.py. It reads the file and changes
+nothing in it, `begin` excepted."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..binding.values import Held
+from ..core import job, messages
+from ..core.energy import weights_of
+from ..core.live import Live, View
+from ..core.targets import Base
+from ..scene import handles, placement, read_cage, read_marks
+from ..scene.modifiers import CageError
+from . import display, properties
+
+_WORDS = 0.2  # seconds between two changes of the words in the sidebar
+_LAST_WAIT = 5.0  # seconds that the end waits for the worker, which looks up every few milliseconds
+# Settings that are looked at all the time. The others count when it starts, or are for runs on several levels.
+_WATCHED = tuple(
+    name for name in properties.SETTINGS
+    if name not in ("resolution", "levels", "slide", "rim", "pin", "pin_surface", "vertex_group", "outcome", "threads")
+)  # fmt: skip
+
+
+class Session:
+    """One object while Live is on, or, once it `ended` by itself, until its handles are taken away."""
+
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object | None) -> None:
+        """CageError unless Live is possible there."""
+        values = _values(context.scene)
+        outcome, edits = values["outcome"], obj is not None and obj.mode == "EDIT"
+        if edits:
+            obj.update_from_editmode()
+        read_cage.check_object(obj, outcome == "SHAPE_KEY" and not edits, "EDIT" if edits else "OBJECT")
+        if values["within"] > 0:
+            raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0 first.")
+        self.name, self.scene_name = obj.name, context.scene.name
+        self.source = read_cage.source_of(context, obj, obj.data)
+        self._marks = read_marks.read_marks(obj.data, self.source)
+        self._pins, self.chosen = _pins(obj, self.source, values, edits)
+        # Without Pin the points of the surface are dragged; in Edit Mode that is not what one has in hand.
+        on_surface = not edits if values["pin"] == "NOTHING" else bool(values["pin_surface"])
+        self.base = Base.of_cage(self.source.cage, self.source.layout, on_surface)
+        self._values: dict[str, object] = {}
+        self._plain = self._request = job.Request()
+        self._seen: tuple[View | None, BaseException | None] = (None, None)
+        self._spoken = 0.0
+        self._refusal: BaseException | None = None  # of settings
+        self.live: Live | None = None
+        self.view = None
+        self.ended = self.finishing = False
+        self._places = np.empty((0, 3))
+        placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
+
+    def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        """Handles, worker, drawing. CageError, or ValueError for settings; `stop` then ends what has begun."""
+        in_edit_mode = obj.mode == "EDIT"
+        handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
+        if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
+            self.chosen = self.chosen[:0]
+        if not bpy.app.background:
+            from .live_view import LiveView  # needs a GPU
+
+            self.view = LiveView(self.scene_name)
+        self.look()
+        if self._refusal is not None:
+            raise self._refusal
+
+    def look(self) -> None:
+        """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on."""
+        obj = handles.find(self.name)
+        if obj is None:
+            raise CageError(f"'{self.name}' was deleted, or undone to before Live: Live has ended.")
+        self.name = obj.name
+        seen = handles.observe(obj, self.source, self.chosen)
+        if not len(seen.vertices) and not len(self._pins.vertices) and obj.mode != "EDIT":
+            raise CageError("All handles were deleted: Live has ended.")
+        changed = self._read_settings()
+        planes = ["xyz".index(axis) for axis in self._plain.symmetry.split(",") if axis in ("x", "y", "z")]
+        others = [axis for axis in planes if axis not in self.source.layout.halves.axes]
+        held, places = self.base.held(self._plain.held, seen.vertices, seen.shifts, others)
+        if changed or not _alike(held, self._request.held):
+            self._request = replace(self._plain, held=held)
+        elif np.array_equal(places, self._places, equal_nan=True):
+            held = None
+        self._places = places
+        if self.live is None:
+            self.restart()
+        elif held is not None:
+            self.live.aim(self._request, places)
+        if self.view is not None:
+            there = self.source.layout.in_cage(seen.vertices) >= 0
+            self.view.show(self.live, seen.frame, self.base.of_vertices(seen.vertices[there]) + seen.shifts[there])
+
+    def restart(self) -> None:
+        """A worker for the newest targets."""
+        self.live = Live(self.source.cage, self._request, self._places)
+        self.live.start()
+        self.finishing = False
+
+    def _read_settings(self) -> bool:
+        """Whether they have changed, and can be used."""
+        scene = bpy.data.scenes.get(self.scene_name)
+        if scene is None:
+            raise CageError(f"Scene '{self.scene_name}' was deleted or renamed: Live has ended.")
+        values = _values(scene)
+        if {name: values[name] for name in _WATCHED} == self._values:
+            return False
+        self._values, self._refusal = {name: values[name] for name in _WATCHED}, None
+        try:
+            request = properties.request_of({**values, "resolution": "SAME", "slide": False}, self._pins)
+            weights_of(request.energy)
+            request = job.with_marks(self.source.cage, self.source.fitted(request), *self._marks)
+        except ValueError as error:  # an empty mix, no plane
+            self._refusal = error
+            return False
+        self._plain = request
+        return True
+
+    def speak(self) -> None:
+        """What is going on, into the sidebar; and have the viewports drawn if there is something new."""
+        live = self.live
+        if live.error is not None and not self.finishing:
+            raise live.error
+        seen = live.latest, self._refusal or live.trouble
+        now = time.monotonic()
+        if seen[0] is None or (seen[0] is self._seen[0] and seen[1] is self._seen[1]):
+            return
+        if seen[0] is not self._seen[0] and not bpy.app.background:
+            from .overlay import redraw  # needs a GPU
+
+            redraw(bpy.context, ("WINDOW",))
+        if now < self._spoken + _WORDS and seen[1] is self._seen[1] and seen[0].summary is None:
+            self._seen = seen[0], self._seen[1]
+            return
+        self._seen, self._spoken = seen, now
+        if seen[1] is not None:
+            display.show(bpy.context, messages.failure_text(self.source.named(seen[1])), failed=True)
+        else:
+            display.show(bpy.context, messages.live_text(self._request, seen[0]))
+
+    @property
+    def request(self) -> job.Request:
+        """What is minimized now, through the handles."""
+        held = self._request.held
+        return replace(self._request, held=replace(held, places=self._places if len(self._places) else None))
+
+    def stop(self) -> None:
+        """End the worker and the drawing."""
+        if self.live is not None:
+            self.live.close(_LAST_WAIT)
+        if self.view is not None:
+            self.view.end()
+        self.ended = True
+
+
+def _values(scene: bpy.types.Scene) -> dict[str, object]:
+    """The settings of a scene, arrays as tuples."""
+    values = {name: getattr(scene.curvopt, name) for name in properties.SETTINGS}
+    return {**values, "symmetry_planes": tuple(values["symmetry_planes"])}
+
+
+def _pins(
+    obj: bpy.types.Object, source: read_cage.Source, values: dict[str, object], edits: bool
+) -> tuple[Held, np.ndarray]:
+    """Vertices of the mesh that are pinned and no handles, and those that are handles (k,): what Pin holds exactly, or, if
+    it holds nothing, the selection. Handles that are there already are taken up in their place. CageError for none."""
+    pin = values["pin"]
+    if pin == "NOTHING" and edits and not _selected(obj).any():
+        return Held(), np.empty(0, np.intp)  # those that will be moved
+    held = read_cage.read_held(obj, "SELECTED" if pin == "NOTHING" else pin, values["vertex_group"])
+    exact = np.asarray(held.weights) == 1
+    chosen, pins = held.vertices[exact], Held(held.vertices[~exact], held.weights[~exact])
+    there = [] if edits else sorted(handles.empties(obj))
+    if pin == "UNSELECTED":
+        chosen, pins = np.empty(0, np.intp), held
+    elif there:
+        chosen = np.array(there, np.intp)
+    chosen = np.asarray(chosen, np.intp)
+    chosen = chosen[source.layout.in_cage(chosen) >= 0]
+    if not edits:
+        _check_number(obj, pin, len(chosen))
+    return pins, chosen
+
+
+def _selected(obj: bpy.types.Object) -> np.ndarray:
+    selected = np.empty(len(obj.data.vertices), bool)
+    obj.data.vertices.foreach_get("select", selected)
+    return selected
+
+
+def _check_number(obj: bpy.types.Object, pin: str, count: int) -> None:
+    """CageError for no handles, and for more than a hand can use."""
+    how = "select a few vertices in Edit Mode, or have Pin name a vertex group with a few"
+    if not count:
+        raise CageError(f"Pin gives no handles on object '{obj.name}': {how}, or start Live in Edit Mode.")
+    if count > handles.MOST_HANDLES or count == len(obj.data.vertices):
+        chosen = "selected" if pin in ("NOTHING", "SELECTED") else "pinned"
+        raise CageError(
+            f"{count} vertices of object '{obj.name}' are {chosen}, and each would become a handle: {how}, "
+            f"{handles.MOST_HANDLES} at most."
+        )
+
+
+def _alike(one: Held, other: Held) -> bool:
+    """Whether the same vertices are held as firmly."""
+    return np.array_equal(one.vertices, other.vertices) and np.array_equal(one.weights, other.weights)
