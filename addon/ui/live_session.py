@@ -59,7 +59,9 @@ class Session:
         placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Handles, worker, drawing. CageError, or ValueError for settings; `stop` then ends what has begun."""
+        """Handles and drawing. ValueError for settings; `stop` then ends what has begun. The worker starts with the first
+        `look`, after the operator: one that is called under `temp_override` has a dictionary that Blender 3.4 reads without
+        Python's lock, and crashes at times if a thread has that."""
         in_edit_mode = obj.mode == "EDIT"
         handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
         if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
@@ -68,7 +70,7 @@ class Session:
             from .live_view import LiveView  # needs a GPU
 
             self.view = LiveView(self.scene_name)
-        self.look()
+        self._read_settings()
         if self._refusal is not None:
             raise self._refusal
 
@@ -85,7 +87,7 @@ class Session:
         planes = ["xyz".index(axis) for axis in self._plain.symmetry.split(",") if axis in ("x", "y", "z")]
         others = [axis for axis in planes if axis not in self.source.layout.halves.axes]
         held, places = self.base.held(self._plain.held, seen.vertices, seen.shifts, others)
-        if changed or not _alike(held, self._request.held):
+        if changed or self.live is None or not _alike(held, self._request.held):
             self._request = replace(self._plain, held=held)
         elif np.array_equal(places, self._places, equal_nan=True):
             held = None

@@ -77,7 +77,7 @@ def begin(mode="OBJECT", selected=PINS, pin="SELECTED"):
 
 
 def settled():
-    return state().live == "ON" and session().live.is_settled and "Checked" in state().message
+    return state().live == "ON" and session().live is not None and session().live.is_settled and "Checked" in state().message
 
 
 def at(vertex):

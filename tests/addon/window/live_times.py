@@ -184,7 +184,7 @@ def measure(name):
     settings.resolution = "SAME"
     times, random, lasts = Times(), np.random.default_rng(1), []
     assert call(bpy.ops.curvopt.live) == {"FINISHED"}
-    yield lambda: session().live.is_settled and times.drawn
+    yield lambda: session().live is not None and session().live.is_settled and times.drawn
     times.calls.clear()
     minima, begin = 0, both_clocks()
     for _ in range(DRAGS):

@@ -186,7 +186,7 @@ def begin_live(shape, energy, strength, chosen_of):
         parts.foreach_set("select", [index in chosen for index in range(len(parts))])
     in_viewport(bpy.ops.curvopt.live)
     session = part("ui.live")._session
-    yield lambda: session.live.is_settled and "Checked" in state().message
+    yield lambda: session.live is not None and session.live.is_settled and "Checked" in state().message
     viewport()[0].spaces.active.overlay.show_cursor = False
     return points
 
