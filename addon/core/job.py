@@ -145,8 +145,11 @@ def with_marks(cage: Cage, request: Request, edges: np.ndarray, marks: np.ndarra
         )
     weights = np.zeros(n)
     weights[request.held.vertices] = request.held.weights
-    weights[found.held] = 1
-    held = Held(np.flatnonzero(weights).astype(np.int32), weights[weights > 0])
+    on_surface = np.zeros(n, bool)
+    on_surface[request.held.vertices] = request.held.limit_points
+    weights[found.held], on_surface[found.held] = 1, False
+    vertices = np.flatnonzero(weights).astype(np.int32)
+    held = Held(vertices, weights[vertices], on_surface[vertices])
     return replace(request, boundary=found.boundary, held=held, marked=found.count, refinable=found.refinable)
 
 

@@ -8,7 +8,7 @@ import pytest
 import shapes
 from addon.binding import abi, library
 from addon.binding.values import Cage, Creases, Held
-from addon.core import job, partners, rims
+from addon.core import job, partners, rims, targets
 from addon.core.crop import Crop
 
 N = 10  # quads of the grid along a side; its vertex y * (N + 1) + x is over (x, y)
@@ -347,6 +347,16 @@ def test_a_refined_cage_cannot_free_some_edges_and_keep_curves(boundary, rim):
     else:
         assert marked(boundary, side(0, rim), levels=2).boundary == "free"
     assert marked(boundary, side(0, rim)).refinable == (boundary == "curvature")
+
+
+def test_pins_on_the_surface_stay_on_it_beside_marks():
+    """What marks hold are vertices; the pin's own vertex moves."""
+    cage, pin = grid(), (N + 1) * (N // 2) + N // 2
+    request = marked("position", side(0, "tangent"), cage=cage, held=Held(np.array([pin]), np.ones(1), True))
+    moved = job.solve(cage, replace(request, options={"max_iterations": 20})).cage
+    assert np.abs(targets.limit_points(moved) - targets.limit_points(cage))[pin].max() < 1e-9
+    assert np.abs(moved.positions - cage.positions)[pin].max() > 1e-3
+    assert (moved.positions[: 2 * (N + 1)] == cage.positions[: 2 * (N + 1)]).all()
 
 
 def test_a_cage_all_of_which_marks_hold_is_refined_where_that_frees_some():

@@ -50,12 +50,12 @@ class Cage:
 @dataclass(frozen=True)
 class Held:
     """Vertices (k,) of a cage that may not move freely, and how firmly each is held (k,), 0 .. 1; 1: exactly.
-    `limit_points`: of exact ones the point of the limit surface is held, and the vertex moves as that needs. `places`
-    (k, 3): where it is held; None, or NAN in its three numbers: where it is."""
+    `limit_points`, of all or (k,): of exact ones the point of the limit surface is held, and the vertex moves as that
+    needs. `places` (k, 3): where it is held; None, or NAN in its three numbers: where it is."""
 
     vertices: np.ndarray = field(default_factory=_no_indices)
     weights: np.ndarray = field(default_factory=_no_reals)
-    limit_points: bool = False
+    limit_points: bool | np.ndarray = False
     places: np.ndarray | None = None
 
     @classmethod
