@@ -90,6 +90,8 @@ int problem_report(void *context, const co_iterate *now, const co_step_record *r
     problem *p = context;
     p->reports++;
     CHECK_INT(record->iteration, p->reports);
+    p->promise = record->predicted / (p->told_value - now->value);
+    p->told_value = now->value;
     CHECK_INT(record->evaluations, p->calls - 1); /* but for the one at the start */
     CHECK_TRUE(now->value <= p->value + 1e-13 * fabs(p->value));
     p->value = now->value;

@@ -24,6 +24,7 @@ typedef struct problem {
     double longest;                 /* trial step */
     double first_trial[MOST];       /* first trial step after the last settled iterate */
     int calls, settles, reports, tried;
+    double told_value, promise; /* the value told last; of the step told last, predicted over actual decrease */
 } problem;
 
 typedef struct run {

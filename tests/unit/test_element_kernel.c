@@ -254,6 +254,36 @@ static void test_hessian_is_the_slope_of_the_gradient(void **state) {
     }
 }
 
+/* Residuals of second order do not change with the size of a face, those of third order are as its inverse (but for
+ * eps4). So their slopes along the positions are 0 and -r (Euler), and x M x is twice the sum of the latters' squares,
+ * which is the integrand. */
+static void test_gauss_newton_residuals_add_up_to_the_integrand(void **state) {
+    (void)state;
+    static faces in;
+    static results at;
+    static double matrix[N_FACES][MOST_ENTRIES];
+    for (int k = 0; k < N_KINDS; k++) {
+        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
+        const int32_t n = 3 * in.table->n_points;
+        run_second(co_element_kernel_select(NULL), &in, kinds[k].third, 0, NULL, matrix);
+        run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &at);
+        for (int f = 0; f < N_FACES; f++) {
+            const double *sum = at.sums[f], *x = in.xyz + n * f;
+            const double third = kinds[k].third ? 0.5 * sum[CO_INT_F1] + 0.7 * sum[CO_INT_F3] + 0.4 * sum[CO_INT_X] : 0;
+            double product = 0, centred[3 * MOST_POINTS];
+            for (int32_t i = 0; i < n; i++)
+                centred[i] = x[i] - (i % 3 == 0   ? 50
+                                     : i % 3 == 1 ? -20
+                                                  : 0); /* a motion of the whole changes nothing */
+            for (int32_t i = 0; i < n; i++)
+                for (int32_t j = 0; j < n; j++)
+                    product += centred[i] * centred[j] * matrix[f][i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i];
+            CHECK_NEAR(product, 2 * third, 1e-2 * third + 1e-9 * largest(matrix[f], n * (n + 1) / 2));
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
 static void test_padding_lanes_do_not_matter(void **state) {
     (void)state;
     static faces in;
@@ -315,6 +345,7 @@ int main(void) {
         cmocka_unit_test(test_all_kernels_agree),
         cmocka_unit_test(test_second_derivatives_of_all_kernels_agree),
         cmocka_unit_test(test_hessian_is_the_slope_of_the_gradient),
+        cmocka_unit_test(test_gauss_newton_residuals_add_up_to_the_integrand),
         cmocka_unit_test(test_padding_lanes_do_not_matter),
         cmocka_unit_test(test_gradient_is_the_slope_of_the_sums),
         cmocka_unit_test(test_unknown_kernel_is_not_found),

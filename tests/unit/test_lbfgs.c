@@ -18,6 +18,17 @@ static void test_quadratic_converges(void **state) {
     CHECK_NEAR(r.now.value, 1, 1e-13);
 }
 
+/* On a quadratic of two variables the metric is exact after two steps, and so is what a step is predicted to gain. */
+static void test_predicted_gains_come_true_on_a_quadratic(void **state) {
+    (void)state;
+    problem p = {.shape = QUADRATIC, .n = 2, .condition = 3};
+    run r = {.options = usual_options};
+    r.options.max_iterations = 3;
+    problem_minimize(&p, &r);
+    CHECK_INT(r.result.iterations, 3);
+    CHECK_NEAR(p.promise, 1, 1e-6);
+}
+
 static void test_rosenbrock_converges(void **state) {
     (void)state;
     problem p = {.shape = ROSENBROCK, .n = 10};
@@ -129,6 +140,7 @@ static void test_directions_are_those_of_the_dense_metric(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_quadratic_converges),
+        cmocka_unit_test(test_predicted_gains_come_true_on_a_quadratic),
         cmocka_unit_test(test_rosenbrock_converges),
         cmocka_unit_test(test_gradient_tolerance_of_zero_ends_stalled),
         cmocka_unit_test(test_directions_are_those_of_the_dense_metric),

@@ -146,7 +146,7 @@ static void test_open_cage_has_phantom_points(void **state) {
 
 static void test_a_raised_flag_leaves_nothing(void **state) {
     (void)state;
-    const cage c = cage_cube();
+    cage c = cage_cube();
     curvopt_mesh *mesh = cage_mesh(&c);
     curvopt_cancel *flag;
     co_cancel cancel = {0};
@@ -161,6 +161,7 @@ static void test_a_raised_flag_leaves_nothing(void **state) {
     CHECK_TRUE(patches.n_patches == 0 && !patches.points && !patches.start);
     curvopt_cancel_destroy(flag);
     curvopt_mesh_destroy(mesh);
+    cage_free(&c);
 }
 
 int main(void) {
