@@ -666,7 +666,8 @@ typedef struct curvopt_progress {
     const curvopt_mesh *mesh; /* its connectivity */
     double energy;            /* weighted sum of the terms now; what springs add is not in it */
     double start_energy;      /* the same of the input cage */
-    double gradient_norm;     /* |gradient| * size / energy, dimensionless */
+    double gradient_norm;     /* |gradient| * size / energy, dimensionless; with spontaneous curvature over what
+                                 tolerances are relative to (curvopt_options) */
     double seconds;           /* since the start of the run */
     double predicted;  /* decrease of the objective that the quadratic model predicted for the step; of L-BFGS, whose
                           model is rough, it may be negative; NAN without a step */

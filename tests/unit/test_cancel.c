@@ -329,7 +329,7 @@ static void test_callbacks_are_told_and_can_end_an_evaluation(void **state) {
     curvopt_problem *problem;
     curvopt_energies e;
     curvopt_error error;
-    options.tolerance = 1e-7;
+    options.tolerance = SLOWER > 1 ? 1e-5 : 1e-7; /* sanitizers see as much in fewer calls */
     listener made = {.last = -1}, evaluated = {.last = -1};
     CHECK_OK(curvopt_problem_create_interruptible(mesh, xyz, &options, listen, &made, NULL, &problem, &error), &error);
     CHECK_TRUE(made.calls >= 2 && made.tables == made.calls && made.told.xyz == xyz && made.told.n_vertices == 17);
@@ -338,9 +338,7 @@ static void test_callbacks_are_told_and_can_end_an_evaluation(void **state) {
     CHECK_TRUE(evaluated.told.iteration >= 2 && evaluated.tables > 0 && evaluated.told.samples == e.n_samples);
     CHECK_TRUE(evaluated.told.energy == e.objective && evaluated.told.xyz == xyz);
     curvopt_problem_destroy(problem);
-    for (int last = 1; last < made.calls + evaluated.calls; last++) { /* nothing follows the last call of either */
-        if (last == made.calls)
-            continue;
+    for (int last = 1; last <= made.calls + evaluated.calls; last++) {
         listener l = {.last = last};
         int32_t status = curvopt_problem_create_interruptible(mesh, xyz, &options, listen, &l, NULL, &problem, &error);
         if (status == CURVOPT_OK) {

@@ -69,8 +69,11 @@ static void watch_begin(curvopt_problem *p, const co_watch *watch, int32_t n_ver
     p->tables.user = p;
 }
 
-/* It ends. What it was told by may be gone when the next one begins. */
+/* It ends. What it was told by may be gone when the next one begins. The callback may have ended it at its last call,
+ * after which nobody looked at the flag. */
 static int32_t watch_end(curvopt_problem *p, int32_t status, curvopt_error *error) {
+    if (status == CURVOPT_OK && p->cancel.flag == &p->stopped)
+        status = CO_CANCELLED;
     p->cancel.flag = NULL;
     p->tables.made = NULL;
     p->watch = (co_watch){.progress = NULL};

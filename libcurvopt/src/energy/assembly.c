@@ -432,6 +432,12 @@ static void sum_values(void *context, size_t begin, size_t end) {
 static void total(const co_assembly *a, const co_element_batches *l, co_values *out) {
     value_sums s = {.assembly = a, .batches = l};
     const co_values *part = s.part;
+    if (co_cancel_is_due(a->cancel)) { /* some blocks may be missing */
+        *out = (co_values){.objective = (double)NAN, .reference = (double)NAN, .min_jacobian = (double)NAN};
+        for (int i = 0; i < CO_N_INTEGRALS; i++)
+            out->integral[i] = (double)NAN;
+        return;
+    }
     co_ordered_sum_run(a->threads, (size_t)l->n_blocks, sum_values, &s);
     *out = part[0];
     for (int k = 1; k < CO_ORDERED_SUM_CHUNKS; k++) {
@@ -442,8 +448,6 @@ static void total(const co_assembly *a, const co_element_batches *l, co_values *
             out->worst_face = part[k].worst_face;
         }
     }
-    for (int i = 0; co_cancel_is_due(a->cancel) && i < CO_N_INTEGRALS; i++) /* some blocks may be missing */
-        out->integral[i] = (double)NAN;
     const co_spontaneous_part own = co_spontaneous_curvature_add(&a->spontaneous, a->radius, out->integral);
     out->objective = co_functional_value(&a->functional, out->integral) + own.added.value;
     out->reference = own.reference;

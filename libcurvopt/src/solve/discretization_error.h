@@ -14,8 +14,8 @@
 
 #include "curvopt.h"
 
-/* Of the last of n levels, in the energy's unit. NAN where nothing is known: of one level, after a cancelled one, and
- * where the last level took nearly as much as the one before, or more. */
+/* Of the last of n levels, in the energy's unit. NAN where nothing is known: of one level, of levels that did not
+ * come to their end, and where the last one took nearly as much as the one before, or more. */
 double co_discretization_error(const curvopt_level_report *levels, int32_t n);
 
 #endif
