@@ -47,12 +47,21 @@ def run_all(options: argparse.Namespace) -> int:
                 text = messages.failure_text(error)
             failures.append(f"{wanted.json.stem}: {text}")
             wanted.output.unlink(missing_ok=True)
-            wanted.json.write_text(json.dumps({"input": about, "error": text}, indent=2) + "\n")
+            _note(wanted.json, {"input": about, "error": text}, failures)
             print(f"failed {wanted.json.stem}: {text}", flush=True)
     print(f"{done} done, {skipped} skipped, {len(failures)} failed")
     for failure in failures:
         print(failure, file=sys.stderr)
     return 1 if failures else 0
+
+
+def _note(path: Path, report: dict[str, object], failures: list[str]) -> None:
+    """Write a failure's report, whole or not at all; that it could not be written is one more failure."""
+    try:
+        with one.all_or_nothing({"json": path}) as place:
+            one.write_json(place["json"], report)
+    except (one.BatchError, OSError) as error:
+        failures.append(f"{path.name}: {error}")
 
 
 def _open(path: str) -> None:

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     fields["slide"] = int(options.slide)
     fields = {name: value for name, value in fields.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
-    with _all_or_nothing(wanted) as place:
+    with all_or_nothing(wanted) as place:
         obj = chosen_object(options.object)
         source = read_cage.read_source(bpy.context, obj)
         pin = "NOTHING" if options.pin_group is None else "GROUP"
@@ -58,8 +58,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
             _render(source, request, solution, options, place["render"])
         if "json" in place:
             found = {**(also or {}), **report(source, new.name, request, solution)}
-            with place["json"].open("x", encoding="utf-8") as file:  # never through a link that somebody put there
-                file.write(json.dumps(found, indent=2) + "\n")
+            write_json(place["json"], found)
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)
@@ -104,14 +103,20 @@ def chosen_object(name: str | None) -> bpy.types.Object:
     return meshes[0]
 
 
+def write_json(path: Path, report: dict[str, object]) -> None:
+    """A new file: never through a link that somebody put there."""
+    with path.open("x", encoding="utf-8") as file:
+        file.write(json.dumps(report, indent=2) + "\n")
+
+
 @contextmanager
-def _all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
+def all_or_nothing(wanted: dict[str, Path]) -> Iterator[dict[str, Path]]:
     """Temporary paths beside the wanted ones; moved there if all goes well and removed if not.
 
     BatchError, before any work is done, if a file cannot be made there."""
     place = {}
     for name, path in wanted.items():
-        path = path.resolve()
+        path = path.parent.resolve() / path.name  # a link itself is replaced, not what it leads to
         place[name] = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
         leftovers.remove(path)
         try:

@@ -297,8 +297,12 @@ def test_many_at_once_go_on_after_failures_and_are_skipped_when_done(batch, cage
     (cage_file.parent / "broken.blend").write_text("no blend")
     files = [cage_file.name, "broken.blend", "missing.blend"]
     work = [*files, "--into", "out", "--all-objects", "--energy", "willmore", "--energy", "mvs:1,willmore:0.1"]
+    out, victim = cage_file.parent / "out", cage_file.parent / "victim.txt"
+    out.mkdir()
+    victim.write_text("mine")
+    (out / "cage-Spare-willmore-1.json").symlink_to(victim)
     code, errors, _ = batch(*work, "--levels", "1")
-    out = cage_file.parent / "out"
+    assert victim.read_text() == "mine" and not (out / "cage-Spare-willmore-1.json").is_symlink()
     good = ["cage-Torus-mvs_1_willmore_0.1-1", "cage-Torus-willmore-1"]
     bad = ["cage-Spare-mvs_1_willmore_0.1-1", "cage-Spare-willmore-1"]
     assert code == 1 and len(errors) == 4 and sum("Modifier 'Row' of object 'Spare'" in line for line in errors) == 2
