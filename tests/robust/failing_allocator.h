@@ -15,7 +15,8 @@ extern int failed_in_cholmod; /* the last failure was one of CHOLMOD's, which ge
 /* Something to try; the same every time. */
 typedef int32_t failing_run(void *context, curvopt_error *error);
 
-/* Fails allocation 0, 1, 2, ... of a run (in qemu: the first 30, and every 17th) until one gets by without meeting the
+/* Fails allocation 0, 1, 2, ... of a run (in qemu the first 30 and every 17th, under the address sanitizer
+ * the first 30 and every third) until one gets by without meeting the
  * one that would fail; at least so many. Every failure is reported as ERROR_MEMORY and leaves as many blocks as there
  * were. CHOLMOD gets over some of its own failures (it gives memory back by reallocating, and tries another ordering):
  * such runs, and no others, may come to their end. */
