@@ -122,8 +122,8 @@ def empties(obj: bpy.types.Object) -> dict[int, bpy.types.Object]:
 def observe(
     obj: bpy.types.Object, source: Source, base: Base, chosen: np.ndarray, before: np.ndarray | None = None
 ) -> Observation:
-    """The handles as they are: empties, `chosen` vertices (k,), and whatever vertices were moved; `before` is where the
-    vertices (n, 3) were the last time. CageError where the object is no longer what was read."""
+    """The handles as they are: empties, `chosen` vertices (k,), and whatever vertices were moved; `before`, where the
+    vertices (n, 3) were the last time, makes it quicker. CageError where the object is no longer what was read."""
     frame, size = frame_of(obj, source), float(np.ptp(source.mesh.positions, axis=0).max())
     positions = _positions(obj, source, before)
     moved = positions - source.mesh.positions
@@ -217,12 +217,11 @@ def _put_back(obj: bpy.types.Object, source: Source, last: np.ndarray | None) ->
     mesh = obj.data
     if obj.mode != "OBJECT" or not has_faces_of(mesh, source.mesh):
         return False
-    if mesh.shape_keys:
-        return True  # which Live does not move
     now = read_positions(mesh)
     is_ours = np.ones(len(now), bool) if last is None else (now == last).all(axis=1)
     wanted = np.where(is_ours[:, None], source.mesh.positions, now)
     if not np.array_equal(now, wanted):
-        mesh.vertices.foreach_set("co", wanted.astype(np.float32).reshape(-1))
+        for points in [mesh.vertices, *([mesh.shape_keys.reference_key.data] if mesh.shape_keys else [])]:
+            points.foreach_set("co", wanted.astype(np.float32).reshape(-1))
         mesh.update()
     return True

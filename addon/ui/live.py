@@ -134,7 +134,7 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
     def _begin(self, context: bpy.types.Context) -> bool:
         """Have the worker settle and end; False, with a report, where Live cannot go on, or the result cannot be written."""
         try:
-            _session.look()
+            _session.look(thorough=True)
         except Exception as error:
             _break(error)
             report_failure(self, error)

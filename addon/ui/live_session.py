@@ -78,13 +78,14 @@ class Session:
         if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
             self.chosen = self.chosen[:0]
 
-    def look(self) -> None:
-        """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on."""
+    def look(self, thorough: bool = False) -> None:
+        """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on; while
+        faces are edited, some reasons for that are found by a `thorough` look only."""
         obj = handles.find(self.id, self.name)
         if obj is None:
             raise CageError(f"'{self.name}' was deleted, or undone to before Live: Live has ended.")
         self.name = obj.name
-        seen = handles.observe(obj, self.source, self.base, self.chosen, self.positions)
+        seen = handles.observe(obj, self.source, self.base, self.chosen, None if thorough else self.positions)
         self.positions = seen.positions
         if not len(seen.vertices) and not len(self._pins.vertices) and obj.mode != "EDIT":
             raise CageError("All handles were deleted: Live has ended.")

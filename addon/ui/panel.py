@@ -49,7 +49,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             for term in WEIGHT_TERMS:
                 weights.prop(settings, f"weight_{term}", slider=True)
         column.prop(settings, "strength", slider=True)
-        wave = wave_text(context, settings.strength)
+        wave = wave_text(context, _object(context), settings.strength)
         if wave:
             column.label(text=wave)
         if not state.live:
