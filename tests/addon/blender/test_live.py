@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live from scripts: where handles are, what they hold, where the result is, and what is left in the file."""
 
+from types import SimpleNamespace
+
 import bmesh
 import bpy
 import numpy as np
@@ -495,3 +497,29 @@ def test_the_panel_speaks_of_the_object_whose_handle_is_active(shaken, empties, 
     assert bpy.ops.curvopt.live() == {"FINISHED"}
     assert bpy.context.view_layer.objects.active == empties(shaken)[0]
     assert part("ui.panel")._object(bpy.context) == shaken
+
+
+def test_esc_is_for_live_that_is_on_and_first_of_all_for_playback(shaken, part):
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    operator, passed = part("ui.live").CURVOPT_OT_live_cancel, {"CANCELLED", "PASS_THROUGH"}
+    executed = SimpleNamespace(execute=lambda context: {"FINISHED"})
+
+    def invoked(kind, plays):
+        context = SimpleNamespace(screen=SimpleNamespace(is_animation_playing=plays))
+        return operator.invoke(executed, context, SimpleNamespace(type=kind))
+
+    assert invoked("ESC", True) == passed and invoked("ESC", False) == invoked("LEFTMOUSE", True) == {"FINISHED"}
+    end_it(part, shaken)
+    assert invoked("ESC", False) == passed and invoked("LEFTMOUSE", False) == {"FINISHED"}
+
+
+def test_closing_the_window_of_finish_goes_back_to_dragging(shaken, part):
+    assert bpy.ops.curvopt.live() == {"FINISHED"} and look(part)
+    session, left = part("ui.live")._session, []
+    session.finishing = True
+    session.live.finish()
+    assert not bpy.ops.curvopt.live_finish.poll()
+    operator = SimpleNamespace(_leave=lambda context, result: left.append(result))
+    part("ui.live").CURVOPT_OT_live_finish.cancel(operator, bpy.context)
+    assert left == [{"CANCELLED"}] and bpy.ops.curvopt.live_finish.poll()
+    assert look(part) and session.live.running and is_clean(finish())
