@@ -509,6 +509,10 @@ def test_esc_is_for_live_that_is_on_and_first_of_all_for_playback(shaken, part):
         return operator.invoke(executed, context, SimpleNamespace(type=kind))
 
     assert invoked("ESC", True) == passed and invoked("ESC", False) == invoked("LEFTMOUSE", True) == {"FINISHED"}
+    ended = part("ui.live")._playback_ended
+    part("ui.live")._on_playback_end()
+    assert invoked("ESC", False) == passed and invoked("LEFTMOUSE", False) == {"FINISHED"}
+    part("ui.live")._playback_ended = ended
     end_it(part, shaken)
     assert invoked("ESC", False) == passed and invoked("LEFTMOUSE", False) == {"FINISHED"}
 

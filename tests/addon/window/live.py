@@ -293,7 +293,7 @@ def an_esc_that_ends_playback_ends_nothing_else():
     yield lambda: screen.is_animation_playing
     press("ESC")
     yield lambda: not screen.is_animation_playing
-    yield from turns(3)
+    yield from turns(10)
     assert state().live == "ON" and len(handles()) == len(PINS)
     press("ESC")
     yield is_off
