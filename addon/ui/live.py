@@ -24,10 +24,8 @@ _TICK = 0.016  # seconds between looks at the handles
 _SHARE = 4.0  # the timer waits that many times longer than a look takes: a fifth of the main thread at most
 _FINISH_TICK = 0.02  # seconds between looks at a worker that settles
 
-_ONE_KEY = 0.3  # seconds after the end of playback within which an Esc is the one that ended it
-
 _session: Session | None = None
-_playback_ended = -1.0  # on the clock of time.monotonic()
+_plays = False  # whether an animation was played at the last look
 _keys: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
@@ -40,8 +38,10 @@ def _tick() -> float | None:
 
 def _look() -> bool:
     """Handles and settings to the worker, its answers to the screen; whether to go on."""
+    global _plays
     if _session is None or _session.ended:
         return False
+    _plays = any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
     try:
         if not _session.finishing:
             _session.look()
@@ -211,8 +211,7 @@ class CURVOPT_OT_live_cancel(bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Esc is for Live that is on, unless it is the one that has ended playback, which Blender passes on."""
-        ends_playback = context.screen.is_animation_playing or time.monotonic() < _playback_ended + _ONE_KEY
-        if event.type == "ESC" and (properties.state.live != "ON" or ends_playback):
+        if event.type == "ESC" and (properties.state.live != "ON" or _plays):
             return {"CANCELLED", "PASS_THROUGH"}
         return self.execute(context)
 
@@ -252,12 +251,6 @@ def _on_load(*_: object) -> None:
         display.show(bpy.context, "Live has ended, because a file was loaded.")
 
 
-@bpy.app.handlers.persistent
-def _on_playback_end(*_: object) -> None:
-    global _playback_ended
-    _playback_ended = time.monotonic()
-
-
 _CLASSES = (CURVOPT_OT_live, CURVOPT_OT_live_finish, CURVOPT_OT_live_cancel)
 
 
@@ -265,7 +258,6 @@ def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.app.handlers.load_pre.append(_on_load)
-    bpy.app.handlers.animation_playback_post.append(_on_playback_end)
     config = bpy.context.window_manager.keyconfigs.addon
     if config is not None:  # none in background
         keymap = config.keymaps.new("3D View", space_type="VIEW_3D")
@@ -281,7 +273,6 @@ def unregister() -> None:
         keymap.keymap_items.remove(item)
     _keys.clear()
     bpy.app.handlers.load_pre.remove(_on_load)
-    bpy.app.handlers.animation_playback_post.remove(_on_playback_end)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     for cls in reversed(_CLASSES):
