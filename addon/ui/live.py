@@ -70,7 +70,7 @@ def _set_state(live: str) -> None:
 
 class CURVOPT_OT_live(bpy.types.Operator):
     """Drag handles, and the surface follows. In Object Mode the vertices that Pin names, or those that are selected, get \
-empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc puts everything back"""
+empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc leaves the mesh as it was"""
 
     bl_idname = "curvopt.live"
     bl_label = "Live"
@@ -199,7 +199,7 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
 
 
 class CURVOPT_OT_live_cancel(bpy.types.Operator):
-    """End Live, take its handles away, and leave the object as it was (Esc)"""
+    """End Live, take its handles away, and leave the mesh as it was (Esc)"""
 
     bl_idname = "curvopt.live_cancel"
     bl_label = "Cancel"

@@ -74,6 +74,7 @@ def begin(mode="OBJECT", selected=PINS, pin="SELECTED"):
     bpy.ops.ed.undo_push(message="Before Live")
     BEFORE.clear()
     BEFORE.update(contents())
+    yield from turns(3)  # see driver.py
     assert no_thread() and call(bpy.ops.curvopt.live) == {"FINISHED"}
     assert state().live == "ON"
     yield settled
