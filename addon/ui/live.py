@@ -21,7 +21,6 @@ from .live_session import Session
 from .reports import report_failure
 
 _TICK = 0.016  # seconds between looks at the handles
-_AFTER_DRAWING = 0.05  # seconds to the first look, and the worker: see begin() in live_session.py
 _SHARE = 4.0  # the timer waits that many times longer than a look takes: a fifth of the main thread at most
 _FINISH_TICK = 0.02  # seconds between looks at a worker that settles
 
@@ -102,7 +101,7 @@ empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc l
         _set_state("ON")
         display.show(context, "Live: preparing")
         if not bpy.app.timers.is_registered(_tick):
-            bpy.app.timers.register(_tick, first_interval=_AFTER_DRAWING)
+            bpy.app.timers.register(_tick)
         return {"FINISHED"}
 
 

@@ -65,9 +65,7 @@ class Session:
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Handles and drawing. ValueError and CageError for settings, before anything is made; `stop` ends what has begun.
         The worker starts with the first `look`, after the operator: one that is called under `temp_override` has a dictionary
-        that Blender 3.4 reads without Python's lock, and crashes at times if a thread has that. It also has to start after
-        Blender has drawn what the operator has changed: started by a script's timer within the same turn of the event loop, 7
-        of 12 sessions crashed in the next drawing of the top bar, and none of 18 with a turn between."""
+        that Blender 3.4 reads without Python's lock, and crashes at times if a thread has that."""
         self._read_settings()
         if self._refusal is not None:
             raise self._refusal
