@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import re
@@ -24,7 +25,8 @@ def remove(path: Path) -> None:
     for name in names:
         found = pattern.fullmatch(name)
         if found and (int(found.group(1)) == os.getpid() or is_gone(int(found.group(1)))):
-            (path.parent / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # a folder, or not ours to remove
+                (path.parent / name).unlink()
 
 
 def is_gone(process: int) -> bool:

@@ -17,7 +17,7 @@ from ..core.layout import Written
 from .amount import has_blend, store_blend
 from .frame import space_of
 from .modifiers import CageError, mirror_modifier, read_mirror, subdivision
-from .read_cage import Source, read_faces, read_positions
+from .read_cage import Source, has_faces_of, read_positions
 from .write_result import (
     add_result,
     add_subdivision,
@@ -49,6 +49,12 @@ def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None =
             f"Object '{obj.name}' has a Multires modifier, which belongs to the vertices of its mesh"
             f"{', and all of these are held' if request.refined else ''}: set {or_same}Result to New Object."
         )
+
+
+def check_keys(outcome: str, obj: bpy.types.Object) -> None:
+    """CageError, after a run, for an outcome that the shape keys of `obj` stand against."""
+    if outcome == "REPLACE" and obj.data.shape_keys:
+        raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
 
 
 def is_possible(outcome: str, levels: int) -> bool:
@@ -84,8 +90,7 @@ def write(
     if why:
         return add_result(context, source, request, solution), f"{why} meanwhile, so the result is a new object"
     check_outcome(outcome, request, obj)
-    if outcome == "REPLACE" and obj.data.shape_keys:
-        raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
+    check_keys(outcome, obj)
     if outcome == "SHAPE_KEY":
         remark = _add_key(obj, source, request, solution)
     else:
@@ -105,10 +110,8 @@ def _changed(obj: bpy.types.Object | None, source: Source) -> str:
 
 def what_changed(obj: bpy.types.Object, mesh: bpy.types.Mesh, source: Source) -> str:
     """How the object's mesh, or a copy of it, differs from what was read, or ""."""
-    sizes, vertices = read_faces(mesh)
     was = source.mesh
-    same = np.array_equal(sizes, was.face_sizes) and np.array_equal(vertices, was.face_vertices)
-    if not same or len(mesh.vertices) != len(was.positions) or len(mesh.edges) != len(was.edges):
+    if not has_faces_of(mesh, was):
         return f"The mesh of '{source.name}' was changed"
     if np.abs(read_positions(mesh) - was.positions).max() > _SAME * np.ptp(was.positions):
         return f"The mesh of '{source.name}' was changed"

@@ -152,11 +152,17 @@ def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:
     )
 
 
+def _kind(kind: str) -> str:
+    """A type of objects with its article."""
+    word = _KINDS.get(kind, kind.lower().replace("_", " "))
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
+
+
 def check_object(obj: bpy.types.Object | None, with_keys: bool = False, mode: str = "OBJECT") -> None:
     """CageError unless `obj` is a local mesh object in that mode whose mesh is the cage that is shown, or its first
     shape key `with_keys`. Quick enough for every redraw of a panel."""
     if obj is None or obj.type != "MESH":
-        found = "nothing is active" if obj is None else f"'{obj.name}' is a {_KINDS.get(obj.type, obj.type.lower())}"
+        found = "nothing is active" if obj is None else f"'{obj.name}' is {_kind(obj.type)}"
         convert = ", which Object > Convert > Mesh makes a mesh of" if obj is not None and obj.type in _KINDS else ""
         raise CageError(f"Select a mesh object first: {found}{convert}.")
     if obj.library or obj.override_library or obj.data.library or obj.data.override_library:
@@ -269,6 +275,14 @@ def read_positions(mesh: bpy.types.Mesh) -> np.ndarray:
     points = mesh.shape_keys.reference_key.data if mesh.shape_keys else mesh.vertices
     points.foreach_get("co", values.reshape(-1))
     return values.astype(np.float64)
+
+
+def has_faces_of(mesh: bpy.types.Mesh, was: MeshArrays) -> bool:
+    """Whether it still has the vertices, edges and faces that were read, wherever these are."""
+    if (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) != tuple(map(len, (was.positions, was.edges, was.face_sizes))):
+        return False
+    sizes, vertices = read_faces(mesh)
+    return np.array_equal(sizes, was.face_sizes) and np.array_equal(vertices, was.face_vertices)
 
 
 def read_faces(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,6 @@ being moved would crash Blender.
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import bpy
 
@@ -26,6 +25,7 @@ _SHARE = 4.0  # the timer waits that many times longer than a look takes: a fift
 _FINISH_TICK = 0.02  # seconds between looks at a worker that settles
 
 _session: Session | None = None
+_plays = False  # whether an animation was played at the last look
 _keys: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
@@ -38,8 +38,10 @@ def _tick() -> float | None:
 
 def _look() -> bool:
     """Handles and settings to the worker, its answers to the screen; whether to go on."""
+    global _plays
     if _session is None or _session.ended:
         return False
+    _plays = any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
     try:
         if not _session.finishing:
             _session.look()
@@ -54,7 +56,7 @@ def _break(error: BaseException) -> None:
     """Live cannot go on. What it has put into the file stays until the user has it taken away."""
     _session.stop()
     text = messages.failure_text(_session.source.named(error))
-    left = handles.is_there(_session.name)
+    left = handles.is_there(_session.id)
     _set_state("ENDED" if left else "")
     display.show(bpy.context, f"{text} Cancel takes the handles away." if left else text, failed=True)
 
@@ -68,7 +70,7 @@ def _set_state(live: str) -> None:
 
 class CURVOPT_OT_live(bpy.types.Operator):
     """Drag handles, and the surface follows. In Object Mode the vertices that Pin names, or those that are selected, get \
-empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc puts everything back"""
+empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc leaves the mesh as it was"""
 
     bl_idname = "curvopt.live"
     bl_label = "Live"
@@ -76,9 +78,10 @@ empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc p
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if properties.state.running or properties.state.live:
-            cls.poll_message_set("A run is on already")
-        return not (properties.state.running or properties.state.live)
+        is_on = properties.state.live == "ON"
+        if properties.state.running or is_on:
+            cls.poll_message_set("Live is on already" if is_on else "A run is on already")
+        return not (properties.state.running or is_on)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         global _session
@@ -91,14 +94,14 @@ empties to drag; in Edit Mode you move vertices. Finish writes the result, Esc p
         except Exception as error:
             if begun is not None:
                 begun.stop()
-                handles.end(context, begun.name, begun.source)
                 error = begun.source.named(error)
             display.show(context, messages.failure_text(error), failed=True)
             return report_failure(self, error)
         _session = begun
         _set_state("ON")
         display.show(context, "Live: preparing")
-        bpy.app.timers.register(_tick)
+        if not bpy.app.timers.is_registered(_tick):
+            bpy.app.timers.register(_tick)
         return {"FINISHED"}
 
 
@@ -115,37 +118,45 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """At once, for scripts."""
-        try:
-            _session.look()
-            _session.live.finish()
-            _session.live.join()
-        except Exception as error:
-            _break(error)
-            return report_failure(self, error)
+        if not self._begin(context):
+            return {"CANCELLED"}
+        _session.live.join()
         return self._write(context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Wait for the optimum, and let Blender draw meanwhile."""
-        try:
-            _session.look()
-        except Exception as error:
-            _break(error)
-            return report_failure(self, error)
+        if not self._begin(context):
+            return {"CANCELLED"}
         _session.finishing = True
-        _session.live.finish()
         display.show(context, "Live: settling")
         manager = context.window_manager
         self._timer = manager.event_timer_add(_FINISH_TICK, window=context.window)
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
+    def _begin(self, context: bpy.types.Context) -> bool:
+        """Have the worker settle and end; False, with a report, where Live cannot go on, or the result cannot be written."""
+        try:
+            _session.look(thorough=True)
+        except Exception as error:
+            _break(error)
+            report_failure(self, error)
+            return False
+        try:
+            _session.check_finish(context.scene.curvopt.outcome)
+        except Exception as error:
+            display.show(context, messages.failure_text(error), failed=True)
+            report_failure(self, error)
+            return False
+        _session.live.finish()
+        return True
+
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Esc goes back to dragging."""
         if properties.state.live != "ON":  # a file was loaded
             return self._leave(context, {"CANCELLED"})
         if event.type == "ESC" and event.value == "PRESS":
-            _session.live.close()
-            _session.restart()
+            _session.resume()
             return self._leave(context, {"CANCELLED"})
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
@@ -154,7 +165,9 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
         return self._leave(context, self._write(context))
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator: it quits, loads a file, closes the window."""
+        """Blender ends the operator: it quits, loads a file, closes the window. As Esc."""
+        if properties.state.live == "ON":
+            _session.resume()
         self._leave(context, {"CANCELLED"})
 
     def _leave(self, context: bpy.types.Context, result: set[str]) -> set[str]:
@@ -162,17 +175,20 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
         return result
 
     def _write(self, context: bpy.types.Context) -> set[str]:
-        session, live = _session, _session.live
-        if live.solution is None:
-            error = session.source.named(live.error or RuntimeError("The worker has ended without a result"))
-            session.restart()
+        session, live, outcome = _session, _session.live, context.scene.curvopt.outcome
+        try:
+            if live.solution is None:
+                raise session.source.named(live.error or RuntimeError("The worker has ended without a result"))
+            session.check_finish(outcome)
+        except Exception as error:
+            session.resume()
             display.show(context, messages.failure_text(error), failed=True)
             return report_failure(self, error)
         session.stop()
         _set_state("")
         try:
-            handles.end(context, session.name, session.source)
-            source, outcome = replace(session.source, name=session.name), context.scene.curvopt.outcome
+            source = session.source_there()
+            handles.end(context, session.id, session.name, session.source)
             remark, warns = adjust.apply(source, session.request, live.solution, outcome)
         except Exception as error:
             display.show(context, messages.failure_text(error), failed=True)
@@ -183,7 +199,7 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
 
 
 class CURVOPT_OT_live_cancel(bpy.types.Operator):
-    """End Live, take its handles away, and leave the object as it was (Esc)"""
+    """End Live, take its handles away, and leave the mesh as it was (Esc)"""
 
     bl_idname = "curvopt.live_cancel"
     bl_label = "Cancel"
@@ -191,18 +207,39 @@ class CURVOPT_OT_live_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(properties.state.live) or handles.owner(context.view_layer.objects.active) is not None
+        return bool(properties.state.live or handles.session_of(context.view_layer.objects.active))
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Esc is for Live that is on, unless it is the one that has ended playback, which Blender passes on."""
+        if event.type == "ESC" and (properties.state.live != "ON" or _plays):
+            return {"CANCELLED", "PASS_THROUGH"}
+        return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        session = _session
-        if session is not None:
-            session.stop()
-            handles.end(context, session.name, session.source)
-        else:  # left by undo, or in a file that was saved
-            handles.end(context, handles.owner(context.view_layer.objects.active).name, None)
+        try:
+            text = _cancel(context)
+        except Exception as error:
+            display.show(context, messages.failure_text(error), failed=True)
+            return report_failure(self, error)
         _set_state("")
-        display.show(context, "Live was cancelled, nothing was changed.")
+        display.show(context, text)
         return {"FINISHED"}
+
+
+def _cancel(context: bpy.types.Context) -> str:
+    """Take the handles away; what to say."""
+    session = _session
+    if session is None:  # left by undo, or in a file that was saved
+        active = context.view_layer.objects.active
+        handles.end(context, handles.session_of(active), active.name)
+        return "The handles of Live were taken away."
+    had_ended = session.ended
+    session.stop()
+    if not handles.end(context, session.id, session.name, session.source, session.positions if had_ended else None):
+        return "Live was cancelled. The mesh is another one by now, and was left alone."
+    if had_ended:
+        return "The handles of Live were taken away. What was changed since it ended stays."
+    return "Live was cancelled, nothing was changed."
 
 
 @bpy.app.handlers.persistent

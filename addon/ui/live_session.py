@@ -4,6 +4,7 @@ nothing in it, `begin` excepted."""
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import replace
 
@@ -38,14 +39,16 @@ class Session:
         if edits:
             obj.update_from_editmode()
         read_cage.check_object(obj, outcome == "SHAPE_KEY" and not edits, "EDIT" if edits else "OBJECT")
-        if values["within"] > 0:
-            raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0 first.")
         self.name, self.scene_name = obj.name, context.scene.name
+        self.id = ""  # of the marks in the file, from `begin` on
         self.source = read_cage.source_of(context, obj, obj.data)
         self._marks = read_marks.read_marks(obj.data, self.source)
-        self._pins, self.chosen = _pins(obj, self.source, values, edits)
+        left = None if edits else handles.left_by_another(obj)
+        self._pins, self.chosen = _pins(obj, self.source, values, edits, None if left is None else left[0])
         # Without Pin the points of the surface are dragged; in Edit Mode that is not what one has in hand.
         on_surface = not edits if values["pin"] == "NOTHING" else bool(values["pin_surface"])
+        if left is not None:
+            on_surface = left[1]
         self.base = Base.of_cage(self.source.cage, self.source.layout, on_surface)
         self._values: dict[str, object] = {}
         self._plain = self._request = job.Request()
@@ -56,31 +59,34 @@ class Session:
         self.view = None
         self.ended = self.finishing = False
         self._places = np.empty((0, 3))
+        self.positions = self.source.mesh.positions  # of the mesh's vertices (n, 3) at the last look
         placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Handles and drawing. ValueError for settings; `stop` then ends what has begun. The worker starts with the first
-        `look`, after the operator: one that is called under `temp_override` has a dictionary that Blender 3.4 reads without
-        Python's lock, and crashes at times if a thread has that."""
-        in_edit_mode = obj.mode == "EDIT"
-        handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
-        if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
-            self.chosen = self.chosen[:0]
+        """Handles and drawing. ValueError and CageError for settings, before anything is made; `stop` ends what has begun.
+        The worker starts with the first `look`, after the operator: one that is called under `temp_override` has a dictionary
+        that Blender 3.4 reads without Python's lock, and crashes at times if a thread has that."""
+        self._read_settings()
+        if self._refusal is not None:
+            raise self._refusal
         if not bpy.app.background:
             from .live_view import LiveView  # needs a GPU
 
             self.view = LiveView(self.scene_name)
-        self._read_settings()
-        if self._refusal is not None:
-            raise self._refusal
+        in_edit_mode = obj.mode == "EDIT"
+        self.id = handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
+        if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
+            self.chosen = self.chosen[:0]
 
-    def look(self) -> None:
-        """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on."""
-        obj = handles.find(self.name)
+    def look(self, thorough: bool = False) -> None:
+        """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on; while
+        faces are edited, some reasons for that are found by a `thorough` look only."""
+        obj = handles.find(self.id, self.name)
         if obj is None:
             raise CageError(f"'{self.name}' was deleted, or undone to before Live: Live has ended.")
         self.name = obj.name
-        seen = handles.observe(obj, self.source, self.chosen)
+        seen = handles.observe(obj, self.source, self.base, self.chosen, None if thorough else self.positions)
+        self.positions = seen.positions
         if not len(seen.vertices) and not len(self._pins.vertices) and obj.mode != "EDIT":
             raise CageError("All handles were deleted: Live has ended.")
         changed = self._read_settings()
@@ -104,7 +110,29 @@ class Session:
         """A worker for the newest targets."""
         self.live = Live(self.source.cage, self._request, self._places)
         self.live.start()
-        self.finishing = False
+
+    def resume(self) -> None:
+        """Finish no more: the next `look` starts another worker."""
+        self.live.close(_LAST_WAIT)
+        self.live, self.finishing = None, False
+
+    def check_finish(self, outcome: str) -> None:
+        """CageError or ValueError, before anything is written, where the result cannot be as the settings want it."""
+        if self._refusal is not None:
+            raise self._refusal
+        placement.check_outcome(outcome, replace(self._plain, levels=1))
+        obj = handles.find(self.id, self.name)
+        if obj is not None:
+            placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
+            placement.check_keys(outcome, obj)
+
+    def source_there(self) -> read_cage.Source:
+        """What was read, under the name that the object has by now, and where it is."""
+        obj, space = handles.find(self.id, self.name), self.source.space
+        if obj is not None:
+            with contextlib.suppress(CageError):  # of another scale: where it was
+                space = replace(space, frame=handles.frame_of(obj, self.source))
+        return replace(self.source, name=self.name, space=space)
 
     def _read_settings(self) -> bool:
         """Whether they have changed, and can be used."""
@@ -116,10 +144,12 @@ class Session:
             return False
         self._values, self._refusal = {name: values[name] for name in _WATCHED}, None
         try:
+            if values["within"] > 0:
+                raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0.")
             request = properties.request_of({**values, "resolution": "SAME", "slide": False}, self._pins)
             weights_of(request.energy)
             request = job.with_marks(self.source.cage, self.source.fitted(request), *self._marks)
-        except ValueError as error:  # an empty mix, no plane
+        except (CageError, ValueError) as error:  # an empty mix, no plane
             self._refusal = error
             return False
         self._plain = request
@@ -169,22 +199,21 @@ def _values(scene: bpy.types.Scene) -> dict[str, object]:
 
 
 def _pins(
-    obj: bpy.types.Object, source: read_cage.Source, values: dict[str, object], edits: bool
+    obj: bpy.types.Object, source: read_cage.Source, values: dict[str, object], edits: bool, left: np.ndarray | None
 ) -> tuple[Held, np.ndarray]:
     """Vertices of the mesh that are pinned and no handles, and those that are handles (k,): what Pin holds exactly, or, if
-    it holds nothing, the selection. Handles that are there already are taken up in their place. CageError for none."""
+    it holds nothing, the selection. Handles that are `left` (k,) are taken up in their place. CageError for none."""
     pin = values["pin"]
+    if left is not None and pin in ("NOTHING", "SELECTED"):
+        return Held(), left[source.layout.in_cage(left) >= 0]
     if pin == "NOTHING" and edits and not _selected(obj).any():
         return Held(), np.empty(0, np.intp)  # those that will be moved
     held = read_cage.read_held(obj, "SELECTED" if pin == "NOTHING" else pin, values["vertex_group"])
     exact = np.asarray(held.weights) == 1
     chosen, pins = held.vertices[exact], Held(held.vertices[~exact], held.weights[~exact])
-    there = [] if edits else sorted(handles.empties(obj))
     if pin == "UNSELECTED":
         chosen, pins = np.empty(0, np.intp), held
-    elif there:
-        chosen = np.array(there, np.intp)
-    chosen = np.asarray(chosen, np.intp)
+    chosen = np.asarray(chosen if left is None else left, np.intp)
     chosen = chosen[source.layout.in_cage(chosen) >= 0]
     if not edits:
         _check_number(obj, pin, len(chosen))

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
-from bpy_extras.view3d_utils import location_3d_to_region_2d
-from mathutils import Matrix, Vector
+from mathutils import Matrix
 
 from ..core.live import Live
 from . import overlay
@@ -52,9 +51,9 @@ class LiveView:
         if not self._is_here():
             return
         region, view, unit = bpy.context.region, bpy.context.region_data, overlay.scale()
-        for handle in self._handles.tolist():
-            place = location_3d_to_region_2d(region, view, self._frame @ Vector(handle))
-            if place is not None:
-                for side, colour in ((_DOT + 2, _RIM), (_DOT, _HANDLE)):
-                    half = side * unit / 2
-                    overlay.rectangle(place.x - half, place.y - half, 2 * half, 2 * half, colour)
+        matrix = np.array(view.perspective_matrix @ self._frame, np.float64)
+        seen = np.c_[self._handles, np.ones(len(self._handles))] @ matrix.T
+        seen = seen[seen[:, 3] > 0]  # not behind the eye
+        places = (1 + seen[:, :2] / seen[:, 3:]) * np.array([region.width, region.height]) / 2
+        for side, colour in ((_DOT + 2, _RIM), (_DOT, _HANDLE)):
+            overlay.squares(places, side * unit, colour)

@@ -47,6 +47,13 @@ def rectangle(x: float, y: float, width: float, height: float, colour: Sequence[
     _fill("TRI_STRIP", np.array(corners), colour)
 
 
+def squares(middles: np.ndarray, side: float, colour: Sequence[float]) -> None:
+    """Filled squares around middles (n, 2), all at once."""
+    if len(middles):
+        corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)]) * side / 2
+        _fill("TRIS", (np.asarray(middles)[:, None] + corners).reshape(-1, 2), colour)
+
+
 def polyline(points: np.ndarray, colour: Sequence[float]) -> None:
     """Through points (n, 2)."""
     if len(points) > 1:

@@ -9,7 +9,7 @@ import bpy
 
 from ..core.energy import number_text
 from ..scene.amount import has_blend
-from ..scene.handles import owner
+from ..scene.handles import owner, session_of
 from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
 from ..scene.read_cage import check_object, has_boundary
@@ -49,7 +49,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             for term in WEIGHT_TERMS:
                 weights.prop(settings, f"weight_{term}", slider=True)
         column.prop(settings, "strength", slider=True)
-        wave = wave_text(context, settings.strength)
+        wave = wave_text(context, _object(context), settings.strength)
         if wave:
             column.label(text=wave)
         if not state.live:
@@ -66,7 +66,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
     def _draw_volume(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """Grey where the run would be refused; it can still be ticked off. In Edit Mode that depends on the selection."""
-        settings, active = context.scene.curvopt, context.view_layer.objects.active
+        settings, active = context.scene.curvopt, _object(context)
         loose = settings.boundary == "FREE" and context.mode == "OBJECT" and has_boundary(active)
         part = column.column()
         part.active = not loose
@@ -76,7 +76,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
                 part.label(text=line)
 
     def _draw_object(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
-        settings, active = context.scene.curvopt, context.view_layer.objects.active
+        settings, active = context.scene.curvopt, _object(context)
         choice = column.row()
         choice.use_property_split = False
         choice.prop(settings, "resolution", expand=True)
@@ -114,7 +114,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """With a Mirror modifier there is nothing to choose but further planes."""
-        settings, active = context.scene.curvopt, context.view_layer.objects.active
+        settings, active = context.scene.curvopt, _object(context)
         mirrored = active is not None and active.type == "MESH" and mirror_modifier(active) is not None
         column.prop(settings, "symmetry")
         if settings.symmetry == "PLANES":
@@ -131,13 +131,14 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             row.operator("curvopt.finish", icon="CHECKMARK")
             row.operator("curvopt.cancel", icon="X")
             return
-        if state.live:
+        if state.live == "ON":
             row.operator("curvopt.live_finish", icon="CHECKMARK")
-        else:
-            row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
-            row.operator("curvopt.live", icon="HOOK")
-        if state.live or owner(context.view_layer.objects.active) is not None:
             row.operator("curvopt.live_cancel", icon="X")
+            return
+        row.operator("curvopt.minimize", text="Minimize", icon="SPHERECURVE")
+        row.operator("curvopt.live", icon="HOOK")
+        if state.live or session_of(context.view_layer.objects.active):
+            self.layout.operator("curvopt.live_cancel", icon="X")
 
     def _draw_message(self, context: bpy.types.Context) -> None:
         failed, text = state.failed, current_message()
@@ -145,7 +146,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             try:
                 with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
                 mode = "EDIT" if context.mode == "EDIT_MESH" else "OBJECT"
-                check_object(context.view_layer.objects.active, with_keys, mode)
+                check_object(_object(context), with_keys, mode)
             except CageError as error:
                 failed, text = True, str(error)
         icon = "ERROR" if failed else "NONE"
@@ -154,6 +155,12 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         for line in _lines(context, text):
             column.label(text=line, icon=icon)
             icon = "BLANK1" if failed else "NONE"
+
+
+def _object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The active object, or that of the handle which is active."""
+    active = context.view_layer.objects.active
+    return owner(active) or active
 
 
 def current_message() -> str:

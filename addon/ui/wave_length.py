@@ -13,10 +13,9 @@ from ..scene.read_cage import read_positions
 _MOST_VERTICES = 50_000  # reading them takes 1 ms; the panel is drawn at every mouse move over it
 
 
-def wave_text(context: bpy.types.Context, strength: float) -> str:
-    """The line for the active object, in the scene's units; "" at strength 1, in other modes than Object Mode, and
+def wave_text(context: bpy.types.Context, obj: bpy.types.Object | None, strength: float) -> str:
+    """The line for an object, in the scene's units; "" at strength 1, in other modes than Object Mode, and
     without a mesh to measure."""
-    obj = context.view_layer.objects.active
     if strength >= 1 or obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
         return ""
     if not 0 < len(obj.data.vertices) <= _MOST_VERTICES:

@@ -34,3 +34,11 @@ def test_what_killed_runs_have_left_is_removed_and_nothing_else(tmp_path: Path):
     leftovers.remove(tmp_path / "a (1).blend")
     assert sorted(os.listdir(tmp_path)) == sorted(others)
     leftovers.remove(tmp_path / "no" / "such.blend")
+
+
+def test_what_cannot_be_removed_stays(tmp_path: Path):
+    gone = gone_process()
+    (tmp_path / f".a.{gone}.blend").mkdir()
+    (tmp_path / f".a.{gone}.blend@").write_text("x")
+    leftovers.remove(tmp_path / "a.blend")
+    assert os.listdir(tmp_path) == [f".a.{gone}.blend"]

@@ -160,7 +160,11 @@ def test_adjusting_slide_runs_again(newcomer, add, part, monkeypatch):
 
 def test_panel_says_what_length_of_waves_goes(newcomer, add, part):
     """In the world, in the scene's units. The corners of the cube of edge 2 have an RMS radius of the root of 3."""
-    text = part("ui.wave_length").wave_text
+    wave_text = part("ui.wave_length").wave_text
+
+    def text(context, strength):
+        return wave_text(context, context.view_layer.objects.active, strength)
+
     obj = add(*shapes.cube())
     obj.location, obj.rotation_euler, obj.scale = (5, 0, 0), (0.3, 0.2, 0.1), (2, 2, 2)
     bpy.context.view_layer.update()

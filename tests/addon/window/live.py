@@ -29,6 +29,7 @@ from driver import (  # noqa: E402
 )
 
 CHECKS = []
+BEFORE = {}  # contents of the scene before Live, of the last `begin`
 PINS = (0, 9, 18, 27)
 
 
@@ -71,7 +72,10 @@ def begin(mode="OBJECT", selected=PINS, pin="SELECTED"):
     if mode == "EDIT":
         bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.ed.undo_push(message="Before Live")
-    assert call(bpy.ops.curvopt.live) == {"FINISHED"}
+    BEFORE.clear()
+    BEFORE.update(contents())
+    yield from turns(3)  # see driver.py
+    assert no_thread() and call(bpy.ops.curvopt.live) == {"FINISHED"}
     assert state().live == "ON"
     yield settled
 
@@ -98,8 +102,8 @@ def is_off():
     return state().live == "" and session() is None and no_thread()
 
 
-def nothing_left(before):
-    assert contents() == before, "the scene is another one"
+def nothing_left():
+    assert contents() == BEFORE, "the scene is another one"
     assert torus().display_type == "TEXTURED" and not torus().keys(), list(torus().keys())
 
 
@@ -133,7 +137,6 @@ def the_surface_follows_an_empty_and_esc_restores():
     setup(noise=0.05)
     yield from open_sidebar_tab()
     yield from begin()
-    before = {name: seen for name, seen in contents_of_meshes().items()}
     assert sorted(handles()) == list(PINS) and torus().display_type == "WIRE"
     assert "true local minimum" in state().message
     first = session().live.latest.energy
@@ -152,8 +155,7 @@ def the_surface_follows_an_empty_and_esc_restores():
     screenshot("live")
     press("ESC")
     yield is_off
-    assert contents_of_meshes() == before and list(contents()) == ["Torus"]
-    assert torus().display_type == "TEXTURED" and not [key for key in torus().keys() if key.startswith("curvopt")]
+    nothing_left()
     assert "nothing was changed" in state().message
 
 
@@ -285,14 +287,32 @@ def settings_handles_frames_saving_and_rendering_while_it_is_on():
 
 
 @check
+def an_esc_that_ends_playback_ends_nothing_else():
+    yield from begin()
+    screen = window().screen
+    press("SPACE")
+    yield lambda: screen.is_animation_playing
+    press("ESC")
+    yield lambda: not screen.is_animation_playing
+    yield from turns(10)
+    assert state().live == "ON" and len(handles()) == len(PINS)
+    press("ESC")
+    yield is_off
+    nothing_left()
+
+
+@check
 def deleting_the_object_ends_it():
     yield from begin()
     live = session().live
     bpy.data.objects.remove(torus())
     yield lambda: state().live == "ENDED"
     assert state().failed and "was deleted" in state().message and not live.running
-    press("ESC")
-    yield is_off
+    press("ESC")  # is for Live that is on
+    yield from turns(5)
+    assert state().live == "ENDED" and len(bpy.data.objects) == len(PINS)
+    bpy.ops.curvopt.live_cancel()
+    assert is_off()
     assert not list(bpy.data.objects)
 
 
@@ -308,16 +328,16 @@ def undoing_its_start_ends_it():
         bpy.data.objects.remove(handle)
     yield lambda: state().live == "ENDED"
     assert "All handles were deleted" in state().message
-    press("ESC")
-    yield is_off
+    bpy.ops.curvopt.live_cancel()
+    assert is_off()
     yield from begin()
     other = torus().data.copy()
     other.vertices.add(1)
     torus().data = other
     yield lambda: state().live == "ENDED"
     assert "other vertices" in state().message
-    press("ESC")
-    yield is_off
+    bpy.ops.curvopt.live_cancel()
+    assert is_off()
     assert torus().display_type == "TEXTURED"
 
 
