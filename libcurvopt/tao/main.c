@@ -26,9 +26,9 @@ static const char help_text[] =
     "with\n"
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
-    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --spontaneous-curvature: not "
-    "for\n"
-    "                       this program\n"
+    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --strength, --within,\n"
+    "                       --volume, --area, --total-mean-curvature, --reduced-volume, --spontaneous-curvature: not\n"
+    "                       for this program\n"
     "  --strict             always on: nothing is held as an exception here\n"
     "  --blend-width        1, which is the default here\n"
     "  --pin FILE           with --levels 1, no weights\n"
@@ -77,6 +77,7 @@ static PetscErrorCode solve(program *p, int *refused) {
     *s = (curvopt_summary){.newton_decrement = (double)NAN,
                            .shape_decrement = (double)NAN,
                            .difference_decrement = (double)NAN,
+                           .discretization_error = (double)NAN,
                            .negative_directions = -1,
                            .all_negative_directions = -1,
                            .free_negative_directions = -1,
@@ -112,6 +113,13 @@ static const char *not_for_tao(const arguments *a) {
         return "--slide is not for this program";
     if (o->spontaneous_curvature != 0)
         return "--spontaneous-curvature is not for this program: a rank does not know the numbers of the whole surface";
+    for (int i = 0; i < CURVOPT_N_SCALARS; i++)
+        if (o->scalar_rule[i] != CURVOPT_SCALAR_RULE_FREE)
+            return "--volume, --area, --total-mean-curvature and --reduced-volume are not for this program: a rank "
+                   "does "
+                   "not know the numbers of the whole surface";
+    if (o->strength < 1 || o->within > 0)
+        return "--strength and --within are not for this program";
     if (a->trace)
         return "--trace is not for this program: TAO has monitors, -tao_monitor";
     if (a->has_blend_width && o->blend_width != 1)
