@@ -46,8 +46,13 @@ static void test_nothing_is_known(void **state) {
     CHECK_TRUE(isnan(of_ratio(0.5, 1)));
     CHECK_TRUE(isnan(of_ratio(0.95, 3)));
     CHECK_TRUE(isnan(of_ratio(1.5, 4)));
-    const curvopt_level_report level[2] = {{.energy = 2}, {.energy = 1, .stop = CURVOPT_STOP_CANCELLED}};
-    CHECK_TRUE(isnan(co_discretization_error(level, 2)));
+    static const int32_t unfinished[] = {CURVOPT_STOP_CANCELLED, CURVOPT_STOP_LIMIT, CURVOPT_STOP_UNRESOLVED};
+    for (size_t k = 0; k < 3; k++)
+        for (int32_t i = 0; i < 4; i++) { /* of four levels the first does not count */
+            curvopt_level_report level[4] = {{.energy = 9}, {.energy = 3}, {.energy = 2}, {.energy = 1.5}};
+            level[i].stop = unfinished[k];
+            CHECK_INT(isnan(co_discretization_error(level, 4)) != 0, i > 0);
+        }
     const curvopt_level_report lost[2] = {{.energy = (double)NAN}, {.energy = 1}};
     CHECK_TRUE(isnan(co_discretization_error(lost, 2)));
 }

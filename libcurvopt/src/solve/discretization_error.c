@@ -13,8 +13,10 @@ static int is_finished(const curvopt_level_report *level) {
 }
 
 double co_discretization_error(const curvopt_level_report *levels, int32_t n) {
+    if (n < 2)
+        return (double)NAN;
     for (int32_t i = n > 3 ? n - 3 : 0; i < n; i++)
-        if (n < 2 || !is_finished(&levels[i]))
+        if (!is_finished(&levels[i]))
             return (double)NAN;
     const double last = fabs(levels[n - 2].energy - levels[n - 1].energy);
     const double before = n > 2 ? fabs(levels[n - 3].energy - levels[n - 2].energy) : (double)INFINITY;

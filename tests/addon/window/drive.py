@@ -7,7 +7,6 @@ One generator, advanced by a timer, waits on conditions and never for fixed time
 
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bmesh
@@ -26,6 +25,7 @@ from driver import (  # noqa: E402
     open_sidebar_tab,
     part,
     press,
+    run_checks,
     screenshot,
     setup,
     shapes,
@@ -554,19 +554,16 @@ def loading_a_file_during_a_run_ends_it():
     yield lambda: "Torus Willmore" in bpy.data.objects
 
 
+def give_up():
+    """End the run of a check that failed."""
+    if part("ui.operators")._run is not None:
+        press("ESC")
+        yield lambda: part("ui.operators")._run is None
+
+
 def everything():
-    """All checks one after the other, each to its end or failure; then quit in the middle of a run."""
-    for function in CHECKS:
-        try:
-            yield from function()
-            line = f"PASS {function.__name__}"
-        except Exception as error:
-            traceback.print_exc()
-            line = f"FAIL {function.__name__}: {error!r}"
-            if part("ui.operators")._run is not None:
-                press("ESC")
-                yield lambda: part("ui.operators")._run is None
-        log(line)
+    """All checks; then quit in the middle of a run."""
+    yield from run_checks(CHECKS, give_up)
     setup()
     assert invoke(energy="MVS", levels=6) == {"RUNNING_MODAL"}
     yield lambda: "iteration" in state().message

@@ -186,6 +186,19 @@ def start(steps):
     bpy.app.timers.register(Driver(steps), first_interval=1.0, persistent=True)
 
 
+def run_checks(checks, give_up):
+    """All checks one after the other, each to its end or failure; after a failure `give_up` ends what is on. Generators."""
+    for function in checks:
+        try:
+            yield from function()
+            line = f"PASS {function.__name__}"
+        except Exception as error:
+            traceback.print_exc()
+            line = f"FAIL {function.__name__}: {error!r}"
+            yield from give_up()
+        log(line)
+
+
 def log(line):
     """One more line of the results."""
     with RESULTS.open("a") as results:

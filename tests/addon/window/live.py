@@ -4,7 +4,6 @@ file RESULTS."""
 
 import sys
 import threading
-import traceback
 from pathlib import Path
 
 import bpy
@@ -19,6 +18,7 @@ from driver import (  # noqa: E402
     open_sidebar_tab,
     part,
     press,
+    run_checks,
     screenshot,
     setup,
     start,
@@ -380,20 +380,17 @@ def what_has_no_handles_is_refused():
         yield from turns(2)
 
 
+def give_up():
+    """End Live after a check that failed."""
+    press("ESC")
+    yield from turns(3)
+    if state().live:
+        bpy.ops.curvopt.live_cancel()
+
+
 def everything():
-    """All checks one after the other, each to its end or failure; then quit while Live is on."""
-    for function in CHECKS:
-        try:
-            yield from function()
-            line = f"PASS {function.__name__}"
-        except Exception as error:
-            traceback.print_exc()
-            line = f"FAIL {function.__name__}: {error!r}"
-            press("ESC")
-            yield from turns(3)
-            if state().live:
-                bpy.ops.curvopt.live_cancel()
-        log(line)
+    """All checks; then quit while Live is on."""
+    yield from run_checks(CHECKS, give_up)
     yield from begin()
     handles()[0].location.z += 0.3
     yield from turns(1)
