@@ -15,6 +15,7 @@ QUANTITIES = (
     ("k2", "Smallest k2", "The smaller principal curvature"),
     ("variation", "Variation", "How fast curvature changes with distance. Third-order energies such as MVS punish it"),
 )
+DISTANCE = "distance"  # from another surface, in the same colours as what is never negative
 _OUTLIERS = 2.0  # percent of the points at either end that may be out of range
 
 # Seen as evenly spaced steps: blue, white, red for signed numbers; dark to light for others. sRGB.
@@ -24,7 +25,7 @@ _PLAIN = ((0.07, 0.05, 0.22), (0.38, 0.10, 0.47), (0.75, 0.22, 0.42), (0.96, 0.5
 
 def signed(quantity: str) -> bool:
     """Whether 0 is in the middle of its colours."""
-    return quantity != "variation"
+    return quantity not in ("variation", DISTANCE)
 
 
 def value_range(quantity: str, values: np.ndarray) -> tuple[float, float]:
@@ -36,7 +37,7 @@ def value_range(quantity: str, values: np.ndarray) -> tuple[float, float]:
     if signed(quantity):
         high = max(abs(np.percentile(finite, [_OUTLIERS, 100 - _OUTLIERS]))) or 1.0
         return -float(high), float(high)
-    return 0.0, float(np.percentile(finite, 100 - _OUTLIERS)) or 1.0
+    return 0.0, float(np.percentile(finite, 100 if quantity == DISTANCE else 100 - _OUTLIERS)) or 1.0
 
 
 def colours(quantity: str, values: np.ndarray, low: float, high: float) -> np.ndarray:

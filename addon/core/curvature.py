@@ -27,25 +27,42 @@ class Curvatures:
     variation: np.ndarray
 
 
+@dataclass(frozen=True)
+class Forms:
+    """At n points, in the parameters u and v: unit normals (n, 3), first form `metric` and `second` form (n, 2, 2), and
+    `change` (n, 2, 2, 2), the covariant derivative of the second form, which is symmetric (Codazzi)."""
+
+    normals: np.ndarray
+    metric: np.ndarray
+    second: np.ndarray
+    change: np.ndarray
+
+
+def forms_of_jets(jets: np.ndarray) -> Forms:
+    """Of jets (n, 10, 3), as library.Mesh.jets gives them."""
+    first, second = jets[:, 1:3], jets[:, [_SECOND, _SECOND + 1, _SECOND + 1, _SECOND + 2]].reshape(-1, 2, 2, 3)
+    cross = np.cross(first[:, 0], first[:, 1])
+    normals = cross / np.linalg.norm(cross, axis=1)[:, None]
+    metric = np.einsum("nix,njx->nij", first, first)
+    form = -np.einsum("nijx,nx->nij", second, normals)
+    return Forms(normals, metric, form, _gradient_of_form(jets, second, first, normals, _inverse(metric), form))
+
+
 def of_jets(jets: np.ndarray) -> Curvatures:
     """Curvatures of jets (n, 10, 3), as library.Mesh.jets gives them.
 
-    `variation` is the length of C = grad h, with C_ijk = S_ijk . N minus the three Christoffel terms; it is symmetric
-    (Codazzi), and does not need principal directions, which umbilics do not have."""
+    `variation` is the length of C = grad h, with C_ijk = S_ijk . N minus the three Christoffel terms; it does not need
+    principal directions, which umbilics do not have."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        first, second = jets[:, 1:3], jets[:, [_SECOND, _SECOND + 1, _SECOND + 1, _SECOND + 2]].reshape(-1, 2, 2, 3)
-        cross = np.cross(first[:, 0], first[:, 1])
-        normals = cross / np.linalg.norm(cross, axis=1)[:, None]
-        metric = np.einsum("nix,njx->nij", first, first)
-        inverse = _inverse(metric)
-        form = -np.einsum("nijx,nx->nij", second, normals)
-        trace, determinant = np.einsum("nij,nji->n", inverse, form), _determinant(form) / _determinant(metric)
+        forms = forms_of_jets(jets)
+        inverse = _inverse(forms.metric)
+        trace = np.einsum("nij,nji->n", inverse, forms.second)
+        determinant = _determinant(forms.second) / _determinant(forms.metric)
         mean = trace / 2
         root = np.sqrt(np.maximum(mean**2 - determinant, 0))
-        change = _gradient_of_form(jets, second, first, normals, inverse, form)
-        raised = np.einsum("nijk,nil,njm,nko->nlmo", change, inverse, inverse, inverse, optimize=True)
-        variation = np.sqrt(np.maximum(np.einsum("nijk,nijk->n", change, raised), 0))
-    return Curvatures(normals, mean + root, mean - root, mean, determinant, variation)
+        raised = np.einsum("nijk,nil,njm,nko->nlmo", forms.change, inverse, inverse, inverse, optimize=True)
+        variation = np.sqrt(np.maximum(np.einsum("nijk,nijk->n", forms.change, raised), 0))
+    return Curvatures(forms.normals, mean + root, mean - root, mean, determinant, variation)
 
 
 def _gradient_of_form(

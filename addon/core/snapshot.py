@@ -11,7 +11,7 @@ import numpy as np
 
 from ..binding import library
 from ..binding.values import Cage, Progress
-from .surface_points import SurfacePoints, face_edges, grids, lattice, levels_for, triangles
+from .surface_points import SurfacePoints, face_edges, grids, lattice, levels_for, triangles, unit
 
 _SHOWN_QUADS = 24_000  # of the surface, more or less
 _SHARE = 5.0  # the worker works at least that many times longer than it takes pictures
@@ -78,7 +78,7 @@ class Watcher:
     def _take(self, level: int, mesh: library.Mesh, xyz: np.ndarray, progress: Progress | None) -> Snapshot:
         _, net, faces, edges = self._shape_of(level, mesh)
         jets = net.jets(mesh, xyz)
-        normals = _unit(np.cross(jets[:, 1], jets[:, 2]))
+        normals = unit(np.cross(jets[:, 1], jets[:, 2]))
         single = np.float32
         return Snapshot(jets[:, 0].astype(single), normals.astype(single), faces, xyz.astype(single), edges, progress)
 
@@ -105,10 +105,4 @@ def _normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
     a, b, c, d = (points[quads[:, corner]] for corner in range(4))
     areas = np.repeat(np.cross(c - a, d - b), 4, axis=0)
     corners = quads.reshape(-1)
-    return _unit(np.stack([np.bincount(corners, areas[:, axis], len(points)) for axis in range(3)], -1))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) of length 1; what has none stays 0."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return unit(np.stack([np.bincount(corners, areas[:, axis], len(points)) for axis in range(3)], -1))

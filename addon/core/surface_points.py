@@ -28,12 +28,18 @@ class SurfacePoints:
     inside: np.ndarray
 
     def jets(self, mesh: library.Mesh, xyz: np.ndarray, surface: str = "limit") -> np.ndarray:
-        """Points and derivatives (n, 10, 3) of the surface of the cage `mesh` at xyz (v, 3). Derivatives at
-        extraordinary vertices, where there are none, are those close by."""
-        jets = mesh.jets(xyz, self.face, self.corner, self.uv, surface)
+        """Points and derivatives (n, 10, 3) of the surface of the cage `mesh` at xyz (v, 3), as of jets_of()."""
+        options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index(surface))
+        with library.Sampler.create(mesh, xyz, options) as sampler:
+            return self.jets_of(sampler)
+
+    def jets_of(self, sampler: library.Sampler) -> np.ndarray:
+        """Points and derivatives (n, 10, 3) of its surface. Derivatives at extraordinary vertices, where there are none,
+        are those close by."""
+        jets = sampler.jets(self.face, self.corner, self.uv)
         bad = np.flatnonzero(~np.isfinite(jets).all(axis=(1, 2)))
         if bad.size:
-            near = mesh.jets(xyz, self.face[bad], self.corner[bad], self.inside[bad], surface)
+            near = sampler.jets(self.face[bad], self.corner[bad], self.inside[bad])
             near[:, 0] = np.where(np.isfinite(jets[bad, 0]), jets[bad, 0], near[:, 0])
             jets[bad] = near
         return jets
@@ -46,7 +52,7 @@ def lattice(mesh: library.Mesh, levels: int) -> SurfacePoints:
     sizes, vertices = mesh.faces()
     if not info.all_quads:
         levels = max(levels, 1)
-    face, corner, uv = _parameters(sizes, levels)
+    face, corner, uv = parameters(sizes, levels)
     fine = mesh
     for _ in range(levels):
         fine, _xyz = fine.refine(np.zeros((fine.info().n_vertices, 3)))
@@ -79,7 +85,7 @@ def grids(sizes: np.ndarray, side: int, faces: np.ndarray | None = None) -> Surf
     return SurfacePoints(quads, face, np.repeat(corner, n).astype(np.int32), uv, inside)
 
 
-def _parameters(sizes: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def parameters(sizes: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For the quads that faces of these sizes have after `levels` subdivisions: face (q,), corner (q,), and uv of the
     quads' corners (q, 4, 2). Child k of a face starts at its corner k, as curvopt_mesh_refine() has it."""
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -127,3 +133,9 @@ def face_edges(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     following[start + sizes - 1] = start
     pairs = np.sort(np.stack([vertices, vertices[following]], -1), 1)
     return np.unique(pairs, axis=0).astype(np.int32)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) of length 1; what has none stays 0."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
