@@ -80,7 +80,7 @@ bl_info = {
 
 _REGISTERED_IN_ORDER = (
     "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.live",
-    "ui.analysis", "ui.menus", "ui.panel",
+    "ui.inspect", "ui.analysis", "ui.menus", "ui.panel",
 )  # fmt: skip
 
 

@@ -34,6 +34,13 @@ def has_blend(obj: bpy.types.Object | None) -> bool:
     return obj is not None and obj.type == "MESH" and _APPLIED in obj and _END in obj.data.attributes
 
 
+def start_of(obj: bpy.types.Object) -> np.ndarray | None:
+    """The vertices (n, 3) of the original's surface in the object's own coordinates, or None if there is none."""
+    if not has_blend(obj):
+        return None
+    return _vectors(obj.data.attributes[_START].data, "vector", len(obj.data.vertices))
+
+
 def _vectors(data: object, name: str, count: int) -> np.ndarray:
     values = np.empty((count, 3), np.float32)
     data.foreach_get(name, values.reshape(-1))

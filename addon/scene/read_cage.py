@@ -101,12 +101,17 @@ def source_of(context: bpy.types.Context, obj: bpy.types.Object, data: bpy.types
     check_mesh(obj.name, data)
     check_detail(obj)
     context.view_layer.update()  # matrix_world lags behind what scripts set
-    mirror, mesh = read_mirror(obj), read_mesh(data)
+    material = np.empty(len(data.polygons), np.int32)
+    data.polygons.foreach_get("material_index", material)
+    return source_of_arrays(obj, read_mesh(data), material)
+
+
+def source_of_arrays(obj: bpy.types.Object, mesh: MeshArrays, material: np.ndarray) -> Source:
+    """The cage of a mesh that was read, on an object that was checked; material (m,) of its faces. CageError as above."""
+    mirror = read_mirror(obj)
     space = space_of(obj, mirror)
     layout = _layout(obj, mesh, space, mirror)
     vertices = turned_over(mesh.face_sizes, mesh.face_vertices) if space.mirrored else mesh.face_vertices
-    material = np.empty(len(mesh.face_sizes), np.int32)
-    data.polygons.foreach_get("material_index", material)
     cage = layout.cage(mesh, space.to_frame(mesh.positions), vertices, *_crease_rule(obj))
     return Source(obj.name, mesh, space, layout, cage, material, mirror)
 

@@ -14,7 +14,6 @@ import numpy as np
 from ..binding import library
 from ..binding.values import Cage
 from ..core import colours, curvature, surface_points
-from ..core.energy import number_text
 from ..scene import read_cage, write_result
 from .reports import report_failure
 
@@ -137,17 +136,7 @@ def _draw_legend() -> None:
     if found is None or not bpy.context.space_data.overlay.show_overlays:
         return
     name, label, low, high = found
-    unit, steps = overlay.scale(), 48
-    width, height, margin = 210 * unit, 14 * unit, 10 * unit
-    x, y = bpy.context.region.width - 470 * unit, 30 * unit
-    x = max(x, 330 * unit)
-    overlay.rectangle(x - margin, y - 24 * unit, width + 2 * margin, height + 54 * unit, overlay.PAPER)
-    values = np.linspace(low, high, steps)
-    for step, colour in enumerate(colours.colours(name, values, low, high)):
-        overlay.rectangle(x + step * width / steps, y, width / steps + 1, height, colour.tolist())
-    overlay.text(x, y + height + 8 * unit, label)
-    for part, value in ((0.0, low), (0.44, (low + high) / 2), (0.82, high)):
-        overlay.text(x + part * width, y - 16 * unit, number_text(value), overlay.DIM, 10)
+    overlay.legend(label, low, high, lambda values: colours.colours(name, values, low, high))
 
 
 _handler = None

@@ -29,6 +29,11 @@ _plays = False  # whether an animation was played at the last look
 _keys: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
+def current() -> Session | None:
+    """The session that is on, or that has ended by itself and has left handles."""
+    return _session
+
+
 def _tick() -> float | None:
     """Seconds until the next look, or None at the end."""
     begin = time.perf_counter()

@@ -104,7 +104,7 @@ class Session:
             self.live.aim(self._request, places)
         if self.view is not None:
             there = self.source.layout.in_cage(seen.vertices) >= 0
-            self.view.show(self.live, seen.frame, self.base.of_vertices(seen.vertices[there]) + seen.shifts[there])
+            self.view.show(self.live, seen.frame, self.base.of_vertices(seen.vertices[there]) + seen.shifts[there], self.name)
 
     def restart(self) -> None:
         """A worker for the newest targets."""

@@ -9,7 +9,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.live import Live
-from . import overlay
+from . import inspect_view, overlay
 from .preview import CLAY, Picture
 
 _DOT = 7.0  # sides of a handle's dot, in units of the interface
@@ -22,13 +22,13 @@ class LiveView:
     def __init__(self, scene_name: str) -> None:
         self.live: Live | None = None
         self._frame, self._handles = Matrix(), np.empty((0, 3))
-        self._scene_name = scene_name
+        self._scene_name, self._name = scene_name, ""
         self._picture = Picture()
         self._handlers = [overlay.Handler(self._surface, "POST_VIEW"), overlay.Handler(self._dots, "POST_PIXEL")]
 
-    def show(self, live: Live, frame: Matrix, handles: np.ndarray) -> None:
-        """The newest state of `live` in `frame`, and handles (h, 3) in it."""
-        self.live, self._frame, self._handles = live, frame, handles
+    def show(self, live: Live, frame: Matrix, handles: np.ndarray, name: str) -> None:
+        """The newest state of `live` in `frame`, and handles (h, 3) in it; the object's name."""
+        self.live, self._frame, self._handles, self._name = live, frame, handles, name
 
     def end(self) -> None:
         """Draw no more, and free what the GPU holds."""
@@ -43,8 +43,9 @@ class LiveView:
     def _surface(self) -> None:
         if not self._is_here() or self.live.latest is None:
             return
-        view = self.live.latest
-        self._picture.draw(view.snapshot, None, bpy.context.region_data.perspective_matrix, self._frame, CLAY)
+        view, inspected = self.live.latest, inspect_view.current
+        if inspected is None or not inspected.covers(self._name):
+            self._picture.draw(view.snapshot, None, bpy.context.region_data.perspective_matrix, self._frame, CLAY)
         self.live.seen(view)
 
     def _dots(self) -> None:

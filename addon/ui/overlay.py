@@ -13,6 +13,8 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ..core.energy import number_text
+
 PAPER, INK, DIM = (0.08, 0.08, 0.09, 0.72), (0.95, 0.95, 0.95, 1.0), (0.7, 0.7, 0.72, 1.0)
 
 
@@ -67,6 +69,33 @@ def text(x: float, y: float, words: str, colour: Sequence[float] = INK, size: fl
     blf.position(0, x, y, 0)
     blf.draw(0, words)
     return blf.dimensions(0, words)[0]
+
+
+def legend(label: str, low: float, high: float, colours_of: Callable[[np.ndarray], np.ndarray]) -> None:
+    """A scale from low to high at the lower right, colours_of(values (n,)) as RGBA (n, 4), below its label."""
+    unit, steps = scale(), 48
+    width, height, margin = 210 * unit, 14 * unit, 10 * unit
+    x, y = bpy.context.region.width - 470 * unit, 30 * unit
+    x = max(x, 330 * unit)
+    rectangle(x - margin, y - 24 * unit, width + 2 * margin, height + 54 * unit, PAPER)
+    for step, colour in enumerate(colours_of(np.linspace(low, high, steps))):
+        rectangle(x + step * width / steps, y, width / steps + 1, height, colour.tolist())
+    text(x, y + height + 8 * unit, label)
+    for part, value in ((0.0, low), (0.44, (low + high) / 2), (0.82, high)):
+        text(x + part * width, y - 16 * unit, number_text(value), DIM, 10)
+
+
+def box(x: float, y: float, lines: Sequence[str]) -> None:
+    """Lines of words in a box with its lower left corner at (x, y), or as near to that as the region has room."""
+    unit, size, step = scale(), 11.0, 16.0
+    blf.size(0, size * scale())
+    width = max(blf.dimensions(0, line)[0] for line in lines) + 16 * unit
+    height = (step * len(lines) + 10) * unit
+    region = bpy.context.region
+    x, y = max(0.0, min(x, region.width - width)), max(0.0, min(y, region.height - height))
+    rectangle(x, y, width, height, PAPER)
+    for number, line in enumerate(lines):
+        text(x + 8 * unit, y + height - (step * (number + 1) - 2) * unit, line, INK, size)
 
 
 class Handler:

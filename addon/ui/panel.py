@@ -15,6 +15,7 @@ from ..scene.placement import active_key
 from ..scene.read_cage import check_object, has_boundary
 from ..scene.read_edit import selection_text
 from ..scene.write_result import stored_deviation, stored_energies, stored_verdict
+from . import inspect
 from .properties import WEIGHT_TERMS, state
 from .wave_length import wave_text
 
@@ -213,6 +214,41 @@ class CURVOPT_PT_look(_Tab, bpy.types.Panel):
             layout.prop(active, "curvopt_quantity", text="Colour")
 
 
+class CURVOPT_PT_inspect(_Tab, bpy.types.Panel):
+    """Stripes, combs, colours and a probe on the active object itself"""
+
+    bl_label = "Inspect"
+    bl_parent_id = "CURVOPT_PT_minimize"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        """The switch, at the left of the panel's title."""
+        self.layout.prop(context.window_manager.curvopt_inspect, "is_on", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.window_manager.curvopt_inspect
+        column = self.layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.active = settings.is_on
+        column.prop(settings, "kind")
+        if settings.kind in ("ZEBRA", "ISOPHOTES"):
+            column.prop(settings, "width")
+            column.prop(settings, "light")
+        if settings.kind == "CURVATURE":
+            column.prop(settings, "quantity")
+        column.prop(settings, "in_front")
+        column.prop(settings, "combs")
+        if settings.combs:
+            for name in ("comb_edges", "comb_length", "comb_teeth"):
+                column.prop(settings, name)
+        column.prop(settings, "probe")
+        icon = "ERROR"
+        for line in _lines(context, inspect.message()):
+            column.label(text=line, icon=icon)
+            icon = "BLANK1"
+
+
 class CURVOPT_PT_advanced(_Tab, bpy.types.Panel):
     """What one seldom needs"""
 
@@ -235,7 +271,7 @@ def _lines(context: bpy.types.Context, text: str) -> list[str]:
     return textwrap.wrap(text, max(16, int(width / _CHARACTER)))
 
 
-_CLASSES = (CURVOPT_PT_minimize, CURVOPT_PT_report, CURVOPT_PT_look, CURVOPT_PT_advanced)
+_CLASSES = (CURVOPT_PT_minimize, CURVOPT_PT_report, CURVOPT_PT_look, CURVOPT_PT_inspect, CURVOPT_PT_advanced)
 
 
 def register() -> None:

@@ -21,7 +21,7 @@ from . import overlay
 
 CLAY, _WIRE = (0.60, 0.68, 0.78, 1.0), (0.05, 0.05, 0.06, 0.55)
 _GLASS = (*CLAY[:3], 0.8)
-_IN_FRONT = Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.01, -0.99), (0, 0, 0, 1)))  # depths to the nearest 1 %
+IN_FRONT = Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.01, -0.99), (0, 0, 0, 1)))  # depths to the nearest 1 %
 _CURVE = (1.0, 0.66, 0.25, 1.0)
 _CURVE_POINTS = 300
 _SIZE = (250.0, 96.0)  # of the curve, in units of the interface
@@ -60,7 +60,7 @@ class Preview:
             return
         projection = bpy.context.region_data.perspective_matrix
         if self._in_place:
-            projection = _IN_FRONT @ projection
+            projection = IN_FRONT @ projection
         self._picture.draw(snapshot, self._loose, projection, self._placement, _GLASS if self._in_place else CLAY)
 
     def _draw_curve(self) -> None:
