@@ -33,14 +33,15 @@ class Combs:
     feet: np.ndarray
     tips: np.ndarray
 
-    def lines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """points (2 e k, 3) float32, feet first; pairs of them: the curves and the lines through the tips, and the teeth."""
+    def lines(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """points (2 e k, 3) float32, feet first; pairs of them by name: the "curves", the "teeth", and the "crests" through
+        the tips."""
         e, k = self.feet.shape[:2]
         number = np.arange(e * k, dtype=np.int32).reshape(e, k)
         along = np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2)
         teeth = np.stack([number.ravel(), number.ravel() + e * k], -1)
         points = np.concatenate([self.feet.reshape(-1, 3), self.tips.reshape(-1, 3)])
-        return points.astype(np.float32), np.concatenate([along, along + np.int32(e * k)]), teeth.astype(np.int32)
+        return points.astype(np.float32), {"curves": along, "teeth": teeth.astype(np.int32), "crests": along + np.int32(e * k)}
 
 
 def curvature_vectors(jets: np.ndarray, along: np.ndarray) -> np.ndarray:

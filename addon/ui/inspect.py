@@ -23,7 +23,7 @@ from ..core.inspected import Inspected, Subject, is_alike
 from ..core.inspector import Inspector
 from ..core.probe import Probe
 from ..scene import handles, watched
-from ..scene.modifiers import CageError
+from ..scene.modifiers import CageError, subdivision
 from . import live, properties
 
 _TICK = 0.016  # seconds between looks
@@ -82,7 +82,8 @@ class CURVOPT_PG_inspect(bpy.types.PropertyGroup):
         default="H", update=_changed,
     )
     in_front: bpy.props.BoolProperty(
-        name="In Front", description="Draw over everything else in the view. In Edit Mode the cage shines through", default=True,
+        name="In Front", description="Draw over everything else in the view. In Edit Mode only where the object has no Subdivision "
+        "Surface modifier: else the surface is drawn on the modifier's, and the cage's vertices stay visible", default=True,
         update=_changed,
     )
     combs: bpy.props.BoolProperty(
@@ -92,7 +93,7 @@ class CURVOPT_PG_inspect(bpy.types.PropertyGroup):
     comb_edges: bpy.props.EnumProperty(name="On", description="Which edges have combs", items=_COMB_EDGES, default="LOOPS", update=_changed)
     comb_length: bpy.props.FloatProperty(
         name="Length", description="Length of a tooth where the curve is curved as a circle of the cage's RMS radius, in these radii",
-        default=0.3, min=0.0, soft_max=2.0, max=100.0, update=_changed,
+        default=0.1, min=0.0, soft_max=2.0, max=100.0, update=_changed,
     )
     comb_teeth: bpy.props.IntProperty(
         name="Teeth", description="Teeth on each edge of the cage", default=8, min=1, soft_max=32, max=200, update=_changed
@@ -115,7 +116,8 @@ class Session:
         self.mouse: tuple[int, int, int, np.ndarray, np.ndarray] | None = None  # region, x, y, its matrix, place -1 .. 1
         self._watched = watched.Watched()
         self._subject: Subject | None = None
-        self._key: object = None
+        self._key: tuple[str, str] | None = None  # active object and mode at the last look
+        self._live: object = None  # the state of Live then
         self._thorough_at = 0.0  # when to look thoroughly, 0 for no need
         self._target: tuple[str, Matrix] | None = None  # the object, and its cage's frame in its coordinates
         self._shown: Inspected | None = None
@@ -132,9 +134,9 @@ class Session:
         context, now = bpy.context, time.monotonic()
         obj = context.view_layer.objects.active
         obj = handles.owner(obj) or obj
-        key = (obj.name, obj.mode) if obj is not None else None, _live_view(obj)
-        if key != self._key:
-            self._key, self.is_dirty = key, True
+        key, view = (obj.name, obj.mode) if obj is not None else None, _live_view(obj)
+        if key != self._key or view is not self._live:
+            self._key, self._live, self.is_dirty = key, view, True
         is_thorough = self._thorough_at and now >= self._thorough_at
         if self.is_dirty or is_thorough:
             self._look(context, obj, bool(is_thorough))
@@ -214,7 +216,7 @@ class Session:
         if self._target is None or self._shown is None:
             self.view.show(None, "", Matrix(), None)
         else:
-            self.view.show(self._shown, *self._target, _looks(settings))
+            self.view.show(self._shown, *self._target, _looks(settings, bpy.data.objects.get(self._target[0])))
         if self._target is None or not settings.probe:
             self.view.read(None, 0, 0, 0)
         redraw(context, ("WINDOW",))
@@ -251,8 +253,8 @@ def _live_view(obj: bpy.types.Object | None) -> object:
     return session.live.latest if on_it and session.live is not None else None
 
 
-def _looks(settings: CURVOPT_PG_inspect) -> object:
-    """The settings as inspect_view.Looks."""
+def _looks(settings: CURVOPT_PG_inspect, obj: bpy.types.Object | None) -> object:
+    """The settings as inspect_view.Looks for that object."""
     from .inspect_view import Looks  # needs a GPU
 
     kind = "COLOURS" if settings.kind in ("CURVATURE", "DISTANCE") else settings.kind
@@ -260,7 +262,8 @@ def _looks(settings: CURVOPT_PG_inspect) -> object:
     label = "Distance to the original" if by_distance else next(label for n, label, _ in colours.QUANTITIES if n == settings.quantity)
     quantity = colours.DISTANCE if by_distance else settings.quantity
     light = Vector(settings.light) if Vector(settings.light).length > 0 else Vector((0, 0, 1))
-    return Looks(kind, light.normalized(), settings.width, settings.in_front, label, quantity)
+    shows_cage = obj is None or obj.mode != "EDIT" or subdivision(obj) is None
+    return Looks(kind, light.normalized(), settings.width, settings.in_front and shows_cage, label, quantity)
 
 
 def _energy(scene: bpy.types.Scene) -> str:

@@ -24,11 +24,10 @@ from . import overlay
 from .preview import IN_FRONT
 
 KINDS = ("NOTHING", "PLAIN", "ZEBRA", "ISOPHOTES", "COLOURS")  # what the shader knows, by number; of NOTHING no surface
-_GLASS = 0.8  # opacity in Edit Mode, so that the cage is seen
+_GLASS = 0.8  # opacity in Edit Mode, where it is over the cage
 _LIFT = 0.002  # of the way to the eye, in front of the object's own faces
-_CURVE, _TEETH = (0.05, 0.05, 0.06, 1.0), (0.85, 0.25, 0.1, 0.9)
+_LINES = {"teeth": (0.85, 0.25, 0.1, 0.9), "curves": (0.05, 0.05, 0.06, 1.0), "crests": (1.0, 0.66, 0.25, 1.0)}
 _DOT, _DOT_COLOUR, _EDGE_COLOUR = 8.0, (1.0, 0.66, 0.25, 1.0), (0.3, 0.85, 1.0, 1.0)
-_LEGEND_STEPS = 48
 
 _shaders: dict[str, gpu.types.GPUShader] = {}  # made when first drawn with
 
@@ -131,7 +130,7 @@ class InspectView:
             kind = "PLAIN" if looks.kind == "COLOURS" and shown.tints is None else looks.kind
             self._draw_surface(matrix, placement, camera, region.is_perspective, kind, _GLASS if transparent else 1.0)
         gpu.state.blend_set("ALPHA")
-        for name, paint in (("teeth", _TEETH), ("curves", _CURVE)):
+        for name, paint in _LINES.items():
             if name in self._batches:
                 shader = _line_shader()
                 shader.bind()
@@ -154,6 +153,10 @@ class InspectView:
         shader.uniform_float("light", (*light, self._looks.width))
         shader.uniform_float("look", (float(KINDS.index(kind)), opacity, 0.0, 0.0))
         gpu.state.depth_mask_set(True)
+        if opacity < 1:  # depths first, so that the surface does not shine through itself
+            gpu.state.color_mask_set(False, False, False, False)
+            self._batches["surface"].draw(shader)
+            gpu.state.color_mask_set(True, True, True, True)
         gpu.state.blend_set("ALPHA" if opacity < 1 else "NONE")
         self._batches["surface"].draw(shader)
         gpu.state.depth_mask_set(False)
@@ -167,8 +170,8 @@ class InspectView:
             buffer.attr_fill(name, values)
         batches = {"surface": gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._triangles[1])}
         if shown.combs is not None and len(shown.combs.feet):
-            points, curves, teeth = shown.combs.lines()
-            for name, pairs in (("curves", curves), ("teeth", teeth)):
+            points, lines = shown.combs.lines()
+            for name, pairs in lines.items():
                 batches[name] = batch_for_shader(_line_shader(), "LINES", {"pos": points}, indices=pairs)
         return batches
 

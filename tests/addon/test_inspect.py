@@ -150,8 +150,12 @@ def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
             assert np.linalg.norm(teeth, axis=1)[curved] == pytest.approx(0.5 * radius**2 * bend[curved], rel=1e-4)
             assert np.einsum("ij,ij->i", teeth, first)[curved] == pytest.approx(0 * t[curved], abs=1e-6)
     assert np.isfinite(found.tips).all()
-    points, along, teeth = found.lines()
-    assert points.shape == (28, 3) and along.shape == (24, 2) and teeth.shape == (14, 2) and along.max() == teeth.max() == 27
+    points, pairs = found.lines()
+    assert points.shape == (28, 3) and {name: len(part) for name, part in pairs.items()} == {"curves": 12, "teeth": 14, "crests": 12}
+    ends = {name: points[part] for name, part in pairs.items()}
+    assert ends["teeth"].reshape(2, 7, 2, 3) == pytest.approx(np.stack([found.feet, found.tips], 2), abs=1e-6)
+    for name, part in (("curves", found.feet), ("crests", found.tips)):
+        assert ends[name].reshape(2, 6, 2, 3) == pytest.approx(np.stack([part[:, :-1], part[:, 1:]], 2), abs=1e-6)
 
 
 PERSPECTIVE = np.array([[1.5, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -1.02, -0.202], [0, 0, -1, 0]])  # the eye at 0, along -z
