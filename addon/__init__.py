@@ -15,7 +15,10 @@ core/               everything that works on arrays                       (no bp
     partners        mirror images within a mesh
     surface_points  points of a surface and the quads between
     curvature       jets -> principal, mean, Gauss curvature, variation
+    density         jets -> how much of each energy is at a point
     colours         curvature -> colour
+    edges           edges of a cage as curves of its surface; loops
+    combs           curvature combs on them
     snapshot        what the viewport shows of a run; the worker takes it
     memory          refuses meshes beyond memory
     job             one run: here and now, on a worker thread, modal
@@ -23,6 +26,9 @@ core/               everything that works on arrays                       (no bp
     targets         handles that were moved -> what is held, and where
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
+    inspected       a surface as Inspect draws it
+    probe           what a surface is like under the mouse
+    inspector       the worker that samples it
     catalogue       cages to start from
 scene/              between Blender's data and arrays
     multires        whether Multiresolution holds sculpted detail
@@ -34,6 +40,7 @@ scene/              between Blender's data and arrays
     read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original
     placement       new object, the object's own mesh, or a shape key
+    watched         the cage of an object as it is shown now
     handles         empties to drag, and vertices that were moved
     write_edit      a result -> the mesh that is edited
 ui/                 what the user sees and presses
@@ -47,9 +54,11 @@ ui/                 what the user sees and presses
     adjust_edit     the same in Edit Mode
     mark_rim        the operator that marks edges as rims
     operators       the modal operator, Finish, Cancel
+    inspect_view    stripes, combs and readings on the object itself      (needs a GPU)
     live_view       a surface that follows the hand, in the viewports     (needs a GPU)
     live_session    an object while its surface follows handles
     live            the operators of Live
+    inspect         the switch of Inspect, its settings, the mouse
     analysis        colours of curvature, legend, looks
     menus           Object and Add menu, presets
     panel           the sidebar

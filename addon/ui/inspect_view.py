@@ -31,7 +31,13 @@ _DOT, _DOT_COLOUR, _EDGE_COLOUR = 8.0, (1.0, 0.66, 0.25, 1.0), (0.3, 0.85, 1.0, 
 
 _shaders: dict[str, gpu.types.GPUShader] = {}  # made when first drawn with
 
-_FRAGMENT = """
+# What is written is linear: the view's framebuffer encodes it as sRGB, and only Blender's own shaders are told so.
+_LINEAR = """
+vec3 linear(vec3 srgb) {
+  return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb));
+}
+"""
+_FRAGMENT = _LINEAR + """
 void main() {
   vec3 to_eye = normalize(eye.w > 0.5 ? eye.xyz - place : eye.xyz);
   float size = length(normal);
@@ -50,7 +56,7 @@ void main() {
   if (look.x > 3.5) {
     paint = tint.rgb * (0.65 + 0.35 * abs(facing));
   }
-  colour = vec4(paint, look.y);
+  colour = vec4(linear(paint), look.y);
 }
 """
 
@@ -247,7 +253,7 @@ def _line_shader() -> gpu.types.GPUShader:
         info.vertex_in(0, "VEC3", "pos")
         info.fragment_out(0, "VEC4", "colour")
         info.vertex_source("void main() { gl_Position = matrix * vec4(pos, 1.0); }")
-        info.fragment_source("void main() { colour = paint; }")
+        info.fragment_source(_LINEAR + "void main() { colour = vec4(linear(paint.rgb), paint.a); }")
         _shaders["line"] = gpu.shader.create_from_info(info)
     return _shaders["line"]
 

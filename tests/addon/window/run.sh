@@ -14,10 +14,12 @@ blender_window 1700 "$here/drive.py"
 code=$?
 blender_window 900 "$here/live.py"
 live_code=$?
+blender_window 600 "$here/reading.py"
+reading_code=$?
 
-# Every check of both scripts must have passed, and the quits in the middle must have ended Blender with 0.
+# Every check of the scripts must have passed, and the quits in the middle must have ended Blender with 0.
 touch "$CURVOPT_WINDOW_RESULTS"
-expected=$(($(cat "$here/drive.py" "$here/live.py" | grep -c '^@check') + 2))
+expected=$(($(cat "$here/drive.py" "$here/live.py" "$here/reading.py" | grep -c '^@check') + 3))
 passed=$(grep -c '^PASS ' "$CURVOPT_WINDOW_RESULTS")
 
 # quit WORD CODE: whether Blender quit with 0 where the results say WORD.
@@ -31,5 +33,6 @@ quit() {
 }
 quit QUITTING "$code"
 quit "QUITTING LIVE" "$live_code"
+quit "QUITTING INSPECT" "$reading_code"
 echo "$passed passed, $((expected - passed)) failed"
 [ "$passed" -eq "$expected" ]
