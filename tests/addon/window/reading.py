@@ -217,6 +217,44 @@ def it_follows_a_grab_in_edit_mode_and_its_cancel():
 
 
 @check
+def a_cage_of_5000_vertices_is_followed():
+    """Prints how long the main thread is busy with it at a time, in Edit Mode, where Blender's mesh is slowest to read."""
+    yield from begin()
+    setup(100, 50, noise=0.005)
+    look_at_torus()
+    torus = bpy.data.objects["Torus"]
+    for parts, count in ((torus.data.vertices, 1), (torus.data.edges, 0), (torus.data.polygons, 0)):
+        parts.foreach_set("select", [index < count for index in range(len(parts))])
+    yield from switch_on("CURVATURE")
+    uploads, upload = [], session().view._batches_of
+
+    def timed(shown):
+        begin = both_clocks()
+        batches = upload(shown)
+        uploads.append((both_clocks() - begin)[0])
+        return batches
+
+    session().view._batches_of = timed
+    bpy.ops.object.mode_set(mode="EDIT")
+    yield settled
+    TIMES.clear()
+    first = session()._shown.subject.number
+    press("G")
+    yield from turns(3)
+    region = viewport()[1]
+    for step in range(1, 25):
+        x, y = region.x + region.width // 2 + 5 * step, region.y + region.height // 2 + 3 * step
+        window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+        yield from turns(2)
+    press("RET")
+    yield lambda: settled() and session()._shown.subject.number > first + 3
+    for name, times in (("looks", TIMES), ("uploads to the GPU", uploads)):
+        middle, most = 1000 * np.median([t for t in times if t > 5e-4]), 1000 * max(times)
+        print(f"INSPECT, 5000 vertices: {len(times)} {name}, of those with work {middle:.1f} ms (median), {most:.1f} ms at most", flush=True)
+    yield from off()
+
+
+@check
 def it_draws_what_live_pulls_in_place_of_the_clay():
     yield from begin()
     torus, chosen = bpy.data.objects["Torus"], (0, 9, 18, 27)
