@@ -21,6 +21,7 @@ core/               everything that works on arrays                       (no bp
     combs           curvature combs on them
     snapshot        what the viewport shows of a run; the worker takes it
     memory          refuses meshes beyond memory
+    record          the way of a run, as a few states
     job             one run: here and now, on a worker thread, modal
     live            a surface that follows the hand: a worker that stays
     targets         handles that were moved -> what is held, and where
@@ -36,6 +37,7 @@ scene/              between Blender's data and arrays
     frame           where a cage is in the world
     read_cage       mesh object -> arrays, and every reason to refuse one
     amount          the slider from original to optimum
+    animation       a run as shape keys with keyframes
     read_marks      what single edges hold where they are a boundary, or a rim
     read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original

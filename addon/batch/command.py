@@ -53,6 +53,10 @@ def _parser() -> argparse.ArgumentParser:
         help="no vertex and no point of the surface gets farther than this from where it was, in units of the scene",
     )
     parser.add_argument(
+        "--animation", action="store_true",
+        help="the result has the way from the original as shape keys with keyframes, from the frame after the current one on",
+    )
+    parser.add_argument(
         "--keep-volume", action="store_true",
         help="the result has the volume of the original; an open surface keeps that between it and its boundary, which must "
         "stay. At strength 1 without pins this only sets the size of the result",

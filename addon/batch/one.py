@@ -25,7 +25,7 @@ from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
 from ..core import job, messages
 from ..core.energy import number_text
 from ..render import before_after
-from ..scene import read_cage, read_marks, write_result
+from ..scene import placement, read_cage, read_marks, write_result
 from . import leftovers
 
 
@@ -47,13 +47,14 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         held = read_cage.read_held(obj, pin, options.pin_group, options.pin_surface)
         request = job.Request(
             options.energy, options.levels, fields, options.boundary, options.symmetry, held, options.strength,
-            keeps_volume=options.keep_volume, within=options.within,
+            keeps_volume=options.keep_volume, within=options.within, records=options.animation,
         )  # fmt: skip
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
         with _progress_on_terminal() as show:
             solution = _solve(source, request, show)
         new = write_result.add_result(bpy.context, source, request, solution)
+        shown = placement.animate_run(bpy.context, new, source, solution)
         if "render" in place:
             _render(source, request, solution, options, place["render"])
         if "json" in place:
@@ -64,7 +65,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
-    counted = *counted, messages.volume_text(request, solution)
+    counted = *counted, messages.volume_text(request, solution), shown
     measured = messages.deviation_text(solution), messages.crossings_text(solution)
     parts = messages.solution_text(request, solution), *counted, *measured, held, verdict
     return "\n".join(part for part in parts if part)

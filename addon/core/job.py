@@ -20,6 +20,7 @@ from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Prog
 from .crop import Crop
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
+from .record import Recorder
 from .rims import marked_boundary
 from .snapshot import Watcher
 
@@ -37,7 +38,7 @@ class Request:
     `strength` of 1 the surface stays near the cage's, and with a positive `within` no farther from it than that. `holes` (k,) are faces of the cage that are left out of the
     energy; their vertices are held. `keeps_volume` holds the volume inside the whole surface, or between it and a boundary
     that stays. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
-    the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only."""
+    the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only. `records` the way of the run."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -52,6 +53,7 @@ class Request:
     refinable: bool = True
     keeps_volume: bool = False
     within: float = DEFAULTS.within
+    records: bool = False
 
     @property
     def label(self) -> str:
@@ -71,7 +73,8 @@ class Solution:
     that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
     first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
-    `scalar_residuals` by name, and `discretization_error`, as of values.Summary."""
+    `scalar_residuals` by name, and `discretization_error`, as of values.Summary. `path`, of a run that was recorded: states
+    (n, 3) of the optimized cage's vertices, from the first cage to the optimized one."""
 
     cage: Cage
     start_positions: np.ndarray
@@ -90,6 +93,7 @@ class Solution:
     multipliers: Mapping[str, float] = field(default_factory=dict)
     scalar_residuals: Mapping[str, float] = field(default_factory=dict)
     discretization_error: float = math.nan
+    path: tuple[np.ndarray, ...] = ()
 
 
 OnProgress = Callable[[Progress], object]
@@ -203,11 +207,17 @@ def _solve(
         wants_out = bool(on_progress is not None and on_progress(progress))
         return guard(progress) or wants_out
 
-    options = options_of(lib, request)
+    options, recorder = options_of(lib, request), Recorder(cage.positions) if request.records else None
+
+    def watch(iterate: library.Iterate) -> None:
+        for each in (watcher, recorder):
+            if each is not None:
+                each(iterate)
+
     with library.Mesh.of_cage(lib, cage) as mesh:
         if watcher is not None:
             watcher.start(mesh, cage, np.flatnonzero(_counted(cage, request)) if len(request.holes) else None)
-        with library.minimize(mesh, cage.positions, options, step, cancel, watcher) as result:
+        with library.minimize(mesh, cage.positions, options, step, cancel, watch) as result:
             summary = result.summary()
             levels = tuple(result.level(index) for index in range(summary.n_levels))
             euler = result.mesh().info().euler
@@ -218,11 +228,12 @@ def _solve(
             deviation = crossings = None
             if summary.stop != "cancelled":
                 deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
+            path = recorder.path(mesh, final.positions) if recorder is not None else ()
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
-                summary.discretization_error,
+                summary.discretization_error, path,
             )  # fmt: skip
 
 

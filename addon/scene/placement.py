@@ -15,6 +15,7 @@ from ..core.crease import BOUNDARY_SMOOTH
 from ..core.job import Request, Solution
 from ..core.layout import Written
 from .amount import has_blend, store_blend
+from .animation import animate
 from .frame import space_of
 from .modifiers import CageError, mirror_modifier, read_mirror, subdivision
 from .read_cage import Source, has_faces_of, read_positions
@@ -35,7 +36,9 @@ _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
 
 def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None = None) -> None:
     """CageError, before a run, for an outcome that is not possible for `obj`."""
-    if not is_possible(outcome, request.levels):
+    if outcome == "SHAPE_KEY" and request.records:
+        raise CageError("Animation gives the result shape keys of its own: set Result to New Object or In Place, or untick it.")
+    if not is_possible(outcome, request):
         if request.refined:
             raise CageError(
                 "Nothing may move: boundary, creases or pins hold all vertices, and a shape key has no others. Set "
@@ -51,15 +54,21 @@ def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None =
         )
 
 
+def check_amount(amount: float, request: Request) -> None:
+    """CageError for a part of a result whose shape keys show the way there."""
+    if amount != 1.0 and request.records:
+        raise CageError("Amount cannot be less than 1 of a result with an animation, whose shape keys show what lies between.")
+
+
 def check_keys(outcome: str, obj: bpy.types.Object) -> None:
     """CageError, after a run, for an outcome that the shape keys of `obj` stand against."""
     if outcome == "REPLACE" and obj.data.shape_keys:
         raise CageError(f"Object '{obj.name}' has shape keys: the result can be another one, or a new object.")
 
 
-def is_possible(outcome: str, levels: int) -> bool:
-    """Whether a run of so many levels can end there."""
-    return outcome != "SHAPE_KEY" or levels == 1
+def is_possible(outcome: str, request: Request) -> bool:
+    """Whether such a run can end there."""
+    return outcome != "SHAPE_KEY" or (request.levels == 1 and not request.records)
 
 
 def is_shown_smooth(name: str) -> bool:
@@ -97,6 +106,20 @@ def write(
         remark = _replace(obj, source, solution)
     store(obj, source.name, request, solution)
     return obj, remark
+
+
+def animate_run(context: bpy.types.Context, obj: bpy.types.Object, source: Source, solution: Solution) -> str:
+    """The recorded run, if there is one and anything has moved, as shape keys of the result that write() has made; which frames
+    show it, in a sentence, or ""."""
+    if len(solution.path) < 2:
+        return ""
+    written, loose = source.layout.written(solution.cage), source.space.to_frame(source.mesh.positions[source.layout.loose])
+    if obj.name == source.name:  # in place
+        states = [local_positions(source, written, xyz) for xyz in solution.path]
+    else:
+        states = [written.positions(xyz, loose) for xyz in solution.path]
+    first, last = animate(obj, states, context.scene.frame_current)
+    return f"Frames {first} to {last} show the run"
 
 
 def _changed(obj: bpy.types.Object | None, source: Source) -> str:

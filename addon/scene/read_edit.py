@@ -47,7 +47,7 @@ class Edit:
             boundary = "position"
         holes = np.flatnonzero(~changing_faces(cage, moving)).astype(np.int32)
         held, symmetry = Held.exactly(np.flatnonzero(~moving)), self._symmetry(base.symmetry, moving)
-        return replace(base, levels=1, boundary=boundary, symmetry=symmetry, held=held, holes=holes)
+        return replace(base, levels=1, records=False, boundary=boundary, symmetry=symmetry, held=held, holes=holes)
 
     def moving(self, request: Request) -> np.ndarray:
         """The vertices of the mesh (n,) that such a request moves."""

@@ -83,13 +83,15 @@ strength, with Slide, or with Keep Volume"""
             slide = self.slide if given("slide") else bool(first.options.get("slide"))
             keeps_volume = self.keep_volume if given("keep_volume") else first.keeps_volume
             request, solution = _with(strength, slide, keeps_volume)
+            placement.check_amount(self.amount, request)
             is_shown_smooth = placement.is_shown_smooth(source.name)
             obj, remark = placement.write(context, source, request, solution, self.outcome)
+            shown = placement.animate_run(context, obj, source, solution)
             held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
             crossed = messages.crossings_text(solution)
             warnings = messages.refined_text(request), messages.volume_text(request, solution), held, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
-            parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed
+            parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed, shown
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)
@@ -103,7 +105,7 @@ strength, with Slide, or with Keep Volume"""
         column = layout.column(align=True)
         for identifier, *_ in properties.OUTCOMES:
             row = column.row(align=True)
-            row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].first[0].levels)
+            row.enabled = _finished is not None and placement.is_possible(identifier, _finished[2].first[0])
             row.prop_enum(self, "outcome", identifier)
         again = layout.column()
         again.enabled = _finished is not None and _finished[2].is_quick
@@ -111,7 +113,9 @@ strength, with Slide, or with Keep Volume"""
         if _finished is not None and _finished[3]:
             again.prop(self, "slide")
         again.prop(self, "keep_volume")
-        layout.prop(self, "amount", slider=True)
+        of_amount = layout.column()
+        of_amount.enabled = _finished is not None and not _finished[2].first[0].records
+        of_amount.prop(self, "amount", slider=True)
 
 
 def register() -> None:

@@ -25,7 +25,7 @@ _LAST_WAIT = 5.0  # seconds that the end waits for the worker, which looks up ev
 # Settings that are looked at all the time. The others count when it starts, or are for runs on several levels.
 _WATCHED = tuple(
     name for name in properties.SETTINGS
-    if name not in ("resolution", "levels", "slide", "rim", "pin", "pin_surface", "vertex_group", "outcome", "threads")
+    if name not in ("resolution", "levels", "slide", "rim", "pin", "pin_surface", "vertex_group", "outcome", "threads", "animation")
 )  # fmt: skip
 
 
@@ -146,7 +146,7 @@ class Session:
         try:
             if values["within"] > 0:
                 raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0.")
-            request = properties.request_of({**values, "resolution": "SAME", "slide": False}, self._pins)
+            request = properties.request_of({**values, "resolution": "SAME", "slide": False, "animation": False}, self._pins)
             weights_of(request.energy)
             request = job.with_marks(self.source.cage, self.source.fitted(request), *self._marks)
         except (CageError, ValueError) as error:  # an empty mix, no plane

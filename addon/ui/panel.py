@@ -9,6 +9,7 @@ import bpy
 
 from ..core.energy import number_text
 from ..scene.amount import has_blend
+from ..scene.animation import is_animated
 from ..scene.handles import owner, session_of
 from ..scene.modifiers import CageError, mirror_modifier
 from ..scene.placement import active_key
@@ -93,6 +94,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         if settings.pin != "NOTHING":
             column.prop(settings, "pin_surface")
         column.prop(settings, "outcome")
+        if settings.outcome != "SHAPE_KEY":
+            column.prop(settings, "animation")
 
     def _draw_edit(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """The vertices stay the same, the selection says which move, and the result is where they are."""
@@ -143,7 +146,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
     def _draw_message(self, context: bpy.types.Context) -> None:
         failed, text = state.failed, current_message()
-        if not state.running and not state.live and not failed:
+        has_news = bool(text) and is_animated(_object(context))  # its shape keys would be refused in place of the news
+        if not state.running and not state.live and not failed and not has_news:
             try:
                 with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
                 mode = "EDIT" if context.mode == "EDIT_MESH" else "OBJECT"
@@ -184,7 +188,7 @@ class CURVOPT_PT_report(_Tab, bpy.types.Panel):
         key = active_key(active)
         if key is not None:
             self.layout.prop(key, "value", text="Amount", slider=True)
-        elif has_blend(active):
+        elif has_blend(active) and not is_animated(active):
             self.layout.prop(active, "curvopt_amount", slider=True)
         table = self.layout.box().column(align=True)
         for label, *values in (("Energy", "Before", "After"), *stored_energies(active)):

@@ -186,6 +186,11 @@ class RunSettings:
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"
     )
+    animation: bpy.props.BoolProperty(
+        name="Animation", description="Keeps the way from the original to the result as shape keys of the result with "
+        "keyframes: play the timeline to see the run. 25 states at most, equally far from each other. Not with Shape Key as "
+        "the result", default=False,
+    )
     surface: bpy.props.EnumProperty(
         name="Surface", description="The surface whose energy is minimized, at extraordinary vertices and n-gons",
         items=SURFACES, default=DEFAULTS.surface.upper(),
@@ -282,7 +287,7 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
     boundary, keeps_volume = values["boundary"].lower(), bool(values["keep_volume"])
     return Request(
         energy, levels, options, boundary, symmetry, held, strength, keeps_volume=keeps_volume,
-        within=strength_of(values["within"]),
+        within=strength_of(values["within"]), records=bool(values["animation"]),
     )  # fmt: skip
 
 

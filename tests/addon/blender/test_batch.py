@@ -186,6 +186,19 @@ def test_volume_is_kept(batch, cage_file, add):
     assert code == 1 and len(errors) == 1 and errors[0].startswith("The volume cannot be held: the boundary may move")
 
 
+def test_the_result_can_be_animated(batch, cage_file):
+    """Saved as shape keys with keyframes; and by many files as well."""
+    code, errors, _ = batch("--animation", "--levels", "2", "--output", "out.blend")
+    assert (code, errors) == (0, [])
+    assert batch("--animation", "--levels", "1", "--into", "many", cage_file)[0] == 0
+    for path in (cage_file.with_name("out.blend"), cage_file.parent / "many" / "cage-willmore-1.blend"):
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        keys = bpy.data.objects["Torus Willmore"].data.shape_keys
+        assert len(keys.key_blocks) > 5 and keys.animation_data.action is not None
+        bpy.context.scene.frame_set(2)
+        assert keys.key_blocks["Run 1"].value == 1.0
+
+
 def test_within_is_a_distance_in_the_scene(batch, cage_file):
     common = ["--energy", "willmore", "--levels", "1", "--json", "out.json"]
     for within in (0.0, 0.01):

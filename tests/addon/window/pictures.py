@@ -337,8 +337,35 @@ def inspect():
     chosen.is_on = False
 
 
+def animation():
+    """A run of two levels as shape keys, in its middle, and the keyframes in the timeline."""
+    setup()
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    in_viewport(bpy.ops.curvopt.add_shape, shape="lawson_g2")
+    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    settings.energy, settings.strength, settings.resolution, settings.levels = "MVS", 1.0, "REFINE", 3
+    settings.animation = True
+    yield from open_sidebar_tab()
+    assert invoke() == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    print(state().message, flush=True)
+    yield from frame()
+    view.view_rotation = Euler((1.2, 0, 0.2)).to_quaternion()
+    view.view_location.x += 1.5
+    view.view_distance *= 1.2
+    bpy.context.scene.frame_end = 60
+    bpy.context.scene.frame_set(14)
+    timeline = next(area for area in window().screen.areas if area.type == "DOPESHEET_EDITOR")
+    below = next(region for region in timeline.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window(), area=timeline, region=below):
+        bpy.ops.action.view_all()
+    yield from settled()
+    screenshot("22_animation")
+    settings.animation = False
+
+
 def everything():
-    acts = preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide, live, inspect
+    acts = preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide, live, inspect, animation
     wanted = os.environ.get("CURVOPT_ACTS", "").split()
     try:
         for act in acts:

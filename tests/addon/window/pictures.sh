@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py. Usage: pictures.sh [FOLDER]
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py, animation.py. Usage: pictures.sh [FOLDER]
 set -eu
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
@@ -14,6 +14,8 @@ convert "$work/clay.png" "$work/zebra.png" -append "$work/14_edit_mode.png"
 for picture in 12_strength 13_suzanne 14_edit_mode; do
     convert "$work/$picture.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/$picture.png"
 done
+"${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/animation.py" -- "$work/23_states.png"
+convert "$work/23_states.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/23_states.png"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
