@@ -68,6 +68,20 @@ def test_the_timeline_shows_the_run_and_the_current_frame_the_result(shaken, par
     assert positions(shaken).shape == (32, 3) and shaken.data.shape_keys is None
 
 
+def test_inspect_follows_the_timeline_and_without_its_keys_the_mesh_is_the_result(shaken, part):
+    result = minimize(levels=1)
+    first, last = frames_of(part)
+    watched, end = part("scene.watched").Watched(), positions(result)
+    for frame in (first, first + 3, last):
+        wanted = at(result, frame)
+        assert np.abs(watched.look(bpy.context, result, False).cage.positions - wanted).max() < 1e-6
+        assert np.abs(watched.look(bpy.context, result, False).original - start(result)).max() < 1e-6
+    bpy.context.scene.frame_set(first)
+    bpy.ops.object.shape_key_remove(all=True)
+    assert result.data.shape_keys is None and np.abs(positions(result) - end).max() < 1e-6
+    assert minimize(levels=1) != result
+
+
 def test_energies_fall_along_the_timeline(shaken, part):
     result = minimize(levels=1)
     first, last = frames_of(part)
