@@ -127,6 +127,13 @@ def test_curvature_vectors_are_those_of_circles():
     assert great == pytest.approx(-jets[:, 0] / 4, abs=1e-6)  # towards the centre, 1 / 2 long
     axis = jets[:, 0] * (1, 1, 0)
     assert small == pytest.approx(-axis / (axis**2).sum(1)[:, None], abs=1e-6)
+    twisted = jets_of(lambda u, v: np.array([np.cos(u + v * v), np.sin(u + v * v), u * v]), at=[(0.2, 0.0)])
+    found = combs.curvature_vectors(twisted, np.array([[1.0, 1.0]]))  # of the curve s -> (s, s) - (0, 0.2)
+    s = np.linspace(-2e-3, 2e-3, 5)
+    curve = np.stack([np.cos(0.2 + s + s * s), np.sin(0.2 + s + s * s), (0.2 + s) * s], -1)
+    first, second = (curve[3] - curve[1]) / 2e-3, (curve[3] - 2 * curve[2] + curve[1]) / 1e-6
+    across = second - first * (first @ second) / (first @ first)
+    assert found[0] == pytest.approx(across / (first @ first), abs=1e-4)
 
 
 def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
@@ -148,8 +155,13 @@ def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
             teeth = tips[1:-1] - feet[1:-1]
             curved = np.abs(t - 0.5) > 1e-9  # at the middle of a polygon's edge the parametrization turns its quarters
             assert np.linalg.norm(teeth, axis=1)[curved] == pytest.approx(0.5 * radius**2 * bend[curved], rel=1e-4)
+            assert (np.einsum("ij,ij->i", teeth, second)[curved] < 0).all()  # away from where it bends to
             assert np.einsum("ij,ij->i", teeth, first)[curved] == pytest.approx(0 * t[curved], abs=1e-6)
     assert np.isfinite(found.tips).all()
+    torus = cage_of(*shapes.torus())
+    loop = combs.Choice(np.array([[0, 1]]), loops=True, teeth=2, length=0.5)
+    assert taken(torus, choice=loop).combs.feet.shape == (4, 3, 3)
+    assert taken(torus, choice=combs.Choice(None, False, 1, 0.5)).combs.feet.shape == (64, 2, 3)
     points, pairs = found.lines()
     assert points.shape == (28, 3) and {name: len(part) for name, part in pairs.items()} == {"curves": 12, "teeth": 14, "crests": 12}
     ends = {name: points[part] for name, part in pairs.items()}
@@ -164,7 +176,7 @@ PERSPECTIVE = np.array([[1.5, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -1.02, -0.202], [
 def test_pick_finds_the_nearest_quad_and_where_in_it():
     far = np.array([[-1, -1, -6], [1, -1, -6], [1, 1, -4], [-1, 1, -4]], float)  # tilted
     points = np.concatenate([far, far + (0, 0, -3), far + (0, 0, 8)])  # behind it; behind the eye
-    quads = np.arange(12).reshape(3, 4)
+    quads = np.array([[0, 1, 2, 3], [7, 4, 5, 6], [8, 9, 10, 11]])
     at = np.array([0.1, 0.05])
     quad, weights = probe.pick(points, quads, PERSPECTIVE, at)
     assert quad == 0 and weights.sum() == pytest.approx(1)
@@ -172,6 +184,8 @@ def test_pick_finds_the_nearest_quad_and_where_in_it():
     s = 5 / (1 + at[1] / 1.5)
     assert weights @ far == pytest.approx([s * at[0] / 1.5, s * at[1] / 1.5, -s], abs=1e-9)
     assert probe.pick(points, quads, PERSPECTIVE, np.array([0.9, 0.9])) is None
+    assert probe.pick(points, quads[::-1], PERSPECTIVE, at)[0] == 2
+    assert probe.pick(-far, quads[:1], PERSPECTIVE, at) is None  # behind the eye, where it would be seen there
 
 
 @pytest.mark.parametrize("at", [(0.03, 0.06), (-0.11, -0.12)])
@@ -274,6 +288,10 @@ def mesh_of(points, faces):
     return library.Mesh.create(library.load(), len(points), *shapes.packed(faces))
 
 
+def test_the_area_is_that_of_the_torus():
+    assert taken(round_torus(), wanted=30_000).area == pytest.approx(4 * np.pi**2 * 2.0 * 0.7, rel=2e-3)
+
+
 def test_colours_of_curvature_and_of_the_distance_to_another_place():
     cage = cage_of(*shapes.torus())
     seen = taken(cage, quantity="H")
@@ -315,9 +333,26 @@ def test_the_worker_gives_a_coarse_picture_first_and_a_fine_one_when_nothing_els
         wait_for(lambda: worker.error is not None)
         assert worker.latest is None and "finite" in str(worker.error)
         worker.look(first)
+        assert worker.error is None
         wait_for(lambda: worker.latest is not None and worker.latest.subject is first)
     finally:
         assert worker.close(60)
+
+
+def test_what_is_refused_is_not_tried_again():
+    class Failing(inspected.Sampling):
+        tries = 0
+
+        def take(self, *_):
+            self.tries += 1
+            raise ValueError("No surface")
+
+    failing = Failing(library.load())
+    worker = inspector.Inspector(lambda: failing)
+    worker.look(inspected.Subject(cage_of(*shapes.torus())))
+    wait_for(lambda: worker.error is not None)
+    time.sleep(0.2)
+    assert worker.close(60) and failing.tries == 1
 
 
 def test_cages_that_are_too_large_are_refused(monkeypatch):

@@ -108,6 +108,7 @@ def test_colours_put_nothing_in_the_middle_and_clip_outliers():
     assert np.array_equal(shown[5], shown[2]) and np.array_equal(shown[4], shown[0])
     assert colours.value_range("variation", np.array([0.0, 1.0]))[0] == 0.0
     assert colours.value_range("H", np.zeros(4)) == (-1.0, 1.0)
+    assert colours.value_range("distance", np.array([*np.zeros(99), 7.0])) == (0.0, 7.0)
 
 
 # ------------------------------------------------------------------------------------------------- pictures of a run --
