@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py, animation.py. Usage: pictures.sh [FOLDER]
+# Makes the manual's pictures, addon/manual/pictures/: see pictures.py, strength.py, edit_mode.py, animation.py, comparison.py. Usage: pictures.sh [FOLDER]
 set -eu
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
@@ -16,6 +16,11 @@ for picture in 12_strength 13_suzanne 14_edit_mode; do
 done
 "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 -P "$here/animation.py" -- "$work/23_states.png"
 convert "$work/23_states.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/23_states.png"
+mkdir "$work/comparison"
+export CURVOPT_WINDOW_RESULTS="$work/comparison/results.txt"
+blender_window 600 "$here/comparison.py" # also prints its table
+grep -q '^PASS' "$CURVOPT_WINDOW_RESULTS"
+convert "$work/comparison/24_comparison.png" -strip -colors 256 -define png:exclude-chunks=all "png8:$out/24_comparison.png"
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 blender_window 600 "$here/pictures.py"
 if grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"; then
