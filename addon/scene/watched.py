@@ -44,10 +44,11 @@ class Watched:
         self._mode = ""
 
     def look(
-        self, context: bpy.types.Context, obj: bpy.types.Object | None, thorough: bool, with_selected: bool = True
-    ) -> Seen:
+        self, context: bpy.types.Context, obj: bpy.types.Object | None, thorough: bool, with_selected: bool = True,
+        with_original: bool = True,
+    ) -> Seen:  # fmt: skip
         """The object as it is now. More or fewer vertices, edges or faces are always seen; other faces, creases and modifiers by
-        a `thorough` look. Selected edges only `with_selected`. CageError if it cannot be used."""
+        a `thorough` look. Selected edges only `with_selected`, the original only `with_original`. CageError if it cannot be used."""
         mode = "EDIT" if obj is not None and obj.mode == "EDIT" else "OBJECT"
         check_object(obj, mode == "OBJECT", mode)
         source = self._source
@@ -63,7 +64,7 @@ class Watched:
         points = source.layout.halves.positions(space.to_frame(positions)[source.layout.kept])
         cage = replace(source.cage, positions=points)
         selected = selected_pairs(obj, source.layout) if with_selected else np.empty((0, 2), np.int32)
-        return Seen(cage, space.frame, selected, self._original(obj, source))
+        return Seen(cage, space.frame, selected, self._original(obj, source) if with_original else None)
 
     def _original(self, obj: bpy.types.Object, source: Source) -> np.ndarray | None:
         """Of a result: from the attribute that Amount uses; of shape keys the first one."""

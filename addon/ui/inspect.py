@@ -166,8 +166,7 @@ class Session:
         """The cage to the worker, if it has changed; a refusal into the panel."""
         settings, message = context.window_manager.curvopt_inspect, ""
         try:
-            by_selection = settings.combs and settings.comb_edges != "ALL"
-            seen = self._seen(context, obj, thorough, by_selection)
+            seen = self._seen(context, obj, thorough, settings)
             quantity = {"CURVATURE": settings.quantity, "DISTANCE": colours.DISTANCE}.get(settings.kind, "")
             if settings.kind == "DISTANCE" and seen.original is None:
                 quantity, message = "", f"The original of '{obj.name}' is not known: it is no result, and has no shape keys."
@@ -185,11 +184,12 @@ class Session:
         self._say(context, message)
 
     def _seen(
-        self, context: bpy.types.Context, obj: bpy.types.Object | None, thorough: bool, with_selected: bool
+        self, context: bpy.types.Context, obj: bpy.types.Object | None, thorough: bool, settings: CURVOPT_PG_inspect
     ) -> watched.Seen:
         session, view = live.current(), _live_view(obj)
         if view is None:
-            return self._watched.look(context, obj, thorough, with_selected)
+            by_selection = settings.combs and settings.comb_edges != "ALL"
+            return self._watched.look(context, obj, thorough, by_selection, settings.kind == "DISTANCE")
         cage = replace(session.source.cage, positions=view.snapshot.cage.astype(np.float64))
         frame, pairs = handles.frame_of(obj, session.source), watched.selected_pairs(obj, session.source.layout)
         return watched.Seen(cage, frame, pairs, session.source.cage.positions)

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Inspect from scripts: which cage it looks at, when it samples again, and what it says when it cannot."""
 
+import os
 import time
 
+import addon_utils
 import bmesh
 import bpy
 import numpy as np
@@ -232,12 +234,20 @@ def test_it_follows_live(add, inspect, settings, part):
         bpy.ops.curvopt.live_cancel()
 
 
-def test_another_file_and_the_add_on_switched_off_end_it(torus, inspect, settings, part):
-    inspect.settle()
-    handlers = bpy.app.handlers
-    assert any("inspect" in function.__module__ for function in handlers.depsgraph_update_post)
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    assert not bpy.context.window_manager.curvopt_inspect.is_on
+@pytest.mark.parametrize("how", ["another file", "off"])
+def test_another_file_and_the_add_on_switched_off_end_it(torus, part, how):
+    module = part("ui.inspect")
+    bpy.context.window_manager.curvopt_inspect.is_on = True
+    session, handlers = module._session, bpy.app.handlers
+    session.step()
+    assert any("ui.inspect" in function.__module__ for function in handlers.depsgraph_update_post)
+    if how == "off":
+        addon_utils.disable(os.environ["CURVOPT_TEST_NAME"])
+        assert not hasattr(bpy.types.WindowManager, "curvopt_inspect")
+        assert addon_utils.enable(os.environ["CURVOPT_TEST_NAME"]) is not None
+    else:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert not bpy.context.window_manager.curvopt_inspect.is_on and not session.inspector._thread.is_alive()
     for name in ("depsgraph_update_post", "frame_change_post", "undo_post", "redo_post", "load_pre"):
         assert not any("ui.inspect" in function.__module__ for function in getattr(handlers, name)), name
-    assert not bpy.app.timers.is_registered(part("ui.inspect")._tick)
+    assert not bpy.app.timers.is_registered(module._tick)

@@ -57,6 +57,8 @@ def test_every_control_has_a_tooltip(part):
     settings = part("ui.properties").CURVOPT_PG_settings.bl_rna.properties
     types = ((bpy.types.Object, "curvopt_amount"), (bpy.types.WindowManager, "curvopt_look"))
     others = [owner.bl_rna.properties[name] for owner, name in types]
+    inspect = part("ui.inspect").CURVOPT_PG_inspect
+    others += [inspect.bl_rna.properties[name] for name in inspect.__annotations__]
     for prop in [*(settings[name] for name in part("ui.properties").SETTINGS), *others]:
         assert len(prop.description) > 10, prop.identifier
         for item in getattr(prop, "enum_items", ()):

@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from driver import RESULTS, invoke, log, part, press, setup, start, state, turns  # noqa: E402
+from driver import RESULTS, invoke, log, part, press, setup, start, state, turns, viewport, window  # noqa: E402
 
 FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split())
 SPARED = {"start", "live", "drag", "grab", "finish live", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
@@ -70,7 +70,9 @@ def begin_run(chance):
     outcome = chance.choice(["NEW", "NEW", "REPLACE", "SHAPE_KEY"])
     resolution = "SAME" if outcome == "SHAPE_KEY" else chance.choice(["SAME", "REFINE"])
     symmetry = chance.choice(["AUTO", "NONE"])
-    invoke(energy=energy, outcome=outcome, resolution=resolution, levels=chance.choice([2, 6]), symmetry=symmetry)
+    animation = outcome != "SHAPE_KEY" and chance.random() < 0.3
+    levels = chance.choice([2, 6])
+    invoke(energy=energy, outcome=outcome, resolution=resolution, levels=levels, symmetry=symmetry, animation=animation)
 
 
 def delete_object(_chance):
@@ -120,6 +122,19 @@ def settings(chance):
     bpy.context.window_manager.curvopt_look = chance.choice(["PLAIN", "ZEBRA", "COLOURS"])
 
 
+def inspect(chance):
+    """On, three times of four, with any settings; the mouse over the middle for the probe."""
+    chosen = bpy.context.window_manager.curvopt_inspect
+    chosen.kind = chance.choice(["ZEBRA", "ISOPHOTES", "CURVATURE", "DISTANCE", "NOTHING"])
+    chosen.combs, chosen.comb_edges = chance.random() < 0.5, chance.choice(["SELECTED", "LOOPS", "ALL"])
+    chosen.probe, chosen.in_front = chance.random() < 0.5, chance.random() < 0.5
+    chosen.is_on = chance.random() < 0.75
+    region = viewport()[1]
+    x, y = region.x + region.width // 2, region.y + region.height // 2
+    for step in range(3):
+        window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x + step, y=y)
+
+
 ACTIONS = {
     "start": begin_run,
     "live": begin_live,
@@ -142,6 +157,7 @@ ACTIONS = {
     "slide": slide,
     "colour": lambda _: bpy.ops.curvopt.curvature(levels=1),
     "settings": settings,
+    "inspect": inspect,
 }
 
 
@@ -176,9 +192,10 @@ def play(number):
     for _ in range(3):  # a first one may end something else, such as moving
         press("ESC")
         yield from turns(3)
+    bpy.context.window_manager.curvopt_inspect.is_on = False
     yield lambda: part("ui.operators")._run is None and not is_live()
     assert not state().running and not part("ui.display")._at_end
-    yield lambda: not [thread for thread in threading.enumerate() if thread.name == "curvopt"]
+    yield lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("curvopt")]
     assert undone or "keys" in sequence(number) or torus() is not None, "the object was lost"
 
 
