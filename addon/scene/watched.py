@@ -41,7 +41,6 @@ class Watched:
 
     def __init__(self) -> None:
         self._source: Source | None = None
-        self._mode = ""
 
     def look(
         self, context: bpy.types.Context, obj: bpy.types.Object | None, thorough: bool, with_selected: bool = True,
@@ -52,11 +51,11 @@ class Watched:
         mode = "EDIT" if obj is not None and obj.mode == "EDIT" else "OBJECT"
         check_object(obj, mode == "OBJECT", mode)
         source = self._source
-        fits = source is not None and source.name == obj.name and self._mode == mode and not thorough
+        fits = source is not None and source.name == obj.name and not thorough
         positions = _positions_of(obj) if fits else None
         if not fits or not _has_counts_of(obj, source) or len(positions) != len(source.mesh.positions):
             source = self._source = _read(context, obj)
-            self._mode, positions = mode, _positions_of(obj)
+            positions = _positions_of(obj)
         space = space_of(obj, read_mirror(obj))
         if not space.is_like(source.space):
             source = self._source = _read(context, obj)

@@ -33,7 +33,7 @@ _shaders: dict[str, gpu.types.GPUShader] = {}  # made when first drawn with
 
 # What is written is linear: the view's framebuffer encodes it as sRGB, and only Blender's own shaders are told so.
 _LINEAR = """
-vec3 linear(vec3 srgb) {
+vec3 to_linear(vec3 srgb) {
   return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb));
 }
 """
@@ -56,7 +56,7 @@ void main() {
   if (look.x > 3.5) {
     paint = tint.rgb * (0.65 + 0.35 * abs(facing));
   }
-  colour = vec4(linear(paint), look.y);
+  colour = vec4(to_linear(paint), look.y);
 }
 """
 
@@ -140,7 +140,7 @@ class InspectView:
             if name in self._batches:
                 shader = _line_shader()
                 shader.bind()
-                shader.uniform_float("matrix", matrix)
+                shader.uniform_float("to_clip", matrix)
                 shader.uniform_float("paint", paint)
                 self._batches[name].draw(shader)
         gpu.state.blend_set("NONE")
@@ -154,7 +154,7 @@ class InspectView:
         light = (turn @ self._looks.light).normalized()
         shader = _surface_shader()
         shader.bind()
-        shader.uniform_float("matrix", matrix)
+        shader.uniform_float("to_clip", matrix)
         shader.uniform_float("eye", (*eye, float(perspective)))
         shader.uniform_float("light", (*light, self._looks.width))
         shader.uniform_float("look", (float(KINDS.index(kind)), opacity, 0.0, 0.0))
@@ -231,14 +231,14 @@ def _surface_shader() -> gpu.types.GPUShader:
         interface.smooth("VEC3", "place")
         interface.smooth("VEC4", "tint")
         info = gpu.types.GPUShaderCreateInfo()
-        for kind, name in (("MAT4", "matrix"), ("VEC4", "eye"), ("VEC4", "light"), ("VEC4", "look")):
+        for kind, name in (("MAT4", "to_clip"), ("VEC4", "eye"), ("VEC4", "light"), ("VEC4", "look")):
             info.push_constant(kind, name)
         for slot, (kind, name) in enumerate((("VEC3", "pos"), ("VEC3", "nor"), ("VEC4", "col"))):
             info.vertex_in(slot, kind, name)
         info.vertex_out(interface)
         info.fragment_out(0, "VEC4", "colour")
         info.vertex_source(
-            "void main() { normal = nor; place = pos; tint = col; gl_Position = matrix * vec4(pos, 1.0); }"
+            "void main() { normal = nor; place = pos; tint = col; gl_Position = to_clip * vec4(pos, 1.0); }"
         )
         info.fragment_source(_FRAGMENT)
         _shaders["surface"] = gpu.shader.create_from_info(info)
@@ -248,12 +248,12 @@ def _surface_shader() -> gpu.types.GPUShader:
 def _line_shader() -> gpu.types.GPUShader:
     if "line" not in _shaders:
         info = gpu.types.GPUShaderCreateInfo()
-        info.push_constant("MAT4", "matrix")
+        info.push_constant("MAT4", "to_clip")
         info.push_constant("VEC4", "paint")
         info.vertex_in(0, "VEC3", "pos")
         info.fragment_out(0, "VEC4", "colour")
-        info.vertex_source("void main() { gl_Position = matrix * vec4(pos, 1.0); }")
-        info.fragment_source(_LINEAR + "void main() { colour = vec4(linear(paint.rgb), paint.a); }")
+        info.vertex_source("void main() { gl_Position = to_clip * vec4(pos, 1.0); }")
+        info.fragment_source(_LINEAR + "void main() { colour = vec4(to_linear(paint.rgb), paint.a); }")
         _shaders["line"] = gpu.shader.create_from_info(info)
     return _shaders["line"]
 

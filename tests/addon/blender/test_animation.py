@@ -21,12 +21,12 @@ def minimize(**settings):
     return bpy.context.view_layer.objects.active
 
 
-def at(obj, frame):
+def at(obj, frame, part_of_frame=0.0):
     """The object's vertices (n, 3), before its modifiers, as `frame` shows them."""
     shown = [(modifier, modifier.show_viewport) for modifier in obj.modifiers]
     for modifier, _ in shown:
         modifier.show_viewport = False
-    bpy.context.scene.frame_set(frame)
+    bpy.context.scene.frame_set(frame, subframe=part_of_frame)
     mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     points = np.empty((len(mesh.vertices), 3), np.float32)
     mesh.vertices.foreach_get("co", points.reshape(-1))
@@ -65,6 +65,8 @@ def test_the_timeline_shows_the_run_and_the_current_frame_the_result(shaken, par
     assert max(jumps) < 0.5 * np.abs(end - start(result)).max(), jumps
     halfway = at(result, first + 1)
     assert np.abs(halfway - (at(result, first) + at(result, first + 2)) / 2).max() < 1e-6  # linear
+    quarter = at(result, first, 0.5)
+    assert np.abs(quarter - (3 * at(result, first) + at(result, first + 2)) / 4).max() < 1e-5
     assert positions(shaken).shape == (32, 3) and shaken.data.shape_keys is None
 
 

@@ -82,6 +82,13 @@ def test_other_faces_are_seen_at_once_and_other_creases_by_a_thorough_look(torus
     torus.data.clear_geometry()
     torus.data.from_pydata([tuple(p) for p in points], [], faces)
     assert is_like(look(), truth(part, torus))
+    edit = bmesh.new()
+    edit.from_mesh(torus.data)
+    edit.faces.ensure_lookup_table()
+    bmesh.ops.delete(edit, geom=[edit.faces[2]], context="FACES_ONLY")
+    edit.to_mesh(torus.data)
+    edit.free()
+    assert is_like(look(), truth(part, torus)) and len(look().cage.face_sizes) == 5
 
 
 def test_of_a_half_it_is_the_whole(add, look, part):
@@ -94,7 +101,10 @@ def test_of_a_half_it_is_the_whole(add, look, part):
 
 def test_the_mesh_that_is_edited_is_read_without_leaving_edit_mode(torus, look, part, crease):
     crease(torus, edges={(0, 1): 0.7}, vertices={5: 1.0})
-    torus.data.vertices.add(1)  # loose
+    torus.data.vertices.add(1)  # loose, and an edge to it, which makes a spike
+    torus.data.edges.add(1)
+    torus.data.edges[-1].vertices = (9, 32)
+    torus.data.update()
     bpy.ops.object.mode_set(mode="EDIT")
     seen = look()
     edit = bmesh.from_edit_mesh(torus.data)
@@ -110,7 +120,7 @@ def test_the_mesh_that_is_edited_is_read_without_leaving_edit_mode(torus, look, 
     assert is_like(fine, truth(part, torus)) and len(fine.cage.positions) == 128
     creases = truth(part, torus).cage.creases
     assert fine.cage.creases.edges.tolist() == creases.edges.tolist() and fine.cage.creases.edge_sharpness == pytest.approx(creases.edge_sharpness)
-    assert fine.cage.creases.vertices.tolist() == creases.vertices.tolist()
+    assert fine.cage.creases.vertices.tolist() == creases.vertices.tolist() and {5, 9} <= set(creases.vertices.tolist())
 
 
 def test_shape_keys_are_mixed_as_blender_mixes_them(torus, look, part):
@@ -173,9 +183,16 @@ def test_colours_and_combs_are_those_of_the_settings(torus, inspect, settings):
     settings.kind, settings.quantity = "CURVATURE", "K"
     seen = inspect.settle()
     assert seen.subject.quantity == "K" and seen.tints is not None
+    settings.quantity = "H"
+    assert inspect.settle().span != seen.span
     settings.kind, settings.combs, settings.comb_edges, settings.comb_teeth = "ZEBRA", True, "ALL", 3
     seen = inspect.settle()
     assert seen.tints is None and seen.combs.feet.shape == (64, 4, 3)
+    settings.comb_teeth = 5
+    assert inspect.settle().combs.feet.shape == (64, 6, 3)
+    settings.comb_edges = "SELECTED"
+    assert len(inspect.settle().combs.feet) == sum(edge.select for edge in torus.data.edges)
+    assert hasattr(bpy.types, "CURVOPT_PT_inspect")
     settings.kind = "DISTANCE"
     inspect.settle()
     assert "The original of 'Torus' is not known" in inspect.message
