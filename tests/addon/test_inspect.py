@@ -162,6 +162,8 @@ def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
     loop = combs.Choice(np.array([[0, 1]]), loops=True, teeth=2, length=0.5)
     assert taken(torus, choice=loop).combs.feet.shape == (4, 3, 3)
     assert taken(torus, choice=combs.Choice(None, False, 1, 0.5)).combs.feet.shape == (64, 2, 3)
+    nothing = combs.Choice(np.empty((0, 2), np.int32), loops=True, teeth=3, length=0.5)
+    assert taken(torus, choice=nothing).combs.feet.shape == (0, 4, 3)
     points, pairs = found.lines()
     assert points.shape == (28, 3) and {name: len(part) for name, part in pairs.items()} == {"curves": 12, "teeth": 14, "crests": 12}
     ends = {name: points[part] for name, part in pairs.items()}
