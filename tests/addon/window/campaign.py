@@ -192,6 +192,8 @@ def play(number):
     for _ in range(3):  # a first one may end something else, such as moving
         press("ESC")
         yield from turns(3)
+    if state().live == "ENDED":  # by itself, as where the object was deleted: the button takes its handles away, no Esc does
+        bpy.ops.curvopt.live_cancel()
     bpy.context.window_manager.curvopt_inspect.is_on = False
     yield lambda: part("ui.operators")._run is None and not is_live()
     assert not state().running and not part("ui.display")._at_end
