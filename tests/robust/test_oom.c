@@ -173,7 +173,7 @@ static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
     double xyz[3 * 12];
     memcpy(xyz, c->xyz, 3 * (size_t)c->n_vertices * sizeof *xyz);
     if (status == CURVOPT_OK)
-        status = co_given_constraints_place(mesh, &held, xyz, error);
+        status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
     co_patches_free(&patches);
     co_interpolation_free(&map);
     co_constraints_free(&held);
