@@ -11,6 +11,8 @@
 
 /* Part of a value's largest weight that must be left of it when what it has in common with others is taken off. */
 static const double INDEPENDENT = 1e-3;
+/* Part of another value from which on one depends on it. */
+static const double LEAST_PART = 1e-6;
 
 /* One group's matrix: rows of limit points first, then of values. */
 typedef struct group {
@@ -19,7 +21,8 @@ typedef struct group {
     int32_t *vertex;     /* [n_columns] of a column */
     int32_t *pivot;      /* [n_rows] column; -1: not yet */
     double *scale;       /* [n_rows] largest weight */
-    double *matrix;      /* [n_rows][n_columns] */
+    size_t stride;       /* n_columns + n_rows */
+    double *matrix;      /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
 } group;
 
 typedef struct search {
@@ -120,14 +123,15 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
 
 static int32_t fill_group(search *s, group *g, curvopt_error *error) {
     const co_sparse_rows *rows = &s->values->rows;
-    const size_t n_columns = (size_t)g->n_columns;
+    g->stride = (size_t)g->n_columns + (size_t)g->n_rows;
     g->pivot = CO_NEW(int32_t, g->n_rows);
     g->scale = CO_NEW(double, g->n_rows);
-    g->matrix = CO_NEW(double, (size_t)g->n_rows *(n_columns + 1));
+    g->matrix = CO_NEW(double, (size_t)g->n_rows *g->stride);
     if (!g->pivot || !g->scale || !g->matrix)
         return co_status_no_memory(error);
     for (int32_t r = 0; r < g->n_rows; r++) {
-        double *row = g->matrix + (size_t)r * n_columns;
+        double *row = g->matrix + (size_t)r * g->stride;
+        row[g->n_columns + r] = 1;
         const int32_t i = g->value[r];
         g->pivot[r] = -1;
         if (i < 0)
@@ -143,7 +147,7 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
 
 /* Row r has its pivot in column c: takes it off all rows that have none yet. */
 static void eliminate(group *g, int32_t r, int32_t c) {
-    const size_t n = (size_t)g->n_columns;
+    const size_t n = g->stride;
     const double *from = g->matrix + (size_t)r * n;
     g->pivot[r] = c;
     for (int32_t k = 0; k < g->n_rows; k++) {
@@ -168,7 +172,7 @@ static int find_largest(const search *s, const group *g, int32_t *r, int32_t *c,
             *r = k;
         any = 1;
         for (int32_t j = 0; j < g->n_columns; j++) {
-            const double size = fabs(g->matrix[(size_t)k * (size_t)g->n_columns + (size_t)j]) / g->scale[k];
+            const double size = fabs(g->matrix[(size_t)k * g->stride + (size_t)j]) / g->scale[k];
             if (size > *part && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
                 *part = size;
                 *r = k;
@@ -179,17 +183,46 @@ static int find_largest(const search *s, const group *g, int32_t *r, int32_t *c,
     return any;
 }
 
+/* Of the entries that row r is a combination of, beside its own: how many they are, and the one with the largest part;
+ * -1: there is none. Those of an entry follow each other. */
+static int32_t find_others(const search *s, const group *g, int32_t r, int32_t *n) {
+    const double *part = g->matrix + (size_t)r * g->stride + g->n_columns;
+    const int32_t own = s->values->item[g->value[r]].number;
+    int32_t other = -1, last = own;
+    double most = LEAST_PART;
+    *n = 0;
+    for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
+        const int32_t number = s->values->item[g->value[k]].number;
+        if (number == own || fabs(part[k]) < LEAST_PART)
+            continue;
+        *n += number != last;
+        last = number;
+        if (fabs(part[k]) >= most) {
+            most = fabs(part[k]);
+            other = number;
+        }
+    }
+    return other;
+}
+
 static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error *error) {
+    int32_t n;
     const co_surface_value *f = &s->values->item[g->value[r]];
+    const int32_t other = find_others(s, g, r, &n);
     const char *what = f->is_tangent ? "tangents" : "point";
     if (g->n_columns == 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                               "entry %d: nothing that its %s depend%s on may move", f->number, what,
                               f->is_tangent ? "" : "s");
+    if (other < 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                              "entry %d: its %s cannot be chosen freely beside what constraints and the boundary hold "
+                              "near it: hold less, or subdivide the cage once",
+                              f->number, what);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                          "entry %d: its %s cannot be chosen beside what the others near it, or pins, hold (%d numbers "
-                          "by %d vertices that may move): leave one of them out, or refine the cage once",
-                          f->number, what, g->n_rows, g->n_columns);
+                          "entry %d: its %s cannot be chosen freely beside entry %d%s: too few vertices may move "
+                          "there, or both are the same; leave one of them out, or subdivide the cage once",
+                          f->number, what, other, n > 1 ? " and others" : "");
 }
 
 /* The pivot of row r becomes that of its value, and the constraint is entered there. */
@@ -211,7 +244,7 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     if (status == CURVOPT_OK && g.n_rows > CO_INTERPOLATION_MOST_TOUCHING)
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
                                 "entry %d and those that touch it hold %d points and tangents; on one level %d can be: "
-                                "leave some of them out, or refine the cage once",
+                                "leave some of them out, or subdivide the cage once",
                                 s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
