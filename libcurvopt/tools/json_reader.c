@@ -217,7 +217,7 @@ static int take_children(reader *r, int32_t parent) {
     skip_blank(r);
     if (++r->depth > JSON_DEEPEST)
         return fail(r, "lists and objects are too deep in each other");
-    for (int more = *r->at != end; more; ) {
+    for (int more = *r->at != end; more;) {
         if (take_child(r, parent, &last))
             return 1;
         skip_blank(r);
@@ -269,10 +269,10 @@ static char *read_all(FILE *file, char *message, size_t size) {
         text = grown;
         room *= 2;
     }
-    const char *wrong = !text                   ? "out of memory"
-                        : ferror(file)          ? strerror(errno)
-                        : memchr(text, 0, n)    ? "it has a byte 0 in it"
-                                                : NULL;
+    const char *wrong = !text                ? "out of memory"
+                        : ferror(file)       ? strerror(errno)
+                        : memchr(text, 0, n) ? "it has a byte 0 in it"
+                                             : NULL;
     if (!wrong) {
         text[n] = 0;
         return text;

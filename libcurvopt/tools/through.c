@@ -62,8 +62,9 @@ static int check_keys(const entry *e, const json_node *object, const char *const
         for (int k = 0; known[k]; k++)
             found |= !strcmp(node[i].key, known[k]);
         if (!strcmp(node[i].key, "weight"))
-            return fail(e, "\"weight\": points of the surface are held exactly or not at all; weights are of vertices, in a "
-                           "file of pins");
+            return fail(
+                e, "\"weight\": points of the surface are held exactly or not at all; weights are of vertices, in a "
+                   "file of pins");
         if (!found)
             return fail_key(e, node[i].key, "is not known here");
     }

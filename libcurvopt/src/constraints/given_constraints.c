@@ -258,7 +258,7 @@ int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *
     co_interpolation map = {0};
     co_constraints all = {0};
     int32_t status = constraints->values.n ? co_constraints_all(m, constraints, boundary, &all, error)
-                                                : co_constraints_copy(m, constraints, &all, error);
+                                           : co_constraints_copy(m, constraints, &all, error);
     if (status == CURVOPT_OK)
         status = co_pivots_choose(m, &all, error);
     if (status == CURVOPT_OK)

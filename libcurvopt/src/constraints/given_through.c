@@ -69,15 +69,17 @@ static int32_t read_vertex(const curvopt_mesh *m, const curvopt_through *t, entr
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d is at vertex %d; there are %d vertices", i, v,
                               m->info.n_vertices);
     if (!co_vertex_mask_exists(m, v))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d is at the limit point of vertex %d, where a crease fades or ends, or there is no "
-                              "surface",
-                              i, v);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d is at the limit point of vertex %d, where a crease fades or ends, or there is no "
+            "surface",
+            i, v);
     if ((e->has_normal || e->has_tangent) && !co_vertex_mask_has_tangents(m, v))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d holds a normal or tangent at vertex %d, which is on a boundary or a crease: these "
-                              "can be held only where the surface is smooth all round",
-                              i, v);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d holds a normal or tangent at vertex %d, which is on a boundary or a crease: these "
+            "can be held only where the surface is smooth all round",
+            i, v);
     e->corner = half_edge(m, v, to);
     if (e->has_tangent && (to < 0 || e->corner < 0))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
@@ -98,13 +100,14 @@ static int32_t read_place_on_face(const curvopt_mesh *m, const curvopt_through *
     const double u = t->uv ? t->uv[2 * (size_t)i] : (double)NAN, v = t->uv ? t->uv[2 * (size_t)i + 1] : (double)NAN;
     const int u_ends = u == 0 || u == 1, v_ends = v == 0 || v == 1;
     if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has u = %g, v = %g; they must be 0 to 1", i, u,
-                              v);
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has u = %g, v = %g; they must be 0 to 1", i,
+                              u, v);
     if (is_quad ? u_ends && v_ends : u == v && u_ends)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d, u = %g, v = %g of face %d, is at a vertex, or in the middle of a face that is no "
-                              "quad: give the vertex itself, or subdivide the cage once",
-                              i, u, v, f);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d, u = %g, v = %g of face %d, is at a vertex, or in the middle of a face that is no "
+            "quad: give the vertex itself, or subdivide the cage once",
+            i, u, v, f);
     const int32_t along = e->has_tangent && t->toward ? t->toward[i] : 0;
     if (along < 0 || along > 1)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
@@ -211,14 +214,15 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
 
 /* What options stand against. */
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
-    const char *what = o->strength < 1                                    ? "a strength below 1"
-                       : o->within > 0                                    ? "a distance that the surface stays within"
+    const char *what = o->strength < 1 ? "a strength below 1"
+                       : o->within > 0 ? "a distance that the surface stays within"
                        : o->symmetry != CURVOPT_SYMMETRY_AUTO && o->symmetry != CURVOPT_SYMMETRY_NONE
                            ? "symmetries that are kept"
                            : NULL;
     if (!what)
         return CURVOPT_OK;
-    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what the surface goes through cannot be had with %s", what);
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what the surface goes through cannot be had with %s",
+                          what);
 }
 
 /* The caller's struct, which may be an older one. */
@@ -299,10 +303,11 @@ static int32_t turn_to(const co_surface_value *f, const double now[3], const dou
     const double cosine = dot(now, goal), sign = cosine < 0 ? -1 : 1;
     const double to[3] = {sign * goal[0], sign * goal[1], sign * goal[2]};
     if (!(fabs(cosine) > LEAST_COSINE))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                              "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
-                              "there",
-                              f->number);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, f->number,
+            "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
+            "there",
+            f->number);
     turn(now, to, tangent);
     return CURVOPT_OK;
 }
@@ -311,8 +316,7 @@ static int32_t turn_to(const co_surface_value *f, const double now[3], const dou
 static int32_t place_tangents(const co_surface_values *fs, int32_t i, int is_pair, double *xyz, curvopt_error *error) {
     const co_surface_value *f = &fs->item[i];
     double now[3];
-    double *const tangent[2] = {xyz + 3 * (size_t)f->pivot,
-                                is_pair ? xyz + 3 * (size_t)fs->item[i + 1].pivot : NULL};
+    double *const tangent[2] = {xyz + 3 * (size_t)f->pivot, is_pair ? xyz + 3 * (size_t)fs->item[i + 1].pivot : NULL};
     int32_t status = CURVOPT_OK;
     if (is_pair) {
         cross(tangent[0], tangent[1], now);

@@ -17,12 +17,12 @@ static const double LEAST_PART = 1e-6;
 /* One group's matrix: rows of limit points first, then of values. */
 typedef struct group {
     int32_t n_rows, n_fixed, n_columns;
-    int32_t *value;    /* [n_rows] of a row; of a limit point -1 */
-    int32_t *vertex;     /* [n_columns] of a column */
-    int32_t *pivot;      /* [n_rows] column; -1: not yet */
-    double *scale;       /* [n_rows] largest weight */
-    size_t stride;       /* n_columns + n_rows */
-    double *matrix;      /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
+    int32_t *value;  /* [n_rows] of a row; of a limit point -1 */
+    int32_t *vertex; /* [n_columns] of a column */
+    int32_t *pivot;  /* [n_rows] column; -1: not yet */
+    double *scale;   /* [n_rows] largest weight */
+    size_t stride;   /* n_columns + n_rows */
+    double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
 } group;
 
 typedef struct search {
@@ -44,8 +44,7 @@ static void group_free(group *g) {
 
 /* Whether nothing else is at vertex v. */
 static int is_free(const co_constraints *c, int32_t v) {
-    return c->freedom[v] == CO_FREEDOM_ALL && !c->of_limit[v] &&
-           !(c->springs.stiffness && c->springs.stiffness[v] > 0);
+    return c->freedom[v] == CO_FREEDOM_ALL && !c->of_limit[v] && !(c->springs.stiffness && c->springs.stiffness[v] > 0);
 }
 
 static int32_t root_of(int32_t *root, int32_t i) {
@@ -126,7 +125,7 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
     g->stride = (size_t)g->n_columns + (size_t)g->n_rows;
     g->pivot = CO_NEW(int32_t, g->n_rows);
     g->scale = CO_NEW(double, g->n_rows);
-    g->matrix = CO_NEW(double, (size_t)g->n_rows *g->stride);
+    g->matrix = CO_NEW(double, (size_t)g->n_rows * g->stride);
     if (!g->pivot || !g->scale || !g->matrix)
         return co_status_no_memory(error);
     for (int32_t r = 0; r < g->n_rows; r++) {

@@ -25,7 +25,8 @@ static void spread(const co_interpolation *map, const co_constraints *c, const d
             memset(field + 3 * (size_t)v, 0, 3 * sizeof *field);
 }
 
-/* Solves M M^T x = r [3 n_rows], which is spent, by conjugate gradients; x is 0 at first. work [6 n_rows + 3 n_vertices]
+/* Solves M M^T x = r [3 n_rows], which is spent, by conjugate gradients; x is 0 at first. work [6 n_rows + 3
+ * n_vertices]
  */
 static void solve(const co_interpolation *map, const co_constraints *c, double *r, double *x, double *work) {
     const size_t n = 3 * (size_t)map->limit.n_rows;

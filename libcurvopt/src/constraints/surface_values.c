@@ -108,7 +108,8 @@ static void add_in_face(int32_t place, int32_t vertex, const double weight[3], v
     add(list, at, vertex, f->is_tangent ? f->along[0] * weight[1] + f->along[1] * weight[2] : weight[0]);
 }
 
-static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs, entry_list *list, curvopt_error *error) {
+static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs, entry_list *list,
+                             curvopt_error *error) {
     int32_t *in_face = CO_NEW(int32_t, fs->n), n = 0;
     co_face_place *place = CO_NEW(co_face_place, fs->n);
     int32_t status = in_face && place ? CURVOPT_OK : co_status_no_memory(error);

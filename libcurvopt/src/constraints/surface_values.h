@@ -17,13 +17,13 @@
 #include "mesh/mesh.h"
 
 typedef struct co_surface_value {
-    int32_t number;      /* of the user's entry that it is from */
-    int32_t vertex;      /* at its limit point; -1: inside a face */
-    int32_t corner;      /* half-edge: it leaves the vertex; or the corner of a face that uv start from, a quad's first */
-    double uv[2];        /* inside a face, as in curvopt_sampler_jets */
-    int is_tangent;      /* else the point */
-    double along[2];     /* of a tangent: its coefficients over the two of co_vertex_mask_visit_tangents(), or S_u, S_v */
-    int32_t freedom;     /* as in co_constraints */
+    int32_t number;  /* of the user's entry that it is from */
+    int32_t vertex;  /* at its limit point; -1: inside a face */
+    int32_t corner;  /* half-edge: it leaves the vertex; or the corner of a face that uv start from, a quad's first */
+    double uv[2];    /* inside a face, as in curvopt_sampler_jets */
+    int is_tangent;  /* else the point */
+    double along[2]; /* of a tangent: its coefficients over the two of co_vertex_mask_visit_tangents(), or S_u, S_v */
+    int32_t freedom; /* as in co_constraints */
     double direction[3]; /* unit: along the line, or normal to the plane */
     double anchor[3];    /* where it is held, or a point of the line or plane, in the user's units; of tangents 0 */
     int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet */
@@ -32,7 +32,7 @@ typedef struct co_surface_value {
 typedef struct co_surface_values {
     int32_t n;
     co_surface_value *item; /* [n] entry by entry */
-    co_sparse_rows rows; /* the values over the cage's vertices; empty until made */
+    co_sparse_rows rows;    /* the values over the cage's vertices; empty until made */
 } co_surface_values;
 
 /* A copy without rows. ERROR_MEMORY. */

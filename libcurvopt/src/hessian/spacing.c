@@ -70,8 +70,8 @@ static void add_pair(co_sparse_hessian *hessian, int32_t v, int32_t w, double we
     co_sparse_hessian_add_block(hessian, v, w, block);
 }
 
-/* Blocks of an edge from w to v, whose ends may be combinations: end[0] of v with its weights, end[1] of w with -1 times
- * its. */
+/* Blocks of an edge from w to v, whose ends may be combinations: end[0] of v with its weights, end[1] of w with -1
+ * times its. */
 static void add_edge(co_sparse_hessian *hessian, const co_point_row end[2], const double own[9]) {
     const size_t n = end[0].n + end[1].n;
     for (size_t i = 0; i < n; i++) {

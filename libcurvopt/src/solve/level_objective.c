@@ -138,8 +138,7 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {
-        .mesh = o->mesh, .dofs = &o->reduction, .interpolation = &o->interpolation, .weight = 1};
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = &o->interpolation, .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
     double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
@@ -345,9 +344,10 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
                               .spacing_gradient = CO_NEW(double, n),
                               .normalized = CO_NEW(double, n),
                               .step = CO_NEW(double, n)};
-    int32_t status = o->stays && o->positions && o->cage && o->point_gradient && o->spacing_gradient && o->normalized && o->step
-                         ? CURVOPT_OK
-                         : co_status_no_memory(error);
+    int32_t status =
+        o->stays && o->positions && o->cage && o->point_gradient && o->spacing_gradient && o->normalized && o->step
+            ? CURVOPT_OK
+            : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)

@@ -34,9 +34,8 @@ static int32_t work_create(const curvopt_mesh *m, const co_face_place *place, in
     co_basis_table_cache_create(CURVOPT_SURFACE_LIMIT, &w->tables);
     for (int32_t i = 0; weight && i < n; i++)
         weight[place[i].face] = 1;
-    int32_t status =
-        weight ? co_patches_create(m, NULL, weight, CURVOPT_SURFACE_LIMIT, 1, NULL, &w->patches, error)
-               : co_status_no_memory(error);
+    int32_t status = weight ? co_patches_create(m, NULL, weight, CURVOPT_SURFACE_LIMIT, 1, NULL, &w->patches, error)
+                            : co_status_no_memory(error);
     free(weight);
     if (status != CURVOPT_OK)
         return status;
@@ -46,8 +45,8 @@ static int32_t work_create(const curvopt_mesh *m, const co_face_place *place, in
         most = size > most ? size : most;
     }
     w->jets = CO_NEW(double, (size_t)most *CO_JET);
-    w->points = CO_NEW(double, N_ROWS * (size_t)w->patches.n_points);
-    w->cage = CO_NEW(double, N_ROWS * (size_t)w->patches.n_cage);
+    w->points = CO_NEW(double, N_ROWS *(size_t)w->patches.n_points);
+    w->cage = CO_NEW(double, N_ROWS *(size_t)w->patches.n_cage);
     return w->jets && w->points && w->cage ? CURVOPT_OK : co_status_no_memory(error);
 }
 
