@@ -21,6 +21,8 @@ typedef struct group {
     int32_t *vertex; /* [n_columns] of a column */
     int32_t *pivot;  /* [n_rows] column; -1: not yet */
     double *scale;   /* [n_rows] largest weight */
+    double *largest; /* [n_rows] largest entry that can be a pivot, in parts of that */
+    int32_t *column; /* [n_rows] where it is */
     size_t stride;   /* n_columns + n_rows */
     double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
 } group;
@@ -39,6 +41,8 @@ static void group_free(group *g) {
     free(g->vertex);
     free(g->pivot);
     free(g->scale);
+    free(g->largest);
+    free(g->column);
     free(g->matrix);
 }
 
@@ -120,18 +124,33 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
     return CURVOPT_OK;
 }
 
+/* Finds the largest entry of row r. */
+static void look_at_row(const search *s, group *g, int32_t r) {
+    const double *row = g->matrix + (size_t)r * g->stride;
+    g->largest[r] = -1;
+    for (int32_t j = 0; r >= g->n_fixed && j < g->n_columns; j++) {
+        const double size = fabs(row[j]) / g->scale[r];
+        if (size > g->largest[r] && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
+            g->largest[r] = size;
+            g->column[r] = j;
+        }
+    }
+}
+
 static int32_t fill_group(search *s, group *g, curvopt_error *error) {
     const co_sparse_rows *rows = &s->values->rows;
     g->stride = (size_t)g->n_columns + (size_t)g->n_rows;
     g->pivot = CO_NEW(int32_t, g->n_rows);
+    g->column = CO_NEW(int32_t, g->n_rows);
     g->scale = CO_NEW(double, g->n_rows);
+    g->largest = CO_NEW(double, g->n_rows);
     g->matrix = CO_NEW(double, (size_t)g->n_rows * g->stride);
-    if (!g->pivot || !g->scale || !g->matrix)
+    if (!g->pivot || !g->column || !g->scale || !g->largest || !g->matrix)
         return co_status_no_memory(error);
     for (int32_t r = 0; r < g->n_rows; r++) {
         double *row = g->matrix + (size_t)r * g->stride;
-        row[g->n_columns + r] = 1;
         const int32_t i = g->value[r];
+        row[g->n_columns + r] = 1;
         g->pivot[r] = -1;
         if (i < 0)
             co_vertex_mask_visit(s->mesh, -1 - i, visit_mask, &(mask){s, row});
@@ -140,12 +159,13 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
             if (s->column[rows->column[e]] >= 0)
                 row[s->column[rows->column[e]]] = rows->value[e];
         }
+        look_at_row(s, g, r);
     }
     return CURVOPT_OK;
 }
 
 /* Row r has its pivot in column c: takes it off all rows that have none yet. */
-static void eliminate(group *g, int32_t r, int32_t c) {
+static void eliminate(const search *s, group *g, int32_t r, int32_t c) {
     const size_t n = g->stride;
     const double *from = g->matrix + (size_t)r * n;
     g->pivot[r] = c;
@@ -157,29 +177,17 @@ static void eliminate(group *g, int32_t r, int32_t c) {
         for (size_t j = 0; j < n; j++)
             row[j] -= factor * from[j];
         row[c] = 0;
+        look_at_row(s, g, k);
     }
 }
 
-/* The largest entry of rows without pivot; 0: there is no such row any more. */
-static int find_largest(const search *s, const group *g, int32_t *r, int32_t *c, double *part) {
-    int any = 0;
-    *part = -1;
-    for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
-        if (g->pivot[k] >= 0)
-            continue;
-        if (!any)
-            *r = k;
-        any = 1;
-        for (int32_t j = 0; j < g->n_columns; j++) {
-            const double size = fabs(g->matrix[(size_t)k * g->stride + (size_t)j]) / g->scale[k];
-            if (size > *part && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
-                *part = size;
-                *r = k;
-                *c = j;
-            }
-        }
-    }
-    return any;
+/* The row without pivot that has the largest entry; -1: all have pivots. */
+static int32_t find_largest(const group *g) {
+    int32_t r = -1;
+    for (int32_t k = g->n_fixed; k < g->n_rows; k++)
+        if (g->pivot[k] < 0 && (r < 0 || g->largest[k] > g->largest[r]))
+            r = k;
+    return r;
 }
 
 /* Of the entries that row r is a combination of, beside its own: how many they are, and the one with the largest part;
@@ -238,8 +246,7 @@ static void enter(search *s, const group *g, int32_t r) {
 
 static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     group g;
-    int32_t r = 0, c = 0, status = list_group(s, root, &g, error);
-    double part;
+    int32_t status = list_group(s, root, &g, error);
     if (status == CURVOPT_OK && g.n_rows > CO_INTERPOLATION_MOST_TOUCHING)
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
                                 "entry %d and those that touch it hold %d points and tangents; on one level %d can be: "
@@ -248,12 +255,13 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
-        eliminate(&g, k, s->column[-1 - g.value[k]]);
-    while (status == CURVOPT_OK && find_largest(s, &g, &r, &c, &part)) {
-        if (part > INDEPENDENT)
-            eliminate(&g, r, c);
-        else
+        eliminate(s, &g, k, s->column[-1 - g.value[k]]);
+    for (int32_t r = status == CURVOPT_OK ? find_largest(&g) : -1; r >= 0; r = find_largest(&g)) {
+        if (!(g.largest[r] > INDEPENDENT)) {
             status = refuse(s, &g, r, error);
+            break;
+        }
+        eliminate(s, &g, r, g.column[r]);
     }
     for (int32_t k = 0; k < g.n_columns; k++)
         s->column[g.vertex[k]] = -1;
