@@ -407,7 +407,8 @@ static int load_held(arguments *a, pin_list *pins, through_list *through) {
         return could_not(a->through, message);
     a->constraints = pins_as_constraints(pins);
     a->options.constraints = a->pins ? &a->constraints : NULL;
-    a->options.through = a->through ? &through->given : NULL;
+    a->points = through->given;
+    a->options.through = a->through ? &a->points : NULL;
     return ARGUMENTS_DONE;
 }
 

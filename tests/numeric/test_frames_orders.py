@@ -42,16 +42,16 @@ def sphere() -> Exact:
         return unit, unit, np.ones(len(x))
 
     cage = lib.refine(lib.refine(shaken_cube()))
-    near = [{w for face in cage.face_list() if v in face for w in face} for v in range(cage.n_vertices)]
+    edges = {frozenset(edge) for face in cage.face_list() for edge in zip(face, face[1:] + face[:1])}
     order: list[int] = []
-    for v in np.random.default_rng(0).permutation(np.arange(8, cage.n_vertices)):
-        if len(order) < 24 and not near[v] & {*range(8), *order}:  # beside no pole, and no two have a face in common
+    for v in np.random.default_rng(0).permutation(np.arange(8, cage.n_vertices)):  # none is a pole, no two are neighbours
+        if len(order) < 24 and not any(frozenset((v, w)) in edges for w in order):
             order.append(int(v))
     return Exact(nearest, cage, np.array(order), True)
 
 
 def cyclide(a: float, c: float, d: float) -> Exact:
-    """The ring cyclide of tests/oracle/cyclides.py; a torus if c = 0. From a cage of 12 x 8 vertices, moved by a fiftieth."""
+    """The ring cyclide of tests/oracle/cyclides.py; a torus if c = 0. From a cage of 16 x 8 vertices, moved by a fiftieth."""
     b = np.sqrt(a * a - c * c)
 
     def at(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -79,11 +79,11 @@ def cyclide(a: float, c: float, d: float) -> Exact:
             u, v = u + (g * p - f * q) / (e * g - f * f), v + (e * q - f * p) / (e * g - f * f)
         return at(u, v), normal(u, v), (1 / (d - c * np.cos(u)) - np.cos(v) / (a - d * np.cos(v))) / 2
 
-    u, v = np.meshgrid(2 * np.pi * np.arange(12) / 12, 2 * np.pi * np.arange(8) / 8, indexing="ij")
+    u, v = np.meshgrid(2 * np.pi * np.arange(16) / 16, 2 * np.pi * np.arange(8) / 8, indexing="ij")
     xyz = at(u, v).reshape(-1, 3)
     xyz += 0.02 * d * np.random.default_rng(1).uniform(-1, 1, xyz.shape)
-    i, j = (k.ravel() for k in np.meshgrid(range(0, 12, 2), range(0, 8, 2), indexing="ij"))  # no two are neighbours
-    return Exact(nearest, mesh_from_faces(xyz, torus_faces(12, 8)), np.random.default_rng(3).permutation(8 * i + j))
+    i, j = 2 * np.repeat(np.arange(8), 3), (np.tile([0, 3, 6], 8) + np.repeat(np.arange(8), 3)) % 8  # 3 of 8 in every other ring
+    return Exact(nearest, mesh_from_faces(xyz, torus_faces(16, 8)), np.random.default_rng(3).permutation(8 * i + j))
 
 
 SHAPES: dict[str, Callable[[], Exact]] = {
