@@ -16,8 +16,13 @@ static int is_fixed(const co_level_objective *o) {
     return o->held.freedom != NULL;
 }
 
+/* Where only vertices' own limit points stand in their places these are as good places as they are. */
+static const co_interpolation *map_to_cage(const co_level_objective *o) {
+    return o->held.values.n ? &o->interpolation : NULL;
+}
+
 const double *co_level_objective_cage(co_level_objective *o) {
-    if (!o->interpolation.limit.n_rows)
+    if (!map_to_cage(o))
         return o->positions;
     memcpy(o->cage, o->positions, 3 * sizeof *o->cage * (size_t)o->mesh->info.n_vertices);
     co_interpolation_to_cage(&o->interpolation, o->cage);
@@ -32,7 +37,8 @@ static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) 
     at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, co_level_objective_cage(o), gradient);
     if (!gradient)
         return;
-    co_interpolation_gradient(&o->interpolation, gradient);
+    if (map_to_cage(o))
+        co_interpolation_gradient(&o->interpolation, gradient);
     co_dof_map_gradient(&o->reduction, gradient, o->step);
     co_vector_add(n, 1, o->step, at->gradient);
 }
@@ -138,7 +144,7 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = &o->interpolation, .weight = 1};
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
     double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
@@ -245,10 +251,10 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
     double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
-    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     co_interpolation_from_cage(&o->interpolation, o->positions);
     memcpy(o->stays, o->start, 3 * n * sizeof *o->stays);
     co_interpolation_from_cage(&o->interpolation, o->stays);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, co_level_objective_cage(o));
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
     if (status != CURVOPT_OK)
         return status;

@@ -107,7 +107,8 @@ double co_level_objective_distance(co_level_objective *objective, const double *
 void co_level_objective_normalize(co_level_objective *objective, co_iterate *now);
 /* objective->positions become those of z. */
 void co_level_objective_place(co_level_objective *objective, const double *z);
-/* The cage of objective->positions [3 n_vertices], until they change. */
+/* Places of the vertices [3 n_vertices] for objective->positions, until these change: the positions, or where values of
+ * the surface stand in for vertices the cage. */
 const double *co_level_objective_cage(co_level_objective *objective);
 /* Positions xyz [3 n_vertices] as the user sees them: in the frame of the input where something is held; else the
  * surface has the run's size, `size` being its measure at z, and the cage lies as the level's first one did. */
