@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "constraints/given_constraints.h"
+#include "constraints/given_through.h"
 #include "energy/adaptive_quadrature.h"
 #include "mesh/similarity.h"
 #include "mesh/submesh.h"
@@ -62,6 +63,7 @@ solve_setting *solve_setting_of(cage c, const curvopt_options *options) {
     s->run.radius = co_similarity_frame((size_t)c.n_vertices, c.xyz, s->run.centroid);
     s->run.size = (co_run_size){CURVOPT_SCALAR_AREA, solve_area(s, c.xyz)};
     CHECK_OK(co_given_constraints_create(s->mesh, c.xyz, options->constraints, &s->constraints, &error), &error);
+    CHECK_OK(co_given_through_create(s->mesh, c.xyz, options, &s->constraints, &error), &error);
     if (options->symmetry == CURVOPT_SYMMETRY_NONE)
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     else

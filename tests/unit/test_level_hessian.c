@@ -70,6 +70,8 @@ static void check_solution_of_motion(cage c, curvopt_options options, co_motion 
     curvopt_error error;
     double *x = m.v, *out = m.v + m.n;
     int positive = 0;
+    if (options.spacing == CURVOPT_SPACING_EVEN)
+        co_level_objective_weigh_spacing(&m.l->objective, 0.5 * m.l->now.value, &m.l->now);
     co_damping damping = {.shift = co_level_hessian_least_shift(m.h, m.l->now.value)};
     CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, &error), &error);
     for (; !positive; damping.shift *= positive ? 1 : 2)
@@ -93,6 +95,28 @@ static void test_solutions_along_normals(void **state) {
     check_solution_of_motion(cage_shaken(cage_torus(8, 4, 1, 0.4), 0.2), w, CO_MOTION_NORMALS);
     check_solution_of_motion(cage_shaken(cage_torus(7, 5, 1, 0.5), 0.2), mvs, CO_MOTION_NORMALS);
     check_solution_of_motion(cage_shaken(cage_trapezohedron(5), 0.2), w, CO_MOTION_NORMALS);
+}
+
+/* With a frame at a vertex and a point inside a face in place of vertices; half of the value is an even spacing. */
+static void test_solutions_where_the_surface_is_held(void **state) {
+    (void)state;
+    static const int32_t vertex[2] = {15, -1}, face[2] = {0, 26}, freedom[2] = {0, 2};
+    static const double uv[4] = {0, 0, 0.25, 0.5}, normal[6] = {0.2, 0.1, 1, 0, 1, 0.3},
+                        direction[6] = {0, 0, 0, 1, 2, 0};
+    const curvopt_through through = {.struct_size = sizeof through,
+                                     .n = 2,
+                                     .vertices = vertex,
+                                     .faces = face,
+                                     .uv = uv,
+                                     .freedom = freedom,
+                                     .directions = direction,
+                                     .normals = normal};
+    curvopt_options w = willmore(), mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
+    w.through = mvs.through = &through;
+    check_solution(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), mvs);
+    w.spacing = mvs.spacing = CURVOPT_SPACING_EVEN;
+    check_solution(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
+    check_solution(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), mvs);
 }
 
 static void test_solutions_are_confirmed_by_differences(void **state) {
@@ -344,6 +368,7 @@ static void test_decrement_where_the_energy_is_nothing(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solutions_are_confirmed_by_differences),
+        cmocka_unit_test(test_solutions_where_the_surface_is_held),
         cmocka_unit_test(test_solutions_along_normals),
         cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
         cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),

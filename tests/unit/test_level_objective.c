@@ -78,6 +78,10 @@ static void check_gradient(cage c, curvopt_options options) {
     const double h = 1e-4;
     function f;
     function_of(c, &options, &f);
+    if (options.spacing == CURVOPT_SPACING_EVEN) {
+        co_iterate now = evaluated(&f, f.z, f.g);
+        co_level_objective_weigh_spacing(&f.o, 0.5 * now.value, &now);
+    }
     for (int point = 0; point < 3; point++) {
         evaluated(&f, f.z, f.g);
         double largest = 0, worst = 0;
@@ -132,6 +136,33 @@ static void test_gradient_where_vertices_are_held(void **state) {
     w.constraints = NULL;
     w.weights[CURVOPT_TERM_AREA] = 1;
     check_gradient(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), w);
+}
+
+/* A frame at a vertex and a point inside a face that moves on a line with a normal, beside pins; half of the value is
+ * an even spacing, of the cage. */
+static const int32_t through_vertex[2] = {15, -1}, through_face[2] = {0, 26}, through_freedom[2] = {0, 1};
+static const double through_uv[4] = {0, 0, 0.25, 0.5}, through_normal[6] = {0.2, 0.1, 1, 0, 1, 0.3},
+                    through_direction[6] = {0, 0, 0, 1, 2, 0};
+static const curvopt_through through = {.struct_size = sizeof through,
+                                        .n = 2,
+                                        .vertices = through_vertex,
+                                        .faces = through_face,
+                                        .uv = through_uv,
+                                        .freedom = through_freedom,
+                                        .directions = through_direction,
+                                        .normals = through_normal};
+
+static void test_gradient_where_the_surface_is_held(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
+                    mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
+    w.through = mvs.through = &through;
+    w.constraints = &pins;
+    check_gradient(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
+    check_gradient(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), mvs);
+    w.spacing = mvs.spacing = CURVOPT_SPACING_EVEN;
+    check_gradient(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), w);
+    check_gradient(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), mvs);
 }
 
 /* -------------------------------------------------------------------------------------------- invariance -- */
@@ -372,6 +403,7 @@ int main(void) {
         cmocka_unit_test(test_gradient_where_nothing_is_held),
         cmocka_unit_test(test_gradient_with_symmetry),
         cmocka_unit_test(test_gradient_where_vertices_are_held),
+        cmocka_unit_test(test_gradient_where_the_surface_is_held),
         cmocka_unit_test(test_scaling_and_translation_change_nothing),
         cmocka_unit_test(test_normalizing_keeps_the_function),
         cmocka_unit_test(test_lengths_are_in_mean_edges),

@@ -9,18 +9,20 @@
 #ifndef CO_HESSIAN_SPACING_H
 #define CO_HESSIAN_SPACING_H
 
+#include "constraints/interpolation.h"
 #include "hessian/sparse_hessian.h"
 
 /* weight times the sum of |edge|^4 over all edges that can move. */
 typedef struct co_spacing {
     const curvopt_mesh *mesh;
     const co_dof_map *dofs;
-    double weight; /* 0: there is none */
+    const co_interpolation *interpolation; /* of the positions that dofs give; NULL: these are the cage's vertices */
+    double weight;                         /* 0: there is none */
 } co_spacing;
 
-/* The value at positions x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
+/* The value of cage x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
 double co_spacing_value(const co_spacing *spacing, const double *x, double *gradient);
-/* hessian += the second derivatives at x, which are positive semidefinite. */
+/* hessian += the second derivatives at cage x, with respect to positions; they are positive semidefinite. */
 void co_spacing_add_hessian(const co_spacing *spacing, const double *x, co_sparse_hessian *hessian);
 
 #endif

@@ -2,6 +2,7 @@
 #include "solve/level_objective.h"
 
 #include "base/memory.h"
+#include "constraints/pivots.h"
 #include "constraints/sliding.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
@@ -15,14 +16,29 @@ static int is_fixed(const co_level_objective *o) {
     return o->held.freedom != NULL;
 }
 
+/* Where only vertices' own limit points stand in their places these are as good places as they are. */
+static const co_interpolation *map_to_cage(const co_level_objective *o) {
+    return o->held.values.n ? &o->interpolation : NULL;
+}
+
+const double *co_level_objective_cage(co_level_objective *o) {
+    if (!map_to_cage(o))
+        return o->positions;
+    memcpy(o->cage, o->positions, 3 * sizeof *o->cage * (size_t)o->mesh->info.n_vertices);
+    co_interpolation_to_cage(&o->interpolation, o->cage);
+    return o->cage;
+}
+
 /* at->found and at->gradient, of normalized variables z. */
 static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) {
     size_t n = co_level_objective_n(o);
     double *gradient = at->gradient ? o->spacing_gradient : NULL;
     co_dof_map_expand(&o->reduction, z, o->positions);
-    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, o->positions, gradient);
+    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, co_level_objective_cage(o), gradient);
     if (!gradient)
         return;
+    if (map_to_cage(o))
+        co_interpolation_gradient(&o->interpolation, gradient);
     co_dof_map_gradient(&o->reduction, gradient, o->step);
     co_vector_add(n, 1, o->step, at->gradient);
 }
@@ -128,10 +144,10 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    double sum = co_spacing_value(&unit, o->positions, NULL);
+    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
     o->spacing = unit;
     o->spacing.weight = sum > 0 ? worth / sum : 0;
     o->spaced_energy = energy;
@@ -168,7 +184,7 @@ void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
             now->gradient[k] *= radius;
     }
     co_level_objective_place(o, now->x);
-    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, co_level_objective_cage(o));
 }
 
 void co_level_objective_to_user(const co_level_objective *o, const double *z, double size, double *xyz) {
@@ -176,9 +192,10 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     size_t n = (size_t)o->mesh->info.n_vertices;
     co_dof_map_expand(&o->reduction, z, xyz);
     if (o->is_framed) {
-        for (size_t i = 0; i < 3 * n; i++)
-            xyz[i] =
-                o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : run->centroid[i % 3] + run->radius * xyz[i];
+        for (size_t i = 0; i < 3 * n; i++) {
+            const double origin = o->held.of_limit[i / 3] == CO_OF_TANGENT ? 0 : run->centroid[i % 3];
+            xyz[i] = o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : origin + run->radius * xyz[i];
+        }
         co_interpolation_to_cage(&o->interpolation, xyz);
         return;
     }
@@ -197,7 +214,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_interpolation_from_cage(&o->interpolation, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
-    return values.objective + values.reference + co_spacing_value(&o->spacing, o->positions, NULL) +
+    return values.objective + values.reference + co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) +
            co_penalty_value(&o->penalty, o->step, NULL);
 }
 
@@ -237,7 +254,7 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
     co_interpolation_from_cage(&o->interpolation, o->positions);
     memcpy(o->stays, o->start, 3 * n * sizeof *o->stays);
     co_interpolation_from_cage(&o->interpolation, o->stays);
-    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, co_level_objective_cage(o));
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
     if (status != CURVOPT_OK)
         return status;
@@ -287,12 +304,18 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     o->gauge = co_gauge_of(o->run->options->weights, &all,
                            o->run->held != NULL || o->run->options->spontaneous_curvature != 0);
     o->is_framed = all.freedom != NULL;
+    if (status == CURVOPT_OK)
+        status = co_pivots_choose(o->mesh, &all, error);
     if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
     if (motion != CO_MOTION_NORMALS || status != CURVOPT_OK) {
         o->held = all;
     } else {
         status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
+        if (status == CURVOPT_OK) {
+            o->held.values = all.values;
+            all.values = (co_surface_values){0};
+        }
         co_constraints_free(&all);
     }
     if (status == CURVOPT_OK)
@@ -322,13 +345,15 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
                               .likeness = start,
                               .stays = CO_NEW(double, n),
                               .positions = CO_NEW(double, n),
+                              .cage = CO_NEW(double, n),
                               .point_gradient = CO_NEW(double, n),
                               .spacing_gradient = CO_NEW(double, n),
                               .normalized = CO_NEW(double, n),
                               .step = CO_NEW(double, n)};
-    int32_t status = o->stays && o->positions && o->point_gradient && o->spacing_gradient && o->normalized && o->step
-                         ? CURVOPT_OK
-                         : co_status_no_memory(error);
+    int32_t status =
+        o->stays && o->positions && o->cage && o->point_gradient && o->spacing_gradient && o->normalized && o->step
+            ? CURVOPT_OK
+            : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)
@@ -392,6 +417,7 @@ void co_level_objective_free(co_level_objective *o) {
     free(o->sliding);
     free(o->stays);
     free(o->positions);
+    free(o->cage);
     free(o->point_gradient);
     free(o->spacing_gradient);
     free(o->normalized);
