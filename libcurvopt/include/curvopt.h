@@ -564,6 +564,10 @@ typedef struct curvopt_options {
      * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up
      * to 1e100 and down to -1e100, default 0. */
     double spontaneous_curvature;
+    /* 1: the surface comes to cross itself nowhere. 0 or 1, default 0. */
+    int32_t no_crossings;
+    /* 0 */
+    int32_t reserved;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */

@@ -81,7 +81,7 @@ class Options(C.Structure):
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
         ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS),
-        ("within", F64), ("spontaneous_curvature", F64)]
+        ("within", F64), ("spontaneous_curvature", F64), ("no_crossings", I32), ("reserved", I32)]
 
 
 class Energies(C.Structure):

@@ -157,6 +157,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
         status = check_scalars(o, error);
     if (status == CURVOPT_OK)
         status = check_spontaneous(o, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("no_crossings", o->no_crossings, 0, 1, error);
     return status;
 }
 

@@ -2,7 +2,6 @@
 #include "measure/crossings.h"
 
 #include "base/memory.h"
-#include "measure/box_tree.h"
 
 #include <stdlib.h>
 
@@ -14,21 +13,10 @@ typedef struct found {
 
 typedef struct work {
     co_crossing_search search;
-    co_directions *directions;
-    co_box *box;
-    co_box_tree tree;
+    const co_box_tree *tree;
     const curvopt_cancel *cancel;
     found *of_thread; /* [n_threads] */
 } work;
-
-static void bound_pieces(void *context, size_t begin, size_t end) {
-    const work *w = context;
-    for (size_t k = begin; k < end && !co_cancel_is_requested(w->cancel); k++) {
-        const double *bezier = co_pieces_bezier(w->search.pieces, (int32_t)k);
-        w->box[k] = co_box_of(bezier, 16);
-        w->directions[k] = co_directions_of(bezier);
-    }
-}
 
 static void add_pair(const work *w, int32_t a, int32_t b, co_crossing what, found *f) {
     const int32_t one = w->search.pieces->place[a].face, two = w->search.pieces->place[b].face;
@@ -55,8 +43,8 @@ static void look_round(const work *w, int32_t a, found *f) {
     stack[depth++] = 0;
     while (depth && !co_cancel_is_requested(w->cancel)) {
         const int32_t at = stack[--depth];
-        const co_box_node *node = &w->tree.node[at];
-        if (!co_box_overlap(&node->box, &w->box[a]))
+        const co_box_node *node = &w->tree->node[at];
+        if (!co_box_overlap(&node->box, &w->search.box[a]))
             continue;
         if (node->second) {
             stack[depth++] = node->second;
@@ -64,8 +52,8 @@ static void look_round(const work *w, int32_t a, found *f) {
             continue;
         }
         for (int32_t k = node->begin; k < node->end; k++) {
-            const int32_t b = w->tree.order[k];
-            if (b < a || !co_box_overlap(&w->box[a], &w->box[b]))
+            const int32_t b = w->tree->order[k];
+            if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
                 continue;
             const co_crossing what = co_crossing_of(&w->search, a, b);
             if (what != CO_CROSSING_NONE)
@@ -120,22 +108,19 @@ static int32_t gather(const work *w, int32_t n_threads, co_crossings *out, curvo
     return CURVOPT_OK;
 }
 
-int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, int most_parts, co_thread_pool *pool,
                           const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
-    const int32_t n = pieces->n_pieces, n_threads = co_thread_pool_size(pool);
-    work w = {.search = {.mesh = mesh, .pieces = pieces}, .cancel = cancel};
-    int32_t status;
+    const int32_t n_threads = co_thread_pool_size(pool);
+    work w = {.search = {.mesh = mesh,
+                         .pieces = bounds->pieces,
+                         .directions = bounds->directions,
+                         .box = bounds->box,
+                         .most_parts = most_parts},
+              .tree = &bounds->tree,
+              .cancel = cancel,
+              .of_thread = CO_NEW(found, n_threads)};
     *out = (co_crossings){0};
-    w.directions = CO_NEW(co_directions, n);
-    w.box = CO_NEW(co_box, n);
-    w.of_thread = CO_NEW(found, n_threads);
-    w.search.directions = w.directions;
-    w.search.box = w.box;
-    status = w.directions && w.box && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
-    if (status == CURVOPT_OK) {
-        co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);
-        status = co_box_tree_create(n, w.box, cancel, &w.tree, error);
-    }
+    int32_t status = w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         co_thread_pool_run(pool, look, &w);
         status = gather(&w, n_threads, out, error);
@@ -143,9 +128,17 @@ int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pie
     for (int32_t t = 0; w.of_thread && t < n_threads; t++)
         free(w.of_thread[t].pair);
     free(w.of_thread);
-    free(w.directions);
-    free(w.box);
-    co_box_tree_free(&w.tree);
+    return status;
+}
+
+int32_t co_crossings_of_pieces(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
+                               const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
+    co_piece_bounds bounds;
+    *out = (co_crossings){0};
+    int32_t status = co_piece_bounds_create(pieces, pool, cancel, &bounds, error);
+    if (status == CURVOPT_OK)
+        status = co_crossings_find(mesh, &bounds, CO_CROSSING_PARTS, pool, cancel, out, error);
+    co_piece_bounds_free(&bounds);
     return status;
 }
 

@@ -4,7 +4,7 @@
 #define CO_MEASURE_CROSSINGS_H
 
 #include "base/cancel.h"
-#include "measure/crossing_pair.h"
+#include "measure/piece_bounds.h"
 
 typedef struct co_face_pair {
     int32_t face[2]; /* ascending */
@@ -16,9 +16,13 @@ typedef struct co_crossings {
     co_face_pair *pair; /* [n] ascending, each pair once, by what matters most in it */
 } co_crossings;
 
-/* Pieces of the mesh. The same for any number of threads. When cancelled, what was found until then. ERROR_MEMORY. */
-int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
+/* Of pieces of the mesh, most_parts as in co_crossing_search. The same for any number of threads. When cancelled, what
+ * was found until then. ERROR_MEMORY. */
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, int most_parts, co_thread_pool *pool,
                           const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error);
+/* The same of pieces that are not wanted for anything else, for a report; also CO_CANCELLED. */
+int32_t co_crossings_of_pieces(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
+                               const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error);
 void co_crossings_free(co_crossings *crossings);
 
 #endif

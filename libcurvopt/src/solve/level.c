@@ -31,6 +31,8 @@ static int is_over(const co_level *l) {
 static void evaluate_always(void *context, co_iterate *at) {
     co_level *l = context;
     co_level_objective_evaluate(&l->objective, at);
+    if (l->objective.repulsion.failed != CURVOPT_OK)
+        l->failed = co_status_no_memory(l->error);
 }
 
 static int32_t resolve(void *context, const double *x, int *resolved, int *changed, double *defect,
@@ -90,6 +92,8 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
         co_level_objective_evaluate(o, now);
         verdict = CO_STEP_CHANGED;
     }
+    if (co_level_objective_weigh_repulsion(o, energy, 0.5, now))
+        verdict = CO_STEP_CHANGED;
     if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
         return verdict;
     co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
@@ -459,6 +463,7 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     co_level_objective_evaluate(&l->objective, &l->now);
     if (co_level_objective_weigh_springs(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1))
         co_level_objective_evaluate(&l->objective, &l->now);
+    co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
     int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
@@ -474,6 +479,8 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     if (status != CURVOPT_OK)
         return status;
     l->objective.penalty.weight = other->objective.penalty.weight;
+    if (l->objective.repulsion.mesh)
+        co_repulsion_copy(&l->objective.repulsion, &other->objective.repulsion);
     status = aim(l, &is_there, &changed, error);
     if (status != CURVOPT_OK)
         return status;

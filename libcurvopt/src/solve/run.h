@@ -7,6 +7,7 @@
 #include "constraints/sliding.h"
 #include "constraints/symmetry.h"
 #include "solve/level.h"
+#include "solve/no_crossings.h"
 
 struct curvopt_result {
     curvopt_mesh *mesh;
@@ -48,6 +49,7 @@ typedef struct co_run {
     double *shape;              /* [3 n_vertices] what the present level began with: context.shape */
     co_held_numbers held;       /* context.held, where that is not NULL */
     co_sliding sliding;         /* the same; nothing without options.slide */
+    co_no_crossings no_crossings; /* nothing without options.no_crossings */
     co_run_work spent;          /* by sliding on the present level, until that is solved */
     const double *shown_beside; /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                    caller sees, where something is held (live.h) */

@@ -1,0 +1,76 @@
+/* A run without new crossings. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/no_crossings.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int32_t find(const curvopt_mesh *mesh, const double *xyz, co_thread_pool *threads, const curvopt_cancel *cancel,
+                    co_crossings *out, curvopt_error *error) {
+    co_surface_pieces pieces;
+    *out = (co_crossings){0};
+    int32_t status = co_pieces_create(mesh, xyz, CO_REPULSION_TIP, threads, cancel, &pieces, error);
+    if (status == CURVOPT_OK)
+        status = co_crossings_of_pieces(mesh, &pieces, threads, cancel, out, error);
+    co_pieces_free(&pieces);
+    if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
+        status = CO_CANCELLED;
+    return status;
+}
+
+/* Refuses a cage that crosses itself where the input does not. */
+static int32_t check_start(const curvopt_mesh *mesh, const double *start, const co_no_crossings *c,
+                           co_thread_pool *threads, const curvopt_cancel *cancel, curvopt_error *error) {
+    co_crossings found;
+    int32_t status = find(mesh, start, threads, cancel, &found, error);
+    for (size_t k = 0; k < found.n && status == CURVOPT_OK; k++) {
+        const int32_t *face = found.pair[k].face;
+        if (found.pair[k].what == CO_CROSSING_PROVEN && !co_face_pairs_have(&c->exceptions.crossing, face[0], face[1]))
+            status = co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face[0],
+                                    "no_crossings: with the constraints at their places the surface of face %d crosses "
+                                    "that of face %d",
+                                    face[0], face[1]);
+    }
+    co_crossings_free(&found);
+    return status;
+}
+
+int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, const double *start,
+                               co_thread_pool *threads, const curvopt_cancel *cancel, co_no_crossings *c,
+                               curvopt_error *error) {
+    const size_t n = 3 * (size_t)mesh->info.n_vertices;
+    co_crossings found;
+    *c = (co_no_crossings){0};
+    int32_t status = find(mesh, xyz, threads, cancel, &found, error);
+    if (status == CURVOPT_OK)
+        status = co_face_pairs_create(&found, CO_CROSSING_PROVEN, &c->exceptions.crossing, error);
+    if (status == CURVOPT_OK)
+        status = co_face_pairs_create(&found, CO_CROSSING_UNRESOLVED, &c->exceptions.touching, error);
+    co_crossings_free(&found);
+    if (status == CURVOPT_OK && memcmp(xyz, start, n * sizeof *xyz) != 0)
+        status = check_start(mesh, start, c, threads, cancel, error);
+    if (status != CURVOPT_OK)
+        co_no_crossings_free(c);
+    return status;
+}
+
+void co_no_crossings_free(co_no_crossings *c) {
+    co_face_pairs_free(&c->exceptions.crossing);
+    co_face_pairs_free(&c->exceptions.touching);
+    free(c->origin);
+    *c = (co_no_crossings){0};
+}
+
+/* Child k of a face starts at its corner k. */
+int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, co_no_crossings *c, curvopt_error *error) {
+    int32_t *origin = CO_NEW(int32_t, coarse->info.n_corners);
+    if (!origin)
+        return co_status_no_memory(error);
+    for (int32_t h = 0; h < coarse->info.n_corners; h++)
+        origin[h] = c->origin ? c->origin[coarse->corner_face[h]] : coarse->corner_face[h];
+    free(c->origin);
+    c->origin = origin;
+    c->exceptions.crossing.origin = c->exceptions.touching.origin = origin;
+    return CURVOPT_OK;
+}
