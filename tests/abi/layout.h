@@ -150,7 +150,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 200);
+SIZE(curvopt_summary, 224);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -173,6 +173,11 @@ AT(curvopt_summary, reserved, 92);
 AT(curvopt_summary, multiplier, 96);
 AT(curvopt_summary, scalar_residual, 144);
 AT(curvopt_summary, discretization_error, 192);
+AT(curvopt_summary, clearance, 200);
+AT(curvopt_summary, n_touching, 208);
+AT(curvopt_summary, n_crossing_before, 212);
+AT(curvopt_summary, n_refused, 216);
+AT(curvopt_summary, reserved_too, 220);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

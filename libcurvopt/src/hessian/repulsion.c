@@ -133,7 +133,7 @@ static void collect(co_repulsion *r, double *gradient) {
 double co_repulsion_value(co_repulsion *r, const double *x, double *gradient) {
     double sum = 0;
     const int crosses = look(r, x, 1);
-    r->n_refused += crosses;
+    *r->exceptions->n_refused += crosses;
     if (crosses || r->failed != CURVOPT_OK)
         return (double)INFINITY;
     if (gradient)

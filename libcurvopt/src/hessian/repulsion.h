@@ -25,6 +25,7 @@
 typedef struct co_repulsion_exceptions {
     co_face_pairs crossing; /* may cross */
     co_face_pairs touching; /* do not repel each other: these, and those that touch or lie on each other */
+    int32_t *n_refused;     /* counts points at which there was another crossing */
 } co_repulsion_exceptions;
 
 typedef struct co_repulsion {
@@ -39,7 +40,6 @@ typedef struct co_repulsion {
     double *row;                               /* work: weights of a patch's points */
     double *point_gradient;                    /* [3 n_points] work */
     int is_thorough;                           /* crossings are looked for as in reports; else sooner given up */
-    int32_t n_refused;                         /* points at which there was a crossing */
     int32_t failed;                            /* status: memory is out */
 } co_repulsion;
 

@@ -63,8 +63,8 @@ static int are_apart_along(const double a[CO_BEZIER], const double b[CO_BEZIER],
     return low[0] > high[1] || low[1] > high[0];
 }
 
-static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
-                     const co_directions *of_b) {
+/* Along the axes, or the line between the middles. */
+static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
     double between[3];
     for (int c = 0; c < 3; c++) {
         const double axis[3] = {c == 0, c == 1, c == 2};
@@ -72,7 +72,12 @@ static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const
             return 1;
         between[c] = b[15 + c] + b[30 + c] - a[15 + c] - a[30 + c];
     }
-    return are_apart_along(a, b, between) || (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
+    return are_apart_along(a, b, between);
+}
+
+static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
+                                   const co_directions *of_b) {
+    return (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
            (of_b->normal.angle < CO_PI && are_apart_along(a, b, of_b->normal.axis));
 }
 
@@ -228,6 +233,9 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
         const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];
         take_part(s, a, t.u[0], t.v[0], t.level, &of_a);
         take_part(s, b, t.u[1], t.v[1], t.level, &of_b);
+        const co_contact contact = same ? CO_CONTACT_EDGE : co_location_contact(s->mesh, &of_a.where, &of_b.where);
+        if (contact == CO_CONTACT_NONE && are_apart(of_a.bezier, of_b.bezier))
+            continue;
         const co_directions directions[2] = {t.level ? co_directions_of(of_a.bezier) : s->directions[a],
                                              t.level ? co_directions_of(of_b.bezier) : s->directions[b]};
         if (same) {
@@ -235,9 +243,9 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
                 depth = push_children(&t, 1, stack, depth);
             continue;
         }
-        const co_contact contact = co_location_contact(s->mesh, &of_a.where, &of_b.where);
-        if (contact != CO_CONTACT_NONE ? neighbours_are_clear(contact, &directions[0], &directions[1])
-                                       : are_apart(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
+        if (contact != CO_CONTACT_NONE
+                ? neighbours_are_clear(contact, &directions[0], &directions[1])
+                : are_apart_along_normals(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
             continue;
         if (contact == CO_CONTACT_NONE) {
             now = common_point(s, a, b, &of_a, &of_b);

@@ -100,6 +100,18 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
     return CO_STEP_CHANGED;
 }
 
+/* Where no crossings are wanted: whether there is one that a look on the way has missed. */
+static int crosses(co_level *l, const double *x) {
+    co_repulsion *r = &l->objective.repulsion;
+    if (!r->mesh)
+        return 0;
+    r->is_thorough = 1;
+    co_level_objective_place(&l->objective, x);
+    const double value = co_repulsion_value(r, l->objective.positions, NULL);
+    r->is_thorough = 0;
+    return !isfinite(value);
+}
+
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     co_level *l = context;
     co_step_verdict verdict = CO_STEP_KEEP;
@@ -114,6 +126,10 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
     co_level_objective_normalize(&l->objective, now);
     if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
         return weigh_anew(l, now, verdict);
+    if (crosses(l, now->x)) {
+        co_step_review_take_back(&l->review, now);
+        return CO_STEP_REJECT;
+    }
     l->failed = co_step_review_check(&l->review, now, &verdict, l->error);
     return weigh_anew(l, now, verdict);
 }
@@ -330,7 +346,7 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
         &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    double least = co_level_objective_value(&l->objective, l->now.x);
+    double least = crosses(l, l->now.x) ? (double)INFINITY : co_level_objective_value(&l->objective, l->now.x);
     for (int k = 0; k < 2; k++) {
         double at = co_level_objective_value(&l->objective, others[k]);
         if (at < least || !isfinite(least)) {

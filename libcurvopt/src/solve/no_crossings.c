@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -60,6 +61,36 @@ void co_no_crossings_free(co_no_crossings *c) {
     co_face_pairs_free(&c->exceptions.touching);
     free(c->origin);
     *c = (co_no_crossings){0};
+}
+
+static int compare(const void *a, const void *b) {
+    const int32_t *x = a, *y = b;
+    const int k = x[0] == y[0];
+    return (x[k] > y[k]) - (x[k] < y[k]);
+}
+
+int32_t co_no_crossings_touching(co_repulsion *r, const double *x, int32_t (**pairs)[2], int32_t *n, double *least,
+                                 curvopt_error *error) {
+    *n = 0;
+    *least = (double)NAN;
+    co_repulsion_look(r, x);
+    const size_t n_all = r->facings.n;
+    int32_t(*all)[2] = co_memory_zeroed(n_all, sizeof *all);
+    *pairs = all;
+    if (!all || r->failed != CURVOPT_OK)
+        return co_status_no_memory(error);
+    for (size_t k = 0; k < n_all; k++) {
+        const co_facing *f = &r->facings.pair[k];
+        const int32_t one = r->pieces.place[f->piece[0]].face, two = r->pieces.place[f->piece[1]].face;
+        all[k][0] = one < two ? one : two;
+        all[k][1] = one < two ? two : one;
+        *least = fmin(*least, f->distance); /* of a number and NAN the number */
+    }
+    qsort(all, n_all, sizeof *all, compare);
+    for (size_t k = 0; k < n_all; k++)
+        if (*n == 0 || compare(all[*n - 1], all[k]) != 0)
+            memmove(all[(*n)++], all[k], sizeof all[k]);
+    return CURVOPT_OK;
 }
 
 /* Child k of a face starts at its corner k. */

@@ -15,6 +15,7 @@ struct curvopt_result {
     curvopt_energies start, end; /* of the input cage and of the result */
     curvopt_summary summary;
     curvopt_level_report *level; /* [options.levels] */
+    int32_t (*touching)[2];      /* [summary.n_touching] */
 };
 
 /* What a level has come to. */
