@@ -939,8 +939,8 @@ typedef struct curvopt_summary {
     double clearance;            /* with options.no_crossings: least distance of parts of the result that face each
                                     other, at 25 points of each face; in units of the cage. NAN: nothing is as close as
                                     the repulsion reaches */
-    int32_t n_touching;          /* with options.no_crossings: pairs of faces that are as close, by which the result is
-                                    held (curvopt_result_get_touching) */
+    int32_t n_touching;          /* with options.no_crossings: pairs of faces of the input whose surfaces in the result
+                                    are as close, and hold it (curvopt_result_get_touching) */
     int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */
     int32_t n_refused;           /* the same: steps that were shortened because of a crossing */
     int32_t reserved_too;        /* 0 */
@@ -971,8 +971,8 @@ CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvop
 /* Energies of the input cage and of the result; either pointer may be NULL. */
 CURVOPT_API void curvopt_result_get_energies(const curvopt_result *result, curvopt_energies *start,
                                              curvopt_energies *end, size_t size);
-/* Copies the pairs of faces of the result's cage that hold it: pairs [2 summary.n_touching], ascending, as
- * curvopt_find_crossings has them. */
+/* Copies the pairs of faces of the input cage by which the result is held: pairs [2 summary.n_touching], ascending,
+ * (f, g) with f <= g. */
 CURVOPT_API void curvopt_result_get_touching(const curvopt_result *result, int32_t *pairs);
 /* Report of level index 0 .. n_levels - 1; ERROR_ARGUMENT outside. */
 CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,

@@ -26,9 +26,10 @@ static int32_t allocate(co_repulsion *r, curvopt_error *error) {
     for (int32_t k = 0; k < p->n_patches; k++)
         largest = co_patches_own_size(p->kind[k]) > largest ? co_patches_own_size(p->kind[k]) : largest;
     r->area = CO_NEW(double, r->pieces.n_pieces);
+    r->clear = CO_NEW(double, 3 * (size_t)p->n_cage);
     r->row = CO_NEW(double, largest);
     r->point_gradient = CO_NEW(double, 3 * (size_t)p->n_points);
-    return r->area && r->row && r->point_gradient ? CURVOPT_OK : co_status_no_memory(error);
+    return r->area && r->clear && r->row && r->point_gradient ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *substitution, const double *x,
@@ -55,6 +56,7 @@ void co_repulsion_free(co_repulsion *r) {
     co_pieces_free(&r->pieces);
     co_facings_free(&r->facings);
     free(r->area);
+    free(r->clear);
     free(r->row);
     free(r->point_gradient);
     *r = (co_repulsion){0};
@@ -83,14 +85,34 @@ static int crosses_anew(co_repulsion *r, const co_piece_bounds *bounds) {
     return is_new;
 }
 
+/* Two surfaces that were `clearance` apart cannot meet before one of them has moved by half of it. Half of that again,
+ * because it is known at points only. */
+static const double NEAR = 0.25;
+
+static int is_near(const co_repulsion *r, const double *x) {
+    const double most = NEAR * r->clearance;
+    for (size_t i = 0; i < 3 * (size_t)r->mesh->info.n_vertices; i += 3)
+        if (!(co_distance_squared(x + i, r->clear + i) < most * most))
+            return 0;
+    return 1;
+}
+
+static void remember(co_repulsion *r, const double *x) {
+    memcpy(r->clear, x, 3 * sizeof *x * (size_t)r->mesh->info.n_vertices);
+    r->clearance = r->reach;
+    for (size_t k = 0; k < r->facings.n; k++)
+        r->clearance = fmin(r->clearance, r->facings.pair[k].distance);
+}
+
 /* What faces what at x; and if wanted whether there is a crossing. */
 static int look(co_repulsion *r, const double *x, int wants_crossings) {
+    const int is_wanted = wants_crossings && (r->is_thorough || !is_near(r, x));
     co_piece_bounds bounds;
     int crosses = 0;
     co_facings_free(&r->facings);
     co_pieces_place(&r->pieces, x, r->threads, NULL);
     int32_t status = co_piece_bounds_create(&r->pieces, r->threads, NULL, &bounds, NULL);
-    if (status == CURVOPT_OK && wants_crossings)
+    if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &bounds);
     if (status == CURVOPT_OK && !crosses)
         status = co_facings_find(r->mesh, &bounds, r->reach, &r->exceptions->touching, r->threads, NULL, &r->facings,
@@ -98,6 +120,8 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     co_piece_bounds_free(&bounds);
     if (status != CURVOPT_OK)
         r->failed = status;
+    else if (is_wanted && !crosses)
+        remember(r, x);
     return crosses;
 }
 

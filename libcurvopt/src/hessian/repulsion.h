@@ -37,9 +37,13 @@ typedef struct co_repulsion {
     double reach;                              /* in units of the positions */
     double weight;                             /* 0 at first */
     double *area;                              /* [n_pieces] in parts of the whole, at first */
+    double *clear;                             /* [3 n_vertices] positions that were looked at for crossings last */
+    double clearance;                          /* least distance of what faces each other there, at most reach; 0: none
+                                                  were looked at */
     double *row;                               /* work: weights of a patch's points */
     double *point_gradient;                    /* [3 n_points] work */
-    int is_thorough;                           /* crossings are looked for as in reports; else sooner given up */
+    int is_thorough;                           /* crossings are looked for as in reports; else sooner given up, and not
+                                                  near where they were looked for last */
     int32_t failed;                            /* status: memory is out */
 } co_repulsion;
 

@@ -126,7 +126,7 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
     co_level_objective_normalize(&l->objective, now);
     if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
         return weigh_anew(l, now, verdict);
-    if (crosses(l, now->x)) {
+    if (iteration % l->objective.run->tuning->review_every == 0 && crosses(l, now->x)) {
         co_step_review_take_back(&l->review, now);
         return CO_STEP_REJECT;
     }
@@ -348,7 +348,7 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
         return status;
     double least = crosses(l, l->now.x) ? (double)INFINITY : co_level_objective_value(&l->objective, l->now.x);
     for (int k = 0; k < 2; k++) {
-        double at = co_level_objective_value(&l->objective, others[k]);
+        double at = crosses(l, others[k]) ? (double)INFINITY : co_level_objective_value(&l->objective, others[k]);
         if (at < least || !isfinite(least)) {
             least = at;
             memcpy(l->now.x, others[k], n_of(l) * sizeof *l->now.x);

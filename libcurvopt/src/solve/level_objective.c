@@ -237,13 +237,8 @@ int co_level_objective_weigh_springs(co_level_objective *o, double energy, doubl
     return 1;
 }
 
-/* What repulsion is worth where all of the surface is close to itself, in parts of the objective. */
-static const double REPULSION = 1;
-/* How far it reaches, in mean edges. */
-static const double REACH = 0.2;
-
 int co_level_objective_weigh_repulsion(co_level_objective *o, double energy, double least, co_iterate *now) {
-    const double weight = REPULSION * fmax(LEAST_WEIGHT, fabs(energy)), before = o->repulsion.weight;
+    const double weight = o->run->tuning->repulsion * fmax(LEAST_WEIGHT, fabs(energy)), before = o->repulsion.weight;
     if (!o->repulsion.mesh || (before > 0 && !(weight <= least * before)))
         return 0;
     o->repulsion.weight = weight;
@@ -334,7 +329,7 @@ static int32_t create_repulsion(co_level_objective *o, curvopt_error *error) {
     const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
     if (!o->run->options->no_crossings)
         return CURVOPT_OK;
-    return co_repulsion_create(o->mesh, &interpolated, o->positions, REACH * o->edge, o->run->exceptions,
+    return co_repulsion_create(o->mesh, &interpolated, o->positions, o->run->tuning->repulsion_reach * o->edge, o->run->exceptions,
                                o->run->tables->threads, &o->repulsion, error);
 }
 

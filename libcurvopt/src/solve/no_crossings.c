@@ -75,13 +75,15 @@ int32_t co_no_crossings_touching(co_repulsion *r, const double *x, int32_t (**pa
     *least = (double)NAN;
     co_repulsion_look(r, x);
     const size_t n_all = r->facings.n;
+    const int32_t *origin = r->exceptions->touching.origin;
     int32_t(*all)[2] = co_memory_zeroed(n_all, sizeof *all);
     *pairs = all;
     if (!all || r->failed != CURVOPT_OK)
         return co_status_no_memory(error);
     for (size_t k = 0; k < n_all; k++) {
         const co_facing *f = &r->facings.pair[k];
-        const int32_t one = r->pieces.place[f->piece[0]].face, two = r->pieces.place[f->piece[1]].face;
+        const int32_t face[2] = {r->pieces.place[f->piece[0]].face, r->pieces.place[f->piece[1]].face};
+        const int32_t one = origin ? origin[face[0]] : face[0], two = origin ? origin[face[1]] : face[1];
         all[k][0] = one < two ? one : two;
         all[k][1] = one < two ? two : one;
         *least = fmin(*least, f->distance); /* of a number and NAN the number */
