@@ -106,6 +106,7 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     const char *what = o->joshi_sequin                    ? "joshi_sequin"
                        : o->method == CURVOPT_METHOD_LMVM ? "the method LMVM"
                        : o->slide                         ? "slide"
+                       : o->no_crossings                  ? "no_crossings"
                                                           : NULL;
     if (!what)
         return CURVOPT_OK;
