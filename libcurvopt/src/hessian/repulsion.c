@@ -72,13 +72,9 @@ void co_repulsion_copy(co_repulsion *r, const co_repulsion *other) {
 
 static int crosses_anew(co_repulsion *r, const co_piece_bounds *bounds) {
     co_crossings found;
-    int is_new = 0;
     const int32_t status =
-        co_crossings_find(r->mesh, bounds, r->is_thorough ? CO_CROSSING_PARTS : CO_CROSSING_FEW_PARTS, r->threads, NULL,
-                          &found, NULL);
-    for (size_t k = 0; k < found.n && !is_new; k++)
-        is_new = found.pair[k].what == CO_CROSSING_PROVEN &&
-                 !co_face_pairs_have(&r->exceptions->crossing, found.pair[k].face[0], found.pair[k].face[1]);
+        co_crossings_find(r->mesh, bounds, !r->is_thorough, r->threads, NULL, &found, NULL);
+    const int is_new = !co_face_pairs_allow(&r->exceptions->pairs, &found);
     co_crossings_free(&found);
     if (status != CURVOPT_OK)
         r->failed = status;
@@ -115,7 +111,7 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &bounds);
     if (status == CURVOPT_OK && !crosses)
-        status = co_facings_find(r->mesh, &bounds, r->reach, &r->exceptions->touching, r->threads, NULL, &r->facings,
+        status = co_facings_find(r->mesh, &bounds, r->reach, &r->exceptions->pairs, r->threads, NULL, &r->facings,
                                  NULL);
     co_piece_bounds_free(&bounds);
     if (status != CURVOPT_OK)

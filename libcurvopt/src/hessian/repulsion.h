@@ -21,11 +21,10 @@
  * (api/measure.c). */
 #define CO_REPULSION_TIP (1.0 / 256)
 
-/* Pairs of faces of the first cage that a run leaves as they are. */
+/* What a run's first cage does already. */
 typedef struct co_repulsion_exceptions {
-    co_face_pairs crossing; /* may cross */
-    co_face_pairs touching; /* do not repel each other: these, and those that touch or lie on each other */
-    int32_t *n_refused;     /* counts points at which there was another crossing */
+    co_face_pairs pairs; /* that touch, cross or are near a crossing: they do not repel each other */
+    int32_t *n_refused;  /* counts points at which crossings were worse */
 } co_repulsion_exceptions;
 
 typedef struct co_repulsion {

@@ -36,11 +36,8 @@ typedef struct co_crossing_search {
     const co_surface_pieces *pieces;
     const co_directions *directions; /* [n_pieces] */
     const co_box *box;               /* [n_pieces] */
-    int most_parts;                  /* pairs of parts that are looked at, of one pair of pieces */
+    int is_cursory; /* a look on the way: neighbours are left out, and more pairs are unresolved */
 } co_crossing_search;
-
-/* Enough parts to report by; and a tenth, for a look on the way, after which more pairs are unresolved. */
-enum { CO_CROSSING_PARTS = 800, CO_CROSSING_FEW_PARTS = 80 };
 
 co_directions co_directions_of(const double piece[CO_BEZIER]);
 /* Of pieces a and b, which may be the same. */

@@ -11,18 +11,25 @@
 #include <string.h>
 
 enum {
-    GRID = 4,   /* intervals of the grid on a face's side */
-    DEEPEST = 3 /* pieces of 2^-DEEPEST of a face are the smallest that have points */
+    GRID = 4,     /* intervals of the grid on a face's side */
+    DEEPEST = 3,  /* pieces of 2^-DEEPEST of a face are the smallest that have points */
+    SMALLEST = 5 /* pieces of 2^-SMALLEST are the smallest that are faced: smaller ones are all at a few vertices */
 };
 /* Of the cosine between x - y and a tangent at a minimum. */
 #define NORMAL 1e-6
 /* Points closer than that, in reaches, are one. */
 #define SAME 1e-6
 
+/* A piece that is near the present one, and where, in the directions along it, points must be to face it. */
+typedef struct near_piece {
+    int32_t piece;
+    double along[2][3], low[2], high[2];
+} near_piece;
+
 typedef struct store {
     co_facing *pair;
     size_t n, room;
-    int32_t *near; /* pieces that are near the present one */
+    near_piece *near; /* pieces that are near the present one */
     size_t n_near, near_room;
     int failed; /* memory is out */
 } store;
@@ -38,7 +45,7 @@ typedef struct work {
 } work;
 
 static int grow_near(store *s) {
-    int32_t *more = s->n_near < s->near_room ? s->near : CO_RESIZED(s->near, 2 * s->near_room + 16);
+    near_piece *more = s->n_near < s->near_room ? s->near : CO_RESIZED(s->near, 2 * s->near_room + 16);
     if (!more)
         return 0;
     s->near_room = s->n_near < s->near_room ? s->near_room : 2 * s->near_room + 16;
@@ -68,30 +75,52 @@ static int are_neighbours(const work *w, int32_t a, int32_t b) {
     return co_location_contact(w->mesh, &one, &two) != CO_CONTACT_NONE;
 }
 
-/* Whether piece a has no point from which y on b, closer than `reach`, is along a normal of b: those are in a cone. */
-static int is_beside(const work *w, int32_t a, int32_t b) {
-    const co_cone *normal = &w->bounds->directions[b].normal;
-    const double *nets[2] = {co_pieces_bezier(w->pieces, a), co_pieces_bezier(w->pieces, b)};
+/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the point
+ * is not farther from it than the reach times the sine of the cone's angle. */
+static void bound_along(const work *w, int32_t b, near_piece *out) {
+    const co_directions *d = &w->bounds->directions[b];
+    const co_cone *normal = &d->normal;
+    const double *net = co_pieces_bezier(w->pieces, b);
+    *out = (near_piece){.piece = b, .low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
     if (!(normal->angle < CO_PI / 2))
-        return 0;
-    const double most = w->reach * co_sin_pi(normal->angle / CO_PI);
-    for (int k = 0; k < 2; k++) { /* the cone's derivatives, less what is along its axis */
-        const co_cone *along = k ? &w->bounds->directions[b].v : &w->bounds->directions[b].u;
+        return;
+    for (int k = 0; k < 2; k++) { /* derivatives, less what is along the normal */
+        const co_cone *along = k ? &d->v : &d->u;
         const double part = co_dot3(along->axis, normal->axis);
-        double low[2], high[2], axis[3];
+        double *axis = out->along[k], low = INFINITY, high = -INFINITY;
         for (int c = 0; c < 3; c++)
             axis[c] = along->axis[c] - part * normal->axis[c];
-        const double length = sqrt(co_dot3(axis, axis));
-        for (int side = 0; side < 2; side++) {
-            low[side] = INFINITY;
-            high[side] = -INFINITY;
-            for (int i = 0; i < 16; i++) {
-                const double x = co_dot3(nets[side] + 3 * (size_t)i, axis);
-                low[side] = fmin(low[side], x);
-                high[side] = fmax(high[side], x);
-            }
+        const double most = w->reach * co_sin_pi(normal->angle / CO_PI) * sqrt(co_dot3(axis, axis));
+        for (int i = 0; i < 16; i++) {
+            const double x = co_dot3(net + 3 * (size_t)i, axis);
+            low = fmin(low, x);
+            high = fmax(high, x);
         }
-        if (fmax(low[0] - high[1], low[1] - high[0]) > most * length)
+        out->low[k] = low - most;
+        out->high[k] = high + most;
+    }
+}
+
+static int is_before(const near_piece *b, const double x[3]) {
+    for (int k = 0; k < 2; k++) {
+        const double at = co_dot3(x, b->along[k]);
+        if (at < b->low[k] || at > b->high[k])
+            return 0;
+    }
+    return 1;
+}
+
+/* Whether all of piece a is beside b. */
+static int is_beside(const work *w, int32_t a, const near_piece *b) {
+    const double *net = co_pieces_bezier(w->pieces, a);
+    for (int k = 0; k < 2; k++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int i = 0; i < 16; i++) {
+            const double x = co_dot3(net + 3 * (size_t)i, b->along[k]);
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+        if (low > b->high[k] || high < b->low[k])
             return 1;
     }
     return 0;
@@ -120,12 +149,17 @@ static void find_near(const work *w, int32_t a, store *s) {
         }
         for (int32_t k = node->begin; k < node->end && !s->failed; k++) {
             const int32_t b = w->bounds->tree.order[k];
-            if (!co_box_overlap(&box, &w->bounds->box[b]) || are_neighbours(w, a, b) || is_beside(w, a, b) ||
+            near_piece near;
+            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->bounds->box[b]) ||
+                are_neighbours(w, a, b))
+                continue;
+            bound_along(w, b, &near);
+            if (is_beside(w, a, &near) ||
                 co_face_pairs_have(w->left_out, w->pieces->place[a].face, w->pieces->place[b].face))
                 continue;
             s->failed = !grow_near(s);
             if (!s->failed)
-                s->near[s->n_near++] = b;
+                s->near[s->n_near++] = near;
         }
     }
 }
@@ -199,10 +233,10 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
     int n_halves = 0;
     co_bezier_point(co_pieces_bezier(w->pieces, a), uv[0], uv[1], x);
     for (size_t k = 0; k < s->n_near; k++) {
-        const int32_t b = s->near[k];
+        const int32_t b = s->near[k].piece;
         static const double whole[2] = {0, 1};
         double y[3], at[2];
-        if (!(co_box_distance_squared(&w->bounds->box[b], x) < w->reach * w->reach))
+        if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->bounds->box[b], x) < w->reach * w->reach))
             continue;
         begin_at(co_pieces_bezier(w->pieces, b), x, at);
         const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y);

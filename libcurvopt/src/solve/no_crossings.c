@@ -25,12 +25,13 @@ static int32_t check_start(const curvopt_mesh *mesh, const double *start, const 
                            co_thread_pool *threads, const curvopt_cancel *cancel, curvopt_error *error) {
     co_crossings found;
     int32_t status = find(mesh, start, threads, cancel, &found, error);
-    for (size_t k = 0; k < found.n && status == CURVOPT_OK; k++) {
+    const int is_worse = status == CURVOPT_OK && !co_face_pairs_allow(&c->exceptions.pairs, &found);
+    for (size_t k = 0; k < found.n && is_worse && status == CURVOPT_OK; k++) {
         const int32_t *face = found.pair[k].face;
-        if (found.pair[k].what == CO_CROSSING_PROVEN && !co_face_pairs_have(&c->exceptions.crossing, face[0], face[1]))
+        if (found.pair[k].what == CO_CROSSING_PROVEN)
             status = co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face[0],
-                                    "no_crossings: with the constraints at their places the surface of face %d crosses "
-                                    "that of face %d",
+                                    "no_crossings: with the constraints at their places the surface crosses itself, "
+                                    "for example at faces %d and %d",
                                     face[0], face[1]);
     }
     co_crossings_free(&found);
@@ -45,9 +46,7 @@ int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, cons
     *c = (co_no_crossings){0};
     int32_t status = find(mesh, xyz, threads, cancel, &found, error);
     if (status == CURVOPT_OK)
-        status = co_face_pairs_create(&found, CO_CROSSING_PROVEN, &c->exceptions.crossing, error);
-    if (status == CURVOPT_OK)
-        status = co_face_pairs_create(&found, CO_CROSSING_UNRESOLVED, &c->exceptions.touching, error);
+        status = co_face_pairs_create(mesh, &found, &c->exceptions.pairs, error);
     co_crossings_free(&found);
     if (status == CURVOPT_OK && memcmp(xyz, start, n * sizeof *xyz) != 0)
         status = check_start(mesh, start, c, threads, cancel, error);
@@ -57,8 +56,7 @@ int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, cons
 }
 
 void co_no_crossings_free(co_no_crossings *c) {
-    co_face_pairs_free(&c->exceptions.crossing);
-    co_face_pairs_free(&c->exceptions.touching);
+    co_face_pairs_free(&c->exceptions.pairs);
     free(c->origin);
     *c = (co_no_crossings){0};
 }
@@ -75,7 +73,7 @@ int32_t co_no_crossings_touching(co_repulsion *r, const double *x, int32_t (**pa
     *least = (double)NAN;
     co_repulsion_look(r, x);
     const size_t n_all = r->facings.n;
-    const int32_t *origin = r->exceptions->touching.origin;
+    const int32_t *origin = r->exceptions->pairs.origin;
     int32_t(*all)[2] = co_memory_zeroed(n_all, sizeof *all);
     *pairs = all;
     if (!all || r->failed != CURVOPT_OK)
@@ -104,6 +102,6 @@ int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, co_no_crossings *c
         origin[h] = c->origin ? c->origin[coarse->corner_face[h]] : coarse->corner_face[h];
     free(c->origin);
     c->origin = origin;
-    c->exceptions.crossing.origin = c->exceptions.touching.origin = origin;
+    c->exceptions.pairs.origin = origin;
     return CURVOPT_OK;
 }

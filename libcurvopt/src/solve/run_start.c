@@ -203,7 +203,7 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
         status = co_no_crossings_create(mesh, xyz, r->at.start, r->threads, r->context.cancel, &r->no_crossings, error);
         r->no_crossings.exceptions.n_refused = &r->result->summary.n_refused;
         r->context.exceptions = &r->no_crossings.exceptions;
-        r->result->summary.n_crossing_before = (int32_t)r->no_crossings.exceptions.crossing.n;
+        r->result->summary.n_crossing_before = (int32_t)r->no_crossings.exceptions.pairs.n_crossing;
     }
     return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
 }
