@@ -564,7 +564,19 @@ typedef struct curvopt_options {
      * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up
      * to 1e100 and down to -1e100, default 0. */
     double spontaneous_curvature;
-    /* 1: the surface comes to cross itself nowhere. 0 or 1, default 0. */
+    /* 1: the surface comes to cross itself nowhere, for curvopt_minimize() only. From a fifth of a mean edge on faces
+     * that are no neighbours repel each other by a barrier (IPC), which is worth the energy where all of the surface is
+     * as close; steps that would lead to a crossing are shortened. So the result is the objective's minimum among
+     * surfaces without crossings but for the barrier, whose reach halves with each level. It is in decrements and
+     * verdicts, not in energies; the Hessian leaves second derivatives of distances out. The summary says by how many
+     * pairs of faces it is held, and how close they are. curvopt_find_crossings() finds none in the result.
+     *
+     * A surface that crosses itself at the start may go on, at those faces and two rings round them, and in no more
+     * pairs of faces than before. What touches at the start does not repel each other. Limit points and vertices that
+     * are put at places must not make it cross (ERROR_GEOMETRY). Boundaries repel surfaces, but not other boundaries,
+     * and neighbours do not repel each other: there runs may end early, with the stop UNRESOLVED or STALLED and
+     * summary.n_refused. Several times as slow as without, and more where much of the surface is in contact. Refused
+     * with slide, joshi_sequin and by a solver that stays. 0 or 1, default 0. */
     int32_t no_crossings;
     /* 0 */
     int32_t reserved;

@@ -103,30 +103,28 @@ def test_with_other_options(fields):
         assert abs(held.summary.scalar_residual[0]) < 1e-8
 
 
-def bowls(height: float) -> Mesh:
-    """Two bowls of fixed boundaries, one in the other, the inner one dented towards the outer one's bottom."""
-    n = 8
+def sheets(top: float, rise: float = 0.25, n: int = 8) -> Mesh:
+    """A square of n x n faces that rises at its boundary to a plateau, and a plane one above it."""
     x, y = np.meshgrid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1), indexing="ij")
-    bump = np.clip(1 - x ** 2, 0, 1) * np.clip(1 - y ** 2, 0, 1)
+    inside = (np.abs(x) < 1) & (np.abs(y) < 1)
     faces = [[i * (n + 1) + j, (i + 1) * (n + 1) + j, (i + 1) * (n + 1) + j + 1, i * (n + 1) + j + 1]
              for i in range(n) for j in range(n)]
-    sheet = lambda z: mesh_from_faces(np.stack([x, y, z], -1).reshape(-1, 3), faces)
-    return joined(sheet(0.5 * bump), sheet(height + 0.9 * bump))
+    sheet = [mesh_from_faces(np.stack([x, y, z + 0 * x], -1).reshape(-1, 3), faces) for z in (rise * inside, top)]
+    return joined(*sheet)
 
 
-def test_open_sheets():
-    """A bulge below a flat boundary: each sheet is held at its boundary, with its tangents; without the option the
-    steeper lower one passes through the upper one."""
-    n = 8
-    low = bowls(0.1)
-    assert lib.crossings(low).n_pairs == 0
-    rows = low.xyz.copy()
-    rows[:(n + 1) ** 2, 2] *= 1.9  # the lower sheet's second row rises more steeply than the upper one's
-    upper = rows[(n + 1) ** 2:]
-    upper[:, 2] = 0.1 + 0.3 * (upper[:, 2] - 0.1) / 0.9 + 0.85 * (1 - np.abs(upper[:, :2]).max(1)) ** 0.25
-    mesh = low.with_xyz(rows)
-    if lib.crossings(mesh).n_pairs:
-        pytest.skip("the sheets cross at once")
+@pytest.mark.parametrize("top", (0.3, 0.4))
+def test_open_sheets(top):
+    """Both keep boundaries and tangents there: the lower one bulges through the plane, or lifts it."""
+    mesh = sheets(top)
+    crossed = lib.minimize(mesh, levels=1, boundary=1)
+    held = lib.minimize(mesh, levels=1, boundary=1, no_crossings=1)
+    assert lib.crossings(mesh).n_pairs == 0 and lib.crossings(crossed.mesh).n_pairs > 0
+    assert held.verdict == "minimum" and held.summary.n_touching > 0
+    assert lib.crossings(held.mesh).n_pairs == 0 and not crossing_faces(held.mesh, 4)
+    assert (held.touching[:, 0] < 64).all() and (held.touching[:, 1] >= 64).all()
+    middle = held.mesh.xyz[81 + 40, 2], held.mesh.xyz[40, 2]
+    assert middle[0] > top and middle[0] > middle[1]
 
 
 def test_crossings_of_the_input():

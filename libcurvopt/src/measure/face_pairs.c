@@ -70,19 +70,32 @@ static int compare_pairs(const void *a, const void *b) {
     return compare(((const co_face_pair *)a)->face, ((const co_face_pair *)b)->face);
 }
 
-int co_face_pairs_allow(const co_face_pairs *p, co_crossings *crossings) {
+/* The crossings become those of the first cage's faces, each once, at the beginning of the list; their number. */
+static size_t to_first_cage(const co_face_pairs *p, co_crossings *crossings) {
     size_t n = 0, n_pairs = 0;
     for (size_t k = 0; k < crossings->n; k++) {
-        co_face_pair *found = &crossings->pair[k];
-        if (found->what != CO_CROSSING_PROVEN)
-            continue;
-        find_origin(p, found->face[0], found->face[1], crossings->pair[n].face);
-        const int32_t *face = crossings->pair[n++].face;
-        if (!p->is_near[face[0]] || !p->is_near[face[1]])
-            return 0;
+        const co_face_pair found = crossings->pair[k];
+        if (found.what == CO_CROSSING_PROVEN)
+            find_origin(p, found.face[0], found.face[1], crossings->pair[n++].face);
     }
     qsort(crossings->pair, n, sizeof *crossings->pair, compare_pairs);
     for (size_t k = 0; k < n; k++)
-        n_pairs += k == 0 || compare_pairs(&crossings->pair[k - 1], &crossings->pair[k]) != 0;
-    return n_pairs <= p->n_crossing;
+        if (n_pairs == 0 || compare_pairs(&crossings->pair[n_pairs - 1], &crossings->pair[k]) != 0)
+            crossings->pair[n_pairs++] = crossings->pair[k];
+    return n_pairs;
+}
+
+int co_face_pairs_allow(const co_face_pairs *p, co_crossings *crossings) {
+    const size_t n = to_first_cage(p, crossings);
+    for (size_t k = 0; k < n; k++)
+        if (!p->is_near[crossings->pair[k].face[0]] || !p->is_near[crossings->pair[k].face[1]])
+            return 0;
+    return n <= p->n_crossing;
+}
+
+void co_face_pairs_accept(co_face_pairs *p, co_crossings *crossings) {
+    const size_t n = to_first_cage(p, crossings);
+    for (size_t k = 0; k < n; k++)
+        p->is_near[crossings->pair[k].face[0]] = p->is_near[crossings->pair[k].face[1]] = 1;
+    p->n_crossing = n > p->n_crossing ? n : p->n_crossing;
 }

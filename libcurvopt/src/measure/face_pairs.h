@@ -22,5 +22,7 @@ int co_face_pairs_have(const co_face_pairs *pairs, int32_t one, int32_t other);
 /* Whether crossings of the present cage, which this puts into another order, are no worse than the first cage's: only
  * of faces near those that cross there, and in no more pairs of faces of the first cage. */
 int co_face_pairs_allow(const co_face_pairs *pairs, co_crossings *crossings);
+/* From now on these crossings of the present cage are no worse either; puts them into another order. */
+void co_face_pairs_accept(co_face_pairs *pairs, co_crossings *crossings);
 
 #endif

@@ -528,7 +528,7 @@ static void scale_numbers(const co_level *l, curvopt_energies *energies) {
 }
 
 int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
-    const double *x = l->reached;
+    const double *x = l->reached && crosses(l, l->reached) ? l->review.first : l->reached;
     if (!x)
         return 0;
     co_level_objective_place(&l->objective, x);

@@ -80,7 +80,8 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = co_sliding_subdivide(r->result->mesh, &r->sliding, error);
     if (status == CURVOPT_OK && r->context.options->no_crossings)
-        status = co_no_crossings_subdivide(r->result->mesh, &r->no_crossings, error);
+        status = co_no_crossings_subdivide(r->result->mesh, fine, xyz, r->threads, r->context.cancel, &r->no_crossings,
+                                           error);
     if (status != CURVOPT_OK) {
         free(xyz);
         free(start);

@@ -94,7 +94,10 @@ int32_t co_no_crossings_touching(co_repulsion *r, const double *x, int32_t (**pa
 }
 
 /* Child k of a face starts at its corner k. */
-int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, co_no_crossings *c, curvopt_error *error) {
+int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, const curvopt_mesh *fine, const double *xyz,
+                                  co_thread_pool *threads, const curvopt_cancel *cancel, co_no_crossings *c,
+                                  curvopt_error *error) {
+    co_crossings found;
     int32_t *origin = CO_NEW(int32_t, coarse->info.n_corners);
     if (!origin)
         return co_status_no_memory(error);
@@ -103,5 +106,9 @@ int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, co_no_crossings *c
     free(c->origin);
     c->origin = origin;
     c->exceptions.pairs.origin = origin;
-    return CURVOPT_OK;
+    int32_t status = find(fine, xyz, threads, cancel, &found, error);
+    if (status == CURVOPT_OK)
+        co_face_pairs_accept(&c->exceptions.pairs, &found);
+    co_crossings_free(&found);
+    return status == CO_CANCELLED ? CURVOPT_OK : status; /* the level that follows sees it */
 }

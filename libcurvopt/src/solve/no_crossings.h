@@ -20,7 +20,10 @@ void co_no_crossings_free(co_no_crossings *no_crossings);
  * caller frees, and their least distance, NAN if there are none. ERROR_MEMORY. */
 int32_t co_no_crossings_touching(co_repulsion *repulsion, const double *x, int32_t (**pairs)[2], int32_t *n,
                                  double *least, curvopt_error *error);
-/* From a mesh to the one that one subdivision makes of it. ERROR_MEMORY. */
-int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, co_no_crossings *no_crossings, curvopt_error *error);
+/* From a mesh to the one that one subdivision makes of it, xyz [3 n_vertices]. Crossings that were too small to be
+ * proven before (crossing_pair.h) may be now; they are the surface's, and may go on. ERROR_MEMORY. */
+int32_t co_no_crossings_subdivide(const curvopt_mesh *coarse, const curvopt_mesh *fine, const double *xyz,
+                                  co_thread_pool *threads, const curvopt_cancel *cancel, co_no_crossings *no_crossings,
+                                  curvopt_error *error);
 
 #endif
