@@ -40,6 +40,8 @@ int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *sub
     int32_t status = co_pieces_prepare(mesh, substitution, CO_REPULSION_TIP, NULL, &r->pieces, error);
     if (status == CURVOPT_OK)
         status = allocate(r, error);
+    if (status == CURVOPT_OK)
+        status = co_patch_neighbours_create(mesh, &r->pieces.patches, &r->neighbours, error);
     if (status != CURVOPT_OK) {
         co_repulsion_free(r);
         return status;
@@ -55,6 +57,7 @@ int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *sub
 void co_repulsion_free(co_repulsion *r) {
     co_pieces_free(&r->pieces);
     co_facings_free(&r->facings);
+    co_patch_neighbours_free(&r->neighbours);
     free(r->area);
     free(r->clear);
     free(r->row);
@@ -73,7 +76,7 @@ void co_repulsion_copy(co_repulsion *r, const co_repulsion *other) {
 static int crosses_anew(co_repulsion *r, const co_piece_bounds *bounds) {
     co_crossings found;
     const int32_t status =
-        co_crossings_find(r->mesh, bounds, !r->is_thorough, r->threads, NULL, &found, NULL);
+        co_crossings_find(r->mesh, bounds, r->is_thorough ? NULL : &r->neighbours, r->threads, NULL, &found, NULL);
     const int is_new = !co_face_pairs_allow(&r->exceptions->pairs, &found);
     co_crossings_free(&found);
     if (status != CURVOPT_OK)
@@ -111,7 +114,7 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &bounds);
     if (status == CURVOPT_OK && !crosses)
-        status = co_facings_find(r->mesh, &bounds, r->reach, &r->exceptions->pairs, r->threads, NULL, &r->facings,
+        status = co_facings_find(r->mesh, &bounds, &r->neighbours, r->reach, &r->exceptions->pairs, r->threads, NULL, &r->facings,
                                  NULL);
     co_piece_bounds_free(&bounds);
     if (status != CURVOPT_OK)

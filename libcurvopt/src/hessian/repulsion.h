@@ -31,6 +31,7 @@ typedef struct co_repulsion {
     const curvopt_mesh *mesh;                  /* the caller's; NULL: there is no repulsion */
     const co_repulsion_exceptions *exceptions; /* the caller's */
     co_thread_pool *threads;                   /* the caller's */
+    co_patch_neighbours neighbours;
     co_surface_pieces pieces;                  /* at the positions that were looked at last */
     co_facings facings;                        /* there */
     double reach;                              /* in units of the positions */

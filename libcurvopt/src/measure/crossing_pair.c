@@ -224,21 +224,14 @@ static int push_children(const task *t, int same, task *stack, int depth) {
     return depth;
 }
 
-static int are_neighbours(const co_crossing_search *s, int32_t a, int32_t b) {
-    static const double whole[2] = {0, 1};
-    const co_location one = co_location_of(&s->pieces->place[a], whole, whole);
-    const co_location two = co_location_of(&s->pieces->place[b], whole, whole);
-    return a == b || co_location_contact(s->mesh, &one, &two) != CO_CONTACT_NONE;
-}
-
 co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
     task stack[16 * (DEEPEST + 1)];
     part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
-    const int most_pairs = s->is_cursory ? FEW_PAIRS : MOST_PAIRS;
+    const int most_pairs = s->left_out ? FEW_PAIRS : MOST_PAIRS;
     stack[0] = (task){.level = 0};
-    if (s->is_cursory && are_neighbours(s, a, b))
+    if (s->left_out && co_patch_neighbours_are(s->left_out, s->pieces->patch[a], s->pieces->patch[b]))
         return CO_CROSSING_NONE;
     while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : most_pairs)) {
         const task t = stack[--depth];

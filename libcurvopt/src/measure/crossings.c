@@ -108,14 +108,14 @@ static int32_t gather(const work *w, int32_t n_threads, co_crossings *out, curvo
     return CURVOPT_OK;
 }
 
-int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, int is_cursory, co_thread_pool *pool,
-                          const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
+                          const co_patch_neighbours *left_out, co_thread_pool *pool, const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
     const int32_t n_threads = co_thread_pool_size(pool);
     work w = {.search = {.mesh = mesh,
                          .pieces = bounds->pieces,
                          .directions = bounds->directions,
                          .box = bounds->box,
-                         .is_cursory = is_cursory},
+                         .left_out = left_out},
               .tree = &bounds->tree,
               .cancel = cancel,
               .of_thread = CO_NEW(found, n_threads)};
@@ -137,7 +137,7 @@ int32_t co_crossings_of_pieces(const curvopt_mesh *mesh, const co_surface_pieces
     *out = (co_crossings){0};
     int32_t status = co_piece_bounds_create(pieces, pool, cancel, &bounds, error);
     if (status == CURVOPT_OK)
-        status = co_crossings_find(mesh, &bounds, 0, pool, cancel, out, error);
+        status = co_crossings_find(mesh, &bounds, NULL, pool, cancel, out, error);
     co_piece_bounds_free(&bounds);
     return status;
 }

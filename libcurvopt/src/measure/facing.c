@@ -40,6 +40,7 @@ typedef struct work {
     const co_face_pairs *left_out;
     double reach;
     const co_piece_bounds *bounds;
+    const co_patch_neighbours *neighbours;
     const curvopt_cancel *cancel;
     store *of_thread; /* [n_threads] */
 } work;
@@ -66,13 +67,7 @@ static co_facing *grow_pairs(store *s) {
 
 /* By their patches: of rings round a vertex all are. */
 static int are_neighbours(const work *w, int32_t a, int32_t b) {
-    static const double whole[2] = {0, 1};
-    const int32_t p = w->pieces->patch[a], q = w->pieces->patch[b];
-    if (p == q)
-        return 1;
-    const co_location one = co_location_of(&w->pieces->patches.place[p], whole, whole);
-    const co_location two = co_location_of(&w->pieces->patches.place[q], whole, whole);
-    return co_location_contact(w->mesh, &one, &two) != CO_CONTACT_NONE;
+    return co_patch_neighbours_are(w->neighbours, w->pieces->patch[a], w->pieces->patch[b]);
 }
 
 /* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the point
@@ -316,8 +311,8 @@ static int32_t gather(const work *w, int32_t n_threads, co_facings *out, curvopt
     return co_cancel_is_requested(w->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
-int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, double reach,
-                        const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
+                        const co_patch_neighbours *neighbours, double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
                         co_facings *out, curvopt_error *error) {
     const int32_t n_threads = co_thread_pool_size(pool);
     work w = {.mesh = mesh,
@@ -325,6 +320,7 @@ int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
               .left_out = left_out,
               .reach = reach,
               .bounds = bounds,
+              .neighbours = neighbours,
               .cancel = cancel,
               .of_thread = CO_NEW(store, n_threads)};
     *out = (co_facings){0};
