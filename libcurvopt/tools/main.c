@@ -121,9 +121,10 @@ static void print_run(const json_report *r, int was_verified) {
             "%d vertices could slide along their curves, which are %.2g off between vertices, in units of the cage\n",
             s->n_sliding, s->curve_deviation);
     if (s->n_refused && s->verdict == CURVOPT_VERDICT_NOT_STATIONARY)
-        printf("%d steps were shortened, which would have led through the surface: where neighbours fold, or boundaries "
-               "meet, nothing else keeps it from that\n",
-               s->n_refused);
+        printf(
+            "%d steps were shortened, which would have led through the surface: where neighbours fold, or boundaries "
+            "meet, nothing else keeps it from that\n",
+            s->n_refused);
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);

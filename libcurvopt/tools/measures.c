@@ -91,7 +91,8 @@ int32_t measures_take_touching(const curvopt_result *result, const curvopt_mesh 
     curvopt_summary summary;
     curvopt_crossings before = {.n_pairs = 0};
     curvopt_result_get_summary(result, &summary, sizeof summary);
-    const int32_t room = summary.n_crossing_before < MEASURES_MOST_PAIRS ? summary.n_crossing_before : MEASURES_MOST_PAIRS;
+    const int32_t room =
+        summary.n_crossing_before < MEASURES_MOST_PAIRS ? summary.n_crossing_before : MEASURES_MOST_PAIRS;
     m->touching = malloc(sizeof *m->touching * 2 * (size_t)(summary.n_touching + 1));
     m->before = malloc(sizeof *m->before * 2 * (size_t)(room + 1));
     if (!m->touching || !m->before)

@@ -152,7 +152,8 @@ static void make_options(reader *r, state *s) {
     o->blend_width = 1 + next(r) % 8;
     o->slide = next(r) % 4 == 1;
     o->joshi_sequin = next(r) % 8 == 1;
-    o->no_crossings = !o->slide && !o->joshi_sequin && o->blend_width % 2; /* of numbers that were drawn: the corpus stays */
+    o->no_crossings =
+        !o->slide && !o->joshi_sequin && o->blend_width % 2; /* of numbers that were drawn: the corpus stays */
     o->strict = next(r) % 8 == 1;
     o->verify = next(r) % 8 == 1;
     o->escape = next(r) % 8 == 1;

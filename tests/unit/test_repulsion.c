@@ -232,8 +232,9 @@ static void test_rows_of_pieces(void **state) {
             co_pieces_row(&pieces, p, u, v, row);
             for (int32_t i = 0; i < n; i++)
                 for (int c = 0; c < 3; c++)
-                    sum[c] += row[i] * pieces.points[3 * (size_t)pieces.patches.points[pieces.patches.start[patch] +
-                                                                                     (size_t)i] + (size_t)c];
+                    sum[c] += row[i] *
+                              pieces.points[3 * (size_t)pieces.patches.points[pieces.patches.start[patch] + (size_t)i] +
+                                            (size_t)c];
             for (int c = 0; c < 3; c++)
                 CHECK_NEAR(sum[c], at[c], 1e-13);
         }
@@ -245,9 +246,12 @@ static void test_rows_of_pieces(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parallel_sheets),           cmocka_unit_test(test_gradient_is_its_differences),
-        cmocka_unit_test(test_hessian_of_parallel_sheets), cmocka_unit_test(test_crossings_are_infinite),
-        cmocka_unit_test(test_crossings_of_the_first_cage), cmocka_unit_test(test_rows_of_pieces),
+        cmocka_unit_test(test_parallel_sheets),
+        cmocka_unit_test(test_gradient_is_its_differences),
+        cmocka_unit_test(test_hessian_of_parallel_sheets),
+        cmocka_unit_test(test_crossings_are_infinite),
+        cmocka_unit_test(test_crossings_of_the_first_cage),
+        cmocka_unit_test(test_rows_of_pieces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -108,8 +108,10 @@ static int32_t check_crossings(const curvopt_options *o, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = check_integer("reserved", o->reserved, 0, 0, error);
     if (status == CURVOPT_OK && o->no_crossings && (o->slide || o->joshi_sequin))
-        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "no_crossings and %s exclude each other: that looks "
-                                "for no crossings", o->slide ? "slide" : "joshi_sequin");
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                                "no_crossings and %s exclude each other: that looks "
+                                "for no crossings",
+                                o->slide ? "slide" : "joshi_sequin");
     return status;
 }
 

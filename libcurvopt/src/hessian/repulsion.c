@@ -114,8 +114,8 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &bounds);
     if (status == CURVOPT_OK && !crosses)
-        status = co_facings_find(r->mesh, &bounds, &r->neighbours, r->reach, &r->exceptions->pairs, r->threads, NULL, &r->facings,
-                                 NULL);
+        status = co_facings_find(r->mesh, &bounds, &r->neighbours, r->reach, &r->exceptions->pairs, r->threads, NULL,
+                                 &r->facings, NULL);
     co_piece_bounds_free(&bounds);
     if (status != CURVOPT_OK)
         r->failed = status;
@@ -183,7 +183,7 @@ double co_repulsion_value(co_repulsion *r, const double *x, double *gradient) {
 
 /* A derivative by the variables of some nodes. */
 typedef struct derivative {
-    int32_t *slot;          /* [n_nodes] place of a node in `part`; -1: none */
+    int32_t *slot;            /* [n_nodes] place of a node in `part`; -1: none */
     co_node_derivative *part; /* [n_nodes] */
     int32_t n;
 } derivative;
@@ -278,12 +278,15 @@ int co_repulsion_is_covered(const co_repulsion *r, const co_sparsity *pattern, c
     const co_patches *p = &r->pieces.patches;
     int32_t before[2] = {-1, -1};
     for (size_t k = 0; k < r->facings.n; k++) {
-        const int32_t *piece = r->facings.pair[k].piece, patch[2] = {r->pieces.patch[piece[0]], r->pieces.patch[piece[1]]};
+        const int32_t *piece = r->facings.pair[k].piece,
+                      patch[2] = {r->pieces.patch[piece[0]], r->pieces.patch[piece[1]]};
         if (patch[0] == before[0] && patch[1] == before[1])
             continue;
         memcpy(before, patch, sizeof before);
-        for (size_t i = p->start[patch[0]]; i < p->start[patch[0]] + (size_t)co_patches_own_size(p->kind[patch[0]]); i++)
-            for (size_t j = p->start[patch[1]]; j < p->start[patch[1]] + (size_t)co_patches_own_size(p->kind[patch[1]]); j++) {
+        for (size_t i = p->start[patch[0]]; i < p->start[patch[0]] + (size_t)co_patches_own_size(p->kind[patch[0]]);
+             i++)
+            for (size_t j = p->start[patch[1]]; j < p->start[patch[1]] + (size_t)co_patches_own_size(p->kind[patch[1]]);
+                 j++) {
                 const co_point_row one = co_patches_row(p, &p->points[i]), two = co_patches_row(p, &p->points[j]);
                 for (size_t e = 0; e < one.n; e++)
                     for (size_t f = 0; f < two.n; f++)

@@ -32,23 +32,23 @@ typedef struct co_repulsion {
     const co_repulsion_exceptions *exceptions; /* the caller's */
     co_thread_pool *threads;                   /* the caller's */
     co_patch_neighbours neighbours;
-    co_surface_pieces pieces;                  /* at the positions that were looked at last */
-    co_facings facings;                        /* there */
-    double reach;                              /* in units of the positions */
-    double weight;                             /* 0 at first */
-    double *area;                              /* [n_pieces] in parts of the whole, at first */
-    double *clear;                             /* [3 n_vertices] positions that were looked at for crossings last */
-    double clearance;                          /* least distance of what faces each other there, at most reach; 0: none
-                                                  were looked at */
-    double *row;                               /* work: weights of a patch's points */
-    double *point_gradient;                    /* [3 n_points] work */
-    int is_thorough;                           /* crossings are looked for as in reports; else sooner given up, and not
-                                                  near where they were looked for last */
-    int32_t failed;                            /* status: memory is out */
+    co_surface_pieces pieces; /* at the positions that were looked at last */
+    co_facings facings;       /* there */
+    double reach;             /* in units of the positions */
+    double weight;            /* 0 at first */
+    double *area;             /* [n_pieces] in parts of the whole, at first */
+    double *clear;            /* [3 n_vertices] positions that were looked at for crossings last */
+    double clearance;         /* least distance of what faces each other there, at most reach; 0: none
+                                 were looked at */
+    double *row;              /* work: weights of a patch's points */
+    double *point_gradient;   /* [3 n_points] work */
+    int is_thorough;          /* crossings are looked for as in reports; else sooner given up, and not
+                                 near where they were looked for last */
+    int32_t failed;           /* status: memory is out */
 } co_repulsion;
 
-/* Of positions x [3 n_vertices]. Borrows mesh, exceptions and threads. substitution: as co_assembly_create. ERROR_MEMORY,
- * ERROR_TOPOLOGY. */
+/* Of positions x [3 n_vertices]. Borrows mesh, exceptions and threads. substitution: as co_assembly_create.
+ * ERROR_MEMORY, ERROR_TOPOLOGY. */
 int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *substitution, const double *x,
                             double reach, const co_repulsion_exceptions *exceptions, co_thread_pool *threads,
                             co_repulsion *out, curvopt_error *error);

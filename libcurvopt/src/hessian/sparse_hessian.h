@@ -63,7 +63,8 @@ typedef struct co_node_derivative {
     double by[3];
 } co_node_derivative;
 
-/* Adds factor d d^T, d being the derivative by the variables of n nodes, which ascend; all pairs of them have entries. */
+/* Adds factor d d^T, d being the derivative by the variables of n nodes, which ascend; all pairs of them have entries.
+ */
 void co_sparse_hessian_add_square(co_sparse_hessian *hessian, int32_t n, const co_node_derivative *d, double factor);
 /* out = matrix v, [n_variables] both. */
 void co_sparse_hessian_multiply(const co_sparse_hessian *hessian, const double *v, double *out);

@@ -104,8 +104,7 @@ static size_t neighbours_of(const incidence *in, int32_t node, int32_t *mark, in
     return n;
 }
 
-static int32_t incidence_create(const source *s, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
-                                incidence *in) {
+static int32_t incidence_create(const source *s, const co_dof_map *r, co_cancel *cancel, int32_t *mark, incidence *in) {
     size_t n = (size_t)r->n_nodes, n_cliques = (size_t)number_of_cliques(s);
     *in = (incidence){.start = CO_NEW(size_t, n + 1), .member_start = CO_NEW(size_t, n_cliques + 1)};
     if (!in->start || !in->member_start)
@@ -246,7 +245,6 @@ int co_sparsity_has(const co_sparsity *s, int32_t one, int32_t other) {
     const int32_t low = one < other ? one : other, high = one < other ? other : one;
     if (low < 0 || low == high)
         return 1;
-    return bsearch(&high, s->neighbour + s->neighbour_start[low],
-                   s->neighbour_start[low + 1] - s->neighbour_start[low], sizeof *s->neighbour,
-                   compare_indices) != NULL;
+    return bsearch(&high, s->neighbour + s->neighbour_start[low], s->neighbour_start[low + 1] - s->neighbour_start[low],
+                   sizeof *s->neighbour, compare_indices) != NULL;
 }

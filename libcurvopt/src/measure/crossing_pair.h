@@ -34,8 +34,8 @@ typedef struct co_directions {
 typedef struct co_crossing_search {
     const curvopt_mesh *mesh;
     const co_surface_pieces *pieces;
-    const co_directions *directions; /* [n_pieces] */
-    const co_box *box;               /* [n_pieces] */
+    const co_directions *directions;     /* [n_pieces] */
+    const co_box *box;                   /* [n_pieces] */
     const co_patch_neighbours *left_out; /* NULL: nothing; for a look on the way: pairs of patches that are neighbours.
                                             Then more pairs are unresolved */
 } co_crossing_search;

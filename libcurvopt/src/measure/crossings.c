@@ -108,8 +108,8 @@ static int32_t gather(const work *w, int32_t n_threads, co_crossings *out, curvo
     return CURVOPT_OK;
 }
 
-int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
-                          const co_patch_neighbours *left_out, co_thread_pool *pool, const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *left_out,
+                          co_thread_pool *pool, const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
     const int32_t n_threads = co_thread_pool_size(pool);
     work w = {.search = {.mesh = mesh,
                          .pieces = bounds->pieces,

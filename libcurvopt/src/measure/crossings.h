@@ -18,8 +18,8 @@ typedef struct co_crossings {
 
 /* Of pieces of the mesh, left_out as in co_crossing_search. The same for any number of threads. When cancelled, what
  * was found until then. ERROR_MEMORY. */
-int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
-                          const co_patch_neighbours *left_out, co_thread_pool *pool, const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error);
+int32_t co_crossings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *left_out,
+                          co_thread_pool *pool, const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error);
 /* The same of pieces that are not wanted for anything else, for a report; also CO_CANCELLED. */
 int32_t co_crossings_of_pieces(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
                                const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error);

@@ -7,9 +7,9 @@
 
 typedef struct co_face_pairs {
     size_t n;
-    int32_t (*pair)[2];    /* [n] ascending, and each pair as well: those that touch or cross */
-    size_t n_crossing;     /* of these */
-    uint8_t *is_near;      /* [n_faces] whether a face crosses another one, or is one of the two rings round such faces */
+    int32_t (*pair)[2]; /* [n] ascending, and each pair as well: those that touch or cross */
+    size_t n_crossing;  /* of these */
+    uint8_t *is_near;   /* [n_faces] whether a face crosses another one, or is one of the two rings round such faces */
     const int32_t *origin; /* face of the first cage that each present face is in, the caller's; NULL: itself */
 } co_face_pairs;
 

@@ -11,8 +11,8 @@
 #include <string.h>
 
 enum {
-    GRID = 4,     /* intervals of the grid on a face's side */
-    DEEPEST = 3,  /* pieces of 2^-DEEPEST of a face are the smallest that have points */
+    GRID = 4,    /* intervals of the grid on a face's side */
+    DEEPEST = 3, /* pieces of 2^-DEEPEST of a face are the smallest that have points */
     SMALLEST = 5 /* pieces of 2^-SMALLEST are the smallest that are faced: smaller ones are all at a few vertices */
 };
 /* Of the cosine between x - y and a tangent at a minimum. */
@@ -70,8 +70,8 @@ static int are_neighbours(const work *w, int32_t a, int32_t b) {
     return co_patch_neighbours_are(w->neighbours, w->pieces->patch[a], w->pieces->patch[b]);
 }
 
-/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the point
- * is not farther from it than the reach times the sine of the cone's angle. */
+/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
+ * point is not farther from it than the reach times the sine of the cone's angle. */
 static void bound_along(const work *w, int32_t b, near_piece *out) {
     const co_directions *d = &w->bounds->directions[b];
     const co_cone *normal = &d->normal;
@@ -248,7 +248,8 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
             s->failed = 1;
             return;
         }
-        *f = (co_facing){.piece = {a, b}, .uv = {{uv[0], uv[1]}, {at[0], at[1]}}, .distance = distance, .weight = weight};
+        *f = (co_facing){
+            .piece = {a, b}, .uv = {{uv[0], uv[1]}, {at[0], at[1]}}, .distance = distance, .weight = weight};
         for (int c = 0; c < 3 && distance > 0; c++)
             f->along[c] = (x[c] - y[c]) / distance;
         s->n++;
@@ -311,8 +312,8 @@ static int32_t gather(const work *w, int32_t n_threads, co_facings *out, curvopt
     return co_cancel_is_requested(w->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
-int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
-                        const co_patch_neighbours *neighbours, double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *neighbours,
+                        double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
                         co_facings *out, curvopt_error *error) {
     const int32_t n_threads = co_thread_pool_size(pool);
     work w = {.mesh = mesh,

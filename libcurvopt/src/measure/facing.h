@@ -2,7 +2,8 @@
  *
  * From points x of a grid on each piece, the points y of pieces that are no neighbours of it (location.h) at which the
  * distance |x - y| has a minimum along the surface: there x - y is normal to it, or y is on a boundary or a crease. So
- * the distance changes smoothly with both surfaces, and its derivative by them is that of |x - y| with parameters fixed.
+ * the distance changes smoothly with both surfaces, and its derivative by them is that of |x - y| with parameters
+ * fixed.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MEASURE_FACING_H
@@ -25,8 +26,8 @@ typedef struct co_facings {
 
 /* All that are closer than `reach`, but for pairs of faces that `left_out` has. The same for any number of threads.
  * ERROR_MEMORY, CO_CANCELLED. */
-int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds,
-                        const co_patch_neighbours *neighbours, double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *neighbours,
+                        double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
                         co_facings *out, curvopt_error *error);
 void co_facings_free(co_facings *facings);
 

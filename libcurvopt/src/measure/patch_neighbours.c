@@ -9,11 +9,11 @@
 typedef struct survey {
     const curvopt_mesh *mesh;
     const co_patches *patches;
-    size_t *faces_at;  /* [n_vertices + 1] */
-    int32_t *face;     /* [n_corners] */
+    size_t *faces_at;   /* [n_vertices + 1] */
+    int32_t *face;      /* [n_corners] */
     size_t *patches_of; /* [n_faces + 1] */
-    int32_t *patch;    /* [n_patches] */
-    int32_t *seen;     /* [n_faces] the patch whose neighbours were last looked for in a face */
+    int32_t *patch;     /* [n_patches] */
+    int32_t *seen;      /* [n_faces] the patch whose neighbours were last looked for in a face */
 } survey;
 
 /* Lists of what has each key: start [n_keys + 1], item [n]. */

@@ -23,9 +23,7 @@ int32_t co_piece_bounds_create(const co_surface_pieces *pieces, co_thread_pool *
                                co_piece_bounds *b, curvopt_error *error) {
     const int32_t n = pieces->n_pieces;
     work w = {b, cancel};
-    *b = (co_piece_bounds){.pieces = pieces,
-                           .box = CO_NEW(co_box, n),
-                           .directions = CO_NEW(co_directions, n)};
+    *b = (co_piece_bounds){.pieces = pieces, .box = CO_NEW(co_box, n), .directions = CO_NEW(co_directions, n)};
     int32_t status = b->box && b->directions ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);

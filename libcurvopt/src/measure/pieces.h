@@ -30,7 +30,7 @@ typedef struct co_surface_pieces {
     int32_t *tip_of;  /* [n_patches] index of the patch's tip; -1: none */
     int32_t n_tips;
     co_tip *tip;
-    double size; /* root mean square distance of the cage's vertices from their centroid */
+    double size;                  /* root mean square distance of the cage's vertices from their centroid */
     struct co_ring_table *tables; /* [patches.n_kinds] rows of the rings, by kind of patch */
 } co_surface_pieces;
 
@@ -44,8 +44,7 @@ int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double rat
 int32_t co_pieces_prepare(const curvopt_mesh *mesh, const co_substitution *substitution, double ratio,
                           const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error);
 /* Pieces and tips of positions x [3 n_vertices]. CO_CANCELLED, without a sentence. */
-int32_t co_pieces_place(co_surface_pieces *pieces, const double *x, co_thread_pool *pool,
-                        const curvopt_cancel *cancel);
+int32_t co_pieces_place(co_surface_pieces *pieces, const double *x, co_thread_pool *pool, const curvopt_cancel *cancel);
 void co_pieces_free(co_surface_pieces *pieces);
 
 /* The point (u, v) of a piece as weights over the points of its patch, row [co_patches_own_size()]. */

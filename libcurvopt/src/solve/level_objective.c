@@ -329,8 +329,8 @@ static int32_t create_repulsion(co_level_objective *o, curvopt_error *error) {
     const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
     if (!o->run->options->no_crossings)
         return CURVOPT_OK;
-    return co_repulsion_create(o->mesh, &interpolated, o->positions, o->run->tuning->repulsion_reach * o->edge, o->run->exceptions,
-                               o->run->tables->threads, &o->repulsion, error);
+    return co_repulsion_create(o->mesh, &interpolated, o->positions, o->run->tuning->repulsion_reach * o->edge,
+                               o->run->exceptions, o->run->tables->threads, &o->repulsion, error);
 }
 
 /* What is left of similarities on normals. */

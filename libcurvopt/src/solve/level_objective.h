@@ -96,8 +96,8 @@ void co_level_objective_weigh_spacing(co_level_objective *objective, double wort
 int co_level_objective_aim(co_level_objective *objective, double most, co_iterate *now, int *changed);
 /* `now` goes back to held numbers, where its value and gradient are the same. */
 void co_level_objective_go_back(co_level_objective *objective, co_iterate *now);
-/* Where no crossings are wanted: repulsion is weighed by the energy at `now` if that makes it `least` times as strong or
- * less, or if it had no weight; whether it does. `now` is evaluated again. */
+/* Where no crossings are wanted: repulsion is weighed by the energy at `now` if that makes it `least` times as strong
+ * or less, or if it had no weight; whether it does. `now` is evaluated again. */
 int co_level_objective_weigh_repulsion(co_level_objective *objective, double energy, double least, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);

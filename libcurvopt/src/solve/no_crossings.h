@@ -10,14 +10,15 @@ typedef struct co_no_crossings {
     int32_t *origin; /* [n_faces] face of the input cage that each face of the present one is in */
 } co_no_crossings;
 
-/* Of the input cage xyz [3 n_vertices], and of `start` [3 n_vertices], with which the run begins, where constraints have
- * put it: refused if that crosses itself where the input does not. Errors as curvopt_find_crossings, CO_CANCELLED. */
+/* Of the input cage xyz [3 n_vertices], and of `start` [3 n_vertices], with which the run begins, where constraints
+ * have put it: refused if that crosses itself where the input does not. Errors as curvopt_find_crossings, CO_CANCELLED.
+ */
 int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, const double *start,
                                co_thread_pool *threads, const curvopt_cancel *cancel, co_no_crossings *out,
                                curvopt_error *error);
 void co_no_crossings_free(co_no_crossings *no_crossings);
-/* Of what repels each other at positions x [3 n_vertices]: pairs [n][2] of faces of the input cage, ascending, which the
- * caller frees, and their least distance, NAN if there are none. ERROR_MEMORY. */
+/* Of what repels each other at positions x [3 n_vertices]: pairs [n][2] of faces of the input cage, ascending, which
+ * the caller frees, and their least distance, NAN if there are none. ERROR_MEMORY. */
 int32_t co_no_crossings_touching(co_repulsion *repulsion, const double *x, int32_t (**pairs)[2], int32_t *n,
                                  double *least, curvopt_error *error);
 /* From a mesh to the one that one subdivision makes of it, xyz [3 n_vertices]. Crossings that were too small to be

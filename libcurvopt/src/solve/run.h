@@ -46,18 +46,18 @@ typedef struct co_run {
     co_cancel cancel;    /* what takes long looks at this */
     co_thread_pool *threads;
     co_basis_table_cache tables;
-    co_constraints constraints; /* of the present mesh */
-    double *shape;              /* [3 n_vertices] what the present level began with: context.shape */
-    co_held_numbers held;       /* context.held, where that is not NULL */
-    co_sliding sliding;         /* the same; nothing without options.slide */
+    co_constraints constraints;   /* of the present mesh */
+    double *shape;                /* [3 n_vertices] what the present level began with: context.shape */
+    co_held_numbers held;         /* context.held, where that is not NULL */
+    co_sliding sliding;           /* the same; nothing without options.slide */
     co_no_crossings no_crossings; /* nothing without options.no_crossings */
-    co_run_work spent;          /* by sliding on the present level, until that is solved */
-    const double *shown_beside; /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
-                                   caller sees, where something is held (live.h) */
-    int is_asked_to_stop;       /* by the callback */
-    co_level_prospect prospect; /* of the levels to come */
-    co_level_result at;         /* the present level */
-    curvopt_result *result;     /* its mesh is the present one */
+    co_run_work spent;            /* by sliding on the present level, until that is solved */
+    const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
+                                     caller sees, where something is held (live.h) */
+    int is_asked_to_stop;         /* by the callback */
+    co_level_prospect prospect;   /* of the levels to come */
+    co_level_result at;           /* the present level */
+    curvopt_result *result;       /* its mesh is the present one */
 } co_run;
 
 /* Most turns of motion along normals, each along those of the cage where it begins. */
