@@ -187,7 +187,7 @@ static void test_crossings_of_the_first_cage(void **state) {
     co_face_pairs pairs;
     curvopt_error error;
     CHECK_OK(co_pieces_create(mesh, c.xyz, CO_REPULSION_TIP, NULL, NULL, &pieces, &error), &error);
-    CHECK_OK(co_crossings_of_pieces(mesh, &pieces, NULL, NULL, &found, &error), &error);
+    CHECK_OK(co_crossings_find(mesh, &pieces, NULL, NULL, &found, &error), &error);
     CHECK_OK(co_face_pairs_create(mesh, &found, &pairs, &error), &error);
     CHECK_TRUE(pairs.n_crossing > 2);
     for (size_t k = 0; k < found.n; k++)
@@ -196,11 +196,11 @@ static void test_crossings_of_the_first_cage(void **state) {
         for (int v = 96; v < c.n_vertices; v++)
             c.xyz[3 * v] += apart == 1 ? 0.1 : apart == 2 ? -0.6 : 0;
         CHECK_OK(co_pieces_place(&pieces, c.xyz, NULL, NULL), &error);
-        CHECK_OK(co_crossings_of_pieces(mesh, &pieces, NULL, NULL, &again, &error), &error);
+        CHECK_OK(co_crossings_find(mesh, &pieces, NULL, NULL, &again, &error), &error);
         CHECK_INT(co_face_pairs_allow(&pairs, &again), apart < 2);
         if (apart == 2) {
             co_crossings_free(&again);
-            CHECK_OK(co_crossings_of_pieces(mesh, &pieces, NULL, NULL, &again, &error), &error);
+            CHECK_OK(co_crossings_find(mesh, &pieces, NULL, NULL, &again, &error), &error);
             co_face_pairs_accept(&pairs, &again);
             CHECK_INT(co_face_pairs_allow(&pairs, &again), 1);
         }

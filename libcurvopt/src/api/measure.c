@@ -162,7 +162,7 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
     if (status == CURVOPT_OK)
         status = co_pieces_create(mesh, xyz, TIP_OF_CROSSINGS, pool, cancel, &pieces, error);
     if (status == CURVOPT_OK)
-        status = co_crossings_of_pieces(mesh, &pieces, pool, cancel, &found, error);
+        status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
     if (status == CO_CANCELLED)
         status = CURVOPT_OK;
     if (status == CURVOPT_OK) {

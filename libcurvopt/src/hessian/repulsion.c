@@ -73,10 +73,10 @@ void co_repulsion_copy(co_repulsion *r, const co_repulsion *other) {
 
 /* ------------------------------------------------------------------------------------------------ value -- */
 
-static int crosses_anew(co_repulsion *r, const co_piece_bounds *bounds) {
+static int crosses_anew(co_repulsion *r, const co_near_patches *near) {
     co_crossings found;
-    const int32_t status =
-        co_crossings_find(r->mesh, bounds, r->is_thorough ? NULL : &r->neighbours, r->threads, NULL, &found, NULL);
+    const int32_t status = r->is_thorough ? co_crossings_find(r->mesh, &r->pieces, r->threads, NULL, &found, NULL)
+                                          : co_crossings_find_near(r->mesh, near, r->threads, &found, NULL);
     const int is_new = !co_face_pairs_allow(&r->exceptions->pairs, &found);
     co_crossings_free(&found);
     if (status != CURVOPT_OK)
@@ -106,17 +106,16 @@ static void remember(co_repulsion *r, const double *x) {
 /* What faces what at x; and if wanted whether there is a crossing. */
 static int look(co_repulsion *r, const double *x, int wants_crossings) {
     const int is_wanted = wants_crossings && (r->is_thorough || !is_near(r, x));
-    co_piece_bounds bounds;
+    co_near_patches near;
     int crosses = 0;
     co_facings_free(&r->facings);
     co_pieces_place(&r->pieces, x, r->threads, NULL);
-    int32_t status = co_piece_bounds_create(&r->pieces, r->threads, NULL, &bounds, NULL);
+    int32_t status = co_near_patches_create(&r->pieces, &r->neighbours, r->reach, r->threads, &near, NULL);
     if (status == CURVOPT_OK && is_wanted)
-        crosses = crosses_anew(r, &bounds);
+        crosses = crosses_anew(r, &near);
     if (status == CURVOPT_OK && !crosses)
-        status = co_facings_find(r->mesh, &bounds, &r->neighbours, r->reach, &r->exceptions->pairs, r->threads, NULL,
-                                 &r->facings, NULL);
-    co_piece_bounds_free(&bounds);
+        status = co_facings_find(r->mesh, &near, r->reach, &r->exceptions->pairs, r->threads, &r->facings, NULL);
+    co_near_patches_free(&near);
     if (status != CURVOPT_OK)
         r->failed = status;
     else if (is_wanted && !crosses)

@@ -229,10 +229,8 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
     part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
-    const int most_pairs = s->left_out ? FEW_PAIRS : MOST_PAIRS;
+    const int most_pairs = s->is_cursory ? FEW_PAIRS : MOST_PAIRS;
     stack[0] = (task){.level = 0};
-    if (s->left_out && co_patch_neighbours_are(s->left_out, s->pieces->patch[a], s->pieces->patch[b]))
-        return CO_CROSSING_NONE;
     while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : most_pairs)) {
         const task t = stack[--depth];
         const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];

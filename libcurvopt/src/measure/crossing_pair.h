@@ -16,7 +16,7 @@
 #ifndef CO_MEASURE_CROSSING_PAIR_H
 #define CO_MEASURE_CROSSING_PAIR_H
 
-#include "measure/patch_neighbours.h"
+#include "measure/location.h"
 
 /* In ascending order of what matters more. */
 typedef enum co_crossing {
@@ -34,10 +34,9 @@ typedef struct co_directions {
 typedef struct co_crossing_search {
     const curvopt_mesh *mesh;
     const co_surface_pieces *pieces;
-    const co_directions *directions;     /* [n_pieces] */
-    const co_box *box;                   /* [n_pieces] */
-    const co_patch_neighbours *left_out; /* NULL: nothing; for a look on the way: pairs of patches that are neighbours.
-                                            Then more pairs are unresolved */
+    const co_directions *directions; /* [n_pieces] */
+    const co_box *box;               /* [n_pieces] */
+    int is_cursory;                  /* a look on the way: more pairs are unresolved */
 } co_crossing_search;
 
 co_directions co_directions_of(const double piece[CO_BEZIER]);

@@ -39,9 +39,7 @@ typedef struct work {
     const co_surface_pieces *pieces;
     const co_face_pairs *left_out;
     double reach;
-    const co_piece_bounds *bounds;
-    const co_patch_neighbours *neighbours;
-    const curvopt_cancel *cancel;
+    const co_near_patches *near;
     store *of_thread; /* [n_threads] */
 } work;
 
@@ -65,15 +63,10 @@ static co_facing *grow_pairs(store *s) {
     return &s->pair[s->n];
 }
 
-/* By their patches: of rings round a vertex all are. */
-static int are_neighbours(const work *w, int32_t a, int32_t b) {
-    return co_patch_neighbours_are(w->neighbours, w->pieces->patch[a], w->pieces->patch[b]);
-}
-
 /* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
  * point is not farther from it than the reach times the sine of the cone's angle. */
 static void bound_along(const work *w, int32_t b, near_piece *out) {
-    const co_directions *d = &w->bounds->directions[b];
+    const co_directions *d = &w->near->directions[b];
     const co_cone *normal = &d->normal;
     const double *net = co_pieces_bezier(w->pieces, b);
     *out = (near_piece){.piece = b, .low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
@@ -123,34 +116,23 @@ static int is_beside(const work *w, int32_t a, const near_piece *b) {
 
 /* The pieces near piece a that it could face. */
 static void find_near(const work *w, int32_t a, store *s) {
-    int32_t stack[CO_BOX_TREE_DEPTH];
-    int depth = 0;
-    co_box box = w->bounds->box[a];
+    const int32_t p = w->pieces->patch[a];
+    co_box box = w->near->box[a];
     for (int c = 0; c < 3; c++) {
         box.low[c] -= w->reach;
         box.high[c] += w->reach;
     }
     s->n_near = 0;
-    stack[depth++] = 0;
-    while (depth && !s->failed) {
-        const int32_t at = stack[--depth];
-        const co_box_node *node = &w->bounds->tree.node[at];
-        if (!co_box_overlap(&node->box, &box))
+    for (size_t k = w->near->start[p]; k < w->near->start[p + 1]; k++) {
+        const int32_t q = w->near->patch[k];
+        if (co_face_pairs_have(w->left_out, w->pieces->patches.place[p].face, w->pieces->patches.place[q].face))
             continue;
-        if (node->second) {
-            stack[depth++] = node->second;
-            stack[depth++] = at + 1;
-            continue;
-        }
-        for (int32_t k = node->begin; k < node->end && !s->failed; k++) {
-            const int32_t b = w->bounds->tree.order[k];
+        for (int32_t b = w->pieces->first[q]; b < w->pieces->first[q + 1] && !s->failed; b++) {
             near_piece near;
-            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->bounds->box[b]) ||
-                are_neighbours(w, a, b))
+            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->near->box[b]))
                 continue;
             bound_along(w, b, &near);
-            if (is_beside(w, a, &near) ||
-                co_face_pairs_have(w->left_out, w->pieces->place[a].face, w->pieces->place[b].face))
+            if (is_beside(w, a, &near))
                 continue;
             s->failed = !grow_near(s);
             if (!s->failed)
@@ -231,7 +213,7 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
         const int32_t b = s->near[k].piece;
         static const double whole[2] = {0, 1};
         double y[3], at[2];
-        if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->bounds->box[b], x) < w->reach * w->reach))
+        if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->near->box[b], x) < w->reach * w->reach))
             continue;
         begin_at(co_pieces_bezier(w->pieces, b), x, at);
         const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y);
@@ -269,14 +251,13 @@ static void look_round(const work *w, int32_t a, store *s) {
     }
 }
 
-/* Every n_threads-th run of pieces. */
+/* Every n_threads-th patch. */
 static void look(void *context, int32_t thread, int32_t n_threads) {
-    enum { RUN = 64 };
     const work *w = context;
     store *s = &w->of_thread[thread];
-    const int32_t n = w->pieces->n_pieces, stride = RUN * n_threads;
-    for (int32_t begin = RUN * thread; begin < n && !s->failed; begin += stride)
-        for (int32_t a = begin; a < begin + RUN && a < n && !s->failed && !co_cancel_is_requested(w->cancel); a++)
+    for (int32_t p = thread; p < w->pieces->patches.n_patches && !s->failed; p += n_threads)
+        for (int32_t a = w->pieces->first[p]; a < w->pieces->first[p + 1] && w->near->start[p] < w->near->start[p + 1];
+             a++)
             look_round(w, a, s);
 }
 
@@ -309,20 +290,17 @@ static int32_t gather(const work *w, int32_t n_threads, co_facings *out, curvopt
         out->n += s->n;
     }
     qsort(out->pair, out->n, sizeof *out->pair, compare);
-    return co_cancel_is_requested(w->cancel) ? CO_CANCELLED : CURVOPT_OK;
+    return CURVOPT_OK;
 }
 
-int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *neighbours,
-                        double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
-                        co_facings *out, curvopt_error *error) {
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, double reach,
+                        const co_face_pairs *left_out, co_thread_pool *pool, co_facings *out, curvopt_error *error) {
     const int32_t n_threads = co_thread_pool_size(pool);
     work w = {.mesh = mesh,
-              .pieces = bounds->pieces,
+              .pieces = near->pieces,
               .left_out = left_out,
               .reach = reach,
-              .bounds = bounds,
-              .neighbours = neighbours,
-              .cancel = cancel,
+              .near = near,
               .of_thread = CO_NEW(store, n_threads)};
     *out = (co_facings){0};
     int32_t status = w.of_thread ? CURVOPT_OK : co_status_no_memory(error);

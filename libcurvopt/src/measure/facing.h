@@ -24,11 +24,10 @@ typedef struct co_facings {
     co_facing *pair; /* [n] by pieces and points, in order */
 } co_facings;
 
-/* All that are closer than `reach`, but for pairs of faces that `left_out` has. The same for any number of threads.
- * ERROR_MEMORY, CO_CANCELLED. */
-int32_t co_facings_find(const curvopt_mesh *mesh, const co_piece_bounds *bounds, const co_patch_neighbours *neighbours,
-                        double reach, const co_face_pairs *left_out, co_thread_pool *pool, const curvopt_cancel *cancel,
-                        co_facings *out, curvopt_error *error);
+/* All that are closer than `reach`, which `near` was made for, but for pairs of faces that `left_out` has. The same for
+ * any number of threads. ERROR_MEMORY. */
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, double reach,
+                        const co_face_pairs *left_out, co_thread_pool *pool, co_facings *out, curvopt_error *error);
 void co_facings_free(co_facings *facings);
 
 #endif

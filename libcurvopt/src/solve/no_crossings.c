@@ -13,7 +13,7 @@ static int32_t find(const curvopt_mesh *mesh, const double *xyz, co_thread_pool 
     *out = (co_crossings){0};
     int32_t status = co_pieces_create(mesh, xyz, CO_REPULSION_TIP, threads, cancel, &pieces, error);
     if (status == CURVOPT_OK)
-        status = co_crossings_of_pieces(mesh, &pieces, threads, cancel, out, error);
+        status = co_crossings_find(mesh, &pieces, threads, cancel, out, error);
     co_pieces_free(&pieces);
     if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
         status = CO_CANCELLED;
