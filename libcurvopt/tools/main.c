@@ -120,11 +120,11 @@ static void print_run(const json_report *r, int was_verified) {
         printf(
             "%d vertices could slide along their curves, which are %.2g off between vertices, in units of the cage\n",
             s->n_sliding, s->curve_deviation);
-    if (s->n_refused && s->verdict == CURVOPT_VERDICT_NOT_STATIONARY)
-        printf(
-            "%d steps were shortened, which would have led through the surface: where neighbours fold, or boundaries "
-            "meet, nothing else keeps it from that\n",
-            s->n_refused);
+    if (s->n_refused && (s->stop == CURVOPT_STOP_UNRESOLVED || s->stop == CURVOPT_STOP_STALLED))
+        printf("%d step%s would have led through the surface: where neighbours fold, or boundaries meet, nothing "
+               "repels them, "
+               "and a run may end\n",
+               s->n_refused, s->n_refused == 1 ? "" : "s");
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);
