@@ -33,8 +33,8 @@ static int32_t allocate(co_repulsion *r, curvopt_error *error) {
 }
 
 int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *substitution, const double *x,
-                            double reach, const co_repulsion_exceptions *exceptions, co_thread_pool *threads,
-                            co_repulsion *r, curvopt_error *error) {
+                            double reach, co_repulsion_exceptions *exceptions, co_thread_pool *threads, co_repulsion *r,
+                            curvopt_error *error) {
     double sum = 0;
     *r = (co_repulsion){.mesh = mesh, .exceptions = exceptions, .threads = threads, .reach = reach};
     int32_t status = co_pieces_prepare(mesh, substitution, CO_REPULSION_TIP, NULL, &r->pieces, error);
@@ -82,6 +82,25 @@ static int crosses_anew(co_repulsion *r, const co_near_patches *near) {
     if (status != CURVOPT_OK)
         r->failed = status;
     return is_new;
+}
+
+void co_repulsion_accept(co_repulsion *r, const double *x) {
+    co_near_patches near = {0};
+    if (!r->exceptions->pairs.n_crossing)
+        return;
+    co_pieces_place(&r->pieces, x, r->threads, NULL);
+    int32_t status = co_near_patches_create(&r->pieces, &r->neighbours, r->reach, r->threads, &near, NULL);
+    for (int k = 0; k < 2 && status == CURVOPT_OK; k++) {
+        co_crossings found;
+        status = k ? co_crossings_find_near(r->mesh, &near, r->threads, &found, NULL)
+                   : co_crossings_find(r->mesh, &r->pieces, r->threads, NULL, &found, NULL);
+        if (status == CURVOPT_OK)
+            co_face_pairs_accept(&r->exceptions->pairs, &found);
+        co_crossings_free(&found);
+    }
+    co_near_patches_free(&near);
+    if (status != CURVOPT_OK)
+        r->failed = status;
 }
 
 /* Two surfaces that were `clearance` apart cannot meet before one of them has moved by half of it. Half of that again,

@@ -28,9 +28,9 @@ typedef struct co_repulsion_exceptions {
 } co_repulsion_exceptions;
 
 typedef struct co_repulsion {
-    const curvopt_mesh *mesh;                  /* the caller's; NULL: there is no repulsion */
-    const co_repulsion_exceptions *exceptions; /* the caller's */
-    co_thread_pool *threads;                   /* the caller's */
+    const curvopt_mesh *mesh;            /* the caller's; NULL: there is no repulsion */
+    co_repulsion_exceptions *exceptions; /* the caller's */
+    co_thread_pool *threads;             /* the caller's */
     co_patch_neighbours neighbours;
     co_surface_pieces pieces; /* at the positions that were looked at last */
     co_facings facings;       /* there */
@@ -50,12 +50,15 @@ typedef struct co_repulsion {
 /* Of positions x [3 n_vertices]. Borrows mesh, exceptions and threads. substitution: as co_assembly_create.
  * ERROR_MEMORY, ERROR_TOPOLOGY. */
 int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *substitution, const double *x,
-                            double reach, const co_repulsion_exceptions *exceptions, co_thread_pool *threads,
+                            double reach, co_repulsion_exceptions *exceptions, co_thread_pool *threads,
                             co_repulsion *out, curvopt_error *error);
 void co_repulsion_free(co_repulsion *repulsion);
 /* Reach, weight and areas of another one on the same mesh. */
 void co_repulsion_copy(co_repulsion *repulsion, const co_repulsion *other);
 
+/* Where the first cage crosses itself: crossings at x, where a level begins, are no worse than that either. Which pairs
+ * of faces cross is a matter of rounding where one is crossed at its rim. */
+void co_repulsion_accept(co_repulsion *repulsion, const double *x);
 /* The value at positions x [3 n_vertices], INFINITY where the surface crosses itself anew, and where memory is out;
  * gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
 double co_repulsion_value(co_repulsion *repulsion, const double *x, double *gradient);

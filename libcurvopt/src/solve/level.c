@@ -465,6 +465,16 @@ int32_t co_level_refresh_factor(co_level *l, curvopt_error *error) {
     return status;
 }
 
+/* The level's first evaluation. Where the run's input crosses itself, the level may begin as it is. */
+static void evaluate_first(co_level *l) {
+    co_level_objective *o = &l->objective;
+    co_level_objective_evaluate(o, &l->now);
+    if (!o->repulsion.mesh || isfinite(l->now.value))
+        return;
+    co_repulsion_accept(&o->repulsion, o->positions);
+    co_level_objective_evaluate(o, &l->now);
+}
+
 int32_t co_level_begin(co_level *l, curvopt_error *error) {
     int resolved, changed, is_there;
     double defect;
@@ -476,10 +486,12 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
         return status;
     co_step_review_begin(&l->review, l->now.x, defect);
     l->reached = l->review.safe;
-    co_level_objective_evaluate(&l->objective, &l->now);
+    evaluate_first(l);
     if (co_level_objective_weigh_springs(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1))
         co_level_objective_evaluate(&l->objective, &l->now);
     co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
+    if (l->objective.repulsion.failed != CURVOPT_OK)
+        return co_status_no_memory(error);
     int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
@@ -500,7 +512,7 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     status = aim(l, &is_there, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    co_level_objective_evaluate(&l->objective, &l->now);
+    evaluate_first(l);
     co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
     l->reached = l->review.safe;
     return CURVOPT_OK;
@@ -579,6 +591,7 @@ int32_t co_level_leave_saddle(co_level *l, int *left, curvopt_error *error) {
                                                     co_level_hessian_least_shift(&l->hessian, l->now.value), error);
     if (status == CURVOPT_OK)
         status = most_negative(l, &l->now, d, &found, error);
+    l->objective.repulsion.is_thorough = 1; /* another level begins there */
     if (found)
         *left = co_negative_curvature_step(
             &f,
