@@ -80,7 +80,7 @@ static int crosses_anew(co_repulsion *r, const co_near_patches *near) {
     const int is_new = !co_face_pairs_allow(&r->exceptions->pairs, &found);
     co_crossings_free(&found);
     if (status != CURVOPT_OK)
-        r->failed = status;
+        r->exceptions->failed = status;
     return is_new;
 }
 
@@ -100,7 +100,7 @@ void co_repulsion_accept(co_repulsion *r, const double *x) {
     }
     co_near_patches_free(&near);
     if (status != CURVOPT_OK)
-        r->failed = status;
+        r->exceptions->failed = status;
 }
 
 /* Two surfaces that were `clearance` apart cannot meet before one of them has moved by half of it. Half of that again,
@@ -136,7 +136,7 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
         status = co_facings_find(r->mesh, &near, r->reach, &r->exceptions->pairs, r->threads, &r->facings, NULL);
     co_near_patches_free(&near);
     if (status != CURVOPT_OK)
-        r->failed = status;
+        r->exceptions->failed = status;
     else if (is_wanted && !crosses)
         remember(r, x);
     return crosses;
@@ -175,7 +175,7 @@ double co_repulsion_value(co_repulsion *r, const double *x, double *gradient) {
     double sum = 0;
     const int crosses = look(r, x, 1);
     *r->exceptions->n_refused += crosses;
-    if (crosses || r->failed != CURVOPT_OK)
+    if (crosses || r->exceptions->failed != CURVOPT_OK)
         return (double)INFINITY;
     if (gradient)
         memset(r->point_gradient, 0, 3 * (size_t)r->pieces.patches.n_points * sizeof *r->point_gradient);
@@ -274,7 +274,7 @@ void co_repulsion_add_hessian(co_repulsion *r, co_sparse_hessian *h) {
                                      r->weight * r->area[f->piece[0]] * f->weight * b[2] / (r->reach * r->reach));
     }
     if (status != CURVOPT_OK)
-        r->failed = status;
+        r->exceptions->failed = status;
     derivative_free(&d);
 }
 

@@ -25,6 +25,7 @@
 typedef struct co_repulsion_exceptions {
     co_face_pairs pairs; /* that touch, cross or are near a crossing: they do not repel each other */
     int32_t *n_refused;  /* counts points at which crossings were worse */
+    int32_t failed;      /* status: memory is out, in a look of any level */
 } co_repulsion_exceptions;
 
 typedef struct co_repulsion {
@@ -44,7 +45,6 @@ typedef struct co_repulsion {
     double *point_gradient;   /* [3 n_points] work */
     int is_thorough;          /* crossings are looked for as in reports; else sooner given up, and not
                                  near where they were looked for last */
-    int32_t failed;           /* status: memory is out */
 } co_repulsion;
 
 /* Of positions x [3 n_vertices]. Borrows mesh, exceptions and threads. substitution: as co_assembly_create.
@@ -53,6 +53,9 @@ int32_t co_repulsion_create(const curvopt_mesh *mesh, const co_substitution *sub
                             double reach, co_repulsion_exceptions *exceptions, co_thread_pool *threads,
                             co_repulsion *out, curvopt_error *error);
 void co_repulsion_free(co_repulsion *repulsion);
+static inline int32_t co_repulsion_failed(const co_repulsion *r) {
+    return r->exceptions ? r->exceptions->failed : CURVOPT_OK;
+}
 /* Reach, weight and areas of another one on the same mesh. */
 void co_repulsion_copy(co_repulsion *repulsion, const co_repulsion *other);
 

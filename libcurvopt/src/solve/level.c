@@ -31,7 +31,7 @@ static int is_over(const co_level *l) {
 static void evaluate_always(void *context, co_iterate *at) {
     co_level *l = context;
     co_level_objective_evaluate(&l->objective, at);
-    if (l->objective.repulsion.failed != CURVOPT_OK)
+    if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
         l->failed = co_status_no_memory(l->error);
 }
 
@@ -490,7 +490,7 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     if (co_level_objective_weigh_springs(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1))
         co_level_objective_evaluate(&l->objective, &l->now);
     co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
-    if (l->objective.repulsion.failed != CURVOPT_OK)
+    if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
         return co_status_no_memory(error);
     int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))

@@ -56,6 +56,8 @@ static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
         status = co_run_certify(r, level, NULL, error);
     if (status == CO_CANCELLED) /* there is no verdict */
         status = CURVOPT_OK;
+    if (status == CURVOPT_OK && r->no_crossings.exceptions.failed != CURVOPT_OK)
+        status = co_status_no_memory(error);
     co_level_destroy(level);
     return status;
 }

@@ -76,7 +76,7 @@ int32_t co_no_crossings_touching(co_repulsion *r, const double *x, int32_t (**pa
     const int32_t *origin = r->exceptions->pairs.origin;
     int32_t(*all)[2] = co_memory_zeroed(n_all, sizeof *all);
     *pairs = all;
-    if (!all || r->failed != CURVOPT_OK)
+    if (!all || r->exceptions->failed != CURVOPT_OK)
         return co_status_no_memory(error);
     for (size_t k = 0; k < n_all; k++) {
         const co_facing *f = &r->facings.pair[k];
