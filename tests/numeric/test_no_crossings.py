@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 import lib
 from ccref import Mesh, mesh_from_faces
 from dense_surface import crossing_faces, triangles
-from nets import read_obj, write_obj
+from nets import read_obj, torus_cage, write_obj
 from test_measure import corpus_cage, joined, linked, trefoil
 
 REACH = 0.2  # mean edges: base/tuning.h
@@ -137,6 +137,16 @@ def test_crossings_of_the_input():
     assert after.n_pairs <= before.n_pairs and held.verdict == "minimum"
     few = lib.minimize(mesh, levels=1, no_crossings=1, max_iterations=2)
     assert 0 < lib.crossings(few.mesh).n_pairs <= before.n_pairs
+
+
+@pytest.mark.parametrize("distance", (1.2, 1.5))
+def test_symmetric_crossings_of_the_input(distance):
+    """Coarse tori that cross at corners of faces: which pairs cross is a matter of rounding there, and the run begins."""
+    one = torus_cage(4, 3, 0.45)
+    mesh = joined(one, one.with_xyz(one.xyz + [distance, 0, 0]))
+    held = lib.minimize(mesh, levels=1, no_crossings=1)
+    assert held.summary.n_crossing_before == lib.crossings(mesh).n_pairs > 4
+    assert held.verdict == "minimum" and lib.crossings(held.mesh).n_pairs == 0
 
 
 def test_places_that_cross_are_refused():
