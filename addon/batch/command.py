@@ -70,6 +70,10 @@ def _parser() -> argparse.ArgumentParser:
         help="vertices on boundaries and infinitely sharp creases that --boundary keeps move along these; curves stay",
     )  # fmt: skip
     parser.add_argument(
+        "--no-crossings", action="store_true",
+        help="the surface comes to cross itself nowhere: faces that are no neighbours repel each other when they come close",
+    )  # fmt: skip
+    parser.add_argument(
         "--symmetry", type=_symmetry, default=DEFAULTS.symmetry, metavar="{auto,keep,rotations,none,PLANES}",
         help="of the cage: keep them all; auto: likewise, but give some up where that lowers a third-order energy by 6 "
         "%% or more for each halving; rotations alone; none; or reflections across axes of the object and no others, "

@@ -37,7 +37,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     """Minimize and write everything that was asked for, the report with what is `also` to be in it; what happened, in a
     sentence. Raises if anything fails."""
     fields = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
-    fields["slide"] = int(options.slide)
+    fields["slide"], fields["no_crossings"] = int(options.slide), int(options.no_crossings)
     fields = {name: value for name, value in fields.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with all_or_nothing(wanted) as place:
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     verdict = messages.verdict_of(request, solution)
     held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
-    counted = *counted, messages.volume_text(request, solution), shown
+    counted = *counted, messages.contact_text(request, solution), messages.volume_text(request, solution), shown
     measured = messages.deviation_text(solution), messages.crossings_text(solution)
     parts = messages.solution_text(request, solution), *counted, *measured, held, verdict
     return "\n".join(part for part in parts if part)
@@ -173,12 +173,21 @@ def report(
         "multipliers": _finite(solution.multipliers),
         "scalar_residuals": _finite(solution.scalar_residuals),
         **_finite({"discretization_error": solution.discretization_error}),
+        **_contact(request, solution),
         "n_held": solution.exceptions.n_held,
         "n_left_out": solution.exceptions.n_left_out,
         "verification": _verification(solution.verification),
         "verdict": messages.verdict_of(request, solution),
         **_measures(solution),
     }
+
+
+def _contact(request: job.Request, solution: job.Solution) -> dict[str, object]:
+    """Of No Crossings, as the command line writes it, but for pairs of the original that cross; empty without it."""
+    if not request.options.get("no_crossings"):
+        return {}
+    found = {**_finite({"clearance": solution.clearance}), "touching": [list(pair) for pair in solution.touching]}
+    return {"no_crossings": {**found, "n_crossings_before": solution.n_crossing_before}}
 
 
 def _measures(solution: job.Solution) -> dict[str, object]:

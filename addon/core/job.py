@@ -73,8 +73,9 @@ class Solution:
     that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
     first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
-    `scalar_residuals` by name, and `discretization_error`, as of values.Summary. `path`, of a run that was recorded: states
-    (n, 3) of the optimized cage's vertices, from the first cage to the optimized one."""
+    `scalar_residuals` by name, `discretization_error`, and of No Crossings `clearance`, `touching` and `n_crossing_before`,
+    as of values.Summary. `path`, of a run that was recorded: states (n, 3) of the optimized cage's vertices, from the first
+    cage to the optimized one."""
 
     cage: Cage
     start_positions: np.ndarray
@@ -93,6 +94,9 @@ class Solution:
     multipliers: Mapping[str, float] = field(default_factory=dict)
     scalar_residuals: Mapping[str, float] = field(default_factory=dict)
     discretization_error: float = math.nan
+    clearance: float = math.nan
+    touching: tuple[tuple[int, int], ...] = ()
+    n_crossing_before: int = 0
     path: tuple[np.ndarray, ...] = ()
 
 
@@ -188,7 +192,8 @@ def _can_be_cropped(cage: Cage, request: Request) -> bool:
     second_order = set(weights_of(request.energy)) <= {"willmore", "mean_curvature"}
     exact = bool((np.asarray(request.held.weights) == 1).all()) and bool(np.isfinite(cage.positions).all())
     has_volume = not request.keeps_volume or request.boundary != "free"
-    return local_surface and second_order and exact and has_volume
+    sees_all = not request.options.get("no_crossings")  # also faces that do not change are in the way
+    return local_surface and second_order and exact and has_volume and sees_all
 
 
 def _solve(
@@ -233,7 +238,7 @@ def _solve(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
-                summary.discretization_error, path,
+                summary.discretization_error, summary.clearance, summary.touching, summary.n_crossing_before, path,
             )  # fmt: skip
 
 

@@ -152,6 +152,20 @@ def crossings_text(solution: Solution) -> str:
     return f"The surface crosses itself at {_counted(solution.crossings.n_pairs, 'pair', 'pairs')} of faces"
 
 
+def contact_text(request: Request, solution: Solution) -> str:
+    """What No Crossings holds the result by, and what it could not prevent, in a sentence; empty without it."""
+    if not request.options.get("no_crossings"):
+        return ""
+    parts = []
+    if solution.touching:
+        pairs, gap = _counted(len(solution.touching), "pair", "pairs"), number_text(solution.clearance)
+        parts.append(f"The surface is held by contact with itself: {pairs} of faces, {gap} apart at the closest")
+    if solution.n_crossing_before:
+        pairs_before = _counted(solution.n_crossing_before, "pair", "pairs")
+        parts.append(f"The original crosses itself at {pairs_before} of faces, which may go on crossing")
+    return ". ".join(parts)
+
+
 def smoothed_text(name: str, in_place: bool) -> str:
     """That a result looks smoother than object `name`, which had no Subdivision Surface modifier, for that reason
     alone."""

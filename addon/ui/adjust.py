@@ -91,7 +91,8 @@ strength, with Slide, or with Keep Volume"""
             crossed = messages.crossings_text(solution)
             warnings = messages.refined_text(request), messages.volume_text(request, solution), held, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
-            parts = *warnings, messages.marks_text(request), messages.sliding_text(request, solution), smoothed, shown
+            told = messages.marks_text(request), messages.sliding_text(request, solution), messages.contact_text(request, solution)
+            parts = *warnings, *told, smoothed, shown
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)

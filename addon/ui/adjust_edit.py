@@ -73,7 +73,7 @@ Volume"""
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
             found = messages.volume_text(request, solution), held, messages.crossings_text(solution), moved.remark
-            parts = *found, messages.sliding_text(request, solution), smooth
+            parts = *found, messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"

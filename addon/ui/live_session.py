@@ -146,6 +146,8 @@ class Session:
         try:
             if values["within"] > 0:
                 raise CageError("Live moves vertices away from their places, and Within keeps them near: set Within to 0.")
+            if values["no_crossings"]:
+                raise CageError("Live does not look for crossings: turn No Crossings off.")
             request = properties.request_of({**values, "resolution": "SAME", "slide": False, "animation": False}, self._pins)
             weights_of(request.energy)
             request = job.with_marks(self.source.cage, self.source.fitted(request), *self._marks)

@@ -56,6 +56,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             column.label(text=wave)
         if not state.live:
             column.prop(settings, "within")
+            column.prop(settings, "no_crossings")
         self._draw_volume(context, column)
         if state.live:
             self._draw_live(context, column)

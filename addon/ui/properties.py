@@ -139,6 +139,11 @@ class RunSettings:
         "the volume between it and its boundary, which must stay. Where nothing else holds the shape, at strength 1 "
         "without pins, this only sets the size of the result", default=False,
     )
+    no_crossings: bpy.props.BoolProperty(
+        name="No Crossings", description="The surface comes to cross itself nowhere: parts of it that come close repel each "
+        "other. For knots, fingers and other shapes that would pass through themselves. What crosses in the original may "
+        "go on crossing. Takes several times as long", default=DEFAULTS.no_crossings,
+    )
     resolution: bpy.props.EnumProperty(
         name="Resolution", description="Whether the result has more vertices than the cage", items=RESOLUTIONS,
         default=_RESOLUTION,
@@ -281,6 +286,7 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
         "threads": values["threads"],
         "escape": int(values["escape"]),
         "slide": int(values["slide"]),
+        "no_crossings": int(values["no_crossings"]),
     }
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
     energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])

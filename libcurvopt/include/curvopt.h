@@ -600,6 +600,22 @@ typedef struct curvopt_options {
     /* Points, normals and tangents of the surface that are held; for curvopt_minimize() only. NULL: none are. Default
      * NULL. */
     const curvopt_through *through;
+    /* 1: the surface comes to cross itself nowhere, for curvopt_minimize() only. From a fifth of a mean edge on faces
+     * that are no neighbours repel each other by a barrier (IPC), which is worth the energy where all of the surface is
+     * as close; steps that would lead to a crossing are shortened. So the result is the objective's minimum among
+     * surfaces without crossings but for the barrier, whose reach halves with each level. It is in decrements and
+     * verdicts, not in energies; the Hessian leaves second derivatives of distances out. The summary says by how many
+     * pairs of faces it is held, and how close they are. curvopt_find_crossings() finds none in the result.
+     *
+     * A surface that crosses itself at the start may go on, at those faces and two rings round them, and in no more
+     * pairs of faces than before. What touches at the start does not repel each other. Limit points and vertices that
+     * are put at places must not make it cross (ERROR_GEOMETRY). Boundaries repel surfaces, but not other boundaries,
+     * and neighbours do not repel each other: there runs may end early, with the stop UNRESOLVED or STALLED and
+     * summary.n_refused. Several times as slow as without, and more where much of the surface is in contact. Refused
+     * with slide, joshi_sequin and by a solver that stays. 0 or 1, default 0. */
+    int32_t no_crossings;
+    /* 0 */
+    int32_t reserved;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */
@@ -968,6 +984,14 @@ typedef struct curvopt_summary {
                                                     last level's quadrature; 0 where free */
     double discretization_error; /* how far the energy of the result may be above that of finer and finer nets, by what
                                     the last levels brought; an estimate, no bound. NAN: unknown, as after one level */
+    double clearance;            /* with options.no_crossings: least distance of parts of the result that face each
+                                    other, at 25 points of each face; in units of the cage. NAN: nothing is as close as
+                                    the repulsion reaches */
+    int32_t n_touching;          /* with options.no_crossings: pairs of faces of the input whose surfaces in the result
+                                    are as close, and hold it (curvopt_result_get_touching) */
+    int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */
+    int32_t n_refused;           /* the same: steps that were shortened because of a crossing */
+    int32_t reserved_too;        /* 0 */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and
@@ -995,6 +1019,9 @@ CURVOPT_API void curvopt_result_get_summary(const curvopt_result *result, curvop
 /* Energies of the input cage and of the result; either pointer may be NULL. */
 CURVOPT_API void curvopt_result_get_energies(const curvopt_result *result, curvopt_energies *start,
                                              curvopt_energies *end, size_t size);
+/* Copies the pairs of faces of the input cage by which the result is held: pairs [2 summary.n_touching], ascending,
+ * (f, g) with f <= g. */
+CURVOPT_API void curvopt_result_get_touching(const curvopt_result *result, int32_t *pairs);
 /* Report of level index 0 .. n_levels - 1; ERROR_ARGUMENT outside. */
 CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32_t index, curvopt_level_report *report,
                                              size_t size, curvopt_error *error);

@@ -26,8 +26,8 @@ static const char help_text[] =
     "with\n"
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
-    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --strength, --within, "
-    "--through,\n"
+    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --strength, --within,\n"
+    "                       --no-crossings, --through,\n"
     "                       --volume, --area, --total-mean-curvature, --reduced-volume, --spontaneous-curvature: not\n"
     "                       for this program\n"
     "  --strict             always on: nothing is held as an exception here\n"
@@ -119,6 +119,8 @@ static const char *not_for_tao(const arguments *a) {
             return "--volume, --area, --total-mean-curvature and --reduced-volume are not for this program: a rank "
                    "does "
                    "not know the numbers of the whole surface";
+    if (o->no_crossings)
+        return "--no-crossings is not for this program";
     if (o->strength < 1 || o->within > 0)
         return "--strength and --within are not for this program";
     if (a->through)

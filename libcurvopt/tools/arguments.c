@@ -136,6 +136,8 @@ int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t s
             a->options.joshi_sequin = 1;
         } else if (minimize && !strcmp(arg, "--slide")) {
             a->options.slide = 1;
+        } else if (minimize && !strcmp(arg, "--no-crossings")) {
+            a->options.no_crossings = 1;
         } else if (minimize && !strcmp(arg, "--verify")) {
             a->options.verify = 1;
         } else if (minimize && !strcmp(arg, "--escape")) {

@@ -116,11 +116,16 @@ static void print_run(const json_report *r, int was_verified) {
     printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
            curvopt_stop_text(s->stop));
     print_verdict(s, was_verified);
-    printf(")\n");
+    printf("%s)\n", s->n_touching ? "; held by contact" : "");
     if (s->n_sliding)
         printf(
             "%d vertices could slide along their curves, which are %.2g off between vertices, in units of the cage\n",
             s->n_sliding, s->curve_deviation);
+    if (s->n_refused && (s->stop == CURVOPT_STOP_UNRESOLVED || s->stop == CURVOPT_STOP_STALLED))
+        printf("%d step%s would have led through the surface: where neighbours fold, or boundaries meet, nothing "
+               "repels them, "
+               "and a run may end\n",
+               s->n_refused, s->n_refused == 1 ? "" : "s");
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);
@@ -380,7 +385,9 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     if (!take_result(result, &info, &in->cage, summary.n_levels - 1, &cage))
         return could_not(a->output, strerror(ENOMEM));
     if (measures_take(curvopt_result_mesh(result), cage.xyz, in->mesh, in->mesh, in->cage.xyz, a->options.threads,
-                      cancel, &measured, &error) != CURVOPT_OK) {
+                      cancel, &measured, &error) != CURVOPT_OK ||
+        (a->options.no_crossings && measures_take_touching(result, in->mesh, in->cage.xyz, a->options.threads, cancel,
+                                                           &measured, &error) != CURVOPT_OK)) {
         free_result(&cage);
         return could_not(a->input, error.message);
     }

@@ -59,6 +59,12 @@ static int to_input(const curvopt_mesh *mesh, const curvopt_mesh *input, measure
     return fits;
 }
 
+static int32_t out_of_memory(measures *m, curvopt_error *error) {
+    snprintf(error->message, sizeof error->message, "%s", curvopt_status_text(CURVOPT_ERROR_MEMORY));
+    measures_free(m);
+    return CURVOPT_ERROR_MEMORY;
+}
+
 int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *input, const curvopt_mesh *from,
                       const double *from_xyz, int32_t threads, const curvopt_cancel *cancel, measures *m,
                       curvopt_error *error) {
@@ -73,27 +79,66 @@ int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt
                                            sizeof m->deviation, NULL, error);
     m->has_crossings = m->crossings.is_complete;
     m->has_deviation = from && isfinite(m->deviation.rms); /* NAN if it was cancelled */
-    if (!m->pairs || (status == CURVOPT_OK && !to_input(mesh, input, m))) {
-        status = CURVOPT_ERROR_MEMORY;
-        snprintf(error->message, sizeof error->message, "%s", curvopt_status_text(status));
-    }
+    if (!m->pairs || (status == CURVOPT_OK && !to_input(mesh, input, m)))
+        return out_of_memory(m, error);
     if (status != CURVOPT_OK)
         measures_free(m);
     return status;
 }
 
+int32_t measures_take_touching(const curvopt_result *result, const curvopt_mesh *input, const double *xyz,
+                               int32_t threads, const curvopt_cancel *cancel, measures *m, curvopt_error *error) {
+    curvopt_summary summary;
+    curvopt_crossings before = {.n_pairs = 0};
+    curvopt_result_get_summary(result, &summary, sizeof summary);
+    const int32_t room =
+        summary.n_crossing_before < MEASURES_MOST_PAIRS ? summary.n_crossing_before : MEASURES_MOST_PAIRS;
+    m->touching = malloc(sizeof *m->touching * 2 * (size_t)(summary.n_touching + 1));
+    m->before = malloc(sizeof *m->before * 2 * (size_t)(room + 1));
+    if (!m->touching || !m->before)
+        return out_of_memory(m, error);
+    curvopt_result_get_touching(result, m->touching);
+    if (room) {
+        const int32_t status =
+            curvopt_find_crossings(input, xyz, threads, cancel, room, m->before, &before, sizeof before, error);
+        if (status != CURVOPT_OK) {
+            measures_free(m);
+            return status;
+        }
+    }
+    m->n_touching = summary.n_touching;
+    m->clearance = summary.clearance;
+    m->n_before = summary.n_crossing_before;
+    m->n_before_listed = before.n_listed;
+    m->n_refused = summary.n_refused;
+    m->has_touching = 1;
+    return CURVOPT_OK;
+}
+
 void measures_free(measures *m) {
     free(m->pairs);
+    free(m->touching);
+    free(m->before);
     *m = (measures){.pairs = NULL};
 }
 
-static void print_crossings(FILE *f, const measures *m) {
+static void print_pairs(FILE *f, const char *what, int32_t n, int32_t n_listed, const int32_t *pairs) {
     enum { MOST_PRINTED = 8 };
-    const curvopt_crossings *c = &m->crossings;
-    fprintf(f, "%-22s %d pair%s of faces", "crosses itself", c->n_pairs, c->n_pairs == 1 ? "" : "s");
-    for (int32_t k = 0; k < c->n_listed && k < MOST_PRINTED; k++)
-        fprintf(f, "%s%d-%d", k ? " " : ": ", m->pairs[2 * (size_t)k], m->pairs[2 * (size_t)k + 1]);
-    fprintf(f, "%s\n", c->n_listed > MOST_PRINTED ? " .." : "");
+    fprintf(f, "%-22s %d pair%s of faces", what, n, n == 1 ? "" : "s");
+    for (int32_t k = 0; k < n_listed && k < MOST_PRINTED; k++)
+        fprintf(f, "%s%d-%d", k ? " " : ": ", pairs[2 * (size_t)k], pairs[2 * (size_t)k + 1]);
+    fprintf(f, "%s", n_listed > MOST_PRINTED ? " .." : "");
+}
+
+static void print_touching(FILE *f, const measures *m) {
+    if (m->n_touching) {
+        print_pairs(f, "held by contact", m->n_touching, m->n_touching, m->touching);
+        fprintf(f, "; least distance %.3g\n", m->clearance);
+    }
+    if (m->n_before) {
+        print_pairs(f, "crossed before", m->n_before, m->n_before_listed, m->before);
+        fprintf(f, "; these may go on crossing\n");
+    }
 }
 
 void measures_print(FILE *f, const measures *m, int always) {
@@ -102,11 +147,14 @@ void measures_print(FILE *f, const measures *m, int always) {
     if (m->has_deviation)
         fprintf(f, "%-22s %.6g largest (at most %.6g), %.6g root mean square; %.3g and %.3g of the size\n", "deviation",
                 d->max, d->bound, d->rms, d->max / d->size, d->rms / d->size);
+    if (m->has_touching)
+        print_touching(f, m);
     if (!m->has_crossings)
         return;
-    if (c->n_pairs)
-        print_crossings(f, m);
-    else if (always)
+    if (c->n_pairs) {
+        print_pairs(f, "crosses itself", c->n_pairs, c->n_listed, m->pairs);
+        fprintf(f, "\n");
+    } else if (always)
         fprintf(f, "%-22s nowhere found\n", "crosses itself");
     if (c->n_contacts)
         fprintf(f, "%-22s %d pairs of faces, without a crossing that could be proven\n", "touches itself",
@@ -115,17 +163,35 @@ void measures_print(FILE *f, const measures *m, int always) {
         fprintf(f, "%-22s %d pairs of faces come too close to tell\n", "may touch itself", c->n_unresolved);
 }
 
+static void write_pairs(FILE *f, const char *key, int32_t n, const int32_t *pairs) {
+    fprintf(f, "\"%s\": [", key);
+    for (int32_t k = 0; k < n; k++)
+        fprintf(f, "%s[%d, %d]", k ? ", " : "", pairs[2 * (size_t)k], pairs[2 * (size_t)k + 1]);
+    fprintf(f, "]");
+}
+
+static void write_touching(FILE *f, const measures *m) {
+    fprintf(f, "  \"no_crossings\": {\"clearance\": ");
+    fprintf(f, isfinite(m->clearance) ? "%.17g" : "null", m->clearance);
+    fprintf(f, ", \"n_refused\": %d,\n    ", m->n_refused);
+    write_pairs(f, "touching", m->n_touching, m->touching);
+    fprintf(f, ",\n    \"n_crossings_before\": %d, ", m->n_before);
+    write_pairs(f, "crossings_before", m->n_before_listed, m->before);
+    fprintf(f, "},\n");
+}
+
 void measures_write_json(FILE *f, const measures *m) {
     const curvopt_crossings *c = &m->crossings;
     const curvopt_deviation *d = &m->deviation;
     if (m->has_deviation)
         fprintf(f, "  \"deviation\": {\"max\": %.17g, \"rms\": %.17g, \"bound\": %.17g, \"size\": %.17g},\n", d->max,
                 d->rms, d->bound, d->size);
+    if (m->has_touching)
+        write_touching(f, m);
     if (!m->has_crossings)
         return;
-    fprintf(f, "  \"n_crossings\": %d, \"n_contacts\": %d, \"n_unresolved\": %d,\n  \"crossings\": [", c->n_pairs,
-            c->n_contacts, c->n_unresolved);
-    for (int32_t k = 0; k < c->n_listed; k++)
-        fprintf(f, "%s[%d, %d]", k ? ", " : "", m->pairs[2 * (size_t)k], m->pairs[2 * (size_t)k + 1]);
-    fprintf(f, "],\n");
+    fprintf(f, "  \"n_crossings\": %d, \"n_contacts\": %d, \"n_unresolved\": %d,\n  ", c->n_pairs, c->n_contacts,
+            c->n_unresolved);
+    write_pairs(f, "crossings", c->n_listed, m->pairs);
+    fprintf(f, ",\n");
 }

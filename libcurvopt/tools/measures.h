@@ -15,6 +15,14 @@ typedef struct measures {
     curvopt_deviation deviation; /* if has_deviation */
     int has_deviation;
     int has_crossings;
+    double clearance;   /* if has_touching: NAN if nothing touches */
+    int32_t n_touching; /* pairs of faces of the input by which a result without crossings is held */
+    int32_t *touching;  /* [2 n_touching] */
+    int32_t n_before;   /* pairs of faces that cross in the input */
+    int32_t n_before_listed;
+    int32_t *before; /* [2 n_before_listed] */
+    int32_t n_refused;
+    int has_touching;
 } measures;
 
 /* Measures a cage, and its deviation from another one (NULL: none). `input` is the cage that it is a subdivision of, or
@@ -23,6 +31,10 @@ typedef struct measures {
 int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *input, const curvopt_mesh *from,
                       const double *from_xyz, int32_t threads, const curvopt_cancel *cancel, measures *out,
                       curvopt_error *error);
+/* Of a run with options.no_crossings, what holds its result, and what its input `input`, xyz, does already. As
+ * measures_take(), after which it is called. */
+int32_t measures_take_touching(const curvopt_result *result, const curvopt_mesh *input, const double *xyz,
+                               int32_t threads, const curvopt_cancel *cancel, measures *m, curvopt_error *error);
 void measures_free(measures *m);
 /* For people: the deviation, if there is one; crossings, if there are any or `always`. */
 void measures_print(FILE *file, const measures *m, int always);

@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 288);
+SIZE(curvopt_options, 296);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -73,6 +73,8 @@ AT(curvopt_options, scalar_value, 216);
 AT(curvopt_options, within, 264);
 AT(curvopt_options, spontaneous_curvature, 272);
 AT(curvopt_options, through, 280);
+AT(curvopt_options, no_crossings, 288);
+AT(curvopt_options, reserved, 292);
 
 SIZE(curvopt_through, 88);
 AT(curvopt_through, struct_size, 0);
@@ -163,7 +165,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 200);
+SIZE(curvopt_summary, 224);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -186,6 +188,11 @@ AT(curvopt_summary, reserved, 92);
 AT(curvopt_summary, multiplier, 96);
 AT(curvopt_summary, scalar_residual, 144);
 AT(curvopt_summary, discretization_error, 192);
+AT(curvopt_summary, clearance, 200);
+AT(curvopt_summary, n_touching, 208);
+AT(curvopt_summary, n_crossing_before, 212);
+AT(curvopt_summary, n_refused, 216);
+AT(curvopt_summary, reserved_too, 220);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

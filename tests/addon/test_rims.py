@@ -175,6 +175,8 @@ def test_what_is_cropped_ends_as_the_whole_does(surface, strength):
     options = {"surface": abi.SURFACES.index(surface)}
     request = job.Request("willmore", 1, options, "free", "none", held, strength, holes)
     assert job._can_be_cropped(cage, request)
+    seeing = replace(request, options={**options, "no_crossings": 1})
+    assert not job._can_be_cropped(cage, seeing)  # faces that do not change are in the way
     part, whole = job.solve(cage, request), job._solve(cage, request, None, None, None)
     crop = Crop.of_faces(cage, job._counted(cage, request))
     assert len(crop.cage.positions) == 10 * 10 and len(crop.cage.creases.edges) == 2

@@ -259,7 +259,7 @@ static void bench_matrix(int32_t n_u, int32_t n_v, int third, int threads) {
     must(co_dof_map_create(mesh, &none, &hold, c.xyz, &reduction, &error), &error);
     must(co_assembly_create(mesh, NULL, NULL, &o, &tables, NULL, &assembly, &error), &error);
     times[0] = now();
-    must(co_newton_system_create(&assembly, &reduction, &model, &error), &error);
+    must(co_newton_system_create(&assembly, &reduction, NULL, &model, &error), &error);
     times[0] = now() - times[0];
     for (int exact = 0; exact < 2; exact++) {
         must(co_newton_system_assemble(&model, c.xyz, &(co_second_kind){.exact = exact}, CO_GAUGE_SIMILARITY, &error),

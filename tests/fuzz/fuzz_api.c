@@ -152,6 +152,8 @@ static void make_options(reader *r, state *s) {
     o->blend_width = 1 + next(r) % 8;
     o->slide = next(r) % 4 == 1;
     o->joshi_sequin = next(r) % 8 == 1;
+    o->no_crossings =
+        !o->slide && !o->joshi_sequin && o->blend_width % 2; /* of numbers that were drawn: the corpus stays */
     o->strict = next(r) % 8 == 1;
     o->verify = next(r) % 8 == 1;
     o->escape = next(r) % 8 == 1;
@@ -310,6 +312,12 @@ static void check_result(const state *s, const curvopt_result *result) {
     curvopt_error error = {0};
     curvopt_result_get_summary(result, &summary, sizeof summary);
     curvopt_result_get_energies(result, &start, &end, sizeof end);
+    int32_t *pairs = calloc(2 * (size_t)summary.n_touching + 1, sizeof *pairs);
+    FUZZ_CHECK(pairs && summary.n_touching >= 0);
+    curvopt_result_get_touching(result, pairs);
+    for (int32_t k = 0; k < 2 * summary.n_touching; k++)
+        FUZZ_CHECK(pairs[k] >= 0 && pairs[k] < MOST_FACES);
+    free(pairs);
     curvopt_mesh_get_info(curvopt_result_mesh(result), &info, sizeof info);
     FUZZ_CHECK(info.n_vertices == summary.n_vertices && info.n_vertices >= s->n_vertices);
     FUZZ_CHECK((size_t)info.n_vertices * 3 <= sizeof xyz / sizeof *xyz);

@@ -81,7 +81,7 @@ class Options(C.Structure):
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
         ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS),
-        ("within", F64), ("spontaneous_curvature", F64), ("through", C.c_void_p)]
+        ("within", F64), ("spontaneous_curvature", F64), ("through", C.c_void_p), ("no_crossings", I32), ("reserved", I32)]
 
 
 class Energies(C.Structure):
@@ -136,7 +136,8 @@ class Summary(C.Structure):
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
         ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32),
         ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS),
-        ("discretization_error", F64)]
+        ("discretization_error", F64), ("clearance", F64), ("n_touching", I32), ("n_crossing_before", I32),
+        ("n_refused", I32), ("reserved_too", I32)]
 
 
 class Deviation(C.Structure):
@@ -181,6 +182,7 @@ SIGNATURES = {
     "curvopt_result_destroy": (None, [PTR]),
     "curvopt_result_mesh": (PTR, [PTR]),
     "curvopt_result_get_positions": (None, [PTR, PTR]),
+    "curvopt_result_get_touching": (None, [PTR, PTR]),
     "curvopt_result_get_summary": (None, [PTR, PTR, SIZE]),
     "curvopt_result_get_energies": (None, [PTR, PTR, PTR, SIZE]),
     "curvopt_result_get_level": (I32, [PTR, I32, PTR, SIZE, PTR]),
@@ -402,6 +404,8 @@ class Result:
         xyz = np.empty((self.summary.n_vertices, 3))
         library().curvopt_result_get_positions(handle.pointer, _pointer(xyz))
         self.mesh = read_mesh(library().curvopt_result_mesh(handle.pointer), xyz)
+        self.touching = np.empty((self.summary.n_touching, 2), np.int32)
+        library().curvopt_result_get_touching(handle.pointer, _pointer(self.touching))
         self.stop = STOPS[self.summary.stop]
         self.verdict = VERDICTS[self.summary.verdict]
         self.levels = []

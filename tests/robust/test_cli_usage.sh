@@ -33,7 +33,7 @@ test_unknown_options_are_named() {
 
 test_options_of_minimize_are_refused_by_evaluate() {
     local option
-    for option in -o --output --levels --max-iterations --method --trace --joshi-sequin --slide; do
+    for option in -o --output --levels --max-iterations --method --trace --joshi-sequin --slide --no-crossings; do
         usage "$option" evaluate cage.obj "$option" 1
     done
 }

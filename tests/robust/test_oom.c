@@ -93,6 +93,18 @@ static int32_t minimize(const cage *c, const curvopt_mesh *mesh, curvopt_error *
     return status;
 }
 
+/* Surfaces that repel each other. */
+static int32_t minimize_apart(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    curvopt_result *result;
+    o.no_crossings = 1;
+    o.levels = 1;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
 /* Everything that a run can be asked for besides. */
 static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
@@ -324,6 +336,7 @@ static void test_held_limit_points_survive_every_failure(void **state) {
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
+    fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 1.5), minimize_apart, 150);
 }
 
 static void test_minimization_with_all_options_survives_every_failure(void **state) {

@@ -273,6 +273,7 @@ def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
     (("--spontaneous-curvature", "1"), "--spontaneous-curvature is not for this program"), (("--levels", "0"), "levels is 0"),
     (("--volume", "keep"), "--volume, --area, --total-mean-curvature and --reduced-volume are not for this program"),
     (("--reduced-volume", "0.8"), "--volume, --area,"), (("--strength", "0.3"), "--strength and --within are not for this program"),
+    (("--no-crossings",), "--no-crossings is not for this program"),
     (("--within", "0.1"), "--strength and --within are not for this program"),
     (("--through", "points.json"), "--through is not for this program"),
     (("--frobnicate",), "unknown option --frobnicate"), (("--pin", "x"), "--pin is for --levels 1")])

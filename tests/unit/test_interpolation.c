@@ -233,7 +233,7 @@ static double energy(setting *s, const co_substitution *substitution, double *xy
     CHECK_OK(co_assembly_create(s->mesh, s->c.xyz, substitution, &o, &tables, NULL, &assembly, &error), &error);
     co_assembly_evaluate(&assembly, xyz, &(co_request){.gradient = gradient}, &values);
     CHECK_OK(co_dof_map_identity(s->c.n_vertices, &all, &error), &error);
-    CHECK_OK(co_sparse_hessian_create(&assembly, &all, &hessian, &error), &error);
+    CHECK_OK(co_sparse_hessian_create(&assembly, &all, NULL, &hessian, &error), &error);
     const co_second_kind kind = {.exact = 1};
     CHECK_OK(co_sparse_hessian_assemble(&assembly, xyz, &kind, &hessian, &error), &error);
     memset(product, 0, n * sizeof *product);

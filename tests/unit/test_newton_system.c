@@ -100,7 +100,7 @@ static void check_against_differences(problem p, double tolerance) {
     co_newton_system model;
     curvopt_error error;
     CHECK_TRUE(v != NULL && n > 0);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, NULL, &model, &error), &error);
     co_dof_map_expand(&p.reduction, p.z, p.x);
     CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_NONE, &error), &error);
     for (int k = 0; k < 4; k++) {
@@ -235,7 +235,7 @@ static void test_digits(void **state) {
     co_newton_system model;
     curvopt_error error;
     CHECK_TRUE(v != NULL);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, NULL, &model, &error), &error);
     gradient_at(&p, p.z, wanted);
     CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_NONE, &error), &error);
     rotate(p.reduction.n_vertices, p.gx, full);
@@ -285,7 +285,7 @@ static void test_lifted_matrix(void **state) {
     co_newton_system model;
     curvopt_error error;
     CHECK_TRUE(v != NULL);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, NULL, &model, &error), &error);
     CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_SIMILARITY, &error),
              &error);
     softest(&model, p.n, v);
@@ -312,7 +312,7 @@ static void test_mixture(void **state) {
     CHECK_TRUE(v != NULL);
     for (int i = 0; i < p.n; i++)
         v[i] = wave(i, 4);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, NULL, &model, &error), &error);
     CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1}, CO_GAUGE_SIMILARITY, &error),
              &error);
     multiply(&model, p.n, v, exact);
@@ -373,7 +373,7 @@ static void test_solutions_and_inertia(void **state) {
     int positive;
     int32_t negative;
     CHECK_TRUE(a && e);
-    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, &model, &error), &error);
+    CHECK_OK(co_newton_system_create(&p.assembly, &p.reduction, NULL, &model, &error), &error);
     model.leaves_motions_out = 1;
     for (int round = 0; round < 2; round++) {
         CHECK_OK(co_newton_system_assemble(&model, p.x, &(co_second_kind){.exact = 1},

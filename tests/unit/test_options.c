@@ -200,6 +200,26 @@ static void test_slide_is_0_or_1(void **state) {
     CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "slide is 2");
 }
 
+static void test_no_crossings_is_0_or_1(void **state) {
+    (void)state;
+    curvopt_error error;
+    curvopt_options o = usual();
+    assert_int_equal(o.no_crossings, 0);
+    for (o.no_crossings = 0; o.no_crossings < 2; o.no_crossings++)
+        CHECK_OK(curvopt_options_validate(&o, &error), &error);
+    CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "no_crossings is 2");
+    o.no_crossings = o.slide = 1;
+    CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                  "no_crossings and slide exclude each other");
+    o.slide = 0;
+    o.joshi_sequin = 1;
+    CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1,
+                  "no_crossings and joshi_sequin exclude each other");
+    o = usual();
+    o.reserved = 1;
+    CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, -1, "reserved is 1");
+}
+
 static void test_weights_are_refused_by_index(void **state) {
     (void)state;
     static const double refused[] = {-1, -1e-300, (double)NAN, INFINITY, CURVOPT_WEIGHT_MAX * 1.01, 1e300};
@@ -431,6 +451,7 @@ int main(void) {
         cmocka_unit_test(test_strength_is_above_0_and_up_to_1),
         cmocka_unit_test(test_spontaneous_curvature_is_finite_and_of_a_bending_energy),
         cmocka_unit_test(test_slide_is_0_or_1),
+        cmocka_unit_test(test_no_crossings_is_0_or_1),
         cmocka_unit_test(test_init_writes_every_byte),
         cmocka_unit_test(test_defaults_are_those_of_the_header_and_valid),
         cmocka_unit_test(test_integers_out_of_range_are_refused_by_name),

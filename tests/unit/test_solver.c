@@ -369,6 +369,10 @@ static void test_what_is_refused(void **state) {
                   -1, "slide");
     CHECK_TRUE(none == NULL);
     s.options.slide = 0;
+    s.options.no_crossings = 1;
+    CHECK_REFUSED(curvopt_solver_set_options(solver, &s.options, &error), &error, CURVOPT_ERROR_UNSUPPORTED, -1,
+                  "no_crossings");
+    s.options.no_crossings = 0;
     after[0] = (double)NAN;
     for (int i = 1; i < 3 * s.c.n_vertices; i++)
         after[i] = before[i];

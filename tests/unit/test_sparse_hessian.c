@@ -46,7 +46,7 @@ static setting *setting_on(int32_t surface, cage c, int symmetric, const curvopt
     CHECK_OK(co_dof_map_face_weights(s->mesh, &s->symmetry, &weight, &error), &error);
     CHECK_OK(co_assembly_create(s->mesh, c.xyz, NULL, &o, &s->tables, symmetric ? weight : NULL, &s->assembly, &error),
              &error);
-    CHECK_OK(co_sparse_hessian_create(&s->assembly, &s->dofs, &s->hessian, &error), &error);
+    CHECK_OK(co_sparse_hessian_create(&s->assembly, &s->dofs, NULL, &s->hessian, &error), &error);
     const co_second_kind kind = {.exact = 1};
     CHECK_OK(co_sparse_hessian_assemble(&s->assembly, s->x, &kind, &s->hessian, &error), &error);
     free(weight);

@@ -45,7 +45,7 @@ co_sparse_hessian variables_hessian(const variables_setting *s) {
     o.surface = CURVOPT_SURFACE_LIMIT;
     co_basis_table_cache_create(o.surface, &tables);
     CHECK_OK(co_assembly_create(s->mesh, NULL, NULL, &o, &tables, NULL, &assembly, &error), &error);
-    CHECK_OK(co_sparse_hessian_create(&assembly, &s->dofs, &hessian, &error), &error);
+    CHECK_OK(co_sparse_hessian_create(&assembly, &s->dofs, NULL, &hessian, &error), &error);
     co_assembly_free(&assembly);
     co_basis_table_cache_free(&tables);
     return hessian;

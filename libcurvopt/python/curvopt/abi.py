@@ -62,6 +62,7 @@ class Defaults(NamedTuple):
     within: float = 0.0
     spontaneous_curvature: float = 0.0
     slide: bool = False
+    no_crossings: bool = False
 
 
 DEFAULTS = Defaults()
@@ -159,6 +160,8 @@ class COptions(C.Structure):
         ("within", C.c_double),
         ("spontaneous_curvature", C.c_double),
         ("through", C.POINTER(CThrough)),
+        ("no_crossings", C.c_int32),
+        ("reserved", C.c_int32),
     ]
 
 
@@ -220,6 +223,8 @@ class CSummary(C.Structure):
         ("multiplier", C.c_double * MAX_SCALARS),
         ("scalar_residual", C.c_double * MAX_SCALARS),
         ("discretization_error", C.c_double),
+        ("clearance", C.c_double),
+        *((name, C.c_int32) for name in "n_touching n_crossing_before n_refused reserved_too".split()),
     ]
 
 
@@ -245,11 +250,11 @@ STRUCT_SIZES = {
     CCreases: 48,
     CConstraints: 48,
     CThrough: 88,
-    COptions: 288,
+    COptions: 296,
     CEnergies: 224,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 200,
+    CSummary: 224,
     CDeviation: 80,
     CCrossings: 24,
 }
@@ -321,6 +326,7 @@ SIGNATURES = {
     "curvopt_result_mesh": (_HANDLE, (_HANDLE,)),
     "curvopt_result_get_positions": (None, (_HANDLE, REALS)),
     "curvopt_result_get_summary": (None, (_HANDLE, C.POINTER(CSummary), _SIZE)),
+    "curvopt_result_get_touching": (None, (_HANDLE, INTS)),
     "curvopt_result_get_energies": (None, (_HANDLE, C.POINTER(CEnergies), C.POINTER(CEnergies), _SIZE)),
     "curvopt_result_get_level": (_I, (_HANDLE, _I, C.POINTER(CLevelReport), _SIZE, _ERROR)),
 }

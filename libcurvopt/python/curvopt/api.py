@@ -166,7 +166,7 @@ def run_options(
     lib: Library, cage: Cage, energy: Energy, *, levels: int = DEFAULTS.levels, surface: str = DEFAULTS.surface,
     boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
     within: float = DEFAULTS.within, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
-    slide: bool = DEFAULTS.slide, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
+    slide: bool = DEFAULTS.slide, no_crossings: bool = DEFAULTS.no_crossings, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
     weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] = (), **options: float,
 ) -> COptions:  # fmt: skip
     """The options of minimize() as the library's struct."""
@@ -187,7 +187,8 @@ def run_options(
         scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     return _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide), scalars=scalars, through=through, **options,
+        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide),
+        no_crossings=int(no_crossings), scalars=scalars, through=through, **options,
     )  # fmt: skip
 
 
@@ -203,6 +204,7 @@ def minimize(
     within: float = DEFAULTS.within,
     spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     slide: bool = DEFAULTS.slide,
+    no_crossings: bool = DEFAULTS.no_crossings,
     volume: str | float | None = None,
     area: str | float | None = None,
     total_mean_curvature: str | float | None = None,
@@ -229,6 +231,9 @@ def minimize(
                  "willmore", a fourth of it as "mean_curvature". 2 / R is a sphere's of radius R. Where nothing is held, at the
                  size of the result: that of the cage's area, or of a number below
     slide        whether held vertices on boundaries and creases slide along these
+    no_crossings whether the surface is kept from coming to cross itself: faces that are no neighbours repel each other from
+                 a fifth of a mean edge on. `summary.touching` has the pairs by which the result is held, `summary.clearance`
+                 their least distance
     volume, area, total_mean_curvature (int H dA)
                  numbers of the whole surface that the result is to have: "keep", as the cage's, or a positive number in
                  units^3, units^2, units. Where nothing else is held and the strength is 1, one of them only sets the result's
@@ -252,7 +257,8 @@ def minimize(
     lib = load()
     raw = run_options(
         lib, cage, energy, levels=levels, surface=surface, boundary=boundary, symmetry=symmetry, strength=strength,
-        within=within, spontaneous_curvature=spontaneous_curvature, slide=slide, volume=volume, area=area, total_mean_curvature=total_mean_curvature,
+        within=within, spontaneous_curvature=spontaneous_curvature, slide=slide, no_crossings=no_crossings,
+        volume=volume, area=area, total_mean_curvature=total_mean_curvature,
         reduced_volume=reduced_volume, held=held,
         weights=weights, limit_points=limit_points, places=places, left_out=left_out, through=through, **options,
     )  # fmt: skip

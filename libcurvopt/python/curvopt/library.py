@@ -504,13 +504,16 @@ class Cancel(_Handle):
         self.lib.c.curvopt_cancel_request(self.pointer)
 
 
-def _summary(raw: CSummary, start: CEnergies, end: CEnergies) -> Summary:
+def _summary(
+    raw: CSummary, start: CEnergies, end: CEnergies, touching: tuple[tuple[int, int], ...] = ()
+) -> Summary:
     return Summary(
         Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
         Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
         raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
         raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
         dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)), raw.discretization_error,
+        raw.clearance, touching, raw.n_crossing_before, raw.n_refused,
     )  # fmt: skip
 
 
@@ -545,7 +548,9 @@ class Result(_Handle):
         self.lib.c.curvopt_result_get_summary(self.pointer, C.byref(raw), C.sizeof(raw))
         start, end = CEnergies(), CEnergies()
         self.lib.c.curvopt_result_get_energies(self.pointer, C.byref(start), C.byref(end), C.sizeof(CEnergies))
-        return _summary(raw, start, end)
+        pairs = np.empty((raw.n_touching, 2), np.int32)
+        self.lib.c.curvopt_result_get_touching(self.pointer, _int_pointer(pairs))
+        return _summary(raw, start, end, tuple((int(f), int(g)) for f, g in pairs))
 
     def level(self, index: int) -> LevelReport:
         """Report of level index 0 .. n_levels - 1. CurvoptError outside."""

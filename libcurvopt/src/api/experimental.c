@@ -87,7 +87,7 @@ int32_t curvopt_hessian_create(curvopt_problem *problem, curvopt_hessian **out, 
     h->problem = problem;
     int32_t status = co_dof_map_identity(problem->assembly.patches.n_cage, &h->reduction, error);
     if (status == CURVOPT_OK)
-        status = co_sparse_hessian_create(&problem->assembly, &h->reduction, &h->hessian, error);
+        status = co_sparse_hessian_create(&problem->assembly, &h->reduction, NULL, &h->hessian, error);
     if (status != CURVOPT_OK)
         curvopt_hessian_destroy(h);
     else

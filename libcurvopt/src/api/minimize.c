@@ -60,6 +60,11 @@ void curvopt_result_get_summary(const curvopt_result *result, curvopt_summary *s
     co_api_copy_out(summary, size, &result->summary, sizeof result->summary);
 }
 
+void curvopt_result_get_touching(const curvopt_result *result, int32_t *pairs) {
+    if (result->summary.n_touching)
+        memcpy(pairs, result->touching, sizeof *pairs * 2 * (size_t)result->summary.n_touching);
+}
+
 void curvopt_result_get_energies(const curvopt_result *result, curvopt_energies *start, curvopt_energies *end,
                                  size_t size) {
     if (start)

@@ -103,6 +103,18 @@ static int32_t check_spontaneous(const curvopt_options *o, curvopt_error *error)
     return status;
 }
 
+static int32_t check_crossings(const curvopt_options *o, curvopt_error *error) {
+    int32_t status = check_integer("no_crossings", o->no_crossings, 0, 1, error);
+    if (status == CURVOPT_OK)
+        status = check_integer("reserved", o->reserved, 0, 0, error);
+    if (status == CURVOPT_OK && o->no_crossings && (o->slide || o->joshi_sequin))
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                                "no_crossings and %s exclude each other: that looks "
+                                "for no crossings",
+                                o->slide ? "slide" : "joshi_sequin");
+    return status;
+}
+
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     if (status == CURVOPT_OK)
@@ -157,6 +169,8 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
         status = check_scalars(o, error);
     if (status == CURVOPT_OK)
         status = check_spontaneous(o, error);
+    if (status == CURVOPT_OK)
+        status = check_crossings(o, error);
     return status;
 }
 

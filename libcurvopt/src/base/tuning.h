@@ -91,6 +91,9 @@
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
     X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
+    X(double, repulsion, 1, 1e-4, 100, "of the energy", "of a surface that is close to itself all over", "113")        \
+    X(double, repulsion_reach, 0.2, 0.01, 1, "mean edges", "distance at which parts of a surface repel each other",    \
+      "113")                                                                                                           \
     /* A solver that stays: solve/live.c, solve/level_response.c. */                                                   \
     X(int, near_update_every, 25, 1, 1000, "steps", "between updates of a matrix that was good nearby", "66")          \
     X(double, near_passing, 1e-5, 1e-12, 1e-1, "of the energy", "decrement at which a passing state is shown", "66")   \

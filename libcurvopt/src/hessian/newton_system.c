@@ -20,11 +20,11 @@ static size_t n_variables(const co_newton_system *m) {
     return (size_t)m->hessian.dofs->n_variables;
 }
 
-int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *m,
-                                curvopt_error *error) {
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, const co_couplings *couplings,
+                                co_newton_system *m, curvopt_error *error) {
     size_t n = (size_t)dofs->n_variables;
     *m = (co_newton_system){.assembly = assembly};
-    int32_t status = co_sparse_hessian_create(assembly, dofs, &m->hessian, error);
+    int32_t status = co_sparse_hessian_create(assembly, dofs, couplings, &m->hessian, error);
     if (status == CURVOPT_OK)
         status = co_sparse_cholesky_create((int32_t)n, m->hessian.pattern.column_start, m->hessian.pattern.row,
                                            m->hessian.value, &m->factor, error);

@@ -59,9 +59,10 @@ typedef struct co_newton_system {
     double mix;           /* part of the Gauss-Newton matrix in the mixture */
 } co_newton_system;
 
-/* Assembly and dofs must outlive the system; dofs has variables. ERROR_SIZE, ERROR_MEMORY. */
-int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, co_newton_system *out,
-                                curvopt_error *error);
+/* Assembly and dofs must outlive the system; dofs has variables. couplings: as co_sparsity_create. ERROR_SIZE,
+ * ERROR_MEMORY. */
+int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, const co_couplings *couplings,
+                                co_newton_system *out, curvopt_error *error);
 void co_newton_system_free(co_newton_system *system);
 /* Makes the matrix at normalized positions x [3 n_vertices]: Gauss-Newton's, positive semidefinite, or the Hessian. The
  * factor is lost. ERROR_MEMORY. */

@@ -79,10 +79,10 @@ static int32_t allocate_discs(const co_assembly *a, co_sparse_hessian *h, curvop
     return status == CURVOPT_OK && !h->disc_matrix ? co_status_no_memory(error) : status;
 }
 
-int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, co_sparse_hessian *h,
-                                 curvopt_error *error) {
+int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, const co_couplings *couplings,
+                                 co_sparse_hessian *h, curvopt_error *error) {
     *h = (co_sparse_hessian){.dofs = dofs, .rules_key = NO_RULES};
-    int32_t status = co_sparsity_create(&a->patches, dofs, a->cancel, &h->pattern, error);
+    int32_t status = co_sparsity_create(&a->patches, dofs, couplings, a->cancel, &h->pattern, error);
     if (status == CURVOPT_OK && !(h->value = CO_NEW(double, h->pattern.n_entries)))
         status = co_status_no_memory(error);
     if (status == CURVOPT_OK)
@@ -224,6 +224,19 @@ void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, con
         for (int32_t c = high == low ? k : 0; c < n_rows; c++)
             h->value[h->pattern.column_start[r->first[low] + k] + rows - k + c] +=
                 full[c][k] + (high == low && v != w ? full[k][c] : 0);
+}
+
+void co_sparse_hessian_add_square(co_sparse_hessian *h, int32_t n, const co_node_derivative *d, double factor) {
+    const co_dof_map *r = h->dofs;
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = i; j < n; j++) {
+            const int32_t low = d[i].node, high = d[j].node, n_columns = co_dof_map_dimension(r, low);
+            const int32_t rows = i == j ? 0 : n_columns + co_sparsity_rows(&h->pattern, high, low);
+            for (int32_t k = 0; k < n_columns; k++)
+                for (int32_t c = i == j ? k : 0; c < co_dof_map_dimension(r, high); c++)
+                    h->value[h->pattern.column_start[r->first[low] + k] + rows - k + c] +=
+                        factor * d[i].by[k] * d[j].by[c];
+        }
 }
 
 /* Adds the columns of the face's vertex j (libcurvopt/notes/49-from-points-to-vertices.md). With M the face's matrix

@@ -28,9 +28,10 @@ typedef struct co_sparse_hessian {
     double *before;              /* [3 n_points] points where a step began; made when first needed */
 } co_sparse_hessian;
 
-/* ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY, CO_CANCELLED. */
-int32_t co_sparse_hessian_create(const co_assembly *assembly, const co_dof_map *dofs, co_sparse_hessian *out,
-                                 curvopt_error *error);
+/* couplings: as co_sparsity_create. ERROR_SIZE if the matrix has more entries than 32-bit indices count, ERROR_MEMORY,
+ * CO_CANCELLED. */
+int32_t co_sparse_hessian_create(const co_assembly *assembly, const co_dof_map *dofs, const co_couplings *couplings,
+                                 co_sparse_hessian *out, curvopt_error *error);
 void co_sparse_hessian_free(co_sparse_hessian *hessian);
 
 /* Integrals over the whole surface, of which the assembly has only a part. */
@@ -56,6 +57,15 @@ int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const
 /* Adds a symmetric 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
  * w also to (w, v). Vertices that cannot move drop out; others must have a face in common. */
 void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, const double block[9]);
+/* A derivative by the variables of a node. */
+typedef struct co_node_derivative {
+    int32_t node;
+    double by[3];
+} co_node_derivative;
+
+/* Adds factor d d^T, d being the derivative by the variables of n nodes, which ascend; all pairs of them have entries.
+ */
+void co_sparse_hessian_add_square(co_sparse_hessian *hessian, int32_t n, const co_node_derivative *d, double factor);
 /* out = matrix v, [n_variables] both. */
 void co_sparse_hessian_multiply(const co_sparse_hessian *hessian, const double *v, double *out);
 double co_sparse_hessian_mean_diagonal(const co_sparse_hessian *hessian);

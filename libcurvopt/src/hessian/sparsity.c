@@ -5,14 +5,35 @@
 
 #include <stdlib.h>
 
+void co_couplings_free(co_couplings *c) {
+    free(c->start);
+    free(c->vertex);
+    *c = (co_couplings){0};
+}
+
 /* Points all pairs of which have entries in the matrix: those of a patch, or, numbered after the patches, those of a
- * blend disc, whose patches then have none. */
+ * blend disc, whose patches then have none, and after these those of a coupling. */
 typedef struct clique {
     const int32_t *point;
     size_t n;
 } clique;
 
-static clique clique_of(const co_patches *patches, int32_t k) {
+/* All that has cliques. */
+typedef struct source {
+    const co_patches *patches;
+    const co_couplings *couplings; /* NULL: none */
+} source;
+
+static int32_t number_of_cliques(const source *s) {
+    return s->patches->n_patches + s->patches->wide.n_discs + (s->couplings ? s->couplings->n : 0);
+}
+
+static clique clique_of(const source *s, int32_t k) {
+    const co_patches *patches = s->patches;
+    const int32_t coupling = k - patches->n_patches - patches->wide.n_discs;
+    if (coupling >= 0)
+        return (clique){s->couplings->vertex + s->couplings->start[coupling],
+                        s->couplings->start[coupling + 1] - s->couplings->start[coupling]};
     if (k >= patches->n_patches) {
         const co_blend_disc *disc = &patches->wide.disc[k - patches->n_patches];
         int32_t n = disc->is_used ? co_blend_disc_fit_of(&patches->wide, disc)->n_points : 0;
@@ -32,15 +53,15 @@ typedef struct incidence {
 /* Visits every pair of a clique and a node in it once. Moves count [n_nodes] on, and if there are lists puts the clique
  * there and the node at the end of its clique's: once with count all 0 to count the cliques of each node, once with the
  * places of each node's first. mark [n_nodes] is work space. It is not done where it is cancelled. */
-static void visit_nodes_of_cliques(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
+static void visit_nodes_of_cliques(const source *s, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
                                    size_t *count, incidence *in) {
     size_t n_members = 0;
     for (int32_t n = 0; n < r->n_nodes; n++)
         mark[n] = -1;
-    for (int32_t p = 0; p < patches->n_patches + patches->wide.n_discs && !co_cancel_is_due(cancel); p++) {
-        clique points = clique_of(patches, p);
+    for (int32_t p = 0; p < number_of_cliques(s) && !co_cancel_is_due(cancel); p++) {
+        clique points = clique_of(s, p);
         for (size_t i = 0; i < points.n; i++) {
-            co_point_row row = co_patches_row(patches, &points.point[i]);
+            co_point_row row = co_patches_row(s->patches, &points.point[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t node = r->node[row.vertex[k]];
                 if (node < 0 || mark[node] == p)
@@ -83,13 +104,12 @@ static size_t neighbours_of(const incidence *in, int32_t node, int32_t *mark, in
     return n;
 }
 
-static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, int32_t *mark,
-                                incidence *in) {
-    size_t n = (size_t)r->n_nodes, n_cliques = (size_t)patches->n_patches + (size_t)patches->wide.n_discs;
+static int32_t incidence_create(const source *s, const co_dof_map *r, co_cancel *cancel, int32_t *mark, incidence *in) {
+    size_t n = (size_t)r->n_nodes, n_cliques = (size_t)number_of_cliques(s);
     *in = (incidence){.start = CO_NEW(size_t, n + 1), .member_start = CO_NEW(size_t, n_cliques + 1)};
     if (!in->start || !in->member_start)
         return CURVOPT_ERROR_MEMORY;
-    visit_nodes_of_cliques(patches, r, cancel, mark, in->start + 1, in);
+    visit_nodes_of_cliques(s, r, cancel, mark, in->start + 1, in);
     if (co_cancel_is_due(cancel)) /* there is less room than the next visit needs if it goes on */
         return CO_CANCELLED;
     for (size_t v = 0; v < n; v++)
@@ -98,7 +118,7 @@ static int32_t incidence_create(const co_patches *patches, const co_dof_map *r, 
     in->member = CO_NEW(int32_t, in->start[n]);
     if (!in->clique || !in->member)
         return CURVOPT_ERROR_MEMORY;
-    visit_nodes_of_cliques(patches, r, cancel, mark, in->start, in);
+    visit_nodes_of_cliques(s, r, cancel, mark, in->start, in);
     if (co_cancel_is_due(cancel))
         return CO_CANCELLED;
     for (size_t v = n; v > 0; v--)
@@ -114,14 +134,14 @@ static void incidence_free(incidence *in) {
     free(in->member);
 }
 
-static int32_t find_neighbours(const co_patches *patches, const co_dof_map *r, co_cancel *cancel, co_sparsity *s,
+static int32_t find_neighbours(const source *cliques, const co_dof_map *r, co_cancel *cancel, co_sparsity *s,
                                curvopt_error *error) {
     size_t n = (size_t)r->n_nodes;
     int32_t status = CURVOPT_ERROR_MEMORY, *mark = CO_NEW(int32_t, n);
     incidence in = {0};
     s->neighbour_start = CO_NEW(size_t, n + 1);
     if (mark && s->neighbour_start)
-        status = incidence_create(patches, r, cancel, mark, &in);
+        status = incidence_create(cliques, r, cancel, mark, &in);
     if (status != CURVOPT_OK)
         goto done;
     for (int pass = 0; pass < 2; pass++) {
@@ -188,10 +208,11 @@ static int32_t build_columns(const co_dof_map *r, co_sparsity *s, curvopt_error 
     return CURVOPT_OK;
 }
 
-int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_cancel *cancel, co_sparsity *s,
-                           curvopt_error *error) {
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, const co_couplings *couplings,
+                           co_cancel *cancel, co_sparsity *s, curvopt_error *error) {
+    const source cliques = {patches, couplings};
     *s = (co_sparsity){0};
-    int32_t status = find_neighbours(patches, dofs, cancel, s, error);
+    int32_t status = find_neighbours(&cliques, dofs, cancel, s, error);
     if (status == CURVOPT_OK)
         status = build_columns(dofs, s, error);
     if (status != CURVOPT_OK)
@@ -218,4 +239,12 @@ int32_t co_sparsity_rows(const co_sparsity *s, int32_t high, int32_t low) {
             end = middle;
     }
     return s->neighbour_row[begin];
+}
+
+int co_sparsity_has(const co_sparsity *s, int32_t one, int32_t other) {
+    const int32_t low = one < other ? one : other, high = one < other ? other : one;
+    if (low < 0 || low == high)
+        return 1;
+    return bsearch(&high, s->neighbour + s->neighbour_start[low], s->neighbour_start[low + 1] - s->neighbour_start[low],
+                   sizeof *s->neighbour, compare_indices) != NULL;
 }

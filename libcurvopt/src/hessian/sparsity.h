@@ -25,14 +25,25 @@ typedef struct co_sparsity {
     int32_t *row;            /* [n_entries] */
 } co_sparsity;
 
-/* cancel: NULL, or what ends it. ERROR_SIZE if there are more entries than 32-bit indices count, ERROR_MEMORY,
- * CO_CANCELLED. */
-int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co_cancel *cancel, co_sparsity *out,
-                           curvopt_error *error);
+/* Groups of vertices that depend on each other beside those of patches. */
+typedef struct co_couplings {
+    int32_t n;
+    size_t *start;   /* [n + 1] first vertex of each group */
+    int32_t *vertex; /* [start[n]] of the cage; one may be there twice */
+} co_couplings;
+void co_couplings_free(co_couplings *couplings);
+
+/* couplings: NULL, or more of them. cancel: NULL, or what ends it. ERROR_SIZE if there are more entries than 32-bit
+ * indices count, ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, const co_couplings *couplings,
+                           co_cancel *cancel, co_sparsity *out, curvopt_error *error);
 void co_sparsity_free(co_sparsity *sparsity);
 
 /* Where the rows of node `high` begin below the own block of node `low`, which is smaller and its neighbour: by
  * bisection. */
 int32_t co_sparsity_rows(const co_sparsity *sparsity, int32_t high, int32_t low);
+/* Whether there are entries for two nodes, in any order; for a node with itself, and with -1, which does not move, yes.
+ */
+int co_sparsity_has(const co_sparsity *sparsity, int32_t one, int32_t other);
 
 #endif

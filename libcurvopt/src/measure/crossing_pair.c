@@ -10,6 +10,7 @@
 enum {
     DEEPEST = 8,       /* parts of 1 / 256 of a piece are not cut */
     MOST_PAIRS = 800,  /* of parts, for one pair of pieces */
+    FEW_PAIRS = 80,    /* the same in a cursory look */
     ENOUGH_PAIRS = 60, /* where common points were found, but no crossing: surfaces that lie on each other */
     NEWTON_STEPS = 12
 };
@@ -64,8 +65,8 @@ static int are_apart_along(const double a[CO_BEZIER], const double b[CO_BEZIER],
     return low[0] > high[1] || low[1] > high[0];
 }
 
-static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
-                     const co_directions *of_b) {
+/* Along the axes, or the line between the middles. */
+static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
     double between[3];
     for (int c = 0; c < 3; c++) {
         const double axis[3] = {c == 0, c == 1, c == 2};
@@ -73,7 +74,12 @@ static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER], const
             return 1;
         between[c] = b[15 + c] + b[30 + c] - a[15 + c] - a[30 + c];
     }
-    return are_apart_along(a, b, between) || (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
+    return are_apart_along(a, b, between);
+}
+
+static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
+                                   const co_directions *of_b) {
+    return (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
            (of_b->normal.angle < CO_PI && are_apart_along(a, b, of_b->normal.axis));
 }
 
@@ -156,25 +162,6 @@ static int common_step(const co_bezier_jet *a, const co_bezier_jet *b, const dou
     return 1;
 }
 
-/* Whether a point of a part is on the surface's boundary. */
-static int is_on_boundary(const co_crossing_search *s, int32_t piece, double u, double v) {
-    const co_place *place = &s->pieces->place[piece];
-    const curvopt_mesh *m = s->mesh;
-    const double st[2] = {u, v};
-    double uv[2];
-    co_location_uv(place, st, uv);
-    const int32_t first = m->face_start[place->face], size = co_mesh_face_size(m, place->face);
-    const double end[4] = {uv[1], 1 - uv[0], 1 - uv[1], uv[0]};
-    for (int k = 0; k < 4; k++) {
-        if (end[k] > 1e-9 || (size != 4 && (k == 1 || k == 2)))
-            continue;
-        const int32_t own = first + place->quarter;
-        if (m->twin[size == 4 ? first + k : k == 0 ? own : co_mesh_prev(m, own)] < 0)
-            return 1;
-    }
-    return 0;
-}
-
 /* Sine of the angle between two tangent planes; 0 where a part has none. */
 static double sine_between(const co_bezier_jet *a, const co_bezier_jet *b) {
     double n[2][3], length[2], product = 0;
@@ -209,7 +196,8 @@ static co_crossing common_point(const co_crossing_search *s, int32_t a, int32_t 
         co_bezier_at(co_pieces_bezier(s->pieces, b), p[2], p[3], &jb);
         const double r[3] = {ja.s[0] - jb.s[0], ja.s[1] - jb.s[1], ja.s[2] - jb.s[2]};
         if (co_dot3(r, r) <= enough * enough) {
-            const int inside = !is_on_boundary(s, a, p[0], p[1]) && !is_on_boundary(s, b, p[2], p[3]);
+            const int inside = !co_location_is_on_boundary(s->mesh, &s->pieces->place[a], p) &&
+                               !co_location_is_on_boundary(s->mesh, &s->pieces->place[b], p + 2);
             return inside && sine_between(&ja, &jb) > TRANSVERSAL ? CO_CROSSING_PROVEN : CO_CROSSING_CONTACT;
         }
         if (!common_step(&ja, &jb, r, step))
@@ -241,12 +229,16 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
     part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
+    const int most_pairs = s->is_cursory ? FEW_PAIRS : MOST_PAIRS;
     stack[0] = (task){.level = 0};
-    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : MOST_PAIRS)) {
+    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : most_pairs)) {
         const task t = stack[--depth];
         const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];
         take_part(s, a, t.u[0], t.v[0], t.level, &of_a);
         take_part(s, b, t.u[1], t.v[1], t.level, &of_b);
+        const co_contact contact = same ? CO_CONTACT_EDGE : co_location_contact(s->mesh, &of_a.where, &of_b.where);
+        if (contact == CO_CONTACT_NONE && are_apart(of_a.bezier, of_b.bezier))
+            continue;
         const co_directions directions[2] = {t.level ? co_directions_of(of_a.bezier) : s->directions[a],
                                              t.level ? co_directions_of(of_b.bezier) : s->directions[b]};
         if (same) {
@@ -254,9 +246,9 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
                 depth = push_children(&t, 1, stack, depth);
             continue;
         }
-        const co_contact contact = co_location_contact(s->mesh, &of_a.where, &of_b.where);
-        if (contact != CO_CONTACT_NONE ? neighbours_are_clear(contact, &directions[0], &directions[1])
-                                       : are_apart(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
+        if (contact != CO_CONTACT_NONE
+                ? neighbours_are_clear(contact, &directions[0], &directions[1])
+                : are_apart_along_normals(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
             continue;
         if (contact == CO_CONTACT_NONE) {
             now = common_point(s, a, b, &of_a, &of_b);

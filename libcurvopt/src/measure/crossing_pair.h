@@ -36,6 +36,7 @@ typedef struct co_crossing_search {
     const co_surface_pieces *pieces;
     const co_directions *directions; /* [n_pieces] */
     const co_box *box;               /* [n_pieces] */
+    int is_cursory;                  /* a look on the way: more pairs are unresolved */
 } co_crossing_search;
 
 co_directions co_directions_of(const double piece[CO_BEZIER]);

@@ -17,6 +17,7 @@ typedef struct work {
     co_directions *directions;
     co_box *box;
     co_box_tree tree;
+    const co_near_patches *near; /* NULL: all pieces, by the tree */
     const curvopt_cancel *cancel;
     found *of_thread; /* [n_threads] */
 } work;
@@ -56,7 +57,7 @@ static void look_round(const work *w, int32_t a, found *f) {
     while (depth && !co_cancel_is_requested(w->cancel)) {
         const int32_t at = stack[--depth];
         const co_box_node *node = &w->tree.node[at];
-        if (!co_box_overlap(&node->box, &w->box[a]))
+        if (!co_box_overlap(&node->box, &w->search.box[a]))
             continue;
         if (node->second) {
             stack[depth++] = node->second;
@@ -65,7 +66,7 @@ static void look_round(const work *w, int32_t a, found *f) {
         }
         for (int32_t k = node->begin; k < node->end; k++) {
             const int32_t b = w->tree.order[k];
-            if (b < a || !co_box_overlap(&w->box[a], &w->box[b]))
+            if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
                 continue;
             const co_crossing what = co_crossing_of(&w->search, a, b);
             if (what != CO_CROSSING_NONE)
@@ -120,33 +121,71 @@ static int32_t gather(const work *w, int32_t n_threads, co_crossings *out, curvo
     return CURVOPT_OK;
 }
 
+/* Every n_threads-th patch, with those of larger numbers that are near it. */
+static void look_near(void *context, int32_t thread, int32_t n_threads) {
+    const work *w = context;
+    const co_surface_pieces *s = w->search.pieces;
+    found *f = &w->of_thread[thread];
+    for (int32_t p = thread; p < s->patches.n_patches && !f->failed; p += n_threads)
+        for (size_t k = w->near->start[p]; k < w->near->start[p + 1]; k++) {
+            const int32_t q = w->near->patch[k];
+            for (int32_t a = s->first[p]; a < s->first[p + 1] && q > p; a++)
+                for (int32_t b = s->first[q]; b < s->first[q + 1]; b++) {
+                    if (!co_box_overlap(&w->search.box[a], &w->search.box[b]))
+                        continue;
+                    const co_crossing what = co_crossing_of(&w->search, a, b);
+                    if (what != CO_CROSSING_NONE)
+                        add_pair(w, a, b, what, f);
+                }
+        }
+}
+
+static int32_t run(work *w, co_thread_pool *pool, co_crossings *out, curvopt_error *error) {
+    const int32_t n_threads = co_thread_pool_size(pool);
+    w->of_thread = CO_NEW(found, n_threads);
+    if (!w->of_thread)
+        return co_status_no_memory(error);
+    co_thread_pool_run(pool, w->near ? look_near : look, w);
+    const int32_t status = gather(w, n_threads, out, error);
+    for (int32_t t = 0; t < n_threads; t++)
+        free(w->of_thread[t].pair);
+    free(w->of_thread);
+    return status;
+}
+
 int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
                           const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
-    const int32_t n = pieces->n_pieces, n_threads = co_thread_pool_size(pool);
-    work w = {.search = {.mesh = mesh, .pieces = pieces}, .cancel = cancel};
-    int32_t status;
-    *out = (co_crossings){0};
-    w.directions = CO_NEW(co_directions, n);
-    w.box = CO_NEW(co_box, n);
-    w.of_thread = CO_NEW(found, n_threads);
+    const int32_t n = pieces->n_pieces;
+    work w = {.search = {.mesh = mesh, .pieces = pieces},
+              .directions = CO_NEW(co_directions, n),
+              .box = CO_NEW(co_box, n),
+              .cancel = cancel};
     w.search.directions = w.directions;
     w.search.box = w.box;
-    status = w.directions && w.box && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
+    *out = (co_crossings){0};
+    int32_t status = w.directions && w.box ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);
         status = co_box_tree_create(n, w.box, cancel, &w.tree, error);
     }
-    if (status == CURVOPT_OK) {
-        co_thread_pool_run(pool, look, &w);
-        status = gather(&w, n_threads, out, error);
-    }
-    for (int32_t t = 0; w.of_thread && t < n_threads; t++)
-        free(w.of_thread[t].pair);
-    free(w.of_thread);
+    if (status == CURVOPT_OK)
+        status = run(&w, pool, out, error);
     free(w.directions);
     free(w.box);
     co_box_tree_free(&w.tree);
     return status;
+}
+
+int32_t co_crossings_find_near(const curvopt_mesh *mesh, const co_near_patches *near, co_thread_pool *pool,
+                               co_crossings *out, curvopt_error *error) {
+    work w = {.search = {.mesh = mesh,
+                         .pieces = near->pieces,
+                         .directions = near->directions,
+                         .box = near->box,
+                         .is_cursory = 1},
+              .near = near};
+    *out = (co_crossings){0};
+    return run(&w, pool, out, error);
 }
 
 void co_crossings_free(co_crossings *crossings) {

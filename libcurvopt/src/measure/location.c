@@ -107,6 +107,21 @@ co_contact co_location_contact(const curvopt_mesh *m, const co_location *a, cons
     return best;
 }
 
+int co_location_is_on_boundary(const curvopt_mesh *m, const co_place *place, const double st[2]) {
+    double uv[2];
+    co_location_uv(place, st, uv);
+    const int32_t first = m->face_start[place->face], size = co_mesh_face_size(m, place->face);
+    const double end[4] = {uv[1], 1 - uv[0], 1 - uv[1], uv[0]};
+    for (int k = 0; k < 4; k++) {
+        if (end[k] > 1e-9 || (size != 4 && (k == 1 || k == 2)))
+            continue;
+        const int32_t own = first + place->quarter;
+        if (m->twin[size == 4 ? first + k : k == 0 ? own : co_mesh_prev(m, own)] < 0)
+            return 1;
+    }
+    return 0;
+}
+
 int32_t co_location_vertex(const curvopt_mesh *m, const co_place *place, int corner) {
     static const double at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     double uv[2];

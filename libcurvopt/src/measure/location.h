@@ -26,6 +26,8 @@ void co_location_uv(const co_place *place, const double st[2], double uv[2]);
 co_location co_location_of(const co_place *place, const double s[2], const double t[2]);
 /* Of two rectangles whose insides have nothing in common. */
 co_contact co_location_contact(const curvopt_mesh *mesh, const co_location *a, const co_location *b);
+/* Whether (s, t) of a place is on the surface's boundary. */
+int co_location_is_on_boundary(const curvopt_mesh *mesh, const co_place *place, const double st[2]);
 /* The cage's vertex at corner (0, 0), (1, 0), (1, 1), (0, 1) of a place; -1: there is none. */
 int32_t co_location_vertex(const curvopt_mesh *mesh, const co_place *place, int corner);
 /* Limit points of the cage's vertices, point [3 n_vertices]; NAN of isolated ones. */

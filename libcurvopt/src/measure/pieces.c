@@ -13,7 +13,7 @@
 enum { MOST_PIECES = 2000000, LEAST_RINGS = 3, MOST_RINGS = 40 };
 
 /* Rows of all rings of one kind of fan. */
-typedef struct ring_table {
+typedef struct co_ring_table {
     int32_t n_rings, n_points, n_rows;
     double *rows; /* [n_rings][n_points][n_rows], as co_stam_disc.rows */
     double *mask; /* [n_points] limit position of the vertex */
@@ -22,7 +22,6 @@ typedef struct ring_table {
 
 typedef struct build {
     co_surface_pieces *out;
-    ring_table *tables; /* [n_kinds] */
     const curvopt_cancel *cancel;
 } build;
 
@@ -82,7 +81,6 @@ static void regular_patch(const co_surface_pieces *s, int32_t p) {
     for (size_t i = 0; i < 16; i++)
         memcpy(spline + 3 * i, s->points + 3 * (size_t)index[i], 3 * sizeof(double));
     co_bezier_from_bspline(spline, s->bezier + CO_BEZIER * (size_t)s->first[p]);
-    s->place[s->first[p]] = s->patches.place[p];
 }
 
 /* The points that one ring's cells are made of: point [n_rows][3], the first the vertex, the others relative to it. */
@@ -124,11 +122,14 @@ static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const rin
             }
             double *bezier = s->bezier + CO_BEZIER * (size_t)piece;
             co_bezier_from_bspline(spline, bezier);
-            s->place[piece] = place_of_cell(&s->patches.place[p], ring + 1, cell);
             for (size_t k = 0; k < 16 && ring + 1 == t->n_rings; k++)
                 tip->radius = fmax(tip->radius, 2 * sqrt(co_distance_squared(bezier + 3 * k, tip->at)));
         }
     }
+}
+
+static const ring_table *table_of(const co_surface_pieces *s, int32_t patch) {
+    return &s->tables[co_patches_kind(&s->patches, s->patches.kind[patch])];
 }
 
 static void build_patches(void *context, size_t begin, size_t end) {
@@ -138,7 +139,7 @@ static void build_patches(void *context, size_t begin, size_t end) {
         if (kind == CO_FAN_REGULAR)
             regular_patch(b->out, (int32_t)p);
         else
-            extraordinary_patch(b->out, (int32_t)p, &b->tables[co_patches_kind(&b->out->patches, kind)], b->cancel);
+            extraordinary_patch(b->out, (int32_t)p, table_of(b->out, (int32_t)p), b->cancel);
     }
 }
 
@@ -160,7 +161,7 @@ static int32_t make_tables(const co_patches *p, double ratio, const curvopt_canc
 }
 
 /* Counts pieces and tips, and makes room for them. */
-static int32_t allocate(co_surface_pieces *s, const ring_table *tables, curvopt_error *error) {
+static int32_t allocate(co_surface_pieces *s, curvopt_error *error) {
     const co_patches *p = &s->patches;
     size_t n = 0;
     s->first = CO_NEW(int32_t, (size_t)p->n_patches + 1);
@@ -171,60 +172,132 @@ static int32_t allocate(co_surface_pieces *s, const ring_table *tables, curvopt_
         const int regular = p->kind[i] == CO_FAN_REGULAR;
         s->first[i] = (int32_t)n;
         s->tip_of[i] = regular ? -1 : s->n_tips++;
-        n += regular ? 1 : CO_RING_CELLS * (size_t)tables[co_patches_kind(p, p->kind[i])].n_rings;
+        n += regular ? 1 : CO_RING_CELLS * (size_t)table_of(s, i)->n_rings;
         if (n > INT32_MAX / 4)
             return co_status_no_memory(error);
     }
     s->first[p->n_patches] = s->n_pieces = (int32_t)n;
     s->bezier = CO_NEW_ALIGNED(double, CO_BEZIER *n);
     s->place = CO_NEW(co_place, n);
+    s->patch = CO_NEW(int32_t, n);
     s->tip = CO_NEW(co_tip, s->n_tips);
-    return s->bezier && s->place && s->tip ? CURVOPT_OK : co_status_no_memory(error);
+    return s->bezier && s->place && s->patch && s->tip ? CURVOPT_OK : co_status_no_memory(error);
+}
+
+static void locate(co_surface_pieces *s) {
+    for (int32_t p = 0; p < s->patches.n_patches; p++)
+        for (int32_t k = s->first[p]; k < s->first[p + 1]; k++) {
+            const int32_t at = k - s->first[p];
+            s->patch[k] = p;
+            s->place[k] = s->tip_of[p] < 0
+                              ? s->patches.place[p]
+                              : place_of_cell(&s->patches.place[p], at / CO_RING_CELLS + 1, at % CO_RING_CELLS);
+        }
+}
+
+int32_t co_pieces_prepare(const curvopt_mesh *mesh, const co_substitution *substitution, double ratio,
+                          const curvopt_cancel *cancel, co_surface_pieces *s, curvopt_error *error) {
+    co_cancel once;
+    *s = (co_surface_pieces){.size = 1};
+    /* This surface's patches have no wide blends (patches.h): they are the limit surface's own. */
+    co_cancel_start_at_once(&once, cancel);
+    int32_t status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_PLANE, 1, &once, &s->patches, error);
+    if (status != CURVOPT_OK)
+        return status;
+    if (substitution)
+        status = co_patches_substitute(&s->patches, substitution, error);
+    s->points = CO_NEW(double, 3 * (size_t)s->patches.n_points);
+    s->tables = CO_NEW(ring_table, s->patches.n_kinds);
+    if (status == CURVOPT_OK)
+        status = s->points && s->tables ? make_tables(&s->patches, ratio, cancel, s->tables, error)
+                                        : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = allocate(s, error);
+    if (status == CURVOPT_OK)
+        locate(s);
+    else
+        co_pieces_free(s);
+    return status;
+}
+
+int32_t co_pieces_place(co_surface_pieces *s, const double *x, co_thread_pool *pool, const curvopt_cancel *cancel) {
+    build b = {.out = s, .cancel = cancel};
+    memcpy(s->points, x, sizeof(double) * 3 * (size_t)s->patches.n_cage);
+    co_patches_derive(&s->patches, s->points);
+    co_thread_pool_for(pool, (size_t)s->patches.n_patches, build_patches, &b);
+    return co_cancel_is_requested(cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
 int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
                          const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error) {
-    ring_table *tables = NULL;
-    co_cancel once;
     double centroid[3];
     *out = (co_surface_pieces){0};
     int32_t status = co_similarity_check(mesh->info.n_vertices, xyz, error);
     if (status == CURVOPT_OK && co_cancel_is_requested(cancel))
         status = CO_CANCELLED;
+    if (status == CURVOPT_OK)
+        status = co_pieces_prepare(mesh, NULL, ratio, cancel, out, error);
     if (status != CURVOPT_OK)
         return status;
     out->size = co_similarity_mesh_frame(mesh, xyz, centroid);
-    /* This surface's patches have no wide blends (patches.h): they are the limit surface's own. */
-    co_cancel_start_at_once(&once, cancel);
-    status = co_patches_create(mesh, NULL, NULL, CURVOPT_SURFACE_PLANE, 1, &once, &out->patches, error);
-    if (status != CURVOPT_OK)
-        return status;
-    out->points = CO_NEW(double, 3 * (size_t)out->patches.n_points);
-    tables = CO_NEW(ring_table, out->patches.n_kinds);
-    status =
-        out->points && tables ? make_tables(&out->patches, ratio, cancel, tables, error) : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        status = allocate(out, tables, error);
-    if (status == CURVOPT_OK) {
-        build b = {.out = out, .tables = tables, .cancel = cancel};
-        memcpy(out->points, xyz, sizeof(double) * 3 * (size_t)mesh->info.n_vertices);
-        co_patches_derive(&out->patches, out->points);
-        co_thread_pool_for(pool, (size_t)out->patches.n_patches, build_patches, &b);
-        status = co_cancel_is_requested(cancel) ? CO_CANCELLED : CURVOPT_OK;
-    }
-    for (int32_t k = 0; tables && k < out->patches.n_kinds; k++)
-        table_free(&tables[k]);
-    free(tables);
+    status = co_pieces_place(out, xyz, pool, cancel);
     if (status != CURVOPT_OK)
         co_pieces_free(out);
     return status;
 }
 
+/* Weights of the uniform cubic B-spline's four points at t. */
+static void spline_weights(double t, double w[4]) {
+    const double s = 1 - t;
+    w[0] = s * s * s / 6;
+    w[1] = (3 * t * t * t - 6 * t * t + 4) / 6;
+    w[2] = (3 * s * s * s - 6 * s * s + 4) / 6;
+    w[3] = t * t * t / 6;
+}
+
+/* From weights of a cell's 16 points to those of its fan's. */
+static void fan_row(const ring_table *t, int32_t ring, int cell, const double w[16], double *row) {
+    const size_t n_rows = (size_t)t->n_rows;
+    const double *rows = t->rows + (size_t)t->n_points * n_rows * (size_t)ring;
+    double of_point[CO_STAM_MOST_ROWS] = {1}; /* the vertex in full: it is in all */
+    for (size_t k = 0; k < 16; k++) {
+        const int32_t at = t->cell[cell][k], mirrored = t->mirrored[cell][k];
+        if (at)
+            of_point[at] += (mirrored < 0 ? 1 : 2) * w[k];
+        if (mirrored > 0)
+            of_point[mirrored] -= w[k];
+    }
+    row[0] = 1;
+    for (size_t i = 1; i < (size_t)t->n_points; i++) {
+        row[i] = 0;
+        for (size_t k = 0; k < n_rows; k++)
+            row[i] += rows[i * n_rows + k] * of_point[k];
+        row[0] -= row[i];
+    }
+}
+
+void co_pieces_row(const co_surface_pieces *s, int32_t piece, double u, double v, double *row) {
+    const int32_t p = s->patch[piece], at = piece - s->first[p];
+    double of_u[4], of_v[4], w[16];
+    spline_weights(u, of_u);
+    spline_weights(v, of_v);
+    for (int k = 0; k < 16; k++)
+        w[k] = of_u[k % 4] * of_v[k / 4];
+    if (s->tip_of[p] < 0)
+        memcpy(row, w, sizeof w);
+    else
+        fan_row(table_of(s, p), at / CO_RING_CELLS, at % CO_RING_CELLS, w, row);
+}
+
 void co_pieces_free(co_surface_pieces *s) {
+    for (int32_t k = 0; s->tables && k < s->patches.n_kinds; k++)
+        table_free(&s->tables[k]);
+    free(s->tables);
     co_patches_free(&s->patches);
     free(s->points);
     free(s->bezier);
     free(s->place);
+    free(s->patch);
     free(s->first);
     free(s->tip_of);
     free(s->tip);

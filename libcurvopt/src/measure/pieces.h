@@ -11,7 +11,7 @@
 #include "base/cancel.h"
 #include "base/thread_pool.h"
 #include "measure/bezier.h"
-#include "surface/patches.h"
+#include "surface/substitution.h"
 
 typedef struct co_tip {
     double at[3];  /* limit position of the vertex, a point of the surface */
@@ -25,11 +25,13 @@ typedef struct co_surface_pieces {
     int32_t n_pieces; /* in all */
     double *bezier;   /* [n_pieces][CO_BEZIER] */
     co_place *place;  /* [n_pieces] on the cage */
+    int32_t *patch;   /* [n_pieces] patch that each is a part of */
     int32_t *first;   /* [n_patches + 1] first piece of each patch; rings from the outermost on, three pieces each */
     int32_t *tip_of;  /* [n_patches] index of the patch's tip; -1: none */
     int32_t n_tips;
     co_tip *tip;
-    double size; /* root mean square distance of the cage's vertices from their centroid */
+    double size;                  /* root mean square distance of the cage's vertices from their centroid */
+    struct co_ring_table *tables; /* [patches.n_kinds] rows of the rings, by kind of patch */
 } co_surface_pieces;
 
 /* Cuts rings until the tip is about `ratio` of its patch; fewer rings where there would be more than two million
@@ -37,7 +39,16 @@ typedef struct co_surface_pieces {
  * Linear in the faces. */
 int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double ratio, co_thread_pool *pool,
                          const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error);
+/* The same without positions, to be placed again and again. `substitution`: what some vertices stand for, or NULL; size
+ * is 1. ERROR_TOPOLOGY, ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_pieces_prepare(const curvopt_mesh *mesh, const co_substitution *substitution, double ratio,
+                          const curvopt_cancel *cancel, co_surface_pieces *out, curvopt_error *error);
+/* Pieces and tips of positions x [3 n_vertices]. CO_CANCELLED, without a sentence. */
+int32_t co_pieces_place(co_surface_pieces *pieces, const double *x, co_thread_pool *pool, const curvopt_cancel *cancel);
 void co_pieces_free(co_surface_pieces *pieces);
+
+/* The point (u, v) of a piece as weights over the points of its patch, row [co_patches_own_size()]. */
+void co_pieces_row(const co_surface_pieces *pieces, int32_t piece, double u, double v, double *row);
 
 static inline const double *co_pieces_bezier(const co_surface_pieces *s, int32_t piece) {
     return s->bezier + CO_BEZIER * (size_t)piece;

@@ -16,7 +16,7 @@ static inline int co_step_stands(co_step_verdict verdict) {
     return verdict == CO_STEP_KEEP || verdict == CO_STEP_CHANGED;
 }
 
-enum { CO_N_FINDINGS = 4 };
+enum { CO_N_FINDINGS = 5 };
 
 typedef struct co_iterate {
     double *x;                   /* [n] */

@@ -31,6 +31,8 @@ static int is_over(const co_level *l) {
 static void evaluate_always(void *context, co_iterate *at) {
     co_level *l = context;
     co_level_objective_evaluate(&l->objective, at);
+    if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
+        l->failed = co_status_no_memory(l->error);
 }
 
 static int32_t resolve(void *context, const double *x, int *resolved, int *changed, double *defect,
@@ -90,10 +92,24 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
         co_level_objective_evaluate(o, now);
         verdict = CO_STEP_CHANGED;
     }
+    if (co_level_objective_weigh_repulsion(o, energy, 0.5, now))
+        verdict = CO_STEP_CHANGED;
     if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
         return verdict;
     co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
     return CO_STEP_CHANGED;
+}
+
+/* Where no crossings are wanted: whether there is one that a look on the way has missed. */
+static int crosses(co_level *l, const double *x) {
+    co_repulsion *r = &l->objective.repulsion;
+    if (!r->mesh)
+        return 0;
+    r->is_thorough = 1;
+    co_level_objective_place(&l->objective, x);
+    const double value = co_repulsion_value(r, l->objective.positions, NULL);
+    r->is_thorough = 0;
+    return !isfinite(value);
 }
 
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
@@ -110,6 +126,10 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
     co_level_objective_normalize(&l->objective, now);
     if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
         return weigh_anew(l, now, verdict);
+    if (iteration % l->objective.run->tuning->review_every == 0 && crosses(l, now->x)) {
+        co_step_review_take_back(&l->review, now);
+        return CO_STEP_REJECT;
+    }
     l->failed = co_step_review_check(&l->review, now, &verdict, l->error);
     return weigh_anew(l, now, verdict);
 }
@@ -326,9 +346,9 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
         &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    double least = co_level_objective_value(&l->objective, l->now.x);
+    double least = crosses(l, l->now.x) ? (double)INFINITY : co_level_objective_value(&l->objective, l->now.x);
     for (int k = 0; k < 2; k++) {
-        double at = co_level_objective_value(&l->objective, others[k]);
+        double at = crosses(l, others[k]) ? (double)INFINITY : co_level_objective_value(&l->objective, others[k]);
         if (at < least || !isfinite(least)) {
             least = at;
             memcpy(l->now.x, others[k], n_of(l) * sizeof *l->now.x);
@@ -445,6 +465,16 @@ int32_t co_level_refresh_factor(co_level *l, curvopt_error *error) {
     return status;
 }
 
+/* The level's first evaluation. Where the run's input crosses itself, the level may begin as it is. */
+static void evaluate_first(co_level *l) {
+    co_level_objective *o = &l->objective;
+    co_level_objective_evaluate(o, &l->now);
+    if (!o->repulsion.mesh || isfinite(l->now.value))
+        return;
+    co_repulsion_accept(&o->repulsion, o->positions);
+    co_level_objective_evaluate(o, &l->now);
+}
+
 int32_t co_level_begin(co_level *l, curvopt_error *error) {
     int resolved, changed, is_there;
     double defect;
@@ -456,9 +486,12 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
         return status;
     co_step_review_begin(&l->review, l->now.x, defect);
     l->reached = l->review.safe;
-    co_level_objective_evaluate(&l->objective, &l->now);
+    evaluate_first(l);
     if (co_level_objective_weigh_springs(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1))
         co_level_objective_evaluate(&l->objective, &l->now);
+    co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
+    if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
+        return co_status_no_memory(error);
     int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
@@ -474,10 +507,12 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     if (status != CURVOPT_OK)
         return status;
     l->objective.penalty.weight = other->objective.penalty.weight;
+    if (l->objective.repulsion.mesh)
+        co_repulsion_copy(&l->objective.repulsion, &other->objective.repulsion);
     status = aim(l, &is_there, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    co_level_objective_evaluate(&l->objective, &l->now);
+    evaluate_first(l);
     co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
     l->reached = l->review.safe;
     return CURVOPT_OK;
@@ -505,7 +540,7 @@ static void scale_numbers(const co_level *l, curvopt_energies *energies) {
 }
 
 int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
-    const double *x = l->reached;
+    const double *x = l->reached && crosses(l, l->reached) ? l->review.first : l->reached;
     if (!x)
         return 0;
     co_level_objective_place(&l->objective, x);
@@ -556,6 +591,7 @@ int32_t co_level_leave_saddle(co_level *l, int *left, curvopt_error *error) {
                                                     co_level_hessian_least_shift(&l->hessian, l->now.value), error);
     if (status == CURVOPT_OK)
         status = most_negative(l, &l->now, d, &found, error);
+    l->objective.repulsion.is_thorough = 1; /* another level begins there */
     if (found)
         *left = co_negative_curvature_step(
             &f,

@@ -15,11 +15,30 @@ static const co_tuning *tuning_of(const co_level_hessian *h) {
 
 static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     co_level_objective *o = h->objective;
-    int32_t status = co_newton_system_create(&o->assembly, &o->reduction, &h->system, error);
+    co_couplings couplings = {0};
+    int32_t status = o->repulsion.facings.n ? co_repulsion_couplings(&o->repulsion, &couplings, error) : CURVOPT_OK;
+    if (status == CURVOPT_OK)
+        status = co_newton_system_create(&o->assembly, &o->reduction, &couplings, &h->system, error);
+    co_couplings_free(&couplings);
+    if (status != CURVOPT_OK)
+        return status;
     h->system.held = o->numbers.numbers.n ? &o->numbers.newton : NULL;
     h->system.leaves_motions_out = o->sliding != NULL;
-    h->exists = status == CURVOPT_OK;
-    return status;
+    h->exists = 1;
+    return CURVOPT_OK;
+}
+
+/* What repels each other at z, which was placed last, has its entries: else the system is made anew. */
+static int32_t cover_repulsion(co_level_hessian *h, curvopt_error *error) {
+    co_level_objective *o = h->objective;
+    if (!o->repulsion.mesh)
+        return CURVOPT_OK;
+    co_repulsion_look(&o->repulsion, o->positions);
+    if (h->exists && co_repulsion_is_covered(&o->repulsion, &h->system.hessian.pattern, &o->reduction))
+        return CURVOPT_OK;
+    co_newton_system_free(&h->system);
+    h->exists = h->has_factor = h->has_gauss_newton = 0;
+    return create_system(h, error);
 }
 
 int32_t co_level_hessian_create(co_level_objective *objective, co_level_hessian *h, curvopt_error *error) {
@@ -43,13 +62,14 @@ static void add_to_energy(co_level_hessian *h, const double *z) {
     co_penalty_add_hessian(&o->penalty, z, &h->system.hessian);
     if (o->spacing.weight > 0)
         co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian);
+    if (o->repulsion.mesh)
+        co_repulsion_add_hessian(&o->repulsion, &h->system.hessian);
 }
 
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */
 static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind kind, co_gauge gauge,
                            curvopt_error *error) {
     co_level_objective *o = h->objective;
-    int32_t status = h->exists ? CURVOPT_OK : create_system(h, error);
     const double *before = kind.before;
     if (o->numbers.numbers.n && kind.exact) { /* its multipliers are wanted */
         co_iterate at = {.x = (double *)z, .gradient = o->numbers.work};
@@ -57,6 +77,9 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     }
     kind.before = before ? o->point_gradient : NULL;
     co_level_objective_place(o, z);
+    int32_t status = cover_repulsion(h, error);
+    if (status == CURVOPT_OK && !h->exists)
+        status = create_system(h, error);
     if (before)
         co_dof_map_expand(&o->reduction, before, o->point_gradient);
     if (status == CURVOPT_OK)

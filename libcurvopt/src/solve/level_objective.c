@@ -43,6 +43,17 @@ static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) 
     co_vector_add(n, 1, o->step, at->gradient);
 }
 
+/* As add_spacing. */
+static void add_repulsion(co_level_objective *o, const double *z, co_iterate *at) {
+    double *gradient = at->gradient ? o->spacing_gradient : NULL;
+    co_dof_map_expand(&o->reduction, z, o->positions);
+    at->found[CO_FOUND_REPULSION] = co_repulsion_value(&o->repulsion, o->positions, gradient);
+    if (!gradient || !isfinite(at->found[CO_FOUND_REPULSION]))
+        return;
+    co_dof_map_gradient(&o->reduction, gradient, o->step);
+    co_vector_add(co_level_objective_n(o), 1, o->step, at->gradient);
+}
+
 void co_level_objective_restrict(const co_level_objective *o, double *d) {
     co_vector_remove(co_level_objective_n(o), (size_t)o->n_sliding, o->sliding, d);
 }
@@ -87,14 +98,16 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
                                                   values.integral[CO_INT_VOLUME], values.integral[CO_INT_MEAN]);
     at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);
     at->found[CO_FOUND_MIN_JACOBIAN] = values.min_jacobian;
-    at->found[CO_FOUND_SPACING] = 0;
+    at->found[CO_FOUND_SPACING] = at->found[CO_FOUND_REPULSION] = 0;
     if (at->gradient)
         co_dof_map_gradient_of(&o->reduction, a->active, a->n_active_cage, o->point_gradient, at->gradient);
     if (o->spacing.weight > 0)
         add_spacing(o, z, at);
+    if (o->repulsion.mesh)
+        add_repulsion(o, z, at);
     if (at->gradient && !is_fixed(o))
         co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
-    at->value = values.objective + values.reference + at->found[CO_FOUND_SPACING] +
+    at->value = values.objective + values.reference + at->found[CO_FOUND_SPACING] + at->found[CO_FOUND_REPULSION] +
                 co_penalty_value(&o->penalty, x, at->gradient);
     if (at->gradient && holds_numbers(o))
         co_held_level_reduce_gradient(&o->numbers, values.integral, 1 / radius, at->gradient);
@@ -224,7 +237,8 @@ double co_level_objective_relative_gradient(const co_level_objective *o, const c
 }
 
 double co_level_objective_energy(const co_level_objective *o, const co_iterate *now) {
-    return now->value - co_penalty_value(&o->penalty, now->x, NULL) - now->found[CO_FOUND_SPACING];
+    return now->value - co_penalty_value(&o->penalty, now->x, NULL) - now->found[CO_FOUND_SPACING] -
+           now->found[CO_FOUND_REPULSION];
 }
 
 /* Of the objective by which springs were made; a flat surface has none, and is to stay within their ends. */
@@ -237,6 +251,15 @@ int co_level_objective_weigh_springs(co_level_objective *o, double energy, doubl
     if (!(weight <= least * o->penalty.weight))
         return 0;
     o->penalty.weight = weight;
+    return 1;
+}
+
+int co_level_objective_weigh_repulsion(co_level_objective *o, double energy, double least, co_iterate *now) {
+    const double weight = o->run->tuning->repulsion * fmax(LEAST_WEIGHT, fabs(energy)), before = o->repulsion.weight;
+    if (!o->repulsion.mesh || (before > 0 && !(weight <= least * before)))
+        return 0;
+    o->repulsion.weight = weight;
+    co_level_objective_evaluate(o, now);
     return 1;
 }
 
@@ -325,6 +348,14 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     return status;
 }
 
+static int32_t create_repulsion(co_level_objective *o, curvopt_error *error) {
+    const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
+    if (!o->run->options->no_crossings)
+        return CURVOPT_OK;
+    return co_repulsion_create(o->mesh, &interpolated, o->positions, o->run->tuning->repulsion_reach * o->edge,
+                               o->run->exceptions, o->run->tables->threads, &o->repulsion, error);
+}
+
 /* What is left of similarities on normals. */
 static int32_t span_sliding(co_level_objective *o, curvopt_error *error) {
     o->sliding = CO_NEW(double, (CO_GAUGE_MOTIONS + 1) * co_level_objective_n(o));
@@ -360,6 +391,8 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
         status = create_variables(o, symmetry, z, error);
     if (status == CURVOPT_OK)
         status = create_energy(o, symmetry, error);
+    if (status == CURVOPT_OK)
+        status = create_repulsion(o, error);
     if (status == CURVOPT_OK && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
         status = span_sliding(o, error);
     if (status != CURVOPT_OK)
@@ -410,6 +443,7 @@ int32_t co_level_objective_move(co_level_objective *o, const co_symmetry *symmet
 void co_level_objective_free(co_level_objective *o) {
     co_held_level_free(&o->numbers);
     co_assembly_free(&o->assembly);
+    co_repulsion_free(&o->repulsion);
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);
     co_constraints_free(&o->held);

@@ -13,6 +13,7 @@
 #include "energy/assembly.h"
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
+#include "hessian/repulsion.h"
 #include "hessian/spacing.h"
 #include "optimize/objective.h"
 #include "solve/held_level.h"
@@ -23,7 +24,8 @@ enum {
     CO_FOUND_SIZE,         /* of the normalized surface: co_run_size.measure */
     CO_FOUND_DEFECT,       /* Gauss-Bonnet's, in radians */
     CO_FOUND_MIN_JACOBIAN, /* least |S_u x S_v| of all samples, normalized */
-    CO_FOUND_SPACING       /* spacing's part of the value */
+    CO_FOUND_SPACING,      /* spacing's part of the value */
+    CO_FOUND_REPULSION     /* repulsion's part of the value */
 };
 
 typedef struct co_level_objective {
@@ -41,6 +43,7 @@ typedef struct co_level_objective {
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
     double spaced_energy;           /* by which that was weighed */
+    co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
     int n_sliding;            /* 0 but on normals */
@@ -94,6 +97,9 @@ void co_level_objective_weigh_spacing(co_level_objective *objective, double wort
 int co_level_objective_aim(co_level_objective *objective, double most, co_iterate *now, int *changed);
 /* `now` goes back to held numbers, where its value and gradient are the same. */
 void co_level_objective_go_back(co_level_objective *objective, co_iterate *now);
+/* Where no crossings are wanted: repulsion is weighed by the energy at `now` if that makes it `least` times as strong
+ * or less, or if it had no weight; whether it does. `now` is evaluated again. */
+int co_level_objective_weigh_repulsion(co_level_objective *objective, double energy, double least, co_iterate *now);
 /* The value alone, at z [n_variables]. */
 double co_level_objective_value(co_level_objective *objective, const double *z);
 /* Takes from a direction d [n_variables] what the gradient has no component along. */

@@ -107,6 +107,7 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
                        : o->method == CURVOPT_METHOD_LMVM ? "the method LMVM"
                        : o->slide                         ? "slide"
                        : o->through                       ? "points that the surface goes through"
+                       : o->no_crossings                  ? "no_crossings"
                                                           : NULL;
     if (!what)
         return CURVOPT_OK;

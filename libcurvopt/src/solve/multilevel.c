@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "mesh/subdivide.h"
+#include "solve/held_scalars.h"
 #include "solve/run_start.h"
 #include "solve/slide.h"
 #include "solve/symmetry_reduction.h"
@@ -17,6 +18,21 @@
 
 static int ends_run(const co_run *r, int32_t number) {
     return co_run_context_is_last(&r->context, number) || co_run_stopped_early(r);
+}
+
+/* What holds the result, where no crossings are wanted. */
+static int32_t note_touching(co_run *r, co_level *l, curvopt_error *error) {
+    const co_run_context *run = &r->context;
+    co_level_objective *o = &l->objective;
+    curvopt_summary *summary = &r->result->summary;
+    if (!o->repulsion.mesh)
+        return CURVOPT_OK;
+    free(r->result->touching);
+    co_level_objective_place(o, l->now.x);
+    int32_t status = co_no_crossings_touching(&o->repulsion, o->positions, &r->result->touching, &summary->n_touching,
+                                              &summary->clearance, error);
+    summary->clearance *= o->is_framed ? run->radius : co_run_size_unit(&run->size, l->now.found[CO_FOUND_SIZE]);
+    return status;
 }
 
 static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
@@ -33,11 +49,15 @@ static int32_t solve_level(co_run *r, int32_t number, curvopt_error *error) {
     co_sliding_measure(&r->sliding, r->at.xyz);
     if (status == CURVOPT_OK && level && ends_run(r, number))
         status = co_run_report_end(r, level, error);
+    if (status == CURVOPT_OK && level && ends_run(r, number))
+        status = note_touching(r, level, error);
     r->result->level[number - 1] = r->at.report;
     if (status == CURVOPT_OK && level && ends_run(r, number) && co_run_wants_verdict(r))
         status = co_run_certify(r, level, NULL, error);
     if (status == CO_CANCELLED) /* there is no verdict */
         status = CURVOPT_OK;
+    if (status == CURVOPT_OK && r->no_crossings.exceptions.failed != CURVOPT_OK)
+        status = co_status_no_memory(error);
     co_level_destroy(level);
     return status;
 }
@@ -61,6 +81,9 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
         status = co_symmetry_subdivide(&r->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = co_sliding_subdivide(r->result->mesh, &r->sliding, error);
+    if (status == CURVOPT_OK && r->context.options->no_crossings)
+        status = co_no_crossings_subdivide(r->result->mesh, fine, xyz, r->threads, r->context.cancel, &r->no_crossings,
+                                           error);
     if (status != CURVOPT_OK) {
         free(xyz);
         free(start);
@@ -151,5 +174,6 @@ void co_multilevel_result_destroy(curvopt_result *result) {
     co_mesh_destroy(result->mesh);
     free(result->xyz);
     free(result->level);
+    free(result->touching);
     free(result);
 }

@@ -120,7 +120,7 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
-    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL) +
+    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL) + l->now.found[CO_FOUND_REPULSION] +
                   co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
     note_held(at, l);
     at->report.energy = at->energies.objective;

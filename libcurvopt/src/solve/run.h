@@ -7,6 +7,7 @@
 #include "constraints/sliding.h"
 #include "constraints/symmetry.h"
 #include "solve/level.h"
+#include "solve/no_crossings.h"
 
 struct curvopt_result {
     curvopt_mesh *mesh;
@@ -14,6 +15,7 @@ struct curvopt_result {
     curvopt_energies start, end; /* of the input cage and of the result */
     curvopt_summary summary;
     curvopt_level_report *level; /* [options.levels] */
+    int32_t (*touching)[2];      /* [summary.n_touching] */
 };
 
 /* What a level has come to. */
@@ -44,17 +46,18 @@ typedef struct co_run {
     co_cancel cancel;    /* what takes long looks at this */
     co_thread_pool *threads;
     co_basis_table_cache tables;
-    co_constraints constraints; /* of the present mesh */
-    double *shape;              /* [3 n_vertices] what the present level began with: context.shape */
-    co_held_numbers held;       /* context.held, where that is not NULL */
-    co_sliding sliding;         /* the same; nothing without options.slide */
-    co_run_work spent;          /* by sliding on the present level, until that is solved */
-    const double *shown_beside; /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
-                                   caller sees, where something is held (live.h) */
-    int is_asked_to_stop;       /* by the callback */
-    co_level_prospect prospect; /* of the levels to come */
-    co_level_result at;         /* the present level */
-    curvopt_result *result;     /* its mesh is the present one */
+    co_constraints constraints;   /* of the present mesh */
+    double *shape;                /* [3 n_vertices] what the present level began with: context.shape */
+    co_held_numbers held;         /* context.held, where that is not NULL */
+    co_sliding sliding;           /* the same; nothing without options.slide */
+    co_no_crossings no_crossings; /* nothing without options.no_crossings */
+    co_run_work spent;            /* by sliding on the present level, until that is solved */
+    const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
+                                     caller sees, where something is held (live.h) */
+    int is_asked_to_stop;         /* by the callback */
+    co_level_prospect prospect;   /* of the levels to come */
+    co_level_result at;           /* the present level */
+    curvopt_result *result;       /* its mesh is the present one */
 } co_run;
 
 /* Most turns of motion along normals, each along those of the cage where it begins. */

@@ -5,6 +5,7 @@
 #include "base/cancel.h"
 #include "base/tuning.h"
 #include "energy/spontaneous_curvature.h"
+#include "hessian/repulsion.h"
 #include "surface/basis_table.h"
 
 /* The size of the result, where nothing of the cage is held: one number, over which the others count. */
@@ -26,6 +27,7 @@ typedef struct co_run_context {
     co_spontaneous_curvature spontaneous; /* as levels see it */
     const double *shape; /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
                             (blend_disc_half.h); NULL: by the cage that each objective begins with */
+    co_repulsion_exceptions *exceptions; /* with options.no_crossings, of the present mesh; else NULL */
 } co_run_context;
 
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */

@@ -202,6 +202,12 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
         status = find_structure(r, mesh, xyz, error);
     if (status == CURVOPT_OK && r->context.options->slide)
         status = co_sliding_create(mesh, xyz, &r->sliding, error);
+    if (status == CURVOPT_OK && r->context.options->no_crossings) {
+        status = co_no_crossings_create(mesh, xyz, r->at.start, r->threads, r->context.cancel, &r->no_crossings, error);
+        r->no_crossings.exceptions.n_refused = &r->result->summary.n_refused;
+        r->context.exceptions = &r->no_crossings.exceptions;
+        r->result->summary.n_crossing_before = (int32_t)r->no_crossings.exceptions.pairs.n_crossing;
+    }
     return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
 }
 
@@ -209,6 +215,7 @@ void co_run_free_parts(co_run *r) {
     co_level_result_free(&r->at);
     co_constraints_free(&r->constraints);
     co_sliding_free(&r->sliding);
+    co_no_crossings_free(&r->no_crossings);
     free(r->shape);
     r->context.shape = r->shape = NULL;
 }

@@ -213,7 +213,10 @@ def test_it_is_refused_where_it_could_not_end(shaken, part):
     settings.pin, settings.within = "SELECTED", 0.1
     with pytest.raises(RuntimeError, match="set Within to 0"):
         bpy.ops.curvopt.live()
-    settings.within, settings.energy = 0.0, "MIX"
+    settings.within, settings.no_crossings = 0.0, True
+    with pytest.raises(RuntimeError, match="turn No Crossings off"):
+        bpy.ops.curvopt.live()
+    settings.no_crossings, settings.energy = False, "MIX"
     settings.weight_mvs = settings.weight_willmore = 0.0
     with pytest.raises(RuntimeError, match="The mix is empty"):
         bpy.ops.curvopt.live()

@@ -1,0 +1,324 @@
+/* Where parts of a surface face each other. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measure/facing.h"
+
+#include "base/constants.h"
+#include "base/elementary.h"
+#include "base/memory.h"
+#include "measure/nearest.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    GRID = 4,    /* intervals of the grid on a face's side */
+    DEEPEST = 3, /* pieces of 2^-DEEPEST of a face are the smallest that have points */
+    SMALLEST = 5 /* pieces of 2^-SMALLEST are the smallest that are faced: smaller ones are all at a few vertices */
+};
+/* Of the cosine between x - y and a tangent at a minimum. */
+#define NORMAL 1e-6
+/* Points closer than that, in reaches, are one. */
+#define SAME 1e-6
+
+/* A piece that is near the present one, and where, in the directions along it, points must be to face it. */
+typedef struct near_piece {
+    int32_t piece;
+    double along[2][3], low[2], high[2];
+} near_piece;
+
+typedef struct store {
+    co_facing *pair;
+    size_t n, room;
+    near_piece *near; /* pieces that are near the present one */
+    size_t n_near, near_room;
+    int failed; /* memory is out */
+} store;
+
+typedef struct work {
+    const curvopt_mesh *mesh;
+    const co_surface_pieces *pieces;
+    const co_face_pairs *left_out;
+    double reach;
+    const co_near_patches *near;
+    store *of_thread; /* [n_threads] */
+} work;
+
+static int grow_near(store *s) {
+    near_piece *more = s->n_near < s->near_room ? s->near : CO_RESIZED(s->near, 2 * s->near_room + 16);
+    if (!more)
+        return 0;
+    s->near_room = s->n_near < s->near_room ? s->near_room : 2 * s->near_room + 16;
+    s->near = more;
+    return 1;
+}
+
+static co_facing *grow_pairs(store *s) {
+    if (s->n == s->room) {
+        co_facing *more = CO_RESIZED(s->pair, 2 * s->room + 64);
+        if (!more)
+            return NULL;
+        s->pair = more;
+        s->room = 2 * s->room + 64;
+    }
+    return &s->pair[s->n];
+}
+
+/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
+ * point is not farther from it than the reach times the sine of the cone's angle. */
+static void bound_along(const work *w, int32_t b, near_piece *out) {
+    const co_directions *d = &w->near->directions[b];
+    const co_cone *normal = &d->normal;
+    const double *net = co_pieces_bezier(w->pieces, b);
+    *out = (near_piece){.piece = b, .low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
+    if (!(normal->angle < CO_PI / 2))
+        return;
+    for (int k = 0; k < 2; k++) { /* derivatives, less what is along the normal */
+        const co_cone *along = k ? &d->v : &d->u;
+        const double part = co_dot3(along->axis, normal->axis);
+        double *axis = out->along[k], low = INFINITY, high = -INFINITY;
+        for (int c = 0; c < 3; c++)
+            axis[c] = along->axis[c] - part * normal->axis[c];
+        const double most = w->reach * co_sin_pi(normal->angle / CO_PI) * sqrt(co_dot3(axis, axis));
+        for (int i = 0; i < 16; i++) {
+            const double x = co_dot3(net + 3 * (size_t)i, axis);
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+        out->low[k] = low - most;
+        out->high[k] = high + most;
+    }
+}
+
+static int is_before(const near_piece *b, const double x[3]) {
+    for (int k = 0; k < 2; k++) {
+        const double at = co_dot3(x, b->along[k]);
+        if (at < b->low[k] || at > b->high[k])
+            return 0;
+    }
+    return 1;
+}
+
+/* Whether all of piece a is beside b. */
+static int is_beside(const work *w, int32_t a, const near_piece *b) {
+    const double *net = co_pieces_bezier(w->pieces, a);
+    for (int k = 0; k < 2; k++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int i = 0; i < 16; i++) {
+            const double x = co_dot3(net + 3 * (size_t)i, b->along[k]);
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+        if (low > b->high[k] || high < b->low[k])
+            return 1;
+    }
+    return 0;
+}
+
+/* The pieces near piece a that it could face. */
+static void find_near(const work *w, int32_t a, store *s) {
+    const int32_t p = w->pieces->patch[a];
+    co_box box = w->near->box[a];
+    for (int c = 0; c < 3; c++) {
+        box.low[c] -= w->reach;
+        box.high[c] += w->reach;
+    }
+    s->n_near = 0;
+    for (size_t k = w->near->start[p]; k < w->near->start[p + 1]; k++) {
+        const int32_t q = w->near->patch[k];
+        if (co_face_pairs_have(w->left_out, w->pieces->patches.place[p].face, w->pieces->patches.place[q].face))
+            continue;
+        for (int32_t b = w->pieces->first[q]; b < w->pieces->first[q + 1] && !s->failed; b++) {
+            near_piece near;
+            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->near->box[b]))
+                continue;
+            bound_along(w, b, &near);
+            if (is_beside(w, a, &near))
+                continue;
+            s->failed = !grow_near(s);
+            if (!s->failed)
+                s->near[s->n_near++] = near;
+        }
+    }
+}
+
+/* The best of some points of a piece to begin at. */
+static void begin_at(const double piece[CO_BEZIER], const double x[3], double uv[2]) {
+    double best = INFINITY, at[3];
+    for (int k = 0; k < 9; k++) {
+        const double u = 1.0 / 6 + k % 3 / 3.0, v = 1.0 / 6 + k / 3 / 3.0;
+        co_bezier_point(piece, u, v, at);
+        const double square = co_distance_squared(at, x);
+        if (square < best) {
+            best = square;
+            uv[0] = u;
+            uv[1] = v;
+        }
+    }
+}
+
+/* What the nearest point of a piece is to the surface. */
+typedef enum minimum { NO_MINIMUM, MINIMUM, MINIMUM_OF_TWO /* if the piece beyond its side has it, too */ } minimum;
+
+/* Side of a place, counted as a quad's, on which a parameter is at its end; -1: on none or two. */
+static int side_of(const double uv[2]) {
+    const int on[4] = {uv[1] == 0, uv[0] == 1, uv[1] == 1, uv[0] == 0};
+    int side = -1;
+    for (int k = 0; k < 4; k++)
+        if (on[k]) {
+            if (side >= 0)
+                return -1;
+            side = k;
+        }
+    return side;
+}
+
+static minimum kind_of(const work *w, int32_t b, const double uv[2], const double x[3]) {
+    co_bezier_jet jet;
+    co_bezier_at(co_pieces_bezier(w->pieces, b), uv[0], uv[1], &jet);
+    const double r[3] = {jet.s[0] - x[0], jet.s[1] - x[1], jet.s[2] - x[2]}, length = sqrt(co_dot3(r, r));
+    const double along[2] = {fabs(co_dot3(r, jet.u)) - NORMAL * length * sqrt(co_dot3(jet.u, jet.u)),
+                             fabs(co_dot3(r, jet.v)) - NORMAL * length * sqrt(co_dot3(jet.v, jet.v))};
+    if (along[0] <= 0 && along[1] <= 0)
+        return MINIMUM;
+    const int side = side_of(uv);
+    if (side < 0 || along[side % 2 == 0 ? 0 : 1] > 0)
+        return NO_MINIMUM;
+    if (co_location_is_on_boundary(w->mesh, &w->pieces->place[b], uv))
+        return MINIMUM;
+    return w->pieces->patches.cuts[w->pieces->patch[b]] >> side & 1 ? MINIMUM_OF_TWO : NO_MINIMUM;
+}
+
+/* Points of pieces that were found for x already, from `first` on, at the same place as y. */
+static int is_known(const co_facing *pair, size_t first, size_t n, const double x[3], const double y[3],
+                    double tolerance) {
+    for (size_t k = first; k < n; k++) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            const double d = x[c] - pair[k].distance * pair[k].along[c] - y[c];
+            square += d * d;
+        }
+        if (square <= tolerance * tolerance)
+            return 1;
+    }
+    return 0;
+}
+
+/* Adds what the point x of piece a faces. */
+static void look_from(const work *w, int32_t a, const double uv[2], double weight, store *s) {
+    const size_t first = s->n;
+    double x[3], halves[8][3]; /* minima on creases that one side has */
+    int n_halves = 0;
+    co_bezier_point(co_pieces_bezier(w->pieces, a), uv[0], uv[1], x);
+    for (size_t k = 0; k < s->n_near; k++) {
+        const int32_t b = s->near[k].piece;
+        static const double whole[2] = {0, 1};
+        double y[3], at[2];
+        if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->near->box[b], x) < w->reach * w->reach))
+            continue;
+        begin_at(co_pieces_bezier(w->pieces, b), x, at);
+        const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y);
+        minimum kind = distance < w->reach ? kind_of(w, b, at, x) : NO_MINIMUM;
+        for (int h = 0; h < n_halves && kind == MINIMUM_OF_TWO; h++)
+            if (co_distance_squared(halves[h], y) <= SAME * SAME * w->reach * w->reach)
+                kind = MINIMUM;
+        if (kind == MINIMUM_OF_TWO && n_halves < 8)
+            memcpy(halves[n_halves++], y, sizeof y);
+        if (kind != MINIMUM || is_known(s->pair, first, s->n, x, y, SAME * w->reach))
+            continue;
+        co_facing *f = grow_pairs(s);
+        if (!f) {
+            s->failed = 1;
+            return;
+        }
+        *f = (co_facing){
+            .piece = {a, b}, .uv = {{uv[0], uv[1]}, {at[0], at[1]}}, .distance = distance, .weight = weight};
+        for (int c = 0; c < 3 && distance > 0; c++)
+            f->along[c] = (x[c] - y[c]) / distance;
+        s->n++;
+    }
+}
+
+/* The grid of a piece, by the trapezoidal rule. */
+static void look_round(const work *w, int32_t a, store *s) {
+    const int level = w->pieces->place[a].level, n = level < 2 ? GRID >> level : 1;
+    if (level > DEEPEST)
+        return;
+    find_near(w, a, s);
+    for (int k = 0; k < (n + 1) * (n + 1) && s->n_near && !s->failed; k++) {
+        const int i = k % (n + 1), j = k / (n + 1);
+        const double uv[2] = {(double)i / n, (double)j / n};
+        look_from(w, a, uv, (i % n ? 1 : 0.5) * (j % n ? 1 : 0.5) / (n * n), s);
+    }
+}
+
+/* Every n_threads-th patch. */
+static void look(void *context, int32_t thread, int32_t n_threads) {
+    const work *w = context;
+    store *s = &w->of_thread[thread];
+    for (int32_t p = thread; p < w->pieces->patches.n_patches && !s->failed; p += n_threads)
+        for (int32_t a = w->pieces->first[p]; a < w->pieces->first[p + 1] && w->near->start[p] < w->near->start[p + 1];
+             a++)
+            look_round(w, a, s);
+}
+
+/* A piece's pairs stand together, in order, with one thread. */
+static int compare(const void *a, const void *b) {
+    const co_facing *x = a, *y = b;
+    for (int k = 0; k < 4; k++) {
+        const double p = k == 0 ? x->piece[0] : k == 3 ? x->piece[1] : x->uv[0][k - 1];
+        const double q = k == 0 ? y->piece[0] : k == 3 ? y->piece[1] : y->uv[0][k - 1];
+        if (p != q)
+            return p < q ? -1 : 1;
+    }
+    return 0;
+}
+
+static int32_t gather(const work *w, int32_t n_threads, co_facings *out, curvopt_error *error) {
+    size_t n = 0;
+    for (int32_t t = 0; t < n_threads; t++) {
+        if (w->of_thread[t].failed)
+            return co_status_no_memory(error);
+        n += w->of_thread[t].n;
+    }
+    out->pair = CO_NEW(co_facing, n);
+    if (!out->pair)
+        return co_status_no_memory(error);
+    for (int32_t t = 0; t < n_threads; t++) {
+        const store *s = &w->of_thread[t];
+        if (s->n)
+            memcpy(out->pair + out->n, s->pair, s->n * sizeof *s->pair);
+        out->n += s->n;
+    }
+    qsort(out->pair, out->n, sizeof *out->pair, compare);
+    return CURVOPT_OK;
+}
+
+int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, double reach,
+                        const co_face_pairs *left_out, co_thread_pool *pool, co_facings *out, curvopt_error *error) {
+    const int32_t n_threads = co_thread_pool_size(pool);
+    work w = {.mesh = mesh,
+              .pieces = near->pieces,
+              .left_out = left_out,
+              .reach = reach,
+              .near = near,
+              .of_thread = CO_NEW(store, n_threads)};
+    *out = (co_facings){0};
+    int32_t status = w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        co_thread_pool_run(pool, look, &w);
+        status = gather(&w, n_threads, out, error);
+    }
+    for (int32_t t = 0; w.of_thread && t < n_threads; t++) {
+        free(w.of_thread[t].pair);
+        free(w.of_thread[t].near);
+    }
+    free(w.of_thread);
+    if (status != CURVOPT_OK)
+        co_facings_free(out);
+    return status;
+}
+
+void co_facings_free(co_facings *facings) {
+    free(facings->pair);
+    *facings = (co_facings){0};
+}
