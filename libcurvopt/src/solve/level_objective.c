@@ -128,9 +128,10 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
+    co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
+    unit.rest = co_spacing_rest(o->mesh, &o->reduction, o->positions, o->run->tuning->spacing_rest);
     double sum = co_spacing_value(&unit, o->positions, NULL);
     o->spacing = unit;
     o->spacing.weight = sum > 0 ? worth / sum : 0;
