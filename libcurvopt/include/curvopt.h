@@ -41,6 +41,7 @@
  *     bytes that it does not know.
  *   - curvopt_progress begins with struct_size, the library's: members beyond it are not there.
  *   - curvopt_error and curvopt_creases never change. curvopt_constraints says by has_places whether places is there.
+ *   - curvopt_through begins with struct_size, the caller's, as curvopt_options does.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -409,6 +410,38 @@ typedef struct curvopt_constraints {
                               all are where they are */
 } curvopt_constraints;
 
+/* What the limit surface goes through: n entries, each of one of its points, at a vertex or inside a face. On every
+ * level they are the same points of the surface; what is said of them holds exactly, to rounding, from the beginning of
+ * the first level on, which vertices near them are moved for.
+ *
+ * The unknowns there are the points and tangents themselves, in place of as many cage vertices near them
+ * (libcurvopt/notes/87-through-limit-points.md). An entry that those near it, or other constraints, leave no freedom
+ * for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark limit
+ * surface, also where energies are those of a blend. No symmetries of the cage are used.
+ *
+ * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
+ * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
+ * stay. */
+typedef struct curvopt_through {
+    int32_t struct_size;     /* sizeof(curvopt_through) */
+    int32_t n;               /* number of entries */
+    const int32_t *vertices; /* [n] whose limit point it is; -1: a point inside a face; NULL: all are that */
+    const int32_t *faces; /* [n] with corners and uv as in curvopt_sampler_jets; ignored for vertices. NULL: all are at
+                             vertices */
+    const int32_t *corners;   /* [n] NULL: all 0 */
+    const double *uv;         /* [2 n] not a corner of the face, nor the middle of one that is no quad */
+    const int32_t *freedom;   /* [n] of the point: 0: held, 1: moves along its direction, 2: moves across it, 3: free;
+                                 NULL: all 0 */
+    const double *directions; /* [3 n] of any length, ignored for the freedoms 0 and 3; NULL if there are no others */
+    const double *places;  /* [3 n] where the point is held, or points of the lines and planes; three NANs: where it is;
+                              NULL: all are where they are */
+    const double *normals; /* [3 n] of the surface, of any length; three NANs: not held; NULL: none is */
+    const double *tangents; /* [3 n] directions, of any length, of the tangent that `toward` names; three NANs: not
+                               held; NULL: none is. At right angles to the normal, if there is one, to 1e-6 */
+    const int32_t *toward;  /* [n] at a vertex the other end of an edge there, along which the tangent is; inside a face
+                               0: along u, 1: along v; ignored where there is no tangent */
+} curvopt_through;
+
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are
  * counterclockwise as seen from; where the volume is negative they point inwards, and both numbers change their sign.
  *   VOLUME          inside a surface without boundary; what a boundary or left-out faces leave open is closed by a cone
@@ -564,6 +597,9 @@ typedef struct curvopt_options {
      * which is never near 0. Refused where WILLMORE and MEAN have no weight, and by curvopt_problem_create_part(). Up
      * to 1e100 and down to -1e100, default 0. */
     double spontaneous_curvature;
+    /* Points, normals and tangents of the surface that are held; for curvopt_minimize() only. NULL: none are. Default
+     * NULL. */
+    const curvopt_through *through;
 } curvopt_options;
 
 /* Fills in the defaults, and `size`, which is sizeof(curvopt_options), as struct_size. */

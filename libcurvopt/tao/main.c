@@ -26,7 +26,8 @@ static const char help_text[] =
     "with\n"
     "                       the assembled Hessian nls, ntr and the like; -tao_fd_hessian or -tao_mf_hessian: by\n"
     "                       differences\n"
-    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --strength, --within,\n"
+    "  --symmetry           none, which is the default here; --escape, --slide, --trace, --strength, --within, "
+    "--through,\n"
     "                       --volume, --area, --total-mean-curvature, --reduced-volume, --spontaneous-curvature: not\n"
     "                       for this program\n"
     "  --strict             always on: nothing is held as an exception here\n"
@@ -120,6 +121,8 @@ static const char *not_for_tao(const arguments *a) {
                    "not know the numbers of the whole surface";
     if (o->strength < 1 || o->within > 0)
         return "--strength and --within are not for this program";
+    if (a->through)
+        return "--through is not for this program";
     if (a->trace)
         return "--trace is not for this program: TAO has monitors, -tao_monitor";
     if (a->has_blend_width && o->blend_width != 1)

@@ -63,6 +63,8 @@ static int parse_valued(arguments *a, const char *name, const char *value) {
         a->deviation_from = value;
     else if (!strcmp(name, "--pin"))
         a->pins = value;
+    else if (!strcmp(name, "--through"))
+        a->through = value;
     else if (!strcmp(name, "--trace"))
         a->trace = value;
     else if (!strcmp(name, "--symmetry"))
@@ -95,6 +97,7 @@ static int is_valued(const char *name, int minimize) {
                                                 "--boundary",
                                                 "--symmetry",
                                                 "--pin",
+                                                "--through",
                                                 "--trace",
                                                 "--spacing",
                                                 "--volume",

@@ -10,10 +10,11 @@
 enum { ARGUMENTS_DONE = 0, ARGUMENTS_COULD_NOT = 1, ARGUMENTS_USAGE = 2 };
 
 typedef struct arguments {
-    const char *command, *input, *output, *json, *energy, *pins, *trace, *deviation_from;
+    const char *command, *input, *output, *json, *energy, *pins, *through, *trace, *deviation_from;
     curvopt_options options;
     curvopt_constraints constraints;
-    int boundary_rule; /* -1: not named, the cage's */
+    curvopt_through points; /* of `through` */
+    int boundary_rule;      /* -1: not named, the cage's */
     int quiet;
     int has_blend_width; /* it was named */
 } arguments;

@@ -10,6 +10,7 @@
 #include "pins.h"
 #include "platform.h"
 #include "report_json.h"
+#include "through.h"
 #include "trace.h"
 
 #include <errno.h>
@@ -395,22 +396,19 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     return status;
 }
 
-/* Pins into the options, if there are to be any. */
-static int load_pins(arguments *a, pin_list *pins) {
+/* What is held, from files into the options. */
+static int load_held(arguments *a, pin_list *pins, through_list *through) {
     char message[256];
     *pins = (pin_list){0};
-    if (!a->pins)
-        return ARGUMENTS_DONE;
-    if (pins_read(a->pins, pins, message, sizeof message))
+    *through = (through_list){0};
+    if (a->pins && pins_read(a->pins, pins, message, sizeof message))
         return could_not(a->pins, message);
-    a->constraints = (curvopt_constraints){.vertices = pins->vertices,
-                                           .freedom = pins->freedom,
-                                           .directions = pins->directions,
-                                           .n = pins->n,
-                                           .has_places = 1,
-                                           .weights = pins->weights,
-                                           .places = pins->places};
-    a->options.constraints = &a->constraints;
+    if (a->through && through_read(a->through, through, message, sizeof message))
+        return could_not(a->through, message);
+    a->constraints = pins_as_constraints(pins);
+    a->options.constraints = a->pins ? &a->constraints : NULL;
+    a->points = through->given;
+    a->options.through = a->through ? &a->points : NULL;
     return ARGUMENTS_DONE;
 }
 
@@ -435,13 +433,14 @@ static int run_minimize(arguments *a) {
     curvopt_result *result = NULL;
     curvopt_error error;
     pin_list pins;
+    through_list through;
     watch w = {.args = a};
-    int status = load_pins(a, &pins);
-    if (status != ARGUMENTS_DONE)
-        return status;
-    status = load(a, &in);
+    int status = load_held(a, &pins, &through);
+    if (status == ARGUMENTS_DONE)
+        status = load(a, &in);
     if (status != ARGUMENTS_DONE) {
         pins_free(&pins);
+        through_free(&through);
         return status;
     }
     curvopt_cancel *cancel = NULL;
@@ -458,6 +457,7 @@ static int run_minimize(arguments *a) {
     curvopt_result_destroy(result);
     unload(&in);
     pins_free(&pins);
+    through_free(&through);
     return status;
 }
 

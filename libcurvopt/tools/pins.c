@@ -162,3 +162,13 @@ int pins_read(const char *path, pin_list *out, char *message, size_t size) {
     fclose(file);
     return failed;
 }
+
+curvopt_constraints pins_as_constraints(const pin_list *pins) {
+    return (curvopt_constraints){.vertices = pins->vertices,
+                                 .freedom = pins->freedom,
+                                 .directions = pins->directions,
+                                 .n = pins->n,
+                                 .has_places = 1,
+                                 .weights = pins->weights,
+                                 .places = pins->places};
+}

@@ -23,6 +23,8 @@ typedef struct pin_list {
 int pins_parse(FILE *file, pin_list *out, char *message, size_t size);
 /* The same from a file by name. */
 int pins_read(const char *path, pin_list *out, char *message, size_t size);
+/* The list as the library takes it, whose arrays stay the list's. */
+curvopt_constraints pins_as_constraints(const pin_list *pins);
 void pins_free(pin_list *pins);
 
 #endif

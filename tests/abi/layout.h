@@ -42,7 +42,7 @@ AT(curvopt_mesh_info, all_quads, 36);
 AT(curvopt_mesh_info, n_isolated, 40);
 AT(curvopt_mesh_info, n_flawed_edges, 44);
 
-SIZE(curvopt_options, 280);
+SIZE(curvopt_options, 288);
 AT(curvopt_options, struct_size, 0);
 AT(curvopt_options, surface, 4);
 AT(curvopt_options, method, 8);
@@ -72,6 +72,21 @@ AT(curvopt_options, scalar_rule, 188);
 AT(curvopt_options, scalar_value, 216);
 AT(curvopt_options, within, 264);
 AT(curvopt_options, spontaneous_curvature, 272);
+AT(curvopt_options, through, 280);
+
+SIZE(curvopt_through, 88);
+AT(curvopt_through, struct_size, 0);
+AT(curvopt_through, n, 4);
+AT(curvopt_through, vertices, 8);
+AT(curvopt_through, faces, 16);
+AT(curvopt_through, corners, 24);
+AT(curvopt_through, uv, 32);
+AT(curvopt_through, freedom, 40);
+AT(curvopt_through, directions, 48);
+AT(curvopt_through, places, 56);
+AT(curvopt_through, normals, 64);
+AT(curvopt_through, tangents, 72);
+AT(curvopt_through, toward, 80);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);

@@ -321,7 +321,50 @@ static void check_result(const state *s, const curvopt_result *result) {
     FUZZ_CHECK(curvopt_result_get_level(result, summary.n_levels, &level, sizeof level, &error) != CURVOPT_OK);
 }
 
+/* What the surface goes through: up to three entries, and arrays that are there or not. */
+typedef struct wish {
+    curvopt_through through;
+    int32_t vertex[3], face[3], corner[3], freedom[3], toward[3];
+    double uv[6], direction[9], place[9], normal[9], tangent[9];
+} wish;
+
+static void any_vectors(reader *r, double *out, double unit) {
+    for (int i = 0; i < 9; i++)
+        out[i] = (next(r) - 100) * unit;
+    if (next(r) % 2)
+        out[0] = out[1] = out[2] = (double)NAN;
+}
+
+static void make_wish(reader *r, const state *s, wish *w) {
+    *w = (wish){.through = {.struct_size = sizeof w->through, .n = next(r) % 4}};
+    for (int k = 0; k < 3; k++) {
+        w->vertex[k] = next(r) % 3 ? next(r) % s->n_vertices : -1;
+        w->face[k] = next(r) % s->n_faces;
+        w->corner[k] = next(r) % 8 ? 0 : next(r) % 5;
+        w->freedom[k] = next(r) % 4;
+        w->toward[k] = next(r) % s->n_vertices;
+        w->uv[2 * k] = next(r) / 200.0;
+        w->uv[2 * k + 1] = next(r) / 200.0;
+    }
+    any_vectors(r, w->direction, 1);
+    any_vectors(r, w->place, 0.01);
+    any_vectors(r, w->normal, 1);
+    any_vectors(r, w->tangent, 1);
+    const int has = next(r);
+    w->through.vertices = w->vertex;
+    w->through.faces = w->face;
+    w->through.corners = w->corner;
+    w->through.uv = w->uv;
+    w->through.freedom = has & 1 ? w->freedom : NULL;
+    w->through.directions = w->direction;
+    w->through.places = has & 2 ? w->place : NULL;
+    w->through.normals = has & 4 ? w->normal : NULL;
+    w->through.tangents = has & 8 ? w->tangent : NULL;
+    w->through.toward = w->toward;
+}
+
 static void call_minimize(reader *r, state *s) {
+    wish wish;
     int32_t vertex[3], freedom[3], level, status;
     double direction[9], weight[3];
     curvopt_constraints pins = {.vertices = vertex, .freedom = freedom, .directions = direction, .weights = weight};
@@ -337,6 +380,8 @@ static void call_minimize(reader *r, state *s) {
             direction[3 * k + c] = next(r) - 100;
     }
     s->options.constraints = pins.n ? &pins : NULL;
+    make_wish(r, s, &wish);
+    s->options.through = &wish.through;
     FUZZ_CHECK(curvopt_cancel_create(&stop.cancel, &error) == CURVOPT_OK);
     status = curvopt_find_moving_level(s->mesh, s->xyz, &s->options, &level, &error);
     if (status != CURVOPT_OK)
@@ -347,6 +392,7 @@ static void call_minimize(reader *r, state *s) {
     else
         check_refusal(status, &error);
     s->options.constraints = NULL;
+    s->options.through = NULL;
     curvopt_result_destroy(result);
     curvopt_cancel_destroy(stop.cancel);
 }

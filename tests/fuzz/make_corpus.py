@@ -60,6 +60,13 @@ def main():
     write('corpus_pins', 'weights', b'0 0.5\n3 line 0 0 2 .25 # softly\n5 plane 1 0 0 1\n')
     write('corpus_pins', 'no_vertex', b'# nothing\n')
     write('corpus_pins', 'no_number', b'1\nline 0 0 1\n')
+    write('corpus_through', 'all_kinds', b'[{"vertex": 5, "at": [0, 0, 1.5e0], "normal": [0, -0, 1]},\n'
+          b' {"face": 1, "uv": [0.25, 0.5], "corner": 0, "at": "here", "plane": [1, 0, 0]},\n'
+          b' {"vertex": 3, "line": [1, 0, 0], "tangent": {"to": 7, "along": [0, 1, 0]}},\n'
+          b' {"face": 2, "uv": [1, 0.5E-1], "tangent": {"to": "v", "along": [0, 1, 0]}}]')
+    write('corpus_through', 'escapes', b'[{"\\u0076ertex": 1, "at": "h\\u0065re"}, {"a\\ud83d\\ude00\\n\\"": [true, false, null]}]')
+    write('corpus_through', 'deep', b'[' * 20 + b'1' + b']' * 20)
+    write('corpus_through', 'wrong', b'{"vertex": 1, "vertex": 01.}')
     write('corpus_mesh', 'open', packed((8, CUBE[1][:5]), 1, 0))
     write('corpus_mesh', 'two_fans', packed((7, TETRAHEDRON[1] + [[0 if v == 0 else v + 3 for v in f]
                                                                    for f in TETRAHEDRON[1]]), 1, 0))

@@ -81,7 +81,7 @@ class Options(C.Structure):
         ("escape", I32), ("symmetry_planes", I32), ("blend_width", I32),
         ("spacing", I32), ("strength", F64), ("holes", C.c_void_p), ("n_holes", I32), ("strict", I32),
         ("slide", I32), ("scalar_rule", I32 * MAX_SCALARS), ("scalar_value", F64 * MAX_SCALARS),
-        ("within", F64), ("spontaneous_curvature", F64)]
+        ("within", F64), ("spontaneous_curvature", F64), ("through", C.c_void_p)]
 
 
 class Energies(C.Structure):
@@ -111,6 +111,13 @@ class Constraints(C.Structure):
 
     _fields_ = [("vertices", C.c_void_p), ("freedom", C.c_void_p), ("directions", C.c_void_p), ("n", I32),
                 ("has_places", I32), ("weights", C.c_void_p), ("places", C.c_void_p)]
+
+
+class Through(C.Structure):
+    """curvopt_through; made by through()"""
+
+    _fields_ = [("struct_size", I32), ("n", I32)] + [(name, C.c_void_p) for name in (
+        "vertices", "faces", "corners", "uv", "freedom", "directions", "places", "normals", "tangents", "toward")]
 
 
 class LevelReport(C.Structure):
@@ -296,6 +303,18 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
     return out
 
 
+def through(vertices=None, faces=None, corners=None, uv=None, freedom=None, directions=None, places=None, normals=None,
+            tangents=None, toward=None) -> Through:
+    """Points of the surface, as in curvopt.h: vertices [n] or faces [n] with uv [n, 2]; keeps the arrays alive."""
+    kept = [None if a is None else np.ascontiguousarray(a, kind) for a, kind in (
+        (vertices, np.int32), (faces, np.int32), (corners, np.int32), (uv, float), (freedom, np.int32), (directions, float),
+        (places, float), (normals, float), (tangents, float), (toward, np.int32))]
+    out = Through(C.sizeof(Through), next(len(a) for a in kept[:2] if a is not None),
+                  *(None if a is None else a.ctypes.data for a in kept))
+    out.kept = kept
+    return out
+
+
 def options(weights: dict[str, float] | str = "willmore", surface: str = "auto", **fields) -> Options:
     """Defaults, changed: weights by term name or the name of one term; any other field by its name. hold: rules by the
     name of a scalar, "keep", a value, or ("reduced", value)."""
@@ -309,8 +328,9 @@ def options(weights: dict[str, float] | str = "willmore", surface: str = "auto",
         rule, number = value if isinstance(value, tuple) else ("keep", 0.0) if value == "keep" else ("value", value)
         out.scalar_rule[SCALARS.index(name)], out.scalar_value[SCALARS.index(name)] = SCALAR_RULES[rule], number
     for name, value in fields.items():
-        if isinstance(value, Constraints):
-            out.kept, value = value, C.addressof(value)
+        if isinstance(value, (Constraints, Through)):
+            out.kept = getattr(out, "kept", []) + [value]
+            value = C.addressof(value)
         setattr(out, name, METHODS[value] if name == "method" else value)
     return out
 

@@ -56,6 +56,40 @@ def test_the_surface_goes_through_held_limit_points(cube, levels):
     assert np.abs(through.positions[0] - cube.positions[0]).max() > 1e-3
 
 
+def test_the_surface_goes_through_points_with_normals(cube):
+    """A cube's vertex by the sampler of a finer cage, where it is regular enough; a point of a face on both levels."""
+    inside = curvopt.Through(face=3, uv=(0.25, 0.375))
+    corner = curvopt.Through(vertex=0, at=np.array([0.1, 0.0, 0.0]), tangent=[1, 0.1, 0], toward=1)
+    with curvopt.Sampler(cube) as surface:
+        before = surface.curvatures([3], [0], [inside.uv])[1][0]
+    inside = curvopt.Through(face=3, uv=(0.25, 0.375), normal=before + [0.2, 0.1, 0.1])
+    with curvopt.Sampler(curvopt.minimize(cube, levels=1, through=[inside, corner]).cage) as surface:
+        normal = surface.curvatures([3], [0], [inside.uv])[1][0]
+        point = surface.jets([0], [0], [[0.0, 0.0]])[0, 0]
+    with curvopt.Sampler(curvopt.minimize(cube, levels=2, through=[inside]).cage) as surface:
+        finer = surface.curvatures([12], [0], [[0.5, 0.75]])[1][0]
+    goal = inside.normal / np.linalg.norm(inside.normal)
+    assert np.abs(normal - goal).max() < 1e-12 and np.abs(finer - goal).max() < 1e-12
+    assert np.abs(point - corner.at).max() < 1e-12
+
+
+@pytest.mark.parametrize("entry, sentence", [
+    (curvopt.Through(), "entry 0: either vertex or face"),
+    (curvopt.Through(face=1), "entry 0: a face needs uv"),
+    (curvopt.Through(vertex=1, uv=(0.5, 0.5)), "entry 0: uv and corner are of faces"),
+    (curvopt.Through(vertex=1, line=[1, 0, 0], plane=[1, 0, 0]), "entry 0: line and plane together"),
+    (curvopt.Through(vertex=1, tangent=[1, 0, 0]), "entry 0: tangent and toward belong together"),
+    (curvopt.Through(face=1, uv=(0.5, 0.5), tangent=[1, 0, 0], toward=2), "entry 0: toward is 2"),
+    (curvopt.Through(vertex=-1, at="here"), "entry 0: vertex is -1"),
+    (curvopt.Through(vertex=1, at="there"), "entry 0: at is 'there'"),
+    (curvopt.Through(vertex=1, at=[1, 2]), "entry 0: at is"),
+    (curvopt.Through(face=1, uv=(0.5, 0.5, 0.5), at="here"), "uv must be two numbers"),
+])
+def test_entries_that_cannot_be_read_are_refused_by_name(cube, entry, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        curvopt.minimize(cube, through=[entry])
+
+
 def reduced(energies):
     """6 sqrt(pi) V / A^(3/2)"""
     return 6 * np.pi**0.5 * energies.volume / energies.area**1.5

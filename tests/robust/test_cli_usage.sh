@@ -147,6 +147,50 @@ test_weights_of_pins_hold_softly() {
         fail "vertex 5 has left its plane"
 }
 
+# through CONTENT SENTENCE: a file of what the surface goes through with that content is refused with that sentence.
+through() {
+    cube_obj >cage.obj
+    printf '%s' "$1" >through.json
+    refused 1 "$2" minimize cage.obj -o result.obj --levels 1 --through through.json
+}
+
+test_bad_files_of_points_are_refused_by_name() {
+    through '' 'through.json: line 1: a value was expected'
+    through '[]' 'through.json: a list with at least one entry was expected'
+    through '{"vertex": 1}' 'through.json: a list with at least one entry was expected'
+    through '[{"vertex": 1, "at": [0, 0, 1]},]' 'line 1: a value was expected'
+    through '[{"vertex": 1 "at": [0, 0, 1]}]' 'line 1: a comma or } was expected'
+    through '[{"vertex": 1, "vertex": 2}]' 'line 1: a key is there twice'
+    through $'[\n{"vertex": 01}]' 'line 2: no number that JSON has'
+    through '[{"vertex": 1, "at": [0, 0, 1e999]}]' 'or one that is too large'
+    through '[{"vertex": NaN}]' 'line 1: a value was expected'
+    through "[{'vertex': 1}]" 'line 1: a key in quotation marks was expected'
+    through '[{"vertex": 1, "at": [0, 0, 1]}] x' 'line 1: something follows behind the end'
+    through '[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]' 'too deep in each other'
+    through '[{"vertex": "a\q"}]' 'has \ before something'
+    through '[1]' 'entry 0, line 1: an object was expected'
+    through $'[{"vertex": 1, "at": "here"},\n {"at": [0, 0, 1]}]' 'entry 1, line 2: either "vertex" or "face" says'
+    through '[{"vertex": 1, "face": 2}]' 'entry 0, line 1: either "vertex" or "face" says'
+    through '[{"vertex": 1.5, "at": "here"}]' '"vertex" must be a whole number'
+    through '[{"vertex": -1, "at": "here"}]' '"vertex" must be a whole number'
+    through '[{"face": 1, "at": "here"}]' 'a face needs "uv": [U, V]'
+    through '[{"face": 1, "uv": [0.5], "at": "here"}]' '"uv" must be a list of two numbers'
+    through '[{"vertex": 1, "at": [0, 0]}]' '"at" must be a list of three numbers'
+    through '[{"vertex": 1, "at": "there"}]' '"at" must be a list of three numbers, or "here"'
+    through '[{"vertex": 1, "line": [1, 0, 0], "plane": [1, 0, 0]}]' '"line" and "plane" together'
+    through '[{"vertex": 1, "tangent": [1, 0, 0]}]' '"tangent" must be {"to": W, "along": [X, Y, Z]}'
+    through '[{"face": 1, "uv": [0.5, 0.5], "tangent": {"to": 3, "along": [1, 0, 0]}}]' '"to" must be "u" or "v"'
+    through '[{"vertex": 1}]' 'entry 0, line 1: holds nothing'
+    through '[{"vertex": 1, "at": "here", "weight": 0.5}]' 'points of the surface are held exactly or not at all'
+    through '[{"vertex": 1, "at": "here", "normals": 1}]' 'entry 0, line 1: "normals" is not known here'
+    through '[{"vertex": 8, "at": "here"}]' 'entry 0 is at vertex 8; there are 8 vertices'
+    through '[{"vertex": 1, "normal": [0, 0, 0]}]' 'entry 0 has the normal 0 0 0'
+    through '[{"vertex": 1, "at": "here"}, {"vertex": 1, "at": [2, 2, 2]}]' 'entry 1: its point cannot be chosen freely beside entry 0'
+    refused 1 "no/through.json: No such file" minimize cage.obj -o result.obj --levels 1 --through no/through.json
+    printf '[{"vertex": 1, "at": "here"}]' >through.json
+    refused 1 "cannot be had with symmetries that are kept" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry keep
+}
+
 test_symmetry_is_a_name_or_planes() {
     local wrong
     for wrong in perhaps x,w xy x, ,x x,,y ''; do

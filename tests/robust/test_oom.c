@@ -6,6 +6,7 @@
 #include "check.h"
 
 #include "constraints/given_constraints.h"
+#include "constraints/given_through.h"
 #include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
@@ -173,9 +174,28 @@ static int32_t limit_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
     double xyz[3 * 12];
     memcpy(xyz, c->xyz, 3 * (size_t)c->n_vertices * sizeof *xyz);
     if (status == CURVOPT_OK)
-        status = co_given_constraints_place(mesh, &held, xyz, error);
+        status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
     co_patches_free(&patches);
     co_interpolation_free(&map);
+    co_constraints_free(&held);
+    return status;
+}
+
+/* What points, normals and places inside faces add: values, pivots, and the cage that is put there. */
+static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t vertices[2] = {0, -1}, faces[2] = {0, 2};
+    const double uv[4] = {0, 0, 0.25, 0.5}, places[6] = {2, 0, 0.5, (double)NAN, (double)NAN, (double)NAN};
+    const curvopt_through wanted = {
+        .struct_size = sizeof wanted, .n = 2, .vertices = vertices, .faces = faces, .uv = uv, .places = places};
+    curvopt_options o;
+    co_constraints held = {0};
+    double xyz[3 * 12];
+    curvopt_options_init(&o, sizeof o);
+    o.through = &wanted;
+    memcpy(xyz, c->xyz, 3 * (size_t)c->n_vertices * sizeof *xyz);
+    int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
+    if (status == CURVOPT_OK)
+        status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
     co_constraints_free(&held);
     return status;
 }
@@ -297,6 +317,7 @@ static void test_wide_blends_survive_every_failure(void **state) {
 static void test_held_limit_points_survive_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), limit_parts, 20);
+    fail_each(cage_torus(4, 3, 1, 0.45), through_parts, 30);
     fail_each(cage_tetrahedron(), limit_parts, 30);
 }
 

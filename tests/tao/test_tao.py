@@ -274,6 +274,7 @@ def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
     (("--volume", "keep"), "--volume, --area, --total-mean-curvature and --reduced-volume are not for this program"),
     (("--reduced-volume", "0.8"), "--volume, --area,"), (("--strength", "0.3"), "--strength and --within are not for this program"),
     (("--within", "0.1"), "--strength and --within are not for this program"),
+    (("--through", "points.json"), "--through is not for this program"),
     (("--frobnicate",), "unknown option --frobnicate"), (("--pin", "x"), "--pin is for --levels 1")])
 def test_wrong_use_is_named(arguments, sentence, tmp_path):
     run = tao(2, "minimize", str(OBJ / "torus_030.obj"), "-o", str(tmp_path / "out.obj"), *arguments)

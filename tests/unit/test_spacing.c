@@ -81,7 +81,31 @@ static void test_the_rest_square_is_a_part_of_an_even_cages_corner(void **state)
     (void)state;
     variables_setting s = variables_setting_of(cage_cube(), NULL, 0);
     const double side = sqrt(pow(s.x[0] - s.x[3], 2) + pow(s.x[1] - s.x[4], 2) + pow(s.x[2] - s.x[5], 2));
-    CHECK_NEAR(co_spacing_rest(s.mesh, &s.dofs, s.x, 0.5), 0.5 * side * side, 5e-3 * side * side);
+    const co_spacing spacing = spacing_of(&s, 0);
+    CHECK_NEAR(co_spacing_rest(&spacing, s.x, 0.5), 0.5 * side * side, 5e-3 * side * side);
+    variables_setting_free(&s);
+}
+
+static void test_one_face_of_an_orbit_stands_for_all(void **state) {
+    (void)state;
+    variables_setting s = variables_setting_of(cage_torus(8, 4, 3, 1.2), NULL, 1);
+    const size_t n = 3 * (size_t)s.c.n_vertices, n_variables = (size_t)s.dofs.n_variables;
+    double *of_all = calloc(2 * n + 2 * n_variables, sizeof *of_all), *of_some = of_all + n, *g = of_some + n;
+    double *weight = NULL;
+    curvopt_error error;
+    CHECK_TRUE(of_all);
+    CHECK_OK(co_dof_map_face_weights(s.mesh, &s.symmetry, &weight, &error), &error);
+    co_spacing spacing = spacing_of(&s, SMALL);
+    const double all = co_spacing_value(&spacing, s.x, of_all), rest = co_spacing_rest(&spacing, s.x, 1);
+    spacing.face_weight = weight;
+    CHECK_NEAR(co_spacing_value(&spacing, s.x, of_some), all, 1e-12 * all);
+    CHECK_NEAR(co_spacing_rest(&spacing, s.x, 1), rest, 1e-12 * rest);
+    co_dof_map_gradient(&s.dofs, of_all, g);
+    co_dof_map_gradient(&s.dofs, of_some, g + n_variables);
+    for (size_t i = 0; i < n_variables; i++)
+        CHECK_NEAR(g[n_variables + i], g[i], 1e-11 * all);
+    free(weight);
+    free(of_all);
     variables_setting_free(&s);
 }
 
@@ -173,6 +197,7 @@ int main(void) {
         cmocka_unit_test(test_value_is_the_sum_over_corners_that_move),
         cmocka_unit_test(test_faces_of_any_size_aim_at_regular_polygons),
         cmocka_unit_test(test_the_rest_square_is_a_part_of_an_even_cages_corner),
+        cmocka_unit_test(test_one_face_of_an_orbit_stands_for_all),
         cmocka_unit_test(test_gradient_and_hessian_are_its_differences),
         cmocka_unit_test(test_hessian_leaves_out_what_is_negative),
     };

@@ -116,6 +116,19 @@ class CConstraints(C.Structure):
     ]
 
 
+class CThrough(C.Structure):
+    """curvopt_through"""
+
+    _fields_ = [
+        *((name, C.c_int32) for name in "struct_size n".split()),
+        *((name, C.POINTER(C.c_int32)) for name in "vertices faces corners".split()),
+        ("uv", C.POINTER(C.c_double)),
+        ("freedom", C.POINTER(C.c_int32)),
+        *((name, C.POINTER(C.c_double)) for name in "directions places normals tangents".split()),
+        ("toward", C.POINTER(C.c_int32)),
+    ]
+
+
 class COptions(C.Structure):
     """curvopt_options"""
 
@@ -145,6 +158,7 @@ class COptions(C.Structure):
         ("scalar_value", C.c_double * MAX_SCALARS),
         ("within", C.c_double),
         ("spontaneous_curvature", C.c_double),
+        ("through", C.POINTER(CThrough)),
     ]
 
 
@@ -230,7 +244,8 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    COptions: 280,
+    CThrough: 88,
+    COptions: 288,
     CEnergies: 224,
     CProgress: 120,
     CLevelReport: 48,

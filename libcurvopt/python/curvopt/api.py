@@ -23,6 +23,7 @@ from .library import minimize as _minimize
 from .measure import Crossings, Deviation
 from .measure import crossings as _crossings
 from .measure import deviation as _deviation
+from .through import Through
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary
 
 Energy = "str | Mapping[str, float]"
@@ -166,7 +167,7 @@ def run_options(
     boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
     within: float = DEFAULTS.within, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     slide: bool = DEFAULTS.slide, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
-    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), **options: float,
+    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] = (), **options: float,
 ) -> COptions:  # fmt: skip
     """The options of minimize() as the library's struct."""
     if symmetry in SYMMETRIES and symmetry != "planes":
@@ -186,7 +187,7 @@ def run_options(
         scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     return _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide), scalars=scalars, **options,
+        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide), scalars=scalars, through=through, **options,
     )  # fmt: skip
 
 
@@ -211,6 +212,7 @@ def minimize(
     limit_points: bool = False,
     places: object = None,
     left_out: Sequence[int] = (),
+    through: Sequence[Through] = (),
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
     **options: float,
@@ -237,6 +239,8 @@ def minimize(
     limit_points whether, in place of vertices that stay, the surface goes on through the points that belong to them
     places (k, 3) where the held vertices or limit points are to be; NAN: where they are
     left_out     faces that do not count and stay
+    through      points of the surface, at vertices and inside faces, with places, normals and tangents (Through); no symmetries
+                 are kept then
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread
     options      further fields of curvopt_options by name, as numbers
@@ -250,7 +254,7 @@ def minimize(
         lib, cage, energy, levels=levels, surface=surface, boundary=boundary, symmetry=symmetry, strength=strength,
         within=within, spontaneous_curvature=spontaneous_curvature, slide=slide, volume=volume, area=area, total_mean_curvature=total_mean_curvature,
         reduced_volume=reduced_volume, held=held,
-        weights=weights, limit_points=limit_points, places=places, left_out=left_out, **options,
+        weights=weights, limit_points=limit_points, places=places, left_out=left_out, through=through, **options,
     )  # fmt: skip
     with _Mesh.of_cage(lib, cage) as mesh:
         with _minimize(mesh, cage.positions, raw, on_progress, _flag(cancel)) as result:
@@ -334,5 +338,5 @@ def library_version() -> str:
 
 __all__ = [
     "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Creases", "Crossings", "Deviation", "Minimum", "Problem",
-    "Sampler", "cage", "crossings", "deviation", "energies", "library_version", "minimize", "refine",
+    "Sampler", "Through", "cage", "crossings", "deviation", "energies", "library_version", "minimize", "refine",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ import _ctypes
 import ctypes as C
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -49,6 +49,7 @@ from .abi import (
     CSummary,
 )
 from .locate import LIBRARY_VARIABLE, library_candidates, missing_text, platform_name, platforms_here
+from .through import Through, struct_of
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary, Verification
 
 _INT32_MAX = 2**31 - 1
@@ -198,10 +199,10 @@ class Library:
 
     def options(
         self, weights: Mapping[str, float], held: Held | None = None, holes: object = (),
-        scalars: Mapping[str, tuple[str, float]] | None = None, **fields: float,
+        scalars: Mapping[str, tuple[str, float]] | None = None, through: Sequence[Through] = (), **fields: float,
     ) -> COptions:  # fmt: skip
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, with
-        vertices held, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
+        vertices held, points that the surface goes `through`, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
         abi.SCALAR_RULES, and the value, 0 where the rule takes none.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
@@ -234,6 +235,9 @@ class Library:
             if places is not None:
                 where = (True, _real_pointer(firmness), _real_pointer(places))
             options.constraints = C.pointer(CConstraints(*pointers, vertices.size, *where))
+        if len(through):
+            options.points = struct_of(through)
+            options.through = C.pointer(options.points)
         if len(holes):
             faces = indices(holes, "holes")
             options.left_out = faces

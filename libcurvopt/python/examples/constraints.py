@@ -37,6 +37,12 @@ print(f"the surface stays at height {before:.3f} in the middle, with the vertex 
 above = curvopt.minimize(sheet, "willmore", levels=1, held=middle, limit_points=True, places=[[0, 0, 0.3]])
 print(f"through a point at height .3: highest vertex at {above.cage.positions[:, 2].max():.3f}")
 
+# %% Points of the surface at vertices and inside faces have places, normals and tangents: here one inside a face leans.
+leaning = curvopt.Through(face=int(n * n / 3), uv=(0.25, 0.5), at="here", normal=[0.3, 0, 1])
+with curvopt.Sampler(curvopt.minimize(sheet, "willmore", levels=1, through=[leaning]).cage) as surface:
+    _, normal, _, _ = surface.curvatures([leaning.face], [0], [leaning.uv])
+print(f"normal inside the face, over its height: {normal[0] / normal[0, 2]}")
+
 # %% Strength below 1: short waves go, long ones stay.
 heights = {s: float(np.abs(curvopt.minimize(sheet, levels=1, strength=s).cage.positions[:, 2]).max()) for s in (0.1, 0.3, 0.5, 0.7)}
 print("highest point by strength:", {s: round(height, 4) for s, height in heights.items()})

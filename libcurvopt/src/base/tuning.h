@@ -90,7 +90,7 @@
     X(double, spacing_rest, 0.5, 0.01, 10, "of a corner's mean area", "rest squares of the sheet that spaces a cage", "53") \
     X(double, spacing, 0.1, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
-    X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
+    X(double, spacing_third, 3e-4, 0, 10, "of the energy", "the same for third order", "53")                           \
     X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
     /* A solver that stays: solve/live.c, solve/level_response.c. */                                                   \
     X(int, near_update_every, 25, 1, 1000, "steps", "between updates of a matrix that was good nearby", "66")          \

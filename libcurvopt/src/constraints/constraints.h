@@ -3,15 +3,26 @@
 #define CO_CONSTRAINTS_CONSTRAINTS_H
 
 #include "constraints/soft_constraints.h"
+#include "constraints/surface_values.h"
+
+/* What a level's position of a vertex is (interpolation.h). */
+enum {
+    CO_OF_VERTEX = 0,    /* the vertex */
+    CO_OF_OWN_POINT = 1, /* its limit point */
+    CO_OF_POINT = 2,     /* a value whose pivot it is: a point of the limit surface, */
+    CO_OF_TANGENT = 3    /* or a tangent, which translations leave as it is */
+};
 
 /* How each vertex may move. */
 typedef struct co_constraints {
     uint8_t *freedom;  /* [n_vertices] dimensions in which a vertex may move (freedom.h); NULL: all are free */
     double *direction; /* [3 n_vertices] unit: along the line, or normal to the plane; else not read */
     double *anchor;    /* [3 n_vertices] where it is held, or a point of the line or plane, in the user's units */
-    uint8_t *of_limit; /* [n_vertices] whether the limit point of the vertex is constrained, and not the vertex itself
-                          (interpolation.h) */
+    uint8_t
+        *of_limit; /* [n_vertices] what is constrained: CO_OF_VERTEX, or something that is an unknown in its place */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
+    co_surface_values values;    /* other points of the surface, and tangents; with pivots (pivots.h) their constraints
+                                      are above, too */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */

@@ -2,7 +2,10 @@
 #include "constraints/given_constraints.h"
 
 #include "base/memory.h"
+#include "constraints/given_through.h"
 #include "constraints/interpolation.h"
+#include "constraints/pivots.h"
+#include "constraints/placement.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -217,19 +220,56 @@ int32_t co_given_constraints_check_strength(const curvopt_constraints *given, co
     return CURVOPT_OK;
 }
 
-int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, double *xyz,
-                                   curvopt_error *error) {
-    co_interpolation map;
-    int32_t status = co_interpolation_of_all(m, constraints, &map, error);
-    for (int32_t v = 0; status == CURVOPT_OK && constraints->freedom && v < m->info.n_vertices; v++)
-        if (!constraints->of_limit[v])
-            co_constraints_put_back(constraints, v, xyz + 3 * (size_t)v);
-    if (status != CURVOPT_OK)
-        return status;
-    co_interpolation_from_cage(&map, xyz);
-    for (int32_t i = 0; i < map.limit.n_rows; i++)
-        co_constraints_put_back(constraints, map.vertex[i], xyz + 3 * (size_t)map.vertex[i]);
-    co_interpolation_to_cage(&map, xyz);
+/* Positions in xyz [3 n_vertices] (interpolation.h) become what is held exactly. */
+static int32_t put_positions(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all,
+                             const co_interpolation *map, double *xyz, curvopt_error *error) {
+    for (int32_t v = 0; given->freedom && v < m->info.n_vertices; v++)
+        if (!given->of_limit[v])
+            co_constraints_put_back(given, v, xyz + 3 * (size_t)v);
+    co_interpolation_from_cage(map, xyz);
+    for (int32_t i = 0; i < map->limit.n_rows; i++)
+        if (all->of_limit[map->vertex[i]] == CO_OF_OWN_POINT)
+            co_constraints_put_back(given, map->vertex[i], xyz + 3 * (size_t)map->vertex[i]);
+    return co_given_through_place(all, xyz, error);
+}
+
+/* The same by vertices near them; xyz is the cage, where vertices that are held themselves are put first. */
+static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all,
+                         const co_interpolation *map, double *xyz, curvopt_error *error) {
+    const size_t n_rows = (size_t)map->limit.n_rows, n = (size_t)m->info.n_vertices;
+    double *positions = CO_NEW(double, 3 * (n + n_rows)), *wanted = positions ? positions + 3 * n : NULL;
+    if (!positions)
+        return co_status_no_memory(error);
+    for (int32_t v = 0; v < m->info.n_vertices; v++)
+        if (!given->of_limit[v])
+            co_constraints_put_back(given, v, xyz + 3 * (size_t)v);
+    memcpy(positions, xyz, 3 * n * sizeof *xyz);
+    int32_t status = put_positions(m, given, all, map, positions, error);
+    for (size_t i = 0; i < n_rows; i++)
+        memcpy(wanted + 3 * i, positions + 3 * (size_t)map->vertex[i], 3 * sizeof *wanted);
+    if (status == CURVOPT_OK)
+        status = co_placement_move(map, all, wanted, xyz, error);
+    free(positions);
+    return status;
+}
+
+int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, int32_t boundary,
+                                   double *xyz, curvopt_error *error) {
+    co_interpolation map = {0};
+    co_constraints all = {0};
+    int32_t status = constraints->values.n ? co_constraints_all(m, constraints, boundary, &all, error)
+                                           : co_constraints_copy(m, constraints, &all, error);
+    if (status == CURVOPT_OK)
+        status = co_pivots_choose(m, &all, error);
+    if (status == CURVOPT_OK)
+        status = co_interpolation_of_all(m, &all, &map, error);
+    if (status == CURVOPT_OK && constraints->values.n) {
+        status = move_cage(m, constraints, &all, &map, xyz, error);
+    } else if (status == CURVOPT_OK) {
+        status = put_positions(m, constraints, &all, &map, xyz, error);
+        co_interpolation_to_cage(&map, xyz);
+    }
     co_interpolation_free(&map);
-    return CURVOPT_OK;
+    co_constraints_free(&all);
+    return status;
 }

@@ -12,9 +12,10 @@ int32_t co_given_constraints_create(const curvopt_mesh *mesh, const double *xyz,
  * constraint stands against options.within. */
 int32_t co_given_constraints_check_strength(const curvopt_constraints *given, const curvopt_options *options,
                                             curvopt_error *error);
-/* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be. As
- * co_interpolation_create. */
-int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, double *xyz,
-                                   curvopt_error *error);
+/* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be, without moving what
+ * options.boundary holds for points and tangents of the surface. As co_interpolation_create, co_pivots_choose and
+ * co_given_through_place. */
+int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
+                                   double *xyz, curvopt_error *error);
 
 #endif

@@ -1,4 +1,4 @@
-/* Vertices that are given by their limit points. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Vertices in whose place points and tangents are unknowns. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "constraints/interpolation.h"
 
 #include "base/memory.h"
@@ -29,18 +29,38 @@ static void add_entry(int32_t vertex, double weight, void *context) {
     row->rows->value[at] += weight;
 }
 
+/* of [n_vertices]: the value whose pivot each vertex is; -1: none. */
+static int32_t *values_by_pivot(const curvopt_mesh *m, const co_surface_values *fs) {
+    int32_t *of = CO_NEW(int32_t, m->info.n_vertices);
+    for (int32_t v = 0; of && v < m->info.n_vertices; v++)
+        of[v] = -1;
+    for (int32_t k = 0; of && k < fs->n; k++)
+        if (fs->item[k].pivot >= 0)
+            of[fs->item[k].pivot] = k;
+    return of;
+}
+
 /* Fills in->limit, of in->vertex [n]. */
-static int32_t make_limit(const curvopt_mesh *m, int32_t n, co_interpolation *in, curvopt_error *error) {
-    size_t most = 0;
+static int32_t make_limit(const curvopt_mesh *m, int32_t n, const co_surface_values *fs, co_interpolation *in,
+                          curvopt_error *error) {
+    size_t most = fs->rows.n_rows ? fs->rows.start[fs->rows.n_rows] : 0;
+    int32_t *of = values_by_pivot(m, fs);
+    if (!of)
+        return co_status_no_memory(error);
     for (int32_t i = 0; i < n; i++)
-        most += co_vertex_mask_most(m, in->vertex[i]);
+        most += of[in->vertex[i]] < 0 ? co_vertex_mask_most(m, in->vertex[i]) : 0;
     int32_t status = co_sparse_rows_allocate(&in->limit, n, m->info.n_vertices, most, error);
     row_end row = {.rows = &in->limit};
     for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
+        const int32_t k = of[in->vertex[i]];
         row.first = row.end;
-        co_vertex_mask_visit(m, in->vertex[i], add_entry, &row);
+        if (k < 0)
+            co_vertex_mask_visit(m, in->vertex[i], add_entry, &row);
+        for (size_t e = k < 0 ? 0 : fs->rows.start[k]; k >= 0 && e < fs->rows.start[k + 1]; e++)
+            add_entry(fs->rows.column[e], fs->rows.value[e], &row);
         in->limit.start[i + 1] = row.end;
     }
+    free(of);
     return status;
 }
 
@@ -235,7 +255,7 @@ static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co
     int32_t n = 0;
     *out = (co_interpolation){0};
     for (int32_t v = 0; constraints->of_limit && v < m->info.n_vertices; v++)
-        n += constraints->of_limit[v];
+        n += constraints->of_limit[v] != CO_OF_VERTEX;
     if (!n)
         return CURVOPT_OK;
     out->vertex = CO_NEW(int32_t, n);
@@ -246,7 +266,7 @@ static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (constraints->of_limit[v])
             out->vertex[n++] = v;
-    return make_limit(m, n, out, error);
+    return make_limit(m, n, &constraints->values, out, error);
 }
 
 /* The vertices, their masks and their groups. */
@@ -303,4 +323,27 @@ void co_interpolation_from_cage(const co_interpolation *in, double *xyz) {
 
 void co_interpolation_to_cage(const co_interpolation *in, double *xyz) {
     exchange(in, &in->cage, xyz);
+}
+
+void co_interpolation_gradient(const co_interpolation *in, double *gradient) {
+    const int32_t n = in->limit.n_rows;
+    for (int32_t i = 0; i < n; i++) {
+        double *from = gradient + 3 * (size_t)in->vertex[i];
+        memcpy(in->work + 3 * (size_t)i, from, 3 * sizeof(double));
+        memset(from, 0, 3 * sizeof(double));
+    }
+    if (n)
+        co_sparse_rows_add_transposed(&in->cage, in->work, gradient);
+}
+
+int32_t co_interpolation_find(const co_interpolation *in, int32_t v) {
+    int32_t low = 0, high = in->limit.n_rows;
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+        if (in->vertex[middle] < v)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < in->limit.n_rows && in->vertex[low] == v ? low : -1;
 }

@@ -1,14 +1,15 @@
-/* Vertices that are given by their limit points.
+/* Vertices in whose place points and tangents of the limit surface are unknowns.
  *
- * A constraint may hold the point of the limit surface that belongs to a cage vertex, in place of the vertex. There the
- * limit point itself is the unknown: a level's positions are the cage's, but at the vertices C that interpolate they
- * are limit points. With M the limit masks of C, cage x and positions y,
+ * A constraint may hold a linear value of the cage in place of a vertex: a point of the limit surface or a tangent
+ * (surface_values.h). There the value itself is the unknown: a level's positions are the cage's, but at the
+ * vertices C that interpolate they are such values. With M the values' rows, cage x and positions y,
  *
  *     y_C = M x,      x_C = M_CC^-1 (y_C - M_CF x_F),      y_F = x_F  elsewhere.
  *
- * So holding a limit point, or letting it slide on a line or in a plane, is what dof_map.h does with a vertex. After
- * one subdivision no two vertices of the coarser cage are in one mask, so M_CC is a diagonal on all levels but the
- * first (libcurvopt/notes/87-through-limit-points.md).
+ * So holding a point of the surface, or letting it slide on a line or in a plane, is what dof_map.h does with a vertex.
+ * A limit point of curvopt_constraints is in the place of its own vertex; after one subdivision no two vertices of the
+ * coarser cage are in one mask, and M_CC is a diagonal there on all levels but the first. Other values are in the
+ * place of vertices that pivots.h chooses (libcurvopt/notes/87-through-limit-points.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_INTERPOLATION_H
@@ -38,5 +39,9 @@ void co_interpolation_free(co_interpolation *interpolation);
 /* Of a cage in xyz [3 n_vertices], its positions; and back. */
 void co_interpolation_from_cage(const co_interpolation *interpolation, double *xyz);
 void co_interpolation_to_cage(const co_interpolation *interpolation, double *xyz);
+/* A gradient [3 n_vertices] with respect to the cage becomes that with respect to positions. */
+void co_interpolation_gradient(const co_interpolation *interpolation, double *gradient);
+/* Index of vertex v in C; -1. */
+int32_t co_interpolation_find(const co_interpolation *interpolation, int32_t v);
 
 #endif

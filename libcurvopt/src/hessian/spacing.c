@@ -8,11 +8,15 @@
 
 /* Where a corner has less than this part of the rest square's area, f grows no more: a folded cage may unfold. */
 static const double LEAST_AREA = 1e-2;
+/* Weights up to this are left out of the Hessian: where many limit points touch, those of far ones fall by a factor a
+ * vertex. */
+static const double NEGLIGIBLE = 1e-12;
 
 /* A corner of a face: J = (j0, j1) from the edges to the next and to the last corner. The edges' ends move J by
  * dJ_k = sum_i by[k][i] dx_vertex[i]. */
 typedef struct corner {
     int32_t vertex[3]; /* its own, the next and the last */
+    double weight;     /* corners it stands for */
     double by[2][3];
     double j[2][3];
 } corner;
@@ -27,14 +31,33 @@ static void angle_of(int32_t size, double *cosine, double *sine) {
     }
 }
 
-/* 0 if no vertex of half-edge h's corner can move. */
-static int find_corner(const curvopt_mesh *m, const co_dof_map *dofs, const double *x, int32_t h, corner *out) {
+/* Vertex v as a combination of positions. */
+static co_point_row positions_of(const co_spacing *s, const int32_t *v) {
+    static const double one = 1;
+    const int32_t i = s->interpolation ? co_interpolation_find(s->interpolation, *v) : -1;
+    if (i < 0)
+        return (co_point_row){v, &one, 1};
+    const co_sparse_rows *rows = &s->interpolation->cage;
+    return (co_point_row){rows->column + rows->start[i], rows->value + rows->start[i],
+                          rows->start[i + 1] - rows->start[i]};
+}
+
+/* Whether vertex v can move, as far as its own position tells: of one that interpolates it does not. */
+static int can_move(const co_spacing *s, int32_t v) {
+    return s->dofs->node[v] >= 0 || (s->interpolation && co_interpolation_find(s->interpolation, v) >= 0);
+}
+
+/* 0 if no vertex of half-edge h's corner can move, or another corner stands for it. */
+static int find_corner(const co_spacing *s, const double *x, int32_t h, corner *out) {
     double cosine, sine;
+    const curvopt_mesh *m = s->mesh;
+    const double weight = s->face_weight ? s->face_weight[m->corner_face[h]] : 1;
     const int32_t v[3] = {m->corner_vertex[h], co_mesh_destination(m, h), m->corner_vertex[co_mesh_prev(m, h)]};
-    if (dofs->node[v[0]] < 0 && dofs->node[v[1]] < 0 && dofs->node[v[2]] < 0)
+    if (weight == 0 || (!can_move(s, v[0]) && !can_move(s, v[1]) && !can_move(s, v[2])))
         return 0;
     angle_of(co_mesh_face_size(m, m->corner_face[h]), &cosine, &sine);
     *out = (corner){.vertex = {v[0], v[1], v[2]},
+                    .weight = weight,
                     .by = {{-1, 1, 0}, {(cosine - 1) / sine, -cosine / sine, 1 / sine}}};
     for (size_t k = 0; k < 2; k++)
         for (size_t i = 0; i < 3; i++)
@@ -66,15 +89,15 @@ static measures measure(double rest, const corner *at) {
     return m;
 }
 
-double co_spacing_rest(const curvopt_mesh *mesh, const co_dof_map *dofs, const double *x, double part) {
+double co_spacing_rest(const co_spacing *s, const double *x, double part) {
     double sum = 0, inverse = 0;
     corner at;
-    for (int32_t h = 0; h < mesh->face_start[mesh->info.n_faces]; h++) {
-        if (!find_corner(mesh, dofs, x, h, &at))
+    for (int32_t h = 0; h < s->mesh->face_start[s->mesh->info.n_faces]; h++) {
+        if (!find_corner(s, x, h, &at))
             continue;
         const measures m = measure(1, &at);
-        sum += m.sum;
-        inverse += m.sum / (m.square + 1e-3 * m.sum * m.sum);
+        sum += at.weight * m.sum;
+        inverse += at.weight * m.sum / (m.square + 1e-3 * m.sum * m.sum);
     }
     return sum > 0 ? part * sqrt(sum / inverse) : 1;
 }
@@ -85,17 +108,18 @@ double co_spacing_value(const co_spacing *s, const double *x, double *gradient) 
     if (gradient)
         memset(gradient, 0, 3 * sizeof *gradient * (size_t)s->mesh->info.n_vertices);
     for (int32_t h = 0; s->weight > 0 && h < s->mesh->face_start[s->mesh->info.n_faces]; h++) {
-        if (!find_corner(s->mesh, s->dofs, x, h, &at))
+        if (!find_corner(s, x, h, &at))
             continue;
         const measures m = measure(s->rest, &at);
-        sum += m.sum * m.g[0];
+        const double weight = s->weight * at.weight;
+        sum += at.weight * m.sum * m.g[0];
         for (size_t c = 0; gradient && c < 3; c++) {
             const double by_square = 2 * m.sum * m.g[1];
             const double force[2] = {2 * m.g[0] * at.j[0][c] + by_square * (m.c[2] * at.j[0][c] - m.c[1] * at.j[1][c]),
                                      2 * m.g[0] * at.j[1][c] + by_square * (m.c[0] * at.j[1][c] - m.c[1] * at.j[0][c])};
             for (size_t i = 0; i < 3; i++)
                 gradient[3 * (size_t)at.vertex[i] + c] +=
-                    s->weight * (at.by[0][i] * force[0] + at.by[1][i] * force[1]);
+                    weight * (at.by[0][i] * force[0] + at.by[1][i] * force[1]);
         }
     }
     return s->weight * sum;
@@ -220,20 +244,37 @@ static void add_mode(const corner *at, const mode *of, double weight, double blo
                 block[i][k][c] += weight * of->value * move[i][c / 3] * move[k][c % 3];
 }
 
+/* The block of vertices v (rows) and w, which may be combinations of positions. */
+static void add_pair(const co_spacing *s, const int32_t *v, const int32_t *w, const double block[9],
+                     co_sparse_hessian *hessian) {
+    const co_point_row rows = positions_of(s, v), columns = positions_of(s, w);
+    for (size_t i = 0; i < rows.n; i++)
+        for (size_t k = 0; k < (v == w ? i + 1 : columns.n); k++) {
+            const double weight = rows.weight[i] * columns.weight[k];
+            const int is_diagonal = v != w && rows.vertex[i] == columns.vertex[k]; /* (w, v) is added, too */
+            double part[9];
+            if (fabs(weight) <= NEGLIGIBLE)
+                continue;
+            for (int c = 0; c < 9; c++)
+                part[c] = weight * (block[c] + (is_diagonal ? block[3 * (c % 3) + c / 3] : 0));
+            co_sparse_hessian_add_block(hessian, rows.vertex[i], columns.vertex[k], part);
+        }
+}
+
 void co_spacing_add_hessian(const co_spacing *s, const double *x, co_sparse_hessian *hessian) {
     corner at;
     for (int32_t h = 0; s->weight > 0 && h < s->mesh->face_start[s->mesh->info.n_faces]; h++) {
         mode modes[6];
         double block[3][3][9] = {{{0}}};
-        if (!find_corner(s->mesh, s->dofs, x, h, &at))
+        if (!find_corner(s, x, h, &at))
             continue;
         const measures m = measure(s->rest, &at);
         find_modes(&at, &m, modes);
         for (size_t k = 0; k < 6; k++)
             if (modes[k].value > 0)
-                add_mode(&at, &modes[k], s->weight, block);
+                add_mode(&at, &modes[k], s->weight * at.weight, block);
         for (size_t i = 0; i < 3; i++)
             for (size_t k = i; k < 3; k++)
-                co_sparse_hessian_add_block(hessian, at.vertex[i], at.vertex[k], block[i][k]);
+                add_pair(s, &at.vertex[i], &at.vertex[k], block[i][k], hessian);
     }
 }

@@ -16,21 +16,25 @@
 #ifndef CO_HESSIAN_SPACING_H
 #define CO_HESSIAN_SPACING_H
 
+#include "constraints/interpolation.h"
 #include "hessian/sparse_hessian.h"
 
 /* weight times the sum of f over all corners of faces that can move. */
 typedef struct co_spacing {
     const curvopt_mesh *mesh;
     const co_dof_map *dofs;
-    double weight; /* 0: there is none */
-    double rest;   /* r; co_spacing_rest */
+    const co_interpolation *interpolation; /* of the positions that dofs give; NULL: these are the cage's vertices */
+    const double *face_weight;             /* [n_faces] as in dof_map.h; NULL: all are 1 */
+    double weight;                         /* 0: there is none */
+    double rest;                           /* r */
 } co_spacing;
 
-/* r for a cage at x [3 n_vertices]: `part` of the area that its faces' corners would have, were they even; above 0. */
-double co_spacing_rest(const curvopt_mesh *mesh, const co_dof_map *dofs, const double *x, double part);
-/* The value at positions x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
+/* r for cage x [3 n_vertices]: `part` of the area that its faces' corners would have, were they even; above 0. */
+double co_spacing_rest(const co_spacing *spacing, const double *x, double part);
+/* The value of cage x; gradient [3 n_vertices] becomes that with respect to x, unless NULL. With face weights it is as
+ * in the whole cage for what symmetric motions bring, and no other. */
 double co_spacing_value(const co_spacing *spacing, const double *x, double *gradient);
-/* hessian += the second derivatives at x, less what is negative of each corner's. */
+/* hessian += the second derivatives at cage x, less what is negative of each corner's, with respect to positions. */
 void co_spacing_add_hessian(const co_spacing *spacing, const double *x, co_sparse_hessian *hessian);
 
 #endif

@@ -39,9 +39,10 @@ double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
 
 /* What springs and spacing add at z, which was placed last. */
 static void add_to_energy(co_level_hessian *h, const double *z) {
-    const co_level_objective *o = h->objective;
+    co_level_objective *o = h->objective;
     co_penalty_add_hessian(&o->penalty, z, &h->system.hessian);
-    co_spacing_add_hessian(&o->spacing, o->positions, &h->system.hessian);
+    if (o->spacing.weight > 0)
+        co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian);
 }
 
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */

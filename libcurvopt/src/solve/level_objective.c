@@ -2,6 +2,7 @@
 #include "solve/level_objective.h"
 
 #include "base/memory.h"
+#include "constraints/pivots.h"
 #include "constraints/sliding.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
@@ -15,14 +16,23 @@ static int is_fixed(const co_level_objective *o) {
     return o->held.freedom != NULL;
 }
 
+const double *co_level_objective_cage(co_level_objective *o) {
+    if (!o->interpolation.limit.n_rows)
+        return o->positions;
+    memcpy(o->cage, o->positions, 3 * sizeof *o->cage * (size_t)o->mesh->info.n_vertices);
+    co_interpolation_to_cage(&o->interpolation, o->cage);
+    return o->cage;
+}
+
 /* at->found and at->gradient, of normalized variables z. */
 static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) {
     size_t n = co_level_objective_n(o);
     double *gradient = at->gradient ? o->spacing_gradient : NULL;
     co_dof_map_expand(&o->reduction, z, o->positions);
-    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, o->positions, gradient);
+    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, co_level_objective_cage(o), gradient);
     if (!gradient)
         return;
+    co_interpolation_gradient(&o->interpolation, gradient);
     co_dof_map_gradient(&o->reduction, gradient, o->step);
     co_vector_add(n, 1, o->step, at->gradient);
 }
@@ -128,11 +138,15 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .weight = 1};
+    co_spacing unit = {.mesh = o->mesh,
+                       .dofs = &o->reduction,
+                       .interpolation = &o->interpolation,
+                       .face_weight = o->face_weight,
+                       .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    unit.rest = co_spacing_rest(o->mesh, &o->reduction, o->positions, o->run->tuning->spacing_rest);
-    double sum = co_spacing_value(&unit, o->positions, NULL);
+    unit.rest = co_spacing_rest(&unit, co_level_objective_cage(o), o->run->tuning->spacing_rest);
+    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
     o->spacing = unit;
     o->spacing.weight = sum > 0 ? worth / sum : 0;
     o->spaced_energy = energy;
@@ -169,7 +183,7 @@ void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
             now->gradient[k] *= radius;
     }
     co_level_objective_place(o, now->x);
-    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, co_level_objective_cage(o));
 }
 
 void co_level_objective_to_user(const co_level_objective *o, const double *z, double size, double *xyz) {
@@ -177,9 +191,10 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
     size_t n = (size_t)o->mesh->info.n_vertices;
     co_dof_map_expand(&o->reduction, z, xyz);
     if (o->is_framed) {
-        for (size_t i = 0; i < 3 * n; i++)
-            xyz[i] =
-                o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : run->centroid[i % 3] + run->radius * xyz[i];
+        for (size_t i = 0; i < 3 * n; i++) {
+            const double origin = o->held.of_limit[i / 3] == CO_OF_TANGENT ? 0 : run->centroid[i % 3];
+            xyz[i] = o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : origin + run->radius * xyz[i];
+        }
         co_interpolation_to_cage(&o->interpolation, xyz);
         return;
     }
@@ -198,7 +213,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_interpolation_from_cage(&o->interpolation, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
-    return values.objective + values.reference + co_spacing_value(&o->spacing, o->positions, NULL) +
+    return values.objective + values.reference + co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) +
            co_penalty_value(&o->penalty, o->step, NULL);
 }
 
@@ -235,10 +250,10 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
     double unit = o->is_framed ? run->radius : radius;
     for (size_t i = 0; i < 3 * n; i++)
         o->positions[i] = (o->start[i] - origin[i % 3]) / unit;
+    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     co_interpolation_from_cage(&o->interpolation, o->positions);
     memcpy(o->stays, o->start, 3 * n * sizeof *o->stays);
     co_interpolation_from_cage(&o->interpolation, o->stays);
-    o->edge = co_mesh_mean_edge(o->mesh, o->held.left_out, o->positions);
     int32_t status = co_dof_map_create(o->mesh, symmetry, &o->held, o->positions, &o->reduction, error);
     if (status != CURVOPT_OK)
         return status;
@@ -250,23 +265,21 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
 /* The energy, over variables that are known. */
 static int32_t create_energy(co_level_objective *o, const co_symmetry *symmetry, curvopt_error *error) {
     const co_run_context *run = o->run;
-    double *face_weight = NULL;
     const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
     int32_t status = CURVOPT_OK;
     if (symmetry->order > 1 || o->held.left_out)
-        status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
+        status = co_dof_map_face_weights(o->mesh, symmetry, &o->face_weight, error);
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
-        face_weight[f] *= !o->held.left_out[f];
+        o->face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
         status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, run->options,
-                                    run->tables, face_weight, &o->assembly, error);
+                                    run->tables, o->face_weight, &o->assembly, error);
     o->assembly.spontaneous = run->spontaneous;
     o->assembly.leaves_out = o->held.left_out != NULL;
     o->assembly.measures_volume = run->held || run->size.measure == CURVOPT_SCALAR_VOLUME;
     if (status == CURVOPT_OK && run->held)
         status = co_held_level_create(run->held, &o->reduction, &o->assembly, o->positions, o->point_gradient,
                                       &o->numbers, error);
-    free(face_weight);
     return status;
 }
 
@@ -288,12 +301,18 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     o->gauge = co_gauge_of(o->run->options->weights, &all,
                            o->run->held != NULL || o->run->options->spontaneous_curvature != 0);
     o->is_framed = all.freedom != NULL;
+    if (status == CURVOPT_OK)
+        status = co_pivots_choose(o->mesh, &all, error);
     if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
     if (motion != CO_MOTION_NORMALS || status != CURVOPT_OK) {
         o->held = all;
     } else {
         status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
+        if (status == CURVOPT_OK) {
+            o->held.values = all.values;
+            all.values = (co_surface_values){0};
+        }
         co_constraints_free(&all);
     }
     if (status == CURVOPT_OK)
@@ -323,13 +342,15 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
                               .likeness = start,
                               .stays = CO_NEW(double, n),
                               .positions = CO_NEW(double, n),
+                              .cage = CO_NEW(double, n),
                               .point_gradient = CO_NEW(double, n),
                               .spacing_gradient = CO_NEW(double, n),
                               .normalized = CO_NEW(double, n),
                               .step = CO_NEW(double, n)};
-    int32_t status = o->stays && o->positions && o->point_gradient && o->spacing_gradient && o->normalized && o->step
-                         ? CURVOPT_OK
-                         : co_status_no_memory(error);
+    int32_t status =
+        o->stays && o->positions && o->cage && o->point_gradient && o->spacing_gradient && o->normalized && o->step
+            ? CURVOPT_OK
+            : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = hold(o, constraints, motion, error);
     if (status == CURVOPT_OK)
@@ -393,8 +414,10 @@ void co_level_objective_free(co_level_objective *o) {
     free(o->sliding);
     free(o->stays);
     free(o->positions);
+    free(o->cage);
     free(o->point_gradient);
     free(o->spacing_gradient);
+    free(o->face_weight);
     free(o->normalized);
     free(o->step);
     *o = (co_level_objective){0};

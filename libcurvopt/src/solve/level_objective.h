@@ -39,6 +39,7 @@ typedef struct co_level_objective {
     co_held_level numbers;          /* numbers of the surface that are held */
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
+    double *face_weight;            /* [n_faces] of symmetry, and 0 of what is left out; NULL: all are 1 */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
     double spaced_energy;           /* by which that was weighed */
     co_gauge gauge;                 /* motions that the function does not see */
@@ -47,6 +48,7 @@ typedef struct co_level_objective {
     double edge;              /* mean edge length of the cage that was normalized last */
     double *positions;        /* [3 n_vertices] of the point that was expanded last; limit points of those vertices
                                  that interpolate (interpolation.h) */
+    double *cage;             /* [3 n_vertices] work: co_level_objective_cage() */
     double *point_gradient;   /* [3 n_vertices] work */
     double *spacing_gradient; /* [3 n_vertices] work */
     double *normalized;       /* [n_variables] work */
@@ -106,6 +108,8 @@ double co_level_objective_distance(co_level_objective *objective, const double *
 void co_level_objective_normalize(co_level_objective *objective, co_iterate *now);
 /* objective->positions become those of z. */
 void co_level_objective_place(co_level_objective *objective, const double *z);
+/* The cage of objective->positions [3 n_vertices], until they change. */
+const double *co_level_objective_cage(co_level_objective *objective);
 /* Positions xyz [3 n_vertices] as the user sees them: in the frame of the input where something is held; else the
  * surface has the run's size, `size` being its measure at z, and the cage lies as the level's first one did. */
 void co_level_objective_to_user(const co_level_objective *objective, const double *z, double size, double *xyz);

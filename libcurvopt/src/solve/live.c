@@ -106,6 +106,7 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     const char *what = o->joshi_sequin                    ? "joshi_sequin"
                        : o->method == CURVOPT_METHOD_LMVM ? "the method LMVM"
                        : o->slide                         ? "slide"
+                       : o->through                       ? "points that the surface goes through"
                                                           : NULL;
     if (!what)
         return CURVOPT_OK;
@@ -243,7 +244,7 @@ static int32_t renew_symmetry(curvopt_solver *s, curvopt_error *error) {
         return co_status_no_memory(error);
     memcpy(goal, s->xyz, n * sizeof *goal);
     r->at.symmetry = (co_symmetry){0};
-    int32_t status = co_given_constraints_place(s->mesh, &r->constraints, goal, error);
+    int32_t status = co_given_constraints_place(s->mesh, &r->constraints, s->options.boundary, goal, error);
     if (status == CURVOPT_OK)
         status = co_run_find_symmetry(r, s->mesh, goal, error);
     if (status == CURVOPT_OK && r->at.symmetry.order != before.order) {

@@ -57,7 +57,8 @@ static int stands(const co_outcome *o) {
 /* The level is made, and begins, at a cage with what is held at its places. */
 static int32_t begin_at(curvopt_solver *s, const double *xyz, curvopt_error *error) {
     memcpy(s->level_start, xyz, n_xyz(s) * sizeof *xyz);
-    int32_t status = co_given_constraints_place(s->mesh, &s->run->constraints, s->level_start, error);
+    int32_t status =
+        co_given_constraints_place(s->mesh, &s->run->constraints, s->options.boundary, s->level_start, error);
     if (status == CURVOPT_OK)
         status = make_level(s, error);
     return status == CURVOPT_OK ? co_level_begin(s->level, error) : status;
@@ -102,7 +103,7 @@ static int32_t come_to_targets(curvopt_solver *s, curvopt_error *error) {
         return CURVOPT_OK;
     }
     co_level_objective_to_user(&l->objective, l->now.x, size_now(l), s->normals_start); /* as work space */
-    int32_t status = co_given_constraints_place(s->mesh, &r->constraints, s->normals_start, error);
+    int32_t status = co_given_constraints_place(s->mesh, &r->constraints, s->options.boundary, s->normals_start, error);
     if (status != CURVOPT_OK)
         return status;
     memcpy(s->level_start, s->normals_start, n_xyz(s) * sizeof *s->level_start);

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
+#include "constraints/given_through.h"
 #include "constraints/mirror_planes.h"
 #include "energy/admissibility.h"
 #include "mesh/ring.h"
@@ -152,7 +153,7 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     const curvopt_options *o = r->context.options;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
-    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE)
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || r->constraints.values.n)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
                               error);
@@ -164,10 +165,12 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     int32_t status = co_given_constraints_create(mesh, xyz, o->constraints, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = co_given_constraints_check_strength(o->constraints, o, error);
-    if (status == CURVOPT_OK && o->constraints && o->constraints->has_places)
-        status = co_given_constraints_place(mesh, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status = co_given_through_create(mesh, xyz, o, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = find_exceptions(r, mesh, error);
+    if (status == CURVOPT_OK && ((o->constraints && o->constraints->has_places) || r->constraints.values.n))
+        status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);
     if (status != CURVOPT_OK)

@@ -53,8 +53,7 @@ int32_t co_sampler_create(const curvopt_mesh *mesh, const double *xyz, int32_t s
     return CURVOPT_OK;
 }
 
-/* (u, v) of the face in the patch's own coordinates; nonzero if inside. */
-static int to_patch(const co_place *place, const double uv[2], double st[2]) {
+int co_evaluate_to_patch(const co_place *place, const double uv[2], double st[2]) {
     double scale = 1.0 / (1 << place->level), x = (uv[0] - place->origin[0]) / scale;
     double y = (uv[1] - place->origin[1]) / scale;
     for (int turn = 0; turn < place->rotation; turn++) {
@@ -65,6 +64,14 @@ static int to_patch(const co_place *place, const double uv[2], double st[2]) {
     st[0] = x;
     st[1] = y;
     return x >= 0 && x <= 1 && y >= 0 && y <= 1;
+}
+
+void co_evaluate_to_face(const co_place *place, const double along_st[2], double along_uv[2]) {
+    static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, -1, -1, 1}, sign_v[4] = {1, 1, -1, -1};
+    const int r = place->rotation;
+    const double scale = ldexp(1, place->level);
+    along_uv[0] = scale * sign_u[r] * along_st[swaps[r]];
+    along_uv[1] = scale * sign_v[r] * along_st[!swaps[r]];
 }
 
 /* Derivatives along the face's u, v from those along the patch's s, t. */
@@ -147,7 +154,7 @@ static int32_t sample_patch(co_sampler *s, int32_t p, const double st[2], double
 /* The patch of face and corner with (u, v) in it, and its own (s, t); -1 if there is none. */
 static int32_t find_patch(const co_sampler *s, int32_t face, int32_t corner, const double *uv, double st[2]) {
     int32_t p = s->first[face];
-    while (p >= 0 && !(s->patches.place[p].quarter == corner && to_patch(&s->patches.place[p], uv, st)))
+    while (p >= 0 && !(s->patches.place[p].quarter == corner && co_evaluate_to_patch(&s->patches.place[p], uv, st)))
         p = s->next[p];
     return p;
 }

@@ -1,7 +1,10 @@
 /* Limit points of cage vertices. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/vertex_mask.h"
 
+#include "base/elementary.h"
 #include "mesh/crease.h"
+
+#include <math.h>
 
 /* What decides about a vertex' limit point. */
 typedef struct ring {
@@ -69,4 +72,29 @@ void co_vertex_mask_visit(const curvopt_mesh *m, int32_t v, co_vertex_mask_fn vi
 size_t co_vertex_mask_most(const curvopt_mesh *m, int32_t v) {
     const ring r = ring_of(m, v);
     return (size_t)r.n_corners + (size_t)r.n_faces + 3;
+}
+
+int co_vertex_mask_has_tangents(const curvopt_mesh *m, int32_t v) {
+    const ring r = ring_of(m, v);
+    return r.n_faces > 0 && co_mesh_flaw_of(m, v) == CO_MESH_SOUND && !r.is_corner && !r.fades && r.n_sharp == 0;
+}
+
+/* With e_i the fine ring's vertices on edges, (v + w_i + c_(i-1) + c_i) / 4, and c_i the middles of faces, the tangents
+ * are the sums of A cos_i e_i + (cos_i + cos_(i+1)) c_i, and with sines; that of v is 0. */
+void co_vertex_mask_visit_tangents(const curvopt_mesh *m, int32_t h, co_vertex_tangents_fn visit, void *context) {
+    const int n = ring_of(m, m->corner_vertex[h]).n_faces;
+    const double turn = 2.0 / n; /* over pi */
+    const double edge = 1 + co_cos_pi(turn) + co_cos_pi(turn / 2) * sqrt(2 * (9 + co_cos_pi(turn)));
+    const double unit = 1 / (1.5 * edge);
+    for (int i = 0; i < n; i++, h = co_mesh_rotate(m, h)) {
+        const int32_t f = m->corner_face[h];
+        const double here[2] = {co_cos_pi(i * turn), co_sin_pi(i * turn)};
+        const double next[2] = {co_cos_pi((i + 1) * turn), co_sin_pi((i + 1) * turn)};
+        const double along = unit * edge / 4, middle = unit * (1 + edge / 4) / co_mesh_face_size(m, f);
+        const double of_edge[2] = {along * here[0], along * here[1]};
+        const double of_face[2] = {middle * (here[0] + next[0]), middle * (here[1] + next[1])};
+        visit(co_mesh_destination(m, h), of_edge, context);
+        for (int32_t c = m->face_start[f]; c < m->face_start[f + 1]; c++)
+            visit(m->corner_vertex[c], of_face, context);
+    }
 }

@@ -15,7 +15,17 @@ int co_vertex_mask_exists(const curvopt_mesh *mesh, int32_t vertex);
 typedef void (*co_vertex_mask_fn)(int32_t vertex, double weight, void *context);
 /* The mask of a vertex that has one, entry by entry; a vertex may come more than once. */
 void co_vertex_mask_visit(const curvopt_mesh *mesh, int32_t vertex, co_vertex_mask_fn visit, void *context);
-/* The largest number of entries that it can have. */
+/* The largest number of entries that it can have; of tangents' masks as well. */
 size_t co_vertex_mask_most(const curvopt_mesh *mesh, int32_t vertex);
+
+/* Whether the limit surface has masks of tangents at a vertex that are known here: inside smooth parts. */
+int co_vertex_mask_has_tangents(const curvopt_mesh *mesh, int32_t vertex);
+/* Told of a vertex and its weights in both tangents. */
+typedef void (*co_vertex_tangents_fn)(int32_t vertex, const double weight[2], void *context);
+/* Two tangents at the limit point of the vertex that half-edge h leaves, which has such masks: along the edge of h, and
+ * a quarter of the way round the vertex, counterclockwise. Halstead et al. give them for quads; here on the ring after
+ * one subdivision, so that faces may have any size. At a regular vertex the first is S_u, elsewhere as long as one gets
+ * by that edge's other end. A vertex may come more than once. */
+void co_vertex_mask_visit_tangents(const curvopt_mesh *mesh, int32_t h, co_vertex_tangents_fn visit, void *context);
 
 #endif

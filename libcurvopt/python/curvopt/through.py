@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the limit surface goes through: entries, and the library's struct of them."""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .abi import CThrough
+
+_INT32_MAX = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class Through:
+    """A point of the limit surface and what is held there, exactly and on every level.
+
+    vertex          whose limit point it is; or face, uv and, of a face that is no quad, corner, as in Sampler.jets()
+    at (3,)         where the point is held; "here": where it is; None: it is free, unless there is a line or plane
+    line (3,)       it moves on the line with this direction through `at`, or through where it is
+    plane (3,)      it moves in the plane with this normal, likewise
+    normal (3,)     the surface's normal there; its sign does not count
+    tangent (3,)    direction of the tangent toward vertex `toward`; inside a face "u" or "v"; its sign does not count
+    """
+
+    vertex: int | None = None
+    face: int | None = None
+    uv: tuple[float, float] | None = None
+    corner: int = 0
+    at: object = None
+    line: object = None
+    plane: object = None
+    normal: object = None
+    tangent: object = None
+    toward: int | str | None = None
+
+
+def _three(value: object, entry: int, name: str) -> np.ndarray:
+    """Three numbers; NAN for None."""
+    if value is None:
+        return np.full(3, np.nan)
+    out = np.asarray(value, float)
+    if out.shape != (3,):
+        raise ValueError(f"entry {entry}: {name} is {value!r}; it must be three numbers.")
+    return out
+
+
+def _count(value: object, entry: int, name: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _INT32_MAX:
+        raise ValueError(f"entry {entry}: {name} is {value!r}; it must be a whole number, 0 or more.")
+    return int(value)
+
+
+def _check(entry: Through, i: int) -> None:
+    if (entry.vertex is None) == (entry.face is None):
+        raise ValueError(f"entry {i}: either vertex or face says where it is.")
+    if entry.face is not None and entry.uv is None:
+        raise ValueError(f"entry {i}: a face needs uv.")
+    if entry.vertex is not None and (entry.uv is not None or entry.corner):
+        raise ValueError(f"entry {i}: uv and corner are of faces.")
+    if entry.line is not None and entry.plane is not None:
+        raise ValueError(f"entry {i}: line and plane together: give the point where they meet, or its line.")
+    if (entry.tangent is None) != (entry.toward is None):
+        raise ValueError(f"entry {i}: tangent and toward belong together.")
+    if entry.face is not None and entry.toward not in (None, "u", "v"):
+        raise ValueError(f"entry {i}: toward is {entry.toward!r}; inside a face it must be 'u' or 'v'.")
+    if isinstance(entry.at, str) and entry.at != "here":
+        raise ValueError(f"entry {i}: at is {entry.at!r}; it must be three numbers or 'here'.")
+
+
+def _freedom(entry: Through) -> int:
+    if entry.line is not None:
+        return 1
+    return 2 if entry.plane is not None else 3 if entry.at is None else 0
+
+
+def struct_of(entries: Sequence[Through]) -> CThrough:
+    """The struct, which keeps its arrays. ValueError naming the entry where one cannot be read."""
+    for i, entry in enumerate(entries):
+        _check(entry, i)
+    on = list(enumerate(entries))
+    toward = [
+        0 if e.toward in (None, "u") else 1 if e.toward == "v" else _count(e.toward, i, "toward") for i, e in on
+    ]
+    integers = {
+        "vertices": [-1 if e.vertex is None else _count(e.vertex, i, "vertex") for i, e in on],
+        "faces": [0 if e.face is None else _count(e.face, i, "face") for i, e in on],
+        "corners": [_count(e.corner, i, "corner") for i, e in on],
+        "freedom": [_freedom(e) for e in entries],
+        "toward": toward,
+    }
+    vectors = {
+        "directions": [_three(e.line if e.line is not None else e.plane, i, "line or plane") for i, e in on],
+        "places": [_three(None if isinstance(e.at, str) else e.at, i, "at") for i, e in on],
+        "normals": [_three(e.normal, i, "normal") for i, e in on],
+        "tangents": [_three(e.tangent, i, "tangent") for i, e in on],
+    }
+    uv = np.array([(np.nan, np.nan) if e.uv is None else e.uv for e in entries], float)
+    if uv.shape != (len(entries), 2):
+        raise ValueError("uv must be two numbers of each entry.")
+    arrays: dict[str, np.ndarray] = {name: np.array(numbers, np.int32) for name, numbers in integers.items()}
+    arrays.update({name: np.ascontiguousarray(rows, float) for name, rows in (vectors | {"uv": uv}).items()})
+    out = CThrough(C.sizeof(CThrough), len(entries))
+    for name, array in arrays.items():
+        kind = C.c_int32 if array.dtype == np.int32 else C.c_double
+        setattr(out, name, array.ctypes.data_as(C.POINTER(kind)))
+    out.arrays = arrays  # of Python's: pointers do not keep arrays alive
+    return out

@@ -1,0 +1,351 @@
+/* What the user wants the surface to go through. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/given_through.h"
+
+#include "base/memory.h"
+#include "surface/vertex_mask.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cosine up to which a tangent is at right angles to a normal. */
+static const double RIGHT_ANGLE = 1e-6;
+/* Least cosine of the angle by which a tangent plane is turned at the beginning: it halves the way round the sphere. */
+static const double LEAST_COSINE = 1e-3;
+
+/* An entry, checked. */
+typedef struct entry {
+    int32_t number, vertex, face, corner; /* corner: half-edge, as in co_surface_value */
+    double uv[2];
+    int32_t freedom;
+    double direction[3], place[3]; /* place: NAN where it is not given */
+    int has_normal, has_tangent, is_along_v;
+    double normal[3], tangent[3]; /* unit */
+} entry;
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+    for (int c = 0; c < 3; c++)
+        out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+}
+
+/* A unit vector from number i of an array; `what` names it. */
+static int32_t read_unit(const double *from, const entry *e, const char *what, double out[3], curvopt_error *error) {
+    const double *d = from + 3 * (size_t)e->number, length = sqrt(dot(d, d));
+    if (!(length > 0) || !isfinite(length))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, e->number, "entry %d has the %s %g %g %g", e->number, what,
+                              d[0], d[1], d[2]);
+    for (int c = 0; c < 3; c++)
+        out[c] = d[c] / length;
+    return CURVOPT_OK;
+}
+
+static int is_absent(const double *from, int32_t i) {
+    const double *d = from ? from + 3 * (size_t)i : NULL;
+    return !d || (isnan(d[0]) && isnan(d[1]) && isnan(d[2]));
+}
+
+/* ------------------------------------------------------------------------------------------ where it is -- */
+
+/* A half-edge that leaves vertex v, to w if that is not -1; -1 if there is none. */
+static int32_t half_edge(const curvopt_mesh *m, int32_t v, int32_t w) {
+    const int32_t first = m->vertex_corner[v];
+    int32_t h = first;
+    while (h >= 0 && w >= 0 && co_mesh_destination(m, h) != w) {
+        h = co_mesh_rotate(m, h);
+        if (h == first)
+            return -1;
+    }
+    return h;
+}
+
+static int32_t read_vertex(const curvopt_mesh *m, const curvopt_through *t, entry *e, curvopt_error *error) {
+    const int32_t i = e->number, v = e->vertex, to = e->has_tangent && t->toward ? t->toward[i] : -1;
+    if (v >= m->info.n_vertices)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d is at vertex %d; there are %d vertices", i, v,
+                              m->info.n_vertices);
+    if (!co_vertex_mask_exists(m, v))
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d is at the limit point of vertex %d, where a crease fades or ends, or there is no "
+            "surface",
+            i, v);
+    if ((e->has_normal || e->has_tangent) && !co_vertex_mask_has_tangents(m, v))
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d holds a normal or tangent at vertex %d, which is on a boundary or a crease: these "
+            "can be held only where the surface is smooth all round",
+            i, v);
+    e->corner = half_edge(m, v, to);
+    if (e->has_tangent && (to < 0 || e->corner < 0))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d holds the tangent at vertex %d toward %d, but no edge goes there", i, v, to);
+    return CURVOPT_OK;
+}
+
+static int32_t read_place_on_face(const curvopt_mesh *m, const curvopt_through *t, entry *e, curvopt_error *error) {
+    const int32_t i = e->number, f = t->faces ? t->faces[i] : -1, corner = t->corners ? t->corners[i] : 0;
+    if (f < 0 || f >= m->info.n_faces)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d is on face %d; there are %d faces", i, f,
+                              m->info.n_faces);
+    const int is_quad = co_mesh_face_size(m, f) == 4;
+    if (corner < 0 || corner >= (is_quad ? 1 : co_mesh_face_size(m, f)))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d is at corner %d of face %d; it must be 0 to %d", i, corner, f,
+                              is_quad ? 0 : co_mesh_face_size(m, f) - 1);
+    const double u = t->uv ? t->uv[2 * (size_t)i] : (double)NAN, v = t->uv ? t->uv[2 * (size_t)i + 1] : (double)NAN;
+    const int u_ends = u == 0 || u == 1, v_ends = v == 0 || v == 1;
+    if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has u = %g, v = %g; they must be 0 to 1", i,
+                              u, v);
+    if (is_quad ? u_ends && v_ends : u == v && u_ends)
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, i,
+            "entry %d, u = %g, v = %g of face %d, is at a vertex, or in the middle of a face that is no "
+            "quad: give the vertex itself, or subdivide the cage once",
+            i, u, v, f);
+    const int32_t along = e->has_tangent && t->toward ? t->toward[i] : 0;
+    if (along < 0 || along > 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d holds the tangent along %d; inside a face it is 0, along u, or 1, along v", i,
+                              along);
+    e->face = f;
+    e->corner = m->face_start[f] + corner;
+    e->uv[0] = u;
+    e->uv[1] = v;
+    e->is_along_v = along;
+    return CURVOPT_OK;
+}
+
+/* ----------------------------------------------------------------------------------------- what is said -- */
+
+static int32_t read_point(const curvopt_through *t, entry *e, curvopt_error *error) {
+    const int32_t i = e->number;
+    const double *p = is_absent(t->places, i) ? NULL : t->places + 3 * (size_t)i;
+    e->freedom = t->freedom ? t->freedom[i] : CO_FREEDOM_NONE;
+    if (e->freedom < CO_FREEDOM_NONE || e->freedom > CO_FREEDOM_ALL)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d leaves its point %d dimensions; it must be 0 to 3", i, e->freedom);
+    if (p && !(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2])))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the place %g %g %g", i, p[0], p[1], p[2]);
+    if (p && e->freedom == CO_FREEDOM_ALL)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has a place, but its point is free", i);
+    for (int c = 0; c < 3; c++)
+        e->place[c] = p ? p[c] : (double)NAN;
+    if (e->freedom != CO_FREEDOM_LINE && e->freedom != CO_FREEDOM_PLANE)
+        return CURVOPT_OK;
+    if (!t->directions)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has no direction", i);
+    return read_unit(t->directions, e, "direction", e->direction, error);
+}
+
+static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    e->has_normal = !is_absent(t->normals, e->number);
+    e->has_tangent = !is_absent(t->tangents, e->number);
+    if (e->has_normal)
+        status = read_unit(t->normals, e, "normal", e->normal, error);
+    if (status == CURVOPT_OK && e->has_tangent)
+        status = read_unit(t->tangents, e, "tangent", e->tangent, error);
+    if (status != CURVOPT_OK || !e->has_normal || !e->has_tangent)
+        return status;
+    const double part = dot(e->normal, e->tangent);
+    if (fabs(part) > RIGHT_ANGLE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, e->number,
+                              "entry %d has a tangent that is not at right angles to its normal: the cosine is %.3g",
+                              e->number, part);
+    for (int c = 0; c < 3; c++)
+        e->tangent[c] -= part * e->normal[c];
+    return CURVOPT_OK;
+}
+
+static int32_t read_entry(const curvopt_mesh *m, const curvopt_through *t, int32_t i, entry *e, curvopt_error *error) {
+    *e = (entry){.number = i, .vertex = t->vertices ? t->vertices[i] : -1, .face = -1};
+    int32_t status = read_point(t, e, error);
+    if (status == CURVOPT_OK)
+        status = read_frame(t, e, error);
+    if (status == CURVOPT_OK && e->freedom == CO_FREEDOM_ALL && !e->has_normal && !e->has_tangent)
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d holds nothing", i);
+    if (status != CURVOPT_OK)
+        return status;
+    return e->vertex >= 0 ? read_vertex(m, t, e, error) : read_place_on_face(m, t, e, error);
+}
+
+/* Values of an entry: at most its point and two tangents. */
+static void add_values(const entry *e, co_surface_values *fs) {
+    const co_surface_value at = {
+        .number = e->number, .vertex = e->vertex, .corner = e->corner, .uv = {e->uv[0], e->uv[1]}, .pivot = -1};
+    if (e->freedom != CO_FREEDOM_ALL) {
+        co_surface_value *f = &fs->item[fs->n++];
+        *f = at;
+        f->freedom = e->freedom;
+        memcpy(f->direction, e->direction, sizeof f->direction);
+        memcpy(f->anchor, e->place, sizeof f->anchor);
+    }
+    for (int k = 0; k < 2; k++) {
+        const int is_line = e->has_tangent && k == e->is_along_v;
+        if (!is_line && !e->has_normal)
+            continue;
+        co_surface_value *f = &fs->item[fs->n++];
+        *f = at;
+        f->is_tangent = 1;
+        f->along[k] = 1;
+        f->freedom = is_line ? CO_FREEDOM_LINE : CO_FREEDOM_PLANE;
+        memcpy(f->direction, is_line ? e->tangent : e->normal, sizeof f->direction);
+    }
+}
+
+/* Points without a place are held where they are. */
+static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
+    double *value = CO_NEW(double, 3 * (size_t)fs->n);
+    int32_t status = value ? co_surface_values_make_rows(m, fs, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        co_sparse_rows_apply(&fs->rows, xyz, value);
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++)
+        if (isnan(fs->item[i].anchor[0]))
+            memcpy(fs->item[i].anchor, value + 3 * (size_t)i, sizeof fs->item[i].anchor);
+    free(value);
+    return status;
+}
+
+/* What options stand against. */
+static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
+    const char *what = o->strength < 1 ? "a strength below 1"
+                       : o->within > 0 ? "a distance that the surface stays within"
+                       : o->symmetry != CURVOPT_SYMMETRY_AUTO && o->symmetry != CURVOPT_SYMMETRY_NONE
+                           ? "symmetries that are kept"
+                           : NULL;
+    if (!what)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what the surface goes through cannot be had with %s",
+                          what);
+}
+
+/* The caller's struct, which may be an older one. */
+static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_error *error) {
+    const int32_t size = from->struct_size;
+    *out = (curvopt_through){0};
+    if (size < (int32_t)offsetof(curvopt_through, toward) || size % 8 || size > (int32_t)sizeof *out)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: struct_size is %d; here it is %d", size,
+                              (int)sizeof *out);
+    memcpy(out, from, (size_t)size);
+    if (out->n < 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: %d entries", out->n);
+    return CURVOPT_OK;
+}
+
+int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const curvopt_options *options,
+                                co_constraints *constraints, curvopt_error *error) {
+    curvopt_through t;
+    co_surface_values *fs = &constraints->values;
+    if (!options->through)
+        return CURVOPT_OK;
+    int32_t status = take(options->through, &t, error);
+    if (status == CURVOPT_OK && t.n > 0)
+        status = check_options(options, error);
+    if (status != CURVOPT_OK || t.n == 0)
+        return status;
+    const int has_freedom = constraints->freedom != NULL;
+    status = co_constraints_allocate(m->info.n_vertices, constraints, error);
+    if (status == CURVOPT_OK && !has_freedom)
+        memcpy(constraints->anchor, xyz, 3 * sizeof *xyz * (size_t)m->info.n_vertices);
+    if (status == CURVOPT_OK)
+        fs->item = CO_NEW(co_surface_value, 3 * (size_t)t.n);
+    if (status == CURVOPT_OK && !fs->item)
+        status = co_status_no_memory(error);
+    for (int32_t i = 0; status == CURVOPT_OK && i < t.n; i++) {
+        entry e;
+        status = read_entry(m, &t, i, &e, error);
+        if (status == CURVOPT_OK)
+            add_values(&e, fs);
+    }
+    if (status == CURVOPT_OK)
+        status = find_places(m, xyz, fs, error);
+    if (status != CURVOPT_OK)
+        co_constraints_free(constraints);
+    return status;
+}
+
+/* ------------------------------------------------------------------------------------ the first level -- */
+
+/* Turns both tangents of a plane by the least rotation that takes `from` to `to`, both unit. */
+static void turn(const double from[3], const double to[3], double *const tangent[2]) {
+    double axis[3], cosine = dot(from, to);
+    cross(from, to, axis);
+    for (int k = 0; k < 2; k++) {
+        double *t = tangent[k], across[3];
+        if (!t)
+            continue;
+        const double along = dot(axis, t) / (1 + cosine);
+        cross(axis, t, across);
+        for (int c = 0; c < 3; c++)
+            t[c] = cosine * t[c] + across[c] + along * axis[c];
+    }
+}
+
+static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *error) {
+    const double length = sqrt(dot(d, d));
+    if (!(length > 0))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                              "entry %d: the surface has no tangent plane there to begin with", f->number);
+    for (int c = 0; c < 3; c++)
+        d[c] /= length;
+    return CURVOPT_OK;
+}
+
+/* Turns tangents so that unit vector `now` comes to goal or -goal. */
+static int32_t turn_to(const co_surface_value *f, const double now[3], const double goal[3], double *const tangent[2],
+                       curvopt_error *error) {
+    const double cosine = dot(now, goal), sign = cosine < 0 ? -1 : 1;
+    const double to[3] = {sign * goal[0], sign * goal[1], sign * goal[2]};
+    if (!(fabs(cosine) > LEAST_COSINE))
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, f->number,
+            "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
+            "there",
+            f->number);
+    turn(now, to, tangent);
+    return CURVOPT_OK;
+}
+
+/* Tangents of value i, and of the next one if both are of one entry. */
+static int32_t place_tangents(const co_surface_values *fs, int32_t i, int is_pair, double *xyz, curvopt_error *error) {
+    const co_surface_value *f = &fs->item[i];
+    double now[3];
+    double *const tangent[2] = {xyz + 3 * (size_t)f->pivot, is_pair ? xyz + 3 * (size_t)fs->item[i + 1].pivot : NULL};
+    int32_t status = CURVOPT_OK;
+    if (is_pair) {
+        cross(tangent[0], tangent[1], now);
+        status = make_unit(f, now, error);
+        if (status == CURVOPT_OK)
+            status = turn_to(f, now, fs->item[i + (f->freedom == CO_FREEDOM_LINE)].direction, tangent, error);
+    }
+    for (int k = 0; status == CURVOPT_OK && k < 1 + is_pair; k++) {
+        if (fs->item[i + k].freedom != CO_FREEDOM_LINE)
+            continue;
+        memcpy(now, tangent[k], sizeof now);
+        status = make_unit(f, now, error);
+        if (status == CURVOPT_OK)
+            status = turn_to(f, now, fs->item[i + k].direction, tangent, error);
+    }
+    return status;
+}
+
+int32_t co_given_through_place(const co_constraints *constraints, double *xyz, curvopt_error *error) {
+    const co_surface_values *fs = &constraints->values;
+    int32_t status = CURVOPT_OK;
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) {
+        if (!fs->item[i].is_tangent)
+            continue;
+        const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
+        status = place_tangents(fs, i, is_pair, xyz, error);
+        i += is_pair;
+    }
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) /* what rounding has left, and points */
+        co_constraints_put_back(constraints, fs->item[i].pivot, xyz + 3 * (size_t)fs->item[i].pivot);
+    return status;
+}

@@ -1,0 +1,296 @@
+/* The cage vertices in whose place values are unknowns. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/pivots.h"
+
+#include "base/memory.h"
+#include "constraints/interpolation.h"
+#include "surface/vertex_mask.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Part of a value's largest weight that must be left of it when what it has in common with others is taken off. */
+static const double INDEPENDENT = 1e-3;
+/* Part of another value from which on one depends on it. */
+static const double LEAST_PART = 1e-6;
+
+/* One group's matrix: rows of limit points first, then of values. */
+typedef struct group {
+    int32_t n_rows, n_fixed, n_columns;
+    int32_t *value;  /* [n_rows] of a row; of a limit point -1 */
+    int32_t *vertex; /* [n_columns] of a column */
+    int32_t *pivot;  /* [n_rows] column; -1: not yet */
+    double *scale;   /* [n_rows] largest weight */
+    double *largest; /* [n_rows] largest entry that can be a pivot, in parts of that */
+    int32_t *column; /* [n_rows] where it is */
+    size_t stride;   /* n_columns + n_rows */
+    double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
+} group;
+
+typedef struct search {
+    const curvopt_mesh *mesh;
+    co_constraints *constraints;
+    const co_surface_values *values;
+    int32_t *root;   /* [n] the least value of the group */
+    int32_t *first;  /* [n_vertices] a value that can have the vertex as its pivot; -1 */
+    int32_t *column; /* [n_vertices] column of the present group; -1 */
+} search;
+
+static void group_free(group *g) {
+    free(g->value);
+    free(g->vertex);
+    free(g->pivot);
+    free(g->scale);
+    free(g->largest);
+    free(g->column);
+    free(g->matrix);
+}
+
+/* Whether nothing else is at vertex v. */
+static int is_free(const co_constraints *c, int32_t v) {
+    return c->freedom[v] == CO_FREEDOM_ALL && !c->of_limit[v] && !(c->springs.stiffness && c->springs.stiffness[v] > 0);
+}
+
+static int32_t root_of(int32_t *root, int32_t i) {
+    while (root[i] != i)
+        i = root[i] = root[root[i]];
+    return i;
+}
+
+static void find_groups(search *s) {
+    const co_sparse_rows *rows = &s->values->rows;
+    for (int32_t v = 0; v < rows->n_columns; v++)
+        s->first[v] = s->column[v] = -1;
+    for (int32_t i = 0; i < rows->n_rows; i++) {
+        s->root[i] = i;
+        for (size_t e = rows->start[i]; e < rows->start[i + 1]; e++) {
+            const int32_t v = rows->column[e];
+            if (!is_free(s->constraints, v))
+                continue;
+            if (s->first[v] < 0)
+                s->first[v] = i;
+            const int32_t a = root_of(s->root, i), b = root_of(s->root, s->first[v]);
+            s->root[a > b ? a : b] = a < b ? a : b;
+        }
+    }
+    for (int32_t i = 0; i < rows->n_rows; i++)
+        s->root[i] = root_of(s->root, i);
+}
+
+/* Whether a column of a group can be of vertex v: a pivot's, or that of a limit point. */
+static int has_column(const search *s, int32_t v) {
+    return is_free(s->constraints, v) || s->constraints->of_limit[v] == CO_OF_OWN_POINT;
+}
+
+typedef struct mask {
+    const search *search;
+    double *row;
+} mask;
+
+static void visit_mask(int32_t v, double weight, void *context) {
+    const mask *to = context;
+    if (to->search->column[v] >= 0)
+        to->row[to->search->column[v]] += weight;
+}
+
+/* Columns and names of rows of the group of value `root`. */
+static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *error) {
+    const co_sparse_rows *rows = &s->values->rows;
+    size_t n_rows = 0, n_entries = 0;
+    *g = (group){0};
+    for (int32_t i = root; i < rows->n_rows; i++)
+        if (s->root[i] == root) {
+            n_rows++;
+            n_entries += rows->start[i + 1] - rows->start[i];
+        }
+    g->value = CO_NEW(int32_t, n_rows + n_entries);
+    g->vertex = CO_NEW(int32_t, n_entries);
+    if (!g->value || !g->vertex)
+        return co_status_no_memory(error);
+    for (int32_t i = root; i < rows->n_rows; i++)
+        for (size_t e = rows->start[i]; s->root[i] == root && e < rows->start[i + 1]; e++) {
+            const int32_t v = rows->column[e];
+            if (s->column[v] >= 0 || !has_column(s, v))
+                continue;
+            s->column[v] = g->n_columns;
+            g->vertex[g->n_columns++] = v;
+            if (s->constraints->of_limit[v] == CO_OF_OWN_POINT)
+                g->value[g->n_rows++] = -1 - v;
+        }
+    g->n_fixed = g->n_rows;
+    for (int32_t i = root; i < rows->n_rows; i++)
+        if (s->root[i] == root)
+            g->value[g->n_rows++] = i;
+    return CURVOPT_OK;
+}
+
+/* Finds the largest entry of row r. */
+static void look_at_row(const search *s, group *g, int32_t r) {
+    const double *row = g->matrix + (size_t)r * g->stride;
+    g->largest[r] = -1;
+    for (int32_t j = 0; r >= g->n_fixed && j < g->n_columns; j++) {
+        const double size = fabs(row[j]) / g->scale[r];
+        if (size > g->largest[r] && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
+            g->largest[r] = size;
+            g->column[r] = j;
+        }
+    }
+}
+
+static int32_t fill_group(search *s, group *g, curvopt_error *error) {
+    const co_sparse_rows *rows = &s->values->rows;
+    g->stride = (size_t)g->n_columns + (size_t)g->n_rows;
+    g->pivot = CO_NEW(int32_t, g->n_rows);
+    g->column = CO_NEW(int32_t, g->n_rows);
+    g->scale = CO_NEW(double, g->n_rows);
+    g->largest = CO_NEW(double, g->n_rows);
+    g->matrix = CO_NEW(double, (size_t)g->n_rows * g->stride);
+    if (!g->pivot || !g->column || !g->scale || !g->largest || !g->matrix)
+        return co_status_no_memory(error);
+    for (int32_t r = 0; r < g->n_rows; r++) {
+        double *row = g->matrix + (size_t)r * g->stride;
+        const int32_t i = g->value[r];
+        row[g->n_columns + r] = 1;
+        g->pivot[r] = -1;
+        if (i < 0)
+            co_vertex_mask_visit(s->mesh, -1 - i, visit_mask, &(mask){s, row});
+        for (size_t e = i < 0 ? 0 : rows->start[i]; i >= 0 && e < rows->start[i + 1]; e++) {
+            g->scale[r] = fmax(g->scale[r], fabs(rows->value[e]));
+            if (s->column[rows->column[e]] >= 0)
+                row[s->column[rows->column[e]]] = rows->value[e];
+        }
+        look_at_row(s, g, r);
+    }
+    return CURVOPT_OK;
+}
+
+/* Row r has its pivot in column c: takes it off all rows that have none yet. */
+static void eliminate(const search *s, group *g, int32_t r, int32_t c) {
+    const size_t n = g->stride;
+    const double *from = g->matrix + (size_t)r * n;
+    g->pivot[r] = c;
+    for (int32_t k = 0; k < g->n_rows; k++) {
+        double *row = g->matrix + (size_t)k * n;
+        if (g->pivot[k] >= 0 || row[c] == 0 || from[c] == 0)
+            continue;
+        const double factor = row[c] / from[c];
+        for (size_t j = 0; j < n; j++)
+            row[j] -= factor * from[j];
+        row[c] = 0;
+        look_at_row(s, g, k);
+    }
+}
+
+/* The row without pivot that has the largest entry; -1: all have pivots. */
+static int32_t find_largest(const group *g) {
+    int32_t r = -1;
+    for (int32_t k = g->n_fixed; k < g->n_rows; k++)
+        if (g->pivot[k] < 0 && (r < 0 || g->largest[k] > g->largest[r]))
+            r = k;
+    return r;
+}
+
+/* Of the entries that row r is a combination of, beside its own: how many they are, and the one with the largest part;
+ * -1: there is none. Those of an entry follow each other. */
+static int32_t find_others(const search *s, const group *g, int32_t r, int32_t *n) {
+    const double *part = g->matrix + (size_t)r * g->stride + g->n_columns;
+    const int32_t own = s->values->item[g->value[r]].number;
+    int32_t other = -1, last = own;
+    double most = LEAST_PART;
+    *n = 0;
+    for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
+        const int32_t number = s->values->item[g->value[k]].number;
+        if (number == own || fabs(part[k]) < LEAST_PART)
+            continue;
+        *n += number != last;
+        last = number;
+        if (fabs(part[k]) >= most) {
+            most = fabs(part[k]);
+            other = number;
+        }
+    }
+    return other;
+}
+
+static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error *error) {
+    int32_t n;
+    const co_surface_value *f = &s->values->item[g->value[r]];
+    const int32_t other = find_others(s, g, r, &n);
+    const char *what = f->is_tangent ? "tangents" : "point";
+    if (g->n_columns == 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                              "entry %d: nothing that its %s depend%s on may move", f->number, what,
+                              f->is_tangent ? "" : "s");
+    if (other < 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                              "entry %d: its %s cannot be chosen freely beside what constraints and the boundary hold "
+                              "near it: hold less, or subdivide the cage once",
+                              f->number, what);
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d: its %s cannot be chosen freely beside entry %d%s: too few vertices may move "
+                          "there, or both are the same; leave one of them out, or subdivide the cage once",
+                          f->number, what, other, n > 1 ? " and others" : "");
+}
+
+/* The pivot of row r becomes that of its value, and the constraint is entered there. */
+static void enter(search *s, const group *g, int32_t r) {
+    co_constraints *c = s->constraints;
+    co_surface_value *f = &c->values.item[g->value[r]];
+    const int32_t v = g->vertex[g->pivot[r]];
+    f->pivot = v;
+    c->freedom[v] = (uint8_t)f->freedom;
+    c->of_limit[v] = f->is_tangent ? CO_OF_TANGENT : CO_OF_POINT;
+    memcpy(c->direction + 3 * (size_t)v, f->direction, sizeof f->direction);
+    memcpy(c->anchor + 3 * (size_t)v, f->anchor, sizeof f->anchor);
+}
+
+static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
+    group g;
+    int32_t status = list_group(s, root, &g, error);
+    if (status == CURVOPT_OK && g.n_rows > CO_INTERPOLATION_MOST_TOUCHING)
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
+                                "entry %d and those that touch it hold %d points and tangents; on one level %d can be: "
+                                "leave some of them out, or subdivide the cage once",
+                                s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
+    if (status == CURVOPT_OK)
+        status = fill_group(s, &g, error);
+    for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
+        eliminate(s, &g, k, s->column[-1 - g.value[k]]);
+    for (int32_t r = status == CURVOPT_OK ? find_largest(&g) : -1; r >= 0; r = find_largest(&g)) {
+        if (!(g.largest[r] > INDEPENDENT)) {
+            status = refuse(s, &g, r, error);
+            break;
+        }
+        eliminate(s, &g, r, g.column[r]);
+    }
+    for (int32_t k = 0; k < g.n_columns; k++)
+        s->column[g.vertex[k]] = -1;
+    for (int32_t k = g.n_fixed; status == CURVOPT_OK && k < g.n_rows; k++)
+        enter(s, &g, k);
+    group_free(&g);
+    return status;
+}
+
+int32_t co_pivots_choose(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
+    const int32_t n = constraints->values.n;
+    if (n == 0)
+        return CURVOPT_OK;
+    int32_t status = co_surface_values_make_rows(m, &constraints->values, error);
+    search s = {.mesh = m,
+                .constraints = constraints,
+                .values = &constraints->values,
+                .root = CO_NEW(int32_t, n),
+                .first = CO_NEW(int32_t, m->info.n_vertices),
+                .column = CO_NEW(int32_t, m->info.n_vertices)};
+    if (status == CURVOPT_OK && (!s.root || !s.first || !s.column))
+        status = co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        find_groups(&s);
+    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++)
+        if (s.root[i] == i)
+            status = choose_in_group(&s, i, error);
+    free(s.root);
+    free(s.first);
+    free(s.column);
+    return status;
+}

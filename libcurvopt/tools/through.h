@@ -1,0 +1,30 @@
+/* Files of what the surface goes through. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef THROUGH_H
+#define THROUGH_H
+
+#include "curvopt.h"
+
+#include <stddef.h>
+#include <stdio.h>
+
+typedef struct through_list {
+    curvopt_through given; /* whose arrays are these */
+    int32_t *integers;
+    double *reals;
+} through_list;
+
+/* Reads a JSON list of entries, each an object with
+ *     "vertex": V                      or "face": F, "uv": [U, V] and, of a face that is no quad, "corner": C
+ *     "at": [X, Y, Z]                  the point is there; or "at": "here", where it is
+ *     "line": [X, Y, Z]                it is on the line through that place, or where it is, with this direction
+ *     "plane": [X, Y, Z]               the same of the plane with this normal
+ *     "normal": [X, Y, Z]              the surface's normal there
+ *     "tangent": {"to": W, "along": [X, Y, Z]}   the tangent toward vertex W; inside a face W is "u" or "v"
+ * Numbers of vertices, faces, corners and entries count from 0. Nonzero with a sentence in message [size], which names
+ * the entry, if that cannot be done, or if there is no entry. */
+int through_parse(FILE *file, through_list *out, char *message, size_t size);
+/* The same from a file by name. */
+int through_read(const char *path, through_list *out, char *message, size_t size);
+void through_free(through_list *list);
+
+#endif

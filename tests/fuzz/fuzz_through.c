@@ -1,0 +1,51 @@
+/* Any bytes as a file of what the surface goes through: they are refused with a message, or give entries.
+ * SPDX-License-Identifier: GPL-3.0-or-later */
+#define _POSIX_C_SOURCE 200809L
+#include "fuzz.h"
+
+#include "through.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char fuzz_name[] = "through";
+
+#ifdef _WIN32 /* has no fmemopen: a file in the current folder */
+static FILE *file_of(void *text, size_t size) {
+    FILE *file = fopen("fuzz_through.tmp", "w+b");
+    FUZZ_CHECK(file && fwrite(text, 1, size, file) == size);
+    rewind(file);
+    return file;
+}
+#else
+static FILE *file_of(void *text, size_t size) {
+    return fmemopen(text, size, "r");
+}
+#endif
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    char message[128], *text = malloc(size + 1);
+    through_list list;
+    if (!text)
+        return 0;
+    memcpy(text, data, size);
+    FILE *file = size ? file_of(text, size) : NULL;
+    memset(message, 'x', sizeof message);
+    if (file && through_parse(file, &list, message, sizeof message)) {
+        FUZZ_CHECK(memchr(message, 0, sizeof message) && message[0] && !list.integers && !list.reals);
+    } else if (file) {
+        const curvopt_through *t = &list.given;
+        FUZZ_CHECK(t->n > 0);
+        for (int32_t i = 0; i < t->n; i++) {
+            FUZZ_CHECK(t->freedom[i] >= 0 && t->freedom[i] <= 3 && t->vertices[i] >= -1);
+            FUZZ_CHECK(t->vertices[i] >= 0 || (t->faces[i] >= 0 && !isnan(t->uv[2 * i]) && !isnan(t->uv[2 * i + 1])));
+            FUZZ_CHECK(t->freedom[i] < 3 || !isnan(t->normals[3 * i]) || !isnan(t->tangents[3 * i]));
+        }
+        through_free(&list);
+    }
+    if (file)
+        fclose(file);
+    free(text);
+    return 0;
+}
