@@ -87,7 +87,7 @@
     X(int, quick_steps, 5, 1, 1000, "steps", "the same before the last level", "53")                                   \
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
-    X(double, spacing_rest, 0.5, 0.01, 10, "of a corner's mean area", "rest squares of the sheet that spaces a cage", "53") \
+    X(double, spacing_rest, 0.35, 0.01, 10, "of a corner's mean area", "rest squares of the sheet that spaces a cage", "53") \
     X(double, spacing, 0.1, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 3e-4, 0, 10, "of the energy", "the same for third order", "53")                           \

@@ -90,16 +90,14 @@ static measures measure(double rest, const corner *at) {
 }
 
 double co_spacing_rest(const co_spacing *s, const double *x, double part) {
-    double sum = 0, inverse = 0;
+    double area = 0, n = 0;
     corner at;
-    for (int32_t h = 0; h < s->mesh->face_start[s->mesh->info.n_faces]; h++) {
-        if (!find_corner(s, x, h, &at))
-            continue;
-        const measures m = measure(1, &at);
-        sum += at.weight * m.sum;
-        inverse += at.weight * m.sum / (m.square + 1e-3 * m.sum * m.sum);
-    }
-    return sum > 0 ? part * sqrt(sum / inverse) : 1;
+    for (int32_t h = 0; h < s->mesh->face_start[s->mesh->info.n_faces]; h++)
+        if (find_corner(s, x, h, &at)) {
+            area += at.weight * sqrt(measure(1, &at).square);
+            n += at.weight;
+        }
+    return area > 0 ? part * area / n : 1;
 }
 
 double co_spacing_value(const co_spacing *s, const double *x, double *gradient) {

@@ -137,16 +137,28 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
     return 0;
 }
 
+static co_spacing unit_spacing(const co_level_objective *o) {
+    return (co_spacing){.mesh = o->mesh,
+                        .dofs = &o->reduction,
+                        .interpolation = &o->interpolation,
+                        .face_weight = o->face_weight,
+                        .weight = 1};
+}
+
+void co_level_objective_rest_like(co_level_objective *o, const double *xyz) {
+    double centroid[3];
+    const co_spacing unit = unit_spacing(o);
+    const double radius = o->is_framed ? o->run->radius : co_similarity_mesh_frame(o->mesh, xyz, centroid);
+    o->rest = co_spacing_rest(&unit, xyz, o->run->tuning->spacing_rest) / (radius * radius);
+}
+
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    co_spacing unit = {.mesh = o->mesh,
-                       .dofs = &o->reduction,
-                       .interpolation = &o->interpolation,
-                       .face_weight = o->face_weight,
-                       .weight = 1};
+    co_spacing unit = unit_spacing(o);
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    unit.rest = co_spacing_rest(&unit, co_level_objective_cage(o), o->run->tuning->spacing_rest);
-    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
+    const double *cage = co_level_objective_cage(o);
+    unit.rest = o->rest > 0 ? o->rest : co_spacing_rest(&unit, cage, o->run->tuning->spacing_rest);
+    double sum = co_spacing_value(&unit, cage, NULL);
     o->spacing = unit;
     o->spacing.weight = sum > 0 ? worth / sum : 0;
     o->spaced_energy = energy;
