@@ -79,6 +79,7 @@ static PetscErrorCode solve(program *p, int *refused) {
                            .shape_decrement = (double)NAN,
                            .difference_decrement = (double)NAN,
                            .discretization_error = (double)NAN,
+                           .clearance = (double)NAN,
                            .negative_directions = -1,
                            .all_negative_directions = -1,
                            .free_negative_directions = -1,

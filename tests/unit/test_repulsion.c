@@ -177,6 +177,35 @@ static void test_crossings_are_infinite(void **state) {
     end(&s);
 }
 
+/* Positions that stand in place of a vertex may move by less than it does: then, too, there is a look for crossings. */
+static void test_crossings_of_substituted_vertices(void **state) {
+    (void)state;
+    const int32_t at[1] = {POINTS + SIDE / 2 * (SIDE + 2)}; /* in the middle of the second sheet */
+    const double least = 100;                               /* times as far as its position */
+    setting s;
+    co_sparse_rows rows;
+    curvopt_error error;
+    begin(&s, sheets(0.1), 0, 1);
+    co_repulsion_free(&s.repulsion);
+    CHECK_OK(co_sparse_rows_allocate(&rows, 1, s.v.c.n_vertices, 1, &error), &error);
+    rows.column[0] = at[0];
+    rows.value[0] = least;
+    rows.start[1] = 1;
+    for (int c = 0; c < 3; c++)
+        s.v.x[3 * at[0] + c] /= least;
+    const co_substitution substitution = {at, &rows};
+    CHECK_OK(co_repulsion_create(s.v.mesh, &substitution, s.v.x, 0.25 / s.v.radius, &s.exceptions, NULL, &s.repulsion,
+                                 &error),
+             &error);
+    s.repulsion.weight = 1;
+    CHECK_TRUE(isfinite(co_repulsion_value(&s.repulsion, s.v.x, NULL)));
+    s.v.x[3 * at[0] + 2] -= 0.5 / s.v.radius / least;
+    CHECK_TRUE(!isfinite(co_repulsion_value(&s.repulsion, s.v.x, NULL)));
+    CHECK_INT(s.n_refused, 1);
+    co_sparse_rows_free(&rows);
+    end(&s);
+}
+
 /* A first cage may go on as it is, but not with more pairs of faces. */
 static void test_crossings_of_the_first_cage(void **state) {
     (void)state;
@@ -250,6 +279,7 @@ int main(void) {
         cmocka_unit_test(test_gradient_is_its_differences),
         cmocka_unit_test(test_hessian_of_parallel_sheets),
         cmocka_unit_test(test_crossings_are_infinite),
+        cmocka_unit_test(test_crossings_of_substituted_vertices),
         cmocka_unit_test(test_crossings_of_the_first_cage),
         cmocka_unit_test(test_rows_of_pieces),
     };

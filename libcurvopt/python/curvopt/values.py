@@ -170,7 +170,7 @@ class Summary:
     of finer nets, by what the last levels brought; NAN if unknown, as after one level.
 
     With options.no_crossings: `touching`, pairs of faces (f, g) of the input cage by which the result is held; `clearance`,
-    their least distance, NAN if there are none; `n_crossing_before` pairs of faces of the input cross, and still may;
+    their least distance, NAN if there are none or without the option; `n_crossing_before` pairs of faces of the input cross, and still may;
     `n_refused` steps were shortened because of a crossing."""
 
     start: Energies

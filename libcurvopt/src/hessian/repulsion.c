@@ -26,7 +26,7 @@ static int32_t allocate(co_repulsion *r, curvopt_error *error) {
     for (int32_t k = 0; k < p->n_patches; k++)
         largest = co_patches_own_size(p->kind[k]) > largest ? co_patches_own_size(p->kind[k]) : largest;
     r->area = CO_NEW(double, r->pieces.n_pieces);
-    r->clear = CO_NEW(double, 3 * (size_t)p->n_cage);
+    r->clear = CO_NEW(double, 3 * (size_t)p->n_points);
     r->row = CO_NEW(double, largest);
     r->point_gradient = CO_NEW(double, 3 * (size_t)p->n_points);
     return r->area && r->clear && r->row && r->point_gradient ? CURVOPT_OK : co_status_no_memory(error);
@@ -104,19 +104,20 @@ void co_repulsion_accept(co_repulsion *r, const double *x) {
 }
 
 /* Two surfaces that were `clearance` apart cannot meet before one of them has moved by half of it. Half of that again,
- * because it is known at points only. */
+ * because it is known at points only. Surfaces move by no more than what their patches are made of, which positions
+ * that limit points or tangents stand in place of are not. */
 static const double NEAR = 0.25;
 
-static int is_near(const co_repulsion *r, const double *x) {
+static int is_near(const co_repulsion *r) {
     const double most = NEAR * r->clearance;
-    for (size_t i = 0; i < 3 * (size_t)r->mesh->info.n_vertices; i += 3)
-        if (!(co_distance_squared(x + i, r->clear + i) < most * most))
+    for (size_t i = 0; i < 3 * (size_t)r->pieces.patches.n_points; i += 3)
+        if (!(co_distance_squared(r->pieces.points + i, r->clear + i) < most * most))
             return 0;
     return 1;
 }
 
-static void remember(co_repulsion *r, const double *x) {
-    memcpy(r->clear, x, 3 * sizeof *x * (size_t)r->mesh->info.n_vertices);
+static void remember(co_repulsion *r) {
+    memcpy(r->clear, r->pieces.points, 3 * sizeof *r->clear * (size_t)r->pieces.patches.n_points);
     r->clearance = r->reach;
     for (size_t k = 0; k < r->facings.n; k++)
         r->clearance = fmin(r->clearance, r->facings.pair[k].distance);
@@ -124,11 +125,11 @@ static void remember(co_repulsion *r, const double *x) {
 
 /* What faces what at x; and if wanted whether there is a crossing. */
 static int look(co_repulsion *r, const double *x, int wants_crossings) {
-    const int is_wanted = wants_crossings && (r->is_thorough || !is_near(r, x));
     co_near_patches near;
     int crosses = 0;
     co_facings_free(&r->facings);
     co_pieces_place(&r->pieces, x, r->threads, NULL);
+    const int is_wanted = wants_crossings && (r->is_thorough || !is_near(r));
     int32_t status = co_near_patches_create(&r->pieces, &r->neighbours, r->reach, r->threads, &near, NULL);
     if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &near);
@@ -138,7 +139,7 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     if (status != CURVOPT_OK)
         r->exceptions->failed = status;
     else if (is_wanted && !crosses)
-        remember(r, x);
+        remember(r);
     return crosses;
 }
 

@@ -38,7 +38,7 @@ typedef struct co_repulsion {
     double reach;             /* in units of the positions */
     double weight;            /* 0 at first */
     double *area;             /* [n_pieces] in parts of the whole, at first */
-    double *clear;            /* [3 n_vertices] positions that were looked at for crossings last */
+    double *clear;            /* [3 n_points] the patches' points where crossings were looked for last */
     double clearance;         /* least distance of what faces each other there, at most reach; 0: none
                                  were looked at */
     double *row;              /* work: weights of a patch's points */
