@@ -78,7 +78,8 @@ static size_t to_first_cage(const co_face_pairs *p, co_crossings *crossings) {
         if (found.what == CO_CROSSING_PROVEN)
             find_origin(p, found.face[0], found.face[1], crossings->pair[n++].face);
     }
-    qsort(crossings->pair, n, sizeof *crossings->pair, compare_pairs);
+    if (n > 1)
+        qsort(crossings->pair, n, sizeof *crossings->pair, compare_pairs);
     for (size_t k = 0; k < n; k++)
         if (n_pairs == 0 || compare_pairs(&crossings->pair[n_pairs - 1], &crossings->pair[k]) != 0)
             crossings->pair[n_pairs++] = crossings->pair[k];
