@@ -103,8 +103,7 @@ def test_what_it_shows_on_the_way(pretzel):
         pretzel, "mvs"
     ) as problem:
         solver.solve()
-        left = []  # by the first answer, of what the first stage gains
-        for places in drags(pretzel, start, 8, 0.02):
+        for places in drags(pretzel, start, 2, 0.02):
             jumped = solver.positions
             jumped[PINS] = places
             shown: list[np.ndarray] = []
@@ -113,8 +112,7 @@ def test_what_it_shows_on_the_way(pretzel):
             assert passing.verification.verdict == "unknown"
             assert len(shown) == solver.report.iterations + 1
             before, first, last = (problem.energies(x).objective for x in (jumped, shown[0], solver.positions))
-            assert last <= first * (1 + 1e-3)
-            left.append((first - last) / (before - last))
+            assert last <= first * (1 + 1e-3) and first - last < 0.5 * (before - last)
             assert np.allclose(solver.positions, shown[-1], rtol=0, atol=1e-12)
             assert passing.end.objective == pytest.approx(last, rel=1e-3)
             with curvopt.Cancel() as cancel:
@@ -124,7 +122,6 @@ def test_what_it_shows_on_the_way(pretzel):
             with pytest.raises(KeyError):
                 solver.solve(on_progress=lambda _: {}["raised in a callback"])
             assert solver.solve().verification.verdict == "minimum"
-        assert np.median(left) < 0.1 and np.mean(np.array(left) < 0.5) >= 0.6
 
 
 def test_limit_points_are_where_they_are_to_be(pretzel):

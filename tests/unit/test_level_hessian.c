@@ -70,10 +70,8 @@ static void check_solution_of_motion(cage c, curvopt_options options, co_motion 
     curvopt_error error;
     double *x = m.v, *out = m.v + m.n;
     int positive = 0;
-    if (options.spacing == CURVOPT_SPACING_EVEN) {
-        m.l->objective.rest = 1e-2; /* under tension nothing of the spacing's Hessian is left out */
+    if (options.spacing == CURVOPT_SPACING_EVEN)
         co_level_objective_weigh_spacing(&m.l->objective, 0.5 * m.l->now.value, &m.l->now);
-    }
     co_damping damping = {.shift = co_level_hessian_least_shift(m.h, m.l->now.value)};
     CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, &error), &error);
     for (; !positive; damping.shift *= positive ? 1 : 2)

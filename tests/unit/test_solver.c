@@ -44,7 +44,7 @@ static void set_up(setting *s, cage c, int32_t spacing, int term) {
     s->options.weights[CURVOPT_TERM_WILLMORE] = 0;
     s->options.weights[term] = 1;
     s->options.spacing = spacing;
-    s->options.tolerance = 1e-8; /* by the rules alone ends differ with the way by 40 times as much (note 66) */
+    s->options.tolerance = 1e-7;
     s->options.decrement_tolerance = 1e-9;
     s->options.threads = 1;
     s->options.constraints = &s->constraints;

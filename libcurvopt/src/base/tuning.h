@@ -87,19 +87,17 @@
     X(int, quick_steps, 5, 1, 1000, "steps", "the same before the last level", "53")                                   \
     X(double, stationary, 4, 0.01, 1e4, "decrement tolerances",                                                        \
       "a level ends; by default .8 of certificate_stationary, to be met by more than rounding", "53")                  \
-    X(double, spacing_rest, 0.35, 0.01, 10, "of a corner's mean area", "rest squares of the sheet that spaces a cage", \
-      "53")                                                                                                            \
-    X(double, spacing, 0.1, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")          \
+    X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
-    X(double, spacing_third, 3e-4, 0, 10, "of the energy", "the same for third order", "53")                           \
-    X(double, spacing_slide, 0.1, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85")  \
+    X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
+    X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
     X(double, repulsion, 1, 1e-4, 100, "of the energy", "of a surface that is close to itself all over", "113")        \
     X(double, repulsion_reach, 0.2, 0.01, 1, "mean edges", "distance at which parts of a surface repel each other",    \
       "113")                                                                                                           \
     /* A solver that stays: solve/live.c, solve/level_response.c. */                                                   \
     X(int, near_update_every, 25, 1, 1000, "steps", "between updates of a matrix that was good nearby", "66")          \
     X(double, near_passing, 1e-5, 1e-12, 1e-1, "of the energy", "decrement at which a passing state is shown", "66")   \
-    X(double, near_settled, 1e-12, 1e-15, 1e-2, "of the energy", "decrement at which the spacing has settled", "66")   \
+    X(double, near_settled, 1e-9, 1e-15, 1e-2, "of the energy", "decrement at which the spacing has settled", "66")    \
     X(double, near_finished, 0.1, 1e-6, 1, "decrement tolerances", "decrement at which the end is looked at", "66")    \
     X(int, near_steps, 20, 1, 1000, "steps", "a matrix that takes more is made anew", "66")                            \
     X(double, near_reach, 0.5, 0.01, 100, "mean edges", "longest move of targets that is followed at once", "66")      \

@@ -156,28 +156,11 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
     return 0;
 }
 
-static co_spacing unit_spacing(const co_level_objective *o) {
-    return (co_spacing){.mesh = o->mesh,
-                        .dofs = &o->reduction,
-                        .interpolation = map_to_cage(o),
-                        .face_weight = o->face_weight,
-                        .weight = 1};
-}
-
-void co_level_objective_rest_like(co_level_objective *o, const double *xyz) {
-    double centroid[3];
-    const co_spacing unit = unit_spacing(o);
-    const double radius = o->is_framed ? o->run->radius : co_similarity_mesh_frame(o->mesh, xyz, centroid);
-    o->rest = co_spacing_rest(&unit, xyz, o->run->tuning->spacing_rest) / (radius * radius);
-}
-
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    co_spacing unit = unit_spacing(o);
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    const double *cage = co_level_objective_cage(o);
-    unit.rest = o->rest > 0 ? o->rest : co_spacing_rest(&unit, cage, o->run->tuning->spacing_rest);
-    double sum = co_spacing_value(&unit, cage, NULL);
+    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
     o->spacing = unit;
     o->spacing.weight = sum > 0 ? worth / sum : 0;
     o->spaced_energy = energy;
@@ -306,21 +289,23 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
 /* The energy, over variables that are known. */
 static int32_t create_energy(co_level_objective *o, const co_symmetry *symmetry, curvopt_error *error) {
     const co_run_context *run = o->run;
+    double *face_weight = NULL;
     const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
     int32_t status = CURVOPT_OK;
     if (symmetry->order > 1 || o->held.left_out)
-        status = co_dof_map_face_weights(o->mesh, symmetry, &o->face_weight, error);
+        status = co_dof_map_face_weights(o->mesh, symmetry, &face_weight, error);
     for (int32_t f = 0; status == CURVOPT_OK && o->held.left_out && f < o->mesh->info.n_faces; f++)
-        o->face_weight[f] *= !o->held.left_out[f];
+        face_weight[f] *= !o->held.left_out[f];
     if (status == CURVOPT_OK)
         status = co_assembly_create(o->mesh, run->shape ? run->shape : o->start, &interpolated, run->options,
-                                    run->tables, o->face_weight, &o->assembly, error);
+                                    run->tables, face_weight, &o->assembly, error);
     o->assembly.spontaneous = run->spontaneous;
     o->assembly.leaves_out = o->held.left_out != NULL;
     o->assembly.measures_volume = run->held || run->size.measure == CURVOPT_SCALAR_VOLUME;
     if (status == CURVOPT_OK && run->held)
         status = co_held_level_create(run->held, &o->reduction, &o->assembly, o->positions, o->point_gradient,
                                       &o->numbers, error);
+    free(face_weight);
     return status;
 }
 
@@ -469,7 +454,6 @@ void co_level_objective_free(co_level_objective *o) {
     free(o->cage);
     free(o->point_gradient);
     free(o->spacing_gradient);
-    free(o->face_weight);
     free(o->normalized);
     free(o->step);
     *o = (co_level_objective){0};

@@ -41,10 +41,8 @@ typedef struct co_level_objective {
     co_held_level numbers;          /* numbers of the surface that are held */
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
-    double *face_weight;            /* [n_faces] of symmetry, and 0 of what is left out; NULL: all are 1 */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
     double spaced_energy;           /* by which that was weighed */
-    double rest;                    /* of the spacing, where the caller has chosen it; 0: that of where it is weighed */
     co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
@@ -91,8 +89,6 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
  * motion along the surface: to first order it slides, and the shape stays. So what is left of similarities there is
  * no variable: the gradient has no component along it, and no direction may have one. */
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
-/* Spacing has from now on the rest squares of this cage, xyz [3 n_vertices] as the user sees it, however it moves. */
-void co_level_objective_rest_like(co_level_objective *objective, const double *xyz);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what

@@ -16,8 +16,8 @@
 #include <string.h>
 
 /* Stages at the end, and the relative change of E / S from which on there is another one. */
-enum { MOST_STAGES = 12 };
-static const double SAME_WEIGHT = 1e-6;
+enum { MOST_STAGES = 6 };
+static const double SAME_WEIGHT = 1e-5;
 
 static size_t n_xyz(const curvopt_solver *s) {
     return 3 * (size_t)s->mesh->info.n_vertices;
@@ -38,10 +38,8 @@ static int32_t make_level(curvopt_solver *s, curvopt_error *error) {
     s->is_elsewhere = 0;
     int32_t status = co_level_create(&r->context, s->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
                                      s->level_start, 1, &s->level, error);
-    if (status == CURVOPT_OK) {
-        co_level_objective_rest_like(&s->level->objective, s->first); /* which no way of the hand changes */
+    if (status == CURVOPT_OK)
         co_run_watch(r, s->level);
-    }
     return status;
 }
 
