@@ -104,8 +104,8 @@ void co_repulsion_accept(co_repulsion *r, const double *x) {
 }
 
 /* Two surfaces that were `clearance` apart cannot meet before one of them has moved by half of it. Half of that again,
- * because it is known at points only. Surfaces move by no more than what their patches are made of, which positions that
- * limit points or tangents stand in place of are not. */
+ * because it is known at points only. Surfaces move by no more than what their patches are made of, which positions
+ * that limit points or tangents stand in place of are not. */
 static const double NEAR = 0.25;
 
 static int is_near(const co_repulsion *r) {
