@@ -46,7 +46,7 @@ def test_knots_do_not_cross(name, energy, levels):
     mesh = knot(name)
     assert lib.crossings(mesh).n_pairs == 0
     free = lib.minimize(mesh, energy, levels=levels)
-    assert lib.crossings(free.mesh).n_pairs > 0 and np.isfinite(free.summary.clearance) and free.summary.clearance == 0
+    assert lib.crossings(free.mesh).n_pairs > 0 and np.isnan(free.summary.clearance)
     held = lib.minimize(mesh, energy, levels=levels, no_crossings=1)
     assert held.verdict == "minimum" and held.summary.n_touching > 0 and held.summary.n_crossing_before == 0
     assert lib.crossings(held.mesh).n_pairs == 0 and not crossing_faces(held.mesh, 6 - levels)
