@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 import shapes
-from addon.binding import abi, library
+from addon.binding import abi, library, locate
 from addon.binding.values import Cage, Exceptions, Held
 from addon.core import energy, job, messages
 
@@ -221,7 +221,7 @@ def test_job_runs_the_library_beside_this_thread_and_cancels_fast():
 
 
 def test_job_without_a_library_fails_before_it_starts(monkeypatch, tmp_path):
-    monkeypatch.setenv(library.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    monkeypatch.setenv(locate.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
     with pytest.raises(library.LibraryError, match="missing"):
         job.Job.minimize(torus_cage(), job.Request())
 

@@ -91,18 +91,18 @@ def test_numbers_follow_the_header():
 
 
 def test_missing_library_names_the_places(tmp_path, monkeypatch):
-    monkeypatch.setenv(library.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    monkeypatch.setenv(locate.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
     with pytest.raises(library.LibraryError, match="missing.*none.so"):
         library.load()
 
 
 def test_the_environment_comes_before_the_addon_and_the_build(monkeypatch):
-    monkeypatch.setenv(library.LIBRARY_VARIABLE, "libcurvopt.so")  # not what the system's loader finds by that name
-    assert library.library_candidates() == [Path.cwd() / "libcurvopt.so"]
-    monkeypatch.setenv(library.LIBRARY_VARIABLE, "/somewhere/libcurvopt.so")
-    assert library.library_candidates() == [Path("/somewhere/libcurvopt.so")]
-    monkeypatch.delenv(library.LIBRARY_VARIABLE)
-    inside, build = library.library_candidates()
+    monkeypatch.setenv(locate.LIBRARY_VARIABLE, "libcurvopt.so")  # not what the system's loader finds by that name
+    assert locate.library_candidates() == [Path.cwd() / "libcurvopt.so"]
+    monkeypatch.setenv(locate.LIBRARY_VARIABLE, "/somewhere/libcurvopt.so")
+    assert locate.library_candidates() == [Path("/somewhere/libcurvopt.so")]
+    monkeypatch.delenv(locate.LIBRARY_VARIABLE)
+    inside, build = locate.library_candidates()
     assert inside == ROOT / "libcurvopt/python/curvopt/native" / locate.platform_name() / "libcurvopt.so"
     assert build == ROOT / "build" / "release" / "libcurvopt.so"
 

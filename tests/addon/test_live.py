@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import shapes
-from addon.binding import library
+from addon.binding import library, locate
 from addon.binding.values import Cage, Held
 from addon.core import job, live, messages
 
@@ -251,7 +251,7 @@ def test_what_cannot_begin_is_an_error(session):
 
 
 def test_without_a_library_it_ends_with_a_sentence(session, monkeypatch, tmp_path):
-    monkeypatch.setenv(library.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
+    monkeypatch.setenv(locate.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
     cage = shaken_torus()
     one = session(cage, request_of(cage), cage.positions[PINS])
     wait(lambda: not one.running)

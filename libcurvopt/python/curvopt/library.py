@@ -1,290 +1,54 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ctypes binding of libcurvopt: handles and calls. `curvopt.h` is the manual, `abi.py` its mirror, `api.py` the public side.
+"""ctypes binding of libcurvopt: handles and calls. `curvopt.h` is the manual, `abi.py` its mirror, `loading.py` finds and
+checks the library, `api.py` is the public side.
 
-Arrays are converted to contiguous float64 or int32 and their lengths checked before C sees them. A status other than 0
-raises CurvoptError with the library's own sentence. Every handle has `close()` and is a context manager. An exception
-in a progress callback never crosses C: it is kept, the run is cancelled, and it is raised again once C has returned.
+Every handle has `close()` and is a context manager. An exception in a progress callback never crosses C: it is kept, the
+run is cancelled, and it is raised again once C has returned.
 """
 
 from __future__ import annotations
 
-import _ctypes
 import ctypes as C
-import os
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
 
 from .abi import (
-    BOUNDARY_RULES,
     EXCEPTIONS,
-    FREEDOM_OF_LIMIT_POINT,
-    HEADER_VERSION,
-    INTS,
-    MAX_SCALARS,
-    MAX_TERMS,
-    NAMES,
     PROGRESS_FN,
-    REALS,
-    SCALAR_RULES,
     SCALARS,
-    SIGNATURES,
-    STATUSES,
     STOPS,
-    STRUCT_SIZES,
     SURFACES,
-    TERMS,
     VERDICTS,
-    CConstraints,
-    CCreases,
     CEnergies,
-    CError,
     CLevelReport,
     CMeshInfo,
     COptions,
     CProgress,
     CSummary,
 )
-from .locate import LIBRARY_VARIABLE, library_candidates, missing_text, platform_name, platforms_here
-from .through import Through, struct_of
-from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary, Verification
+from .loading import (
+    INT32_MAX,
+    Cancelled,
+    CurvoptError,
+    Library,
+    LibraryError,
+    creases_to_c,
+    forget,
+    indices,
+    int_pointer,
+    load,
+    real_pointer,
+    reals,
+)
+from .values import Cage, Creases, Energies, Exceptions, LevelReport, Progress, Summary, Verification
 
-_INT32_MAX = 2**31 - 1
+__all__ = (  # of loading.py, for whoever binds the library by this module
+    "Cancelled", "CurvoptError", "Library", "LibraryError", "forget", "indices", "load", "reals",
+)  # fmt: skip
 
 _Self = TypeVar("_Self")
-
-
-class LibraryError(RuntimeError):
-    """The library is missing, cannot be loaded, or is not of the header's version."""
-
-
-class CurvoptError(RuntimeError):
-    """A call failed. `code` is the curvopt_status, `element` the offending vertex, face or field index or -1."""
-
-    def __init__(self, code: int, element: int, message: str) -> None:
-        super().__init__(message)
-        self.code = code
-        self.element = element
-        self.message = message
-
-
-class Cancelled(CurvoptError):
-    """What was called has been cancelled by its flag, and has no result."""
-
-
-# ---------------------------------------------------------------------------------------------------------- arrays --
-
-
-def reals(values: object, count: int, name: str) -> np.ndarray:
-    """`values` as `count` contiguous float64, flat. ValueError for another number of them."""
-    array = np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
-    if array.size != count:
-        raise ValueError(f"{name} holds {array.size} numbers, expected {count}.")
-    return array
-
-
-def indices(values: object, name: str) -> np.ndarray:
-    """`values` as contiguous int32, flat. ValueError for fractions and for values beyond 32 bits."""
-    array = np.asarray(values)
-    if array.size and not np.issubdtype(array.dtype, np.integer):
-        raise ValueError(f"{name} must be integers, not {array.dtype}.")
-    if array.size and (array.max() > _INT32_MAX or array.min() < -_INT32_MAX - 1):
-        raise ValueError(f"{name} holds a value beyond 32 bits.")
-    return np.ascontiguousarray(array, dtype=np.int32).reshape(-1)
-
-
-def _real_pointer(array: np.ndarray | None) -> object:
-    return None if array is None else array.ctypes.data_as(REALS)
-
-
-def _int_pointer(array: np.ndarray) -> object:
-    return array.ctypes.data_as(INTS)
-
-
-def _creases_to_c(creases: Creases) -> tuple[CCreases, tuple[np.ndarray, ...]]:
-    """The struct, and the arrays that it points into. ValueError for lengths that do not fit and an unknown rule."""
-    if creases.rule not in BOUNDARY_RULES:
-        raise ValueError(f"There is no boundary rule '{creases.rule}'; there are {', '.join(BOUNDARY_RULES)}.")
-    edges, vertices = indices(creases.edges, "edges"), indices(creases.vertices, "vertices")
-    edge_sharpness = reals(creases.edge_sharpness, len(creases.edges), "edge_sharpness")
-    vertex_sharpness = reals(creases.vertex_sharpness, vertices.size, "vertex_sharpness")
-    if edges.size != 2 * edge_sharpness.size:
-        raise ValueError(f"edges holds {edges.size} indices, expected {2 * edge_sharpness.size}.")
-    raw = CCreases(
-        _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices), _real_pointer(vertex_sharpness),
-        edge_sharpness.size, vertices.size, BOUNDARY_RULES.index(creases.rule), 0,
-    )  # fmt: skip
-    return raw, (edges, edge_sharpness, vertices, vertex_sharpness)
-
-
-# --------------------------------------------------------------------------------------------------------- library --
-
-
-class Library:
-    """A loaded libcurvopt with its signatures set. LibraryError if it is unusable. `open` has the pointers of its handles."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.open: set[int] = set()
-        try:
-            self.c = C.CDLL(str(path))
-        except OSError as error:
-            raise LibraryError(
-                f"The curvopt library {path} cannot be loaded on {platform_name()}: {error}. Install the file for this system."
-            ) from error
-        self._set_signatures(["curvopt_version"])
-        self.version = self.c.curvopt_version().decode()
-        if tuple(self.version.split(".")[:2]) != tuple(map(str, HEADER_VERSION)):
-            wanted = ".".join(map(str, HEADER_VERSION))
-            raise LibraryError(
-                f"The curvopt library {path} is version {self.version}, but this add-on or package needs {wanted}: "
-                "after an update, restart Blender or Python. If that does not help, remove both and install one file that has both."
-            )
-        self._set_signatures(SIGNATURES)
-        self._check_sizes()
-        self._check_names()
-
-    def unload(self) -> None:
-        """Take it out of memory, unless handles are open. Calls raise AttributeError afterwards."""
-        if not self.open:
-            loaded, self.c = self.c, None
-            (_ctypes.FreeLibrary if sys.platform == "win32" else _ctypes.dlclose)(loaded._handle)
-
-    def _set_signatures(self, names: object) -> None:
-        for name in names:
-            try:
-                function = getattr(self.c, name)
-            except AttributeError as error:
-                raise LibraryError(
-                    f"The curvopt library {self.path} has no function {name}: install library and add-on together."
-                ) from error
-            function.restype, function.argtypes = SIGNATURES[name][0], SIGNATURES[name][1]
-
-    def _check_sizes(self) -> None:
-        for struct, size in STRUCT_SIZES.items():
-            if C.sizeof(struct) != size:
-                raise LibraryError(f"{struct.__doc__} takes {C.sizeof(struct)} bytes here instead of {size}.")
-        options = COptions()
-        self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
-        if options.struct_size != C.sizeof(COptions):
-            raise LibraryError(
-                f"The curvopt library {self.path} has options of {options.struct_size} bytes "
-                f"instead of {C.sizeof(COptions)}."
-            )
-
-    def _check_names(self) -> None:
-        for function, names in NAMES.items():
-            known = getattr(self.c, function.replace("_text", "_name"))
-            here = [name.encode() for name in names]
-            if [getattr(self.c, function)(i) for i in range(len(here))] != here or known(len(here)) is not None:
-                raise LibraryError(f"The curvopt library {self.path} has other names by {function} than this add-on.")
-
-    def call(self, name: str, *arguments: object) -> None:
-        """Call a fallible function with everything but its error; CurvoptError unless it returns 0, and of these
-        Cancelled if it was cancelled."""
-        error = CError(element=-1)
-        code = getattr(self.c, name)(*arguments, C.byref(error))
-        if code != 0:
-            text = error.message.decode("utf-8", "replace") or self.c.curvopt_status_text(code).decode()
-            raise (Cancelled if code == STATUSES.index("cancelled") else CurvoptError)(code, error.element, text)
-
-    def create(self, name: str, *arguments: object) -> C.c_void_p:
-        """Call a fallible function whose last argument before the error is `out`; its new handle."""
-        out = C.c_void_p()
-        self.call(name, *arguments, C.byref(out))
-        return out
-
-    def options(
-        self, weights: Mapping[str, float], held: Held | None = None, holes: object = (),
-        scalars: Mapping[str, tuple[str, float]] | None = None, through: Sequence[Through] = (), **fields: float,
-    ) -> COptions:  # fmt: skip
-        """The library's defaults with `weights` by term name and other fields of curvopt_options changed, with
-        vertices held, points that the surface goes `through`, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
-        abi.SCALAR_RULES, and the value, 0 where the rule takes none.
-
-        ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
-        refuses."""
-        options = COptions()
-        self.c.curvopt_options_init(C.byref(options), C.sizeof(options))
-        options.weights = (C.c_double * MAX_TERMS)()
-        for term, weight in weights.items():
-            if term not in TERMS:
-                raise ValueError(f"There is no energy '{term}'; there are {', '.join(TERMS)}.")
-            options.weights[TERMS.index(term)] = weight
-        for scalar, (rule, value) in (scalars or {}).items():
-            options.scalar_rule[SCALARS.index(scalar)] = SCALAR_RULES.index(rule)
-            options.scalar_value[SCALARS.index(scalar)] = value
-        kinds = {name: kind for name, kind in COptions._fields_ if kind in (C.c_int32, C.c_double)}
-        for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "n_holes"):
-                raise ValueError(f"There is no option '{name}'.")
-            if kinds[name] is C.c_int32 and not -_INT32_MAX <= value <= _INT32_MAX:
-                raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
-            setattr(options, name, value)
-        if held is not None and len(held.vertices):
-            vertices = indices(held.vertices, "held")
-            firmness = reals(held.weights, vertices.size, "weights of held vertices")
-            freedom = indices(np.where(firmness == 1, FREEDOM_OF_LIMIT_POINT * held.limit_points, 0), "freedom")
-            places = None if held.places is None else reals(held.places, 3 * vertices.size, "places")
-            options.held = vertices, freedom, firmness, places  # of Python's: pointers do not keep arrays alive
-            pointers = _int_pointer(vertices), _int_pointer(freedom), None
-            where = (False, _real_pointer(firmness), None)
-            if places is not None:
-                where = (True, _real_pointer(firmness), _real_pointer(places))
-            options.constraints = C.pointer(CConstraints(*pointers, vertices.size, *where))
-        if len(through):
-            options.points = struct_of(through)
-            options.through = C.pointer(options.points)
-        if len(holes):
-            faces = indices(holes, "holes")
-            options.left_out = faces
-            options.holes, options.n_holes = _int_pointer(faces), faces.size
-        self.call("curvopt_options_validate", C.byref(options))
-        return options
-
-
-_loaded: dict[Path, Library] = {}
-
-
-def load() -> Library:
-    """The library, loaded once per path. LibraryError, with every place that was looked at, if there is none."""
-    candidates = library_candidates()
-    for path in candidates:
-        if path.is_file():
-            if path not in _loaded:
-                _loaded[path] = Library(path)
-            return _loaded[path]
-    if not platforms_here() and not os.environ.get(LIBRARY_VARIABLE) and sys.platform == "linux":
-        system = Path(f"libcurvopt.so.{'.'.join(map(str, HEADER_VERSION))}")  # Debian's package: the loader knows where
-        if system not in _loaded and _has_system_library(system):
-            _loaded[system] = Library(system)
-        if system in _loaded:
-            return _loaded[system]
-    raise LibraryError(missing_text(candidates))
-
-
-def _has_system_library(name: Path) -> bool:
-    try:
-        C.CDLL(str(name))
-    except OSError:
-        return False
-    return True
-
-
-def forget() -> None:
-    """Unload the libraries: for an add-on that is switched off, so that an updated one finds its own. No run may be on.
-
-    Each run joins its threads, so nothing is left in a library whose handles are closed. One that has open handles stays
-    in memory until the process ends."""
-    for lib in _loaded.values():
-        lib.unload()
-    _loaded.clear()
-
-
-# --------------------------------------------------------------------------------------------------------- handles --
 
 
 class _Handle:
@@ -342,12 +106,12 @@ class Mesh(_Handle):
         corners = int(np.maximum(sizes, 0).sum(dtype=np.int64))
         if vertices.size != corners:
             raise ValueError(f"face_vertices holds {vertices.size} indices, but face_sizes add up to {corners}.")
-        if not 0 <= n_vertices <= _INT32_MAX:
+        if not 0 <= n_vertices <= INT32_MAX:
             raise ValueError(f"{n_vertices} vertices are beyond 32 bits.")
         creases = creases or Creases()
-        raw, _arrays = _creases_to_c(creases)
+        raw, _arrays = creases_to_c(creases)
         pointer = lib.create(
-            "curvopt_mesh_create_creased", n_vertices, sizes.size, _int_pointer(sizes), _int_pointer(vertices),
+            "curvopt_mesh_create_creased", n_vertices, sizes.size, int_pointer(sizes), int_pointer(vertices),
             C.byref(raw),
         )  # fmt: skip
         return cls(lib, pointer, rule=creases.rule)
@@ -367,7 +131,7 @@ class Mesh(_Handle):
         """(face_sizes (m,), face_vertices (n_corners,)), int32."""
         info = self.info()
         sizes, vertices = np.empty(info.n_faces, np.int32), np.empty(info.n_corners, np.int32)
-        self.lib.c.curvopt_mesh_get_faces(self.pointer, _int_pointer(sizes), _int_pointer(vertices))
+        self.lib.c.curvopt_mesh_get_faces(self.pointer, int_pointer(sizes), int_pointer(vertices))
         return sizes, vertices
 
     def creases(self) -> Creases:
@@ -377,8 +141,8 @@ class Mesh(_Handle):
         edges, vertices = np.empty((n_edges.value, 2), np.int32), np.empty(n_vertices.value, np.int32)
         edge_sharpness, vertex_sharpness = np.empty(n_edges.value), np.empty(n_vertices.value)
         self.lib.c.curvopt_mesh_get_creases(
-            self.pointer, _int_pointer(edges), _real_pointer(edge_sharpness), _int_pointer(vertices),
-            _real_pointer(vertex_sharpness),
+            self.pointer, int_pointer(edges), real_pointer(edge_sharpness), int_pointer(vertices),
+            real_pointer(vertex_sharpness),
         )  # fmt: skip
         return Creases(edges, edge_sharpness, vertices, vertex_sharpness, self.rule)
 
@@ -389,8 +153,8 @@ class Mesh(_Handle):
         points = reals(xyz, 3 * info.n_vertices, "xyz")
         vertices, faces = np.empty(info.n_vertices, np.int32), np.empty(info.n_faces, np.int32)
         self.lib.call(
-            "curvopt_mesh_find_exceptions", self.pointer, _real_pointer(points), C.byref(options),
-            _int_pointer(vertices), _int_pointer(faces),
+            "curvopt_mesh_find_exceptions", self.pointer, real_pointer(points), C.byref(options),
+            int_pointer(vertices), int_pointer(faces),
         )  # fmt: skip
         beside, hole = EXCEPTIONS.index("beside"), EXCEPTIONS.index("hole")
         sizes, corners = self.faces()
@@ -410,7 +174,7 @@ class Mesh(_Handle):
         """The first level of a run from xyz (n_vertices, 3) at which a vertex may move, 0 if there is none."""
         points, level = reals(xyz, 3 * self.info().n_vertices, "xyz"), C.c_int32()
         self.lib.call(
-            "curvopt_find_moving_level", self.pointer, _real_pointer(points), C.byref(options), C.byref(level)
+            "curvopt_find_moving_level", self.pointer, real_pointer(points), C.byref(options), C.byref(level)
         )
         return level.value
 
@@ -420,7 +184,7 @@ class Mesh(_Handle):
         coarse = reals(xyz, 3 * info.n_vertices, "xyz")
         fine = np.empty((info.n_vertices + info.n_edges + info.n_faces, 3))
         out = C.c_void_p()
-        self.lib.call("curvopt_mesh_refine", self.pointer, _real_pointer(coarse), C.byref(out), _real_pointer(fine))
+        self.lib.call("curvopt_mesh_refine", self.pointer, real_pointer(coarse), C.byref(out), real_pointer(fine))
         return Mesh(self.lib, out, rule=self.rule), fine
 
     def jets(self, xyz: object, face: object, corner: object, uv: object, surface: str = "limit") -> np.ndarray:
@@ -439,7 +203,7 @@ class Sampler(_Handle):
     def create(cls, mesh: Mesh, xyz: object, options: COptions) -> Sampler:
         """The surface of the cage xyz (n, 3) that these options stand for. CurvoptError if it has none."""
         points = reals(xyz, 3 * mesh.info().n_vertices, "xyz")
-        pointer = mesh.lib.create("curvopt_sampler_create", mesh.pointer, _real_pointer(points), C.byref(options))
+        pointer = mesh.lib.create("curvopt_sampler_create", mesh.pointer, real_pointer(points), C.byref(options))
         return cls(mesh.lib, pointer)
 
     def jets(self, face: object, corner: object, uv: object) -> np.ndarray:
@@ -450,8 +214,8 @@ class Sampler(_Handle):
         parameters = reals(uv, 2 * faces.size, "uv")
         jets = np.empty((faces.size, 10, 3))
         self.lib.call(
-            "curvopt_sampler_jets", self.pointer, faces.size, _int_pointer(faces), _int_pointer(corners),
-            _real_pointer(parameters), _real_pointer(jets),
+            "curvopt_sampler_jets", self.pointer, faces.size, int_pointer(faces), int_pointer(corners),
+            real_pointer(parameters), real_pointer(jets),
         )  # fmt: skip
         return jets
 
@@ -467,7 +231,7 @@ class Problem(_Handle):
         carry the energy; Cancelled."""
         points = None if xyz is None else reals(xyz, 3 * mesh.info().n_vertices, "xyz")
         pointer = mesh.lib.create(
-            "curvopt_problem_create_interruptible", mesh.pointer, _real_pointer(points), C.byref(options),
+            "curvopt_problem_create_interruptible", mesh.pointer, real_pointer(points), C.byref(options),
             PROGRESS_FN(), None, cancel.pointer if cancel else None,
         )  # fmt: skip
         problem = cls(mesh.lib, pointer)
@@ -483,8 +247,8 @@ class Problem(_Handle):
         gradient = np.empty((self.n_vertices, 3)) if with_gradient else None
         raw = CEnergies()
         self.lib.call(
-            "curvopt_problem_evaluate_interruptible", self.pointer, _real_pointer(points), PROGRESS_FN(), None,
-            cancel.pointer if cancel else None, C.byref(raw), C.sizeof(raw), _real_pointer(gradient),
+            "curvopt_problem_evaluate_interruptible", self.pointer, real_pointer(points), PROGRESS_FN(), None,
+            cancel.pointer if cancel else None, C.byref(raw), C.sizeof(raw), real_pointer(gradient),
         )  # fmt: skip
         return Energies.from_c(raw), gradient
 
@@ -538,7 +302,7 @@ class Result(_Handle):
     def cage(self) -> Cage:
         """A copy of the optimized cage."""
         positions = np.empty((self.summary().n_vertices, 3))
-        self.lib.c.curvopt_result_get_positions(self.pointer, _real_pointer(positions))
+        self.lib.c.curvopt_result_get_positions(self.pointer, real_pointer(positions))
         mesh = self.mesh()
         return Cage(positions, *mesh.faces(), mesh.creases())
 
@@ -549,7 +313,7 @@ class Result(_Handle):
         start, end = CEnergies(), CEnergies()
         self.lib.c.curvopt_result_get_energies(self.pointer, C.byref(start), C.byref(end), C.sizeof(CEnergies))
         pairs = np.empty((raw.n_touching, 2), np.int32)
-        self.lib.c.curvopt_result_get_touching(self.pointer, _int_pointer(pairs))
+        self.lib.c.curvopt_result_get_touching(self.pointer, int_pointer(pairs))
         return _summary(raw, start, end, tuple((int(f), int(g)) for f, g in pairs))
 
     def level(self, index: int) -> LevelReport:
@@ -613,7 +377,7 @@ def minimize(
     flag = cancel.pointer if cancel else None
     try:
         pointer = mesh.lib.create(
-            "curvopt_minimize", mesh.pointer, _real_pointer(points), C.byref(options), callback, None, flag
+            "curvopt_minimize", mesh.pointer, real_pointer(points), C.byref(options), callback, None, flag
         )
     except CurvoptError:
         if raised:
@@ -636,7 +400,7 @@ class Solver(_Handle):
         """Of the cage xyz (n, 3). CurvoptError as in curvopt.h."""
         n = mesh.info().n_vertices
         pointer = mesh.lib.create(
-            "curvopt_solver_create", mesh.pointer, _real_pointer(reals(xyz, 3 * n, "xyz")), C.byref(options)
+            "curvopt_solver_create", mesh.pointer, real_pointer(reals(xyz, 3 * n, "xyz")), C.byref(options)
         )
         solver = cls(mesh.lib, pointer)
         solver.n_vertices = n
@@ -646,7 +410,7 @@ class Solver(_Handle):
     def set_places(self, places: object) -> None:
         """Where the constraints go through: (k, 3), in their order; NAN: where the vertex was."""
         points = reals(places, 3 * self.n_constraints, "places")
-        self.lib.call("curvopt_solver_set_places", self.pointer, _real_pointer(points))
+        self.lib.call("curvopt_solver_set_places", self.pointer, real_pointer(points))
 
     def set_options(self, options: COptions) -> None:
         """Other options, with their constraints."""
@@ -656,7 +420,7 @@ class Solver(_Handle):
     def set_positions(self, xyz: object = None) -> None:
         """Stand at xyz (n, 3), or where it was created."""
         points = None if xyz is None else reals(xyz, 3 * self.n_vertices, "xyz")
-        self.lib.call("curvopt_solver_set_positions", self.pointer, _real_pointer(points))
+        self.lib.call("curvopt_solver_set_positions", self.pointer, real_pointer(points))
 
     def solve(
         self,
@@ -680,7 +444,7 @@ class Solver(_Handle):
     def positions(self) -> np.ndarray:
         """A copy of where it stands (n, 3)."""
         points = np.empty((self.n_vertices, 3))
-        self.lib.c.curvopt_solver_get_positions(self.pointer, _real_pointer(points))
+        self.lib.c.curvopt_solver_get_positions(self.pointer, real_pointer(points))
         return points
 
     def summary(self) -> Summary:
