@@ -4,6 +4,7 @@
 #include "solve_setting.h"
 
 #include "solve/certificate.h"
+#include "solve/level_figures.h"
 #include "solve/newton_decrement.h"
 
 /* What a level reported. */

@@ -5,7 +5,6 @@
 #include "linalg/vector.h"
 #include "optimize/damped_newton.h"
 #include "optimize/lbfgs.h"
-#include "solve/held_scalars.h"
 #include "solve/negative_curvature.h"
 #include "solve/newton_decrement.h"
 
@@ -100,18 +99,6 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
     return CO_STEP_CHANGED;
 }
 
-/* Where no crossings are wanted: whether there is one that a look on the way has missed. */
-static int crosses(co_level *l, const double *x) {
-    co_repulsion *r = &l->objective.repulsion;
-    if (!r->mesh)
-        return 0;
-    r->is_thorough = 1;
-    co_level_objective_place(&l->objective, x);
-    const double value = co_repulsion_value(r, l->objective.positions, NULL);
-    r->is_thorough = 0;
-    return !isfinite(value);
-}
-
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     co_level *l = context;
     co_step_verdict verdict = CO_STEP_KEEP;
@@ -126,7 +113,7 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
     co_level_objective_normalize(&l->objective, now);
     if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
         return weigh_anew(l, now, verdict);
-    if (iteration % l->objective.run->tuning->review_every == 0 && crosses(l, now->x)) {
+    if (iteration % l->objective.run->tuning->review_every == 0 && co_level_objective_crosses(&l->objective, now->x)) {
         co_step_review_take_back(&l->review, now);
         return CO_STEP_REJECT;
     }
@@ -346,9 +333,13 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
         &resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
-    double least = crosses(l, l->now.x) ? (double)INFINITY : co_level_objective_value(&l->objective, l->now.x);
+    double least = co_level_objective_crosses(&l->objective, l->now.x)
+                       ? (double)INFINITY
+                       : co_level_objective_value(&l->objective, l->now.x);
     for (int k = 0; k < 2; k++) {
-        double at = crosses(l, others[k]) ? (double)INFINITY : co_level_objective_value(&l->objective, others[k]);
+        double at = co_level_objective_crosses(&l->objective, others[k])
+                        ? (double)INFINITY
+                        : co_level_objective_value(&l->objective, others[k]);
         if (at < least || !isfinite(least)) {
             least = at;
             memcpy(l->now.x, others[k], n_of(l) * sizeof *l->now.x);
@@ -520,61 +511,6 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
 
 double co_level_moved(co_level *l) {
     return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
-}
-
-static double size_of(const co_level *l, const curvopt_energies *e) {
-    return co_run_size_number(&l->objective.run->size, e->area, e->volume, e->total_mean_curvature);
-}
-
-/* Numbers with units as the user sees them. */
-static void scale_numbers(const co_level *l, curvopt_energies *energies) {
-    const co_run_context *run = l->objective.run;
-    int is_framed = l->objective.is_framed;
-    const double unit = is_framed ? run->radius : co_run_size_unit(&run->size, size_of(l, energies));
-    energies->area_error *= unit * unit;
-    energies->area *= unit * unit;
-    energies->volume *= unit * unit * unit;
-    energies->total_mean_curvature *= unit;
-    if (!is_framed && run->size.measure == CURVOPT_SCALAR_AREA)
-        energies->area = run->size.value;
-}
-
-int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
-    const double *x = l->reached && crosses(l, l->reached) ? l->review.first : l->reached;
-    if (!x)
-        return 0;
-    co_level_objective_place(&l->objective, x);
-    co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
-    if (!(energies->area > 0))
-        return 0;
-    co_level_objective_to_user(&l->objective, x, size_of(l, energies), xyz);
-    scale_numbers(l, energies);
-    *penalty = co_penalty_value(&l->objective.penalty, x, NULL) +
-               co_spontaneous_curvature_reference(&l->objective.run->spontaneous, 0);
-    return 1;
-}
-
-int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) {
-    co_level_objective_value_of(&l->objective, xyz);
-    co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
-    if (!(energies->area > 0))
-        return 0;
-    scale_numbers(l, energies);
-    return 1;
-}
-
-int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
-    int changed;
-    co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_adaptive_quadrature_resolve(
-        &l->objective.assembly, l->objective.positions,
-        &(co_quadrature_goal){.tolerance = l->tolerance, .terms = CO_TERMS_REPORT, .is_normalized = 1}, energies,
-        resolved, &changed, error);
-    if (status != CURVOPT_OK)
-        return status;
-    co_level_objective_to_user(&l->objective, l->now.x, size_of(l, energies), xyz);
-    scale_numbers(l, energies);
-    return CURVOPT_OK;
 }
 
 int32_t co_level_leave_saddle(co_level *l, int *left, curvopt_error *error) {

@@ -63,14 +63,6 @@ int32_t co_level_begin_by_rules_of(co_level *level, const co_level *other, curvo
 double co_level_moved(co_level *level);
 /* The level's minimum. level->report is told of every step. As curvopt_minimize. */
 int32_t co_level_solve(co_level *level, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error);
-/* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units. */
-int32_t co_level_finish(co_level *level, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error);
-/* The same of a level that was cancelled, at what it has reached, figures by the rules that there are. *penalty: what
- * springs add. 0 if it has not begun or there are no rules. */
-int co_level_finish_cancelled(co_level *level, double *xyz, curvopt_energies *energies, double *penalty);
-/* Energies of a cage xyz [3 n_vertices] that the level's variables need not reach, by the rules that there are; 0 if
- * there are none. Where something is held. */
-int co_level_glance(co_level *level, const double *xyz, curvopt_energies *energies);
 /* From a stationary point some way along the direction in which the Hessian is most negative; *left: whether there is
  * one that leads down. For levels that are not solved afterwards. ERROR_MEMORY. */
 int32_t co_level_leave_saddle(co_level *level, int *left, curvopt_error *error);

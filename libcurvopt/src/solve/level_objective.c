@@ -156,6 +156,17 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
     return 0;
 }
 
+int co_level_objective_crosses(co_level_objective *o, const double *z) {
+    co_repulsion *r = &o->repulsion;
+    if (!r->mesh)
+        return 0;
+    r->is_thorough = 1;
+    co_level_objective_place(o, z);
+    const double value = co_repulsion_value(r, o->positions, NULL);
+    r->is_thorough = 0;
+    return !isfinite(value);
+}
+
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
     const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
     double energy = co_level_objective_energy(o, now);

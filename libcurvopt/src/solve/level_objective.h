@@ -89,6 +89,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
  * motion along the surface: to first order it slides, and the shape stays. So what is left of similarities there is
  * no variable: the gradient has no component along it, and no direction may have one. */
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
+/* Where no crossings are wanted: whether z has one that a look on the way has missed. */
+int co_level_objective_crosses(co_level_objective *objective, const double *z);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what

@@ -8,6 +8,7 @@
 #include "solve/live_solve.h"
 
 #include "constraints/given_constraints.h"
+#include "solve/level_figures.h"
 #include "solve/level_response.h"
 #include "solve/run_start.h"
 #include "solve/verdict.h"

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "solve/discretization_error.h"
 #include "solve/held_scalars.h"
+#include "solve/level_figures.h"
 
 #include <math.h>
 #include <stdlib.h>

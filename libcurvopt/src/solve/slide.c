@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "solve/level_figures.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,6 +2,7 @@
 #include "solve/verdict.h"
 
 #include "solve/certificate.h"
+#include "solve/level_figures.h"
 #include "solve/newton_decrement.h"
 
 #include <math.h>
