@@ -293,15 +293,23 @@ static size_t vertices_of(const co_patches *p, int32_t patch, int32_t *out) {
     return n;
 }
 
+/* From facing *k on the next pair of patches that is another than patch[2], into that; 0: there is none. */
+static int next_patches(const co_repulsion *r, size_t *k, int32_t patch[2]) {
+    while (*k < r->facings.n) {
+        const int32_t *piece = r->facings.pair[(*k)++].piece;
+        const int32_t next[2] = {r->pieces.patch[piece[0]], r->pieces.patch[piece[1]]};
+        if (next[0] != patch[0] || next[1] != patch[1]) {
+            memcpy(patch, next, sizeof next);
+            return 1;
+        }
+    }
+    return 0;
+}
+
 int co_repulsion_is_covered(const co_repulsion *r, const co_sparsity *pattern, const co_dof_map *dofs) {
     const co_patches *p = &r->pieces.patches;
-    int32_t before[2] = {-1, -1};
-    for (size_t k = 0; k < r->facings.n; k++) {
-        const int32_t *piece = r->facings.pair[k].piece,
-                      patch[2] = {r->pieces.patch[piece[0]], r->pieces.patch[piece[1]]};
-        if (patch[0] == before[0] && patch[1] == before[1])
-            continue;
-        memcpy(before, patch, sizeof before);
+    int32_t patch[2] = {-1, -1};
+    for (size_t k = 0; next_patches(r, &k, patch);) {
         for (size_t i = p->start[patch[0]]; i < p->start[patch[0]] + (size_t)co_patches_own_size(p->kind[patch[0]]);
              i++)
             for (size_t j = p->start[patch[1]]; j < p->start[patch[1]] + (size_t)co_patches_own_size(p->kind[patch[1]]);
@@ -323,15 +331,10 @@ int32_t co_repulsion_couplings(const co_repulsion *r, co_couplings *out, curvopt
     if (!out->start)
         return co_status_no_memory(error);
     for (int pass = 0; pass < 2; pass++) {
-        int32_t before[2] = {-1, -1};
+        int32_t patch[2] = {-1, -1};
         out->n = 0;
         n_vertices = 0;
-        for (size_t k = 0; k < r->facings.n; k++) {
-            const int32_t *piece = r->facings.pair[k].piece,
-                          patch[2] = {r->pieces.patch[piece[0]], r->pieces.patch[piece[1]]};
-            if (patch[0] == before[0] && patch[1] == before[1])
-                continue;
-            memcpy(before, patch, sizeof before);
+        for (size_t k = 0; next_patches(r, &k, patch);) {
             for (int side = 0; side < 2; side++)
                 n_vertices += vertices_of(p, patch[side], pass ? out->vertex + n_vertices : NULL);
             out->start[++out->n] = n_vertices;

@@ -113,3 +113,28 @@ void co_box_tree_free(co_box_tree *t) {
     free(t->order);
     *t = (co_box_tree){0};
 }
+
+void co_box_walk_begin(const co_box_tree *tree, const co_box *box, co_box_walk *walk) {
+    walk->tree = tree;
+    walk->box = *box;
+    walk->stack[0] = 0;
+    walk->depth = 1;
+    walk->next = walk->end = 0;
+}
+
+int32_t co_box_walk_next(co_box_walk *w) {
+    while (w->next == w->end && w->depth) {
+        const int32_t at = w->stack[--w->depth];
+        const co_box_node *node = &w->tree->node[at];
+        if (!co_box_overlap(&node->box, &w->box))
+            continue;
+        if (node->second) {
+            w->stack[w->depth++] = node->second;
+            w->stack[w->depth++] = at + 1;
+        } else {
+            w->next = node->begin;
+            w->end = node->end;
+        }
+    }
+    return w->next < w->end ? w->tree->order[w->next++] : -1;
+}

@@ -33,4 +33,16 @@ int32_t co_box_tree_create(int32_t n, const co_box *box, const curvopt_cancel *c
                            curvopt_error *error);
 void co_box_tree_free(co_box_tree *tree);
 
+/* A way through the leaves that overlap a box. */
+typedef struct co_box_walk {
+    const co_box_tree *tree;
+    co_box box;
+    int32_t stack[CO_BOX_TREE_DEPTH];
+    int32_t depth, next, end; /* nodes to look at; what is left of the leaf, in `order` */
+} co_box_walk;
+
+void co_box_walk_begin(const co_box_tree *tree, const co_box *box, co_box_walk *walk);
+/* The number of the next box of a leaf that overlaps, whether or not it does so itself; -1 at the end. */
+int32_t co_box_walk_next(co_box_walk *walk);
+
 #endif

@@ -51,27 +51,15 @@ static void add_pair(const work *w, int32_t a, int32_t b, co_crossing what, foun
 
 /* Looks at piece a with itself and with all pieces of larger numbers whose boxes overlap its own. */
 static void look_round(const work *w, int32_t a, found *f) {
-    int32_t stack[CO_BOX_TREE_DEPTH];
-    int depth = 0;
-    stack[depth++] = 0;
-    while (depth && !co_cancel_is_requested(w->cancel)) {
-        const int32_t at = stack[--depth];
-        const co_box_node *node = &w->tree.node[at];
-        if (!co_box_overlap(&node->box, &w->search.box[a]))
+    co_box_walk walk;
+    int32_t b;
+    co_box_walk_begin(&w->tree, &w->search.box[a], &walk);
+    while (!co_cancel_is_requested(w->cancel) && (b = co_box_walk_next(&walk)) >= 0) {
+        if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
             continue;
-        if (node->second) {
-            stack[depth++] = node->second;
-            stack[depth++] = at + 1;
-            continue;
-        }
-        for (int32_t k = node->begin; k < node->end; k++) {
-            const int32_t b = w->tree.order[k];
-            if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
-                continue;
-            const co_crossing what = co_crossing_of(&w->search, a, b);
-            if (what != CO_CROSSING_NONE)
-                add_pair(w, a, b, what, f);
-        }
+        const co_crossing what = co_crossing_of(&w->search, a, b);
+        if (what != CO_CROSSING_NONE)
+            add_pair(w, a, b, what, f);
     }
 }
 

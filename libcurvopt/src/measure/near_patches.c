@@ -52,31 +52,17 @@ static int add(work *w, size_t n, int32_t patch) {
 
 /* Appends what is near patch p; 0: memory is out. */
 static int find_near(work *w, int32_t p) {
-    int32_t stack[CO_BOX_TREE_DEPTH];
-    int depth = 0;
     size_t n = w->near->start[p];
     co_box box = w->box[p];
+    co_box_walk walk;
     for (int c = 0; c < 3; c++) {
         box.low[c] -= w->reach;
         box.high[c] += w->reach;
     }
-    stack[depth++] = 0;
-    while (depth) {
-        const int32_t at = stack[--depth];
-        const co_box_node *node = &w->tree.node[at];
-        if (!co_box_overlap(&node->box, &box))
-            continue;
-        if (node->second) {
-            stack[depth++] = node->second;
-            stack[depth++] = at + 1;
-            continue;
-        }
-        for (int32_t k = node->begin; k < node->end; k++) {
-            const int32_t q = w->tree.order[k];
-            if (co_box_overlap(&box, &w->box[q]) && !co_patch_neighbours_are(w->neighbours, p, q) && !add(w, n++, q))
-                return 0;
-        }
-    }
+    co_box_walk_begin(&w->tree, &box, &walk);
+    for (int32_t q; (q = co_box_walk_next(&walk)) >= 0;)
+        if (co_box_overlap(&box, &w->box[q]) && !co_patch_neighbours_are(w->neighbours, p, q) && !add(w, n++, q))
+            return 0;
     w->near->start[p + 1] = n;
     return 1;
 }
