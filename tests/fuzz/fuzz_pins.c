@@ -1,7 +1,7 @@
 /* Any bytes as a file of pins: they are refused with a message, or give pins.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #define _POSIX_C_SOURCE 200809L
-#include "fuzz.h"
+#include "fuzz_file.h"
 
 #include "pins.h"
 
@@ -9,19 +9,6 @@
 #include <string.h>
 
 const char fuzz_name[] = "pins";
-
-#ifdef _WIN32 /* has no fmemopen: a file in the current folder */
-static FILE *file_of(void *text, size_t size) {
-    FILE *file = fopen("fuzz_pins.tmp", "w+b");
-    FUZZ_CHECK(file && fwrite(text, 1, size, file) == size);
-    rewind(file);
-    return file;
-}
-#else
-static FILE *file_of(void *text, size_t size) {
-    return fmemopen(text, size, "r");
-}
-#endif
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     char message[128], *text = malloc(size + 1);
