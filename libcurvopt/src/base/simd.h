@@ -20,26 +20,14 @@ typedef double lane __attribute__((vector_size(8 * CO_LANES)));
 CO_SIMD_INLINE lane lane_all(double x) {
     return x - (lane){0}; /* and not + 0, which -0 is not the same with */
 }
-/* a b + c, rounded once where the processor can. Nothing else is fused: which a compiler would fuse hangs on the
- * processor, and results with it (libcurvopt/notes/98-other-platforms.md). */
+/* a b + c, rounded twice: not all processors can round once, and results are the same bits on all of them
+ * (libcurvopt/notes/98-other-platforms.md). */
 CO_SIMD_INLINE lane lane_fma(lane a, lane b, lane c) {
-#if defined(__FMA__) && CO_LANES == 8
-    return _mm512_fmadd_pd(a, b, c);
-#elif defined(__FMA__) && CO_LANES == 4
-    return _mm256_fmadd_pd(a, b, c);
-#elif defined(__aarch64__) && CO_LANES == 2
-    return vfmaq_f64(c, a, b);
-#else
     return a * b + c;
-#endif
 }
 /* The same of numbers. */
 CO_SIMD_INLINE double lane_fma_1(double a, double b, double c) {
-#if defined(__FMA__) || defined(__aarch64__)
-    return __builtin_fma(a, b, c);
-#else
     return a * b + c;
-#endif
 }
 CO_SIMD_INLINE lane lane_sqrt(lane x) {
     for (int i = 0; i < CO_LANES; i++)
