@@ -16,7 +16,7 @@ endif()
 
 # Our own BLAS: the same bits on every processor, and a library of a fourteenth of the size that it has with OpenBLAS
 # (notes/96-blas-of-our-own.md).
-add_library(curvopt_own_blas STATIC src/linalg/own_blas.c)
+add_library(curvopt_own_blas STATIC src/linalg/own_blas.c src/base/instruction_set.c)
 target_include_directories(curvopt_own_blas PRIVATE include src)
 curvopt_add_vectors(curvopt_own_blas src/linalg/blas_routines.c)
 

@@ -7,9 +7,9 @@ set(CURVOPT_LANES_portable 2)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CURVOPT_PORTABLE)
   list(APPEND CURVOPT_INSTRUCTION_SETS avx2 avx512)
   set(CURVOPT_LANES_avx2 4)
-  set(CURVOPT_FLAGS_avx2 -mavx2 -mfma)
+  set(CURVOPT_FLAGS_avx2 -mavx2)
   set(CURVOPT_LANES_avx512 8)
-  set(CURVOPT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mfma -mprefer-vector-width=512)
+  set(CURVOPT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512)
 endif()
 
 # Objects of a source for each instruction set, into a target. No fast-math: only errno is given up. Further flags follow.

@@ -29,10 +29,11 @@
  * Callbacks are called on the calling thread. Where the system gives fewer threads, the work is done by those. No
  * environment variable is read. In a child process after fork() handles of the parent must not be used.
  *
- * Determinism. The same call gives the same bits, with any number of threads, and is meant to on every processor that
- * fuses multiplication and addition (x86-64 with AVX2 or AVX-512, arm64), on Linux and on Windows. Processors without,
- * a library that was built for macOS and one that takes CHOLMOD and the BLAS from the system have other last digits;
- * there energies of given positions agree to rounding, while a run may take other steps and end in another minimum.
+ * Determinism. The same call gives the same bits, with any number of threads and on every processor: products are
+ * rounded before they are added, sums have one order, and the BLAS is the library's own. That is tested on Linux with
+ * AVX-512, AVX2 and neither, on Windows and on arm64. A library that takes CHOLMOD and the BLAS from the system (Debian's
+ * package) has other last digits; there energies of given positions agree to rounding, while a run may take other
+ * steps and end in another minimum. Libraries for macOS have not been run.
  *
  * Structs grow at their end. A caller that was compiled with an older or a newer header works with this library:
  *   - curvopt_options begins with struct_size. Members beyond it have their defaults. A caller's struct may be larger

@@ -22,15 +22,6 @@ typedef enum { CO_PORTABLE, CO_AVX2, CO_AVX512, CO_N_INSTRUCTION_SETS } co_instr
 #endif
 
 /* Whether code for it may run here. */
-static inline int co_has_instruction_set(co_instruction_set set) {
-#ifdef CO_HAVE_AVX
-    if (set == CO_AVX512)
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-               __builtin_cpu_supports("avx512vl");
-    if (set == CO_AVX2)
-        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#endif
-    return set == CO_PORTABLE;
-}
+int co_has_instruction_set(co_instruction_set set);
 
 #endif

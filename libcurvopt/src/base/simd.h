@@ -1,14 +1,11 @@
-/* Vectors of doubles, such as one face in each lane. CO_LANES is set by the build, once per instruction set.
+/* Vectors of doubles, such as one face in each lane. CO_LANES is set by the build, once per instruction set. The order in
+ * which sums are written is the order of their roundings, and no a*b+c is fused (-ffp-contract=off): results are the same
+ * bits with all instruction sets (libcurvopt/notes/98-other-platforms.md).
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_BASE_SIMD_H
 #define CO_BASE_SIMD_H
 
 #include <math.h>
-#if defined(__FMA__)
-#include <immintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
 
 #ifndef CO_LANES
 #error "CO_LANES: lanes of this instruction set"
@@ -19,15 +16,6 @@ typedef double lane __attribute__((vector_size(8 * CO_LANES)));
 
 CO_SIMD_INLINE lane lane_all(double x) {
     return x - (lane){0}; /* and not + 0, which -0 is not the same with */
-}
-/* a b + c, rounded twice: not all processors can round once, and results are the same bits on all of them
- * (libcurvopt/notes/98-other-platforms.md). */
-CO_SIMD_INLINE lane lane_fma(lane a, lane b, lane c) {
-    return a * b + c;
-}
-/* The same of numbers. */
-CO_SIMD_INLINE double lane_fma_1(double a, double b, double c) {
-    return a * b + c;
 }
 CO_SIMD_INLINE lane lane_sqrt(lane x) {
     for (int i = 0; i < CO_LANES; i++)
@@ -43,17 +31,17 @@ CO_SIMD_INLINE lane lane_max(lane x, lane y) {
     return -lane_min(-x, -y);
 }
 CO_SIMD_INLINE lane lane_dot(const lane a[3], const lane b[3]) {
-    return lane_fma(a[2], b[2], lane_fma(a[1], b[1], a[0] * b[0]));
+    return a[2] * b[2] + (a[1] * b[1] + a[0] * b[0]);
 }
 CO_SIMD_INLINE void lane_cross(const lane a[3], const lane b[3], lane out[3]) {
-    out[0] = lane_fma(a[1], b[2], -(a[2] * b[1]));
-    out[1] = lane_fma(a[2], b[0], -(a[0] * b[2]));
-    out[2] = lane_fma(a[0], b[1], -(a[1] * b[0]));
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
 }
 /* y += s x */
 CO_SIMD_INLINE void lane_add_scaled(lane y[3], lane s, const lane x[3]) {
     for (int c = 0; c < 3; c++)
-        y[c] = lane_fma(s, x[c], y[c]);
+        y[c] += s * x[c];
 }
 
 #endif

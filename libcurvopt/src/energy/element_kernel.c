@@ -47,7 +47,7 @@ CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (
             sum[k] = lane_all(0);
         for (int32_t p = 0; p < n_points; p++)
             for (int k = first; k <= last; k++)
-                sum[k] = lane_fma(entry(rows, mixed, p * CO_JET + k), P[p][c], sum[k]);
+                sum[k] += entry(rows, mixed, p * CO_JET + k) * P[p][c];
         for (int k = first; k <= last; k++)
             S[k][c] = sum[k];
     }
@@ -60,7 +60,7 @@ CO_SIMD_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_poin
         for (int c = 0; c < 3; c++) {
             lane sum = more ? G[p][c] : lane_all(0);
             for (int k = first; k <= last; k++)
-                sum = lane_fma(entry(rows, mixed, p * CO_JET + k), S_bar[k][c], sum);
+                sum += entry(rows, mixed, p * CO_JET + k) * S_bar[k][c];
             G[p][c] = sum;
         }
 }
@@ -89,25 +89,23 @@ CO_SIMD_INLINE void area_adjoint(lane S[CO_JET][3], const sample_state *m, lane 
 CO_SIMD_INLINE void accumulate(const co_basis_table *t, int32_t sample, int third, const sample_state *m,
                                const sample_values *value, lane sums[CO_N_SUMS]) {
     lane weight = t->weight[sample] * m->J, jacobian = t->jacobian_scale[sample] * m->J;
-    sums[CO_INT_AREA] = lane_fma(lane_all(t->area_weight[sample]), m->J, sums[CO_INT_AREA]);
-    sums[CO_INT_H2] = lane_fma(weight, value->h2, sums[CO_INT_H2]);
-    sums[CO_INT_K] = lane_fma(weight, value->gauss, sums[CO_INT_K]);
-    sums[CO_INT_MEAN] = lane_fma(weight, value->mean, sums[CO_INT_MEAN]);
+    sums[CO_INT_AREA] += t->area_weight[sample] * m->J;
+    sums[CO_INT_H2] += weight * value->h2;
+    sums[CO_INT_K] += weight * value->gauss;
+    sums[CO_INT_MEAN] += weight * value->mean;
     if (third) {
-        sums[CO_INT_F1] = lane_fma(weight, value->f1, sums[CO_INT_F1]);
-        sums[CO_INT_F3] = lane_fma(weight, value->f3, sums[CO_INT_F3]);
-        sums[CO_INT_X] = lane_fma(weight, value->x, sums[CO_INT_X]);
+        sums[CO_INT_F1] += weight * value->f1;
+        sums[CO_INT_F3] += weight * value->f3;
+        sums[CO_INT_X] += weight * value->x;
     }
     sums[CO_SUM_MIN_JACOBIAN] = lane_min(sums[CO_SUM_MIN_JACOBIAN], jacobian);
     sums[CO_SUM_MEAN_JACOBIAN] += jacobian;
 }
 
 CO_SIMD_INLINE lane density_of(const co_integrand *w, int third, const sample_values *value) {
-    lane density =
-        lane_fma(lane_all(w->h2), value->h2, lane_fma(lane_all(w->gauss), value->gauss, w->mean * value->mean));
+    lane density = w->h2 * value->h2 + (w->gauss * value->gauss + w->mean * value->mean);
     if (third)
-        density = lane_fma(lane_all(w->f1), value->f1,
-                           lane_fma(lane_all(w->f3), value->f3, lane_fma(lane_all(w->x), value->x, density)));
+        density = w->f1 * value->f1 + (w->f3 * value->f3 + (w->x * value->x + density));
     return density;
 }
 
@@ -210,7 +208,7 @@ CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block
         lane_cross(S[1], S[2], normal);
         const lane J = lane_sqrt(lane_dot(normal, normal));
         sums[CO_INT_VOLUME] += volume_value(place, normal, lane_all(weight));
-        sums[CO_INT_AREA] = lane_fma(lane_all(weight), J, sums[CO_INT_AREA]);
+        sums[CO_INT_AREA] += weight * J;
         if (!s->gradient)
             continue;
         memset(S_bar, 0, sizeof S_bar);
@@ -319,12 +317,12 @@ CO_SIMD_INLINE void add_squares(const lane *V, int n_columns, int size, lane *ma
                 for (int k = 0; k < n_columns; k++)
                     for (int r = 0; r < 4; r++)
                         for (int c = 0; c < 4; c++)
-                            sum[r][c] = lane_fma(V[k * size + i + r], V[k * size + j + c], sum[r][c]);
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
             } else {
                 for (int k = 0; k < n_columns; k++)
                     for (int r = 0; r < rows; r++)
                         for (int c = 0; c < columns; c++)
-                            sum[r][c] = lane_fma(V[k * size + i + r], V[k * size + j + c], sum[r][c]);
+                            sum[r][c] += V[k * size + i + r] * V[k * size + j + c];
             }
             for (int r = 0; r < rows; r++)
                 for (int c = 0; c < columns && j + c <= i + r; c++)
@@ -403,7 +401,7 @@ CO_SIMD_INLINE void lift_curvature(const double *rows, int mixed, int32_t n_poin
         C[i] = at.value[i];
         for (int k = 1; k < CO_JET; k++)
             for (int c = 0; c < 3; c++)
-                C[i] = lane_fma(at.slope[i][k][c], (S[k][c] - from[k][c]), C[i]);
+                C[i] += at.slope[i][k][c] * (S[k][c] - from[k][c]);
     }
 }
 
@@ -447,7 +445,7 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
             rows_to_frame(&state, third, row, framed);
             framed[0] = lane_all(0);
             for (int l = 0; l < n_top; l++)
-                framed[0] = lane_fma(core.slope[l], framed[1 + n_low + l], framed[0]);
+                framed[0] += core.slope[l] * framed[1 + n_low + l];
         }
         for (int p = 0; p < n; p += 2) {
             const lane *framed = V + p * CO_JET;

@@ -39,9 +39,9 @@ CO_SIMD_INLINE void second_forms(const co_integrand *w, const lane h[3], lane se
     out->value = lane_all(0);
     for (int k = 0; k < 3; k++) {
         out->h[k] = hh[k][0] * h[0] + hh[k][1] * h[1] + hh[k][2] * h[2];
-        out->value = lane_fma(0.5 * out->h[k], h[k], out->value);
+        out->value += 0.5 * out->h[k] * h[k];
         const lane linear = (k == 1 ? 0 : -0.5) * w->mean * seed;
-        out->value = lane_fma(linear, h[k], out->value);
+        out->value += linear * h[k];
         out->h[k] += linear;
     }
 }
@@ -119,9 +119,9 @@ CO_SIMD_INLINE void third_forms(const sample_integrand *s, const lane a[4], cons
         const lane by_qh[2] = {k == 1 ? f.curvature[0][1] : (k == 0 ? 0.5 : -0.5) * f.curvature[0][0],
                                k == 1 ? f.curvature[1][1] : (k == 0 ? 0.5 : -0.5) * f.curvature[1][0]};
         from_traceless(by_qh, more_q);
-        out->h[k] = lane_fma(x, more[k], out->h[k]);
+        out->h[k] += x * more[k];
         for (int l = 0; l < 3; l++)
-            out->hh[k][l] = lane_fma(x, more_q[l], out->hh[k][l]);
+            out->hh[k][l] += x * more_q[l];
     }
 }
 

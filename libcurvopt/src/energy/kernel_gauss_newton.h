@@ -21,7 +21,7 @@ CO_SIMD_INLINE void adjoint_residual_second(lane S[CO_JET][3], const sample_stat
     lane root = lane_sqrt(m->J), h_bar[3], value = {0};
     double factor = weight[which] > 0 ? sqrt(weight[which]) : 0; /* 0 may come out a little less */
     for (int k = 0; k < 3; k++) {
-        value = lane_fma(lane_all(of_h[which][k]), m->h[k], value);
+        value += of_h[which][k] * m->h[k];
         h_bar[k] = factor * of_h[which][k] * root;
     }
     adjoint_forms(S, m, 0, NULL, h_bar, 0.5 * factor * value / root, S_bar);

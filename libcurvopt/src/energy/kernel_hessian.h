@@ -140,11 +140,9 @@ CO_SIMD_INLINE void differentiate_codazzi(const sample_jet *S, lane C[4], lane b
         for (int ij = 0; ij < 3; ij++)
             for (int k = 0; k < 2; k++)
                 for (int l = 0; weight[i][ij][k] != 0 && l < 2; l++) {
-                    C[i] = lane_fma(-(weight[i][ij][k] * S->low[2 + k + l][2]), S->low[2 + ij][l], C[i]);
-                    by_second[i][ij][l] =
-                        lane_fma(lane_all(-weight[i][ij][k]), S->low[2 + k + l][2], by_second[i][ij][l]);
-                    by_second[i][k + l][2] =
-                        lane_fma(lane_all(-weight[i][ij][k]), S->low[2 + ij][l], by_second[i][k + l][2]);
+                    C[i] -= (weight[i][ij][k] * S->low[2 + k + l][2]) * S->low[2 + ij][l];
+                    by_second[i][ij][l] -= weight[i][ij][k] * S->low[2 + k + l][2];
+                    by_second[i][k + l][2] -= weight[i][ij][k] * S->low[2 + ij][l];
                 }
     }
 }
@@ -170,7 +168,7 @@ CO_SIMD_INLINE void hold_first_third(const form_derivatives *f, lane by_second[4
             for (int d = 0; d < 3; d++) {
                 lane sum = d == 2 ? f->Ch[l][k] : lane_all(0);
                 for (int i = 0; i < 4; i++)
-                    sum = lane_fma(f->CC[l][i], by_second[i][k][d], sum);
+                    sum += f->CC[l][i] * by_second[i][k][d];
                 core->mixed[l][2 + k][d] = sum;
             }
     }
@@ -178,14 +176,14 @@ CO_SIMD_INLINE void hold_first_third(const form_derivatives *f, lane by_second[4
         for (int d = 0; d < 3; d++) {
             s->g.low[2 + k][d] = d == 2 ? f->h[k] : lane_all(0);
             for (int i = 0; i < 4; i++)
-                s->g.low[2 + k][d] = lane_fma(f->C[i], by_second[i][k][d], s->g.low[2 + k][d]);
+                s->g.low[2 + k][d] += f->C[i] * by_second[i][k][d];
             for (int j = 0; j < 3; j++)
                 for (int c = 0; c < 3; c++) {
                     lane sum = d == 2 && c == 2 ? f->hh[k][j] : lane_all(0);
                     for (int i = 0; i < 4; i++)
-                        sum = lane_fma(by_second[i][k][d], core->mixed[i][2 + j][c], sum);
+                        sum += by_second[i][k][d] * core->mixed[i][2 + j][c];
                     for (int i = 0; d == 2 && i < 4; i++)
-                        sum = lane_fma(f->Ch[i][k], by_second[i][j][c], sum);
+                        sum += f->Ch[i][k] * by_second[i][j][c];
                     core->low[2 + k][2 + j][d][c] = sum;
                 }
         }
@@ -210,21 +208,21 @@ CO_SIMD_INLINE lane lift_equation(const form_derivatives *f, const lane kappa[4]
     const lane turned[4] = {kappa[1] + 3 * kappa[3], -third * kappa[0] - 3 * kappa[2], third * kappa[1] - 3 * kappa[3],
                             3 * kappa[2] - kappa[0]};
     for (int i = 0; i < 4; i++) {
-        s->lift = lane_fma(-f->C[i], turned[i], s->lift);
+        s->lift -= f->C[i] * turned[i];
         for (int l = 0; l < 4; l++)
-            s->lift_g.top[l][2] = lane_fma(-f->CC[l][i], turned[i], s->lift_g.top[l][2]);
+            s->lift_g.top[l][2] -= f->CC[l][i] * turned[i];
         for (int k = 0; k < 3; k++)
-            s->lift_g.low[2 + k][2] = lane_fma(-f->Ch[i][k], turned[i], s->lift_g.low[2 + k][2]);
+            s->lift_g.low[2 + k][2] -= f->Ch[i][k] * turned[i];
     }
     const lane *by_h[3] = {s->lift_g.low[2] + 2, s->lift_g.low[3] + 2, s->lift_g.low[4] + 2};
     const lane C_turned[4] = {3 * C[1], 2 * C[2] - C[0], C[3] - 2 * C[1], -3 * C[2]};
     lane sum = 2 * h[1] * (*by_h[0] - *by_h[2]) + (h[2] - h[0]) * *by_h[1];
     for (int i = 0; i < 4; i++)
-        sum = lane_fma(s->lift_g.top[i][2], C_turned[i], sum);
+        sum += s->lift_g.top[i][2] * C_turned[i];
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 3; k++)
             for (int d = 0; d < 3; d++)
-                s->lift_g.low[2 + k][d] = lane_fma(s->lift_g.top[i][2], by_second[i][k][d], s->lift_g.low[2 + k][d]);
+                s->lift_g.low[2 + k][d] += s->lift_g.top[i][2] * by_second[i][k][d];
     return sum;
 }
 
@@ -264,7 +262,7 @@ CO_SIMD_INLINE lane held_dot(int third, lane (*low)[3], lane (*top)[3], const sa
     for (int j = 2; j < n_low_of(third); j++)
         sum += lane_dot(low[j], moved->low[j]);
     for (int l = 0; l < n_top_of(third); l++)
-        sum = lane_fma(top[l][2], moved->top[l][2], sum);
+        sum += top[l][2] * moved->top[l][2];
     return sum;
 }
 
@@ -290,7 +288,7 @@ CO_SIMD_INLINE void complete_held(int third, int a, int b, const sample_jet *res
             for (int j = 2; j < n_low_of(third); j++)
                 sum -= lane_dot(core->low[k][j][d], moved->low[j]);
             for (int l = 0; l < n_top_of(third); l++)
-                sum = lane_fma(-core->mixed[l][k][d], moved->top[l][2], sum);
+                sum -= core->mixed[l][k][d] * moved->top[l][2];
             core->low[k][a][d][b] = core->low[a][k][b][d] = sum;
         }
     for (int l = 0; l < n_top_of(third); l++) {
@@ -298,7 +296,7 @@ CO_SIMD_INLINE void complete_held(int third, int a, int b, const sample_jet *res
         for (int j = 2; j < n_low_of(third); j++)
             sum -= lane_dot(core->mixed[l][j], moved->low[j]);
         for (int m = 0; m < n_top_of(third); m++)
-            sum = lane_fma(-core->top[l][m], moved->top[m][2], sum);
+            sum -= core->top[l][m] * moved->top[m][2];
         core->mixed[l][a][b] = sum;
     }
 }
@@ -311,9 +309,9 @@ CO_SIMD_INLINE void complete_first(int third, const int row[2], const int column
     for (int j = 2; j < n_low_of(third); j++)
         sum -= lane_dot(core->low[e][j][f], moved->low[j]);
     for (int l = 0; l < n_top_of(third); l++) {
-        sum = lane_fma(-core->mixed[l][e][f], moved->top[l][2], sum);
+        sum -= core->mixed[l][e][f] * moved->top[l][2];
         if (f == 2)
-            sum = lane_fma(core->slope[l], moved->top[l][e], sum);
+            sum += core->slope[l] * moved->top[l][e];
     }
     core->low[e][column[0]][f][column[1]] = core->low[column[0]][e][column[1]][f] = sum;
 }

@@ -64,9 +64,9 @@ CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane i
                 int from = jet_index(i, j), with = jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
                 double factor = binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with];
                 if (transposed)
-                    out[from] = lane_fma(lane_all(factor), in[k], out[from]);
+                    out[from] += factor * in[k];
                 else
-                    out[k] = lane_fma(lane_all(factor), in[from], out[k]);
+                    out[k] += factor * in[from];
             }
 }
 
@@ -92,12 +92,12 @@ CO_SIMD_INLINE void plane_adjoint(plane_state *m, const double w[CO_JET], lane S
         lane original[3];
         for (int c = 0; c < 3; c++) {
             original[c] = S[k][c] + m->psi[k] * m->n[c] - (k == 0 ? m->V[c] : lane_all(0));
-            S_bar[k][c] = lane_fma(phi_bar[k], m->n[c], S_bar[k][c]);
+            S_bar[k][c] += phi_bar[k] * m->n[c];
         }
         lane_add_scaled(m->n_bar, phi_bar[k], original);
     }
     for (int c = 0; c < 3; c++)
-        m->V_bar[c] = lane_fma(-phi_bar[0], m->n[c], m->V_bar[c]);
+        m->V_bar[c] -= phi_bar[0] * m->n[c];
 }
 
 #endif

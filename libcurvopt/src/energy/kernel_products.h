@@ -36,17 +36,17 @@ CO_SIMD_INLINE void make_left_factors(const sample_core *core, lane axis[3][3], 
             lane normal[2] = {{0}};
             for (int l = 0; l < n_top; l++)
                 for (int p = 0; p < n_p; p++)
-                    normal[p] = lane_fma(rows[p * CO_JET + 1 + n_low + l], core->mixed[l][j][c], normal[p]);
+                    normal[p] += rows[p * CO_JET + 1 + n_low + l] * core->mixed[l][j][c];
             for (int d = 0; d < 3; d++) {
                 lane sum[2];
                 for (int p = 0; p < n_p; p++) {
                     sum[p] = axis[2][d] * normal[p];
                     if (j < 2)
-                        sum[p] = lane_fma(-rows[p * CO_JET], (axis[j][d] * axis[2][c]), sum[p]);
+                        sum[p] -= rows[p * CO_JET] * (axis[j][d] * axis[2][c]);
                 }
                 for (int k = 0; k < n_low; k++)
                     for (int p = 0; p < n_p; p++)
-                        sum[p] = lane_fma(rows[p * CO_JET + 1 + k], core->low[k][j][d][c], sum[p]);
+                        sum[p] += rows[p * CO_JET + 1 + k] * core->low[k][j][d][c];
                 for (int p = 0; p < n_p; p++)
                     out[p].low[d][c][1 + j] = sum[p];
             }
@@ -61,11 +61,11 @@ CO_SIMD_INLINE void make_left_factors(const sample_core *core, lane axis[3][3], 
         for (int l = 0; l < n_top; l++) {
             lane normal = lane_all(0);
             for (int m = 0; m < n_top; m++)
-                normal = lane_fma(top[m], core->top[m][l], normal);
+                normal += top[m] * core->top[m][l];
             for (int d = 0; d < 3; d++) {
                 lane sum = axis[2][d] * normal;
                 for (int k = 0; k < n_low; k++)
-                    sum = lane_fma(low[k], core->mixed[l][k][d], sum);
+                    sum += low[k] * core->mixed[l][k][d];
                 out[p].top[d][l] = sum;
             }
         }
@@ -82,14 +82,14 @@ CO_SIMD_INLINE void add_entries(const left_factor *left, const lane n[3], int th
         const lane *top = rows + q * CO_JET + 1 + n_low;
         lane normal = left->top[d][0] * top[0];
         for (int l = 1; l < n_top; l++)
-            normal = lane_fma(left->top[d][l], top[l], normal);
+            normal += left->top[d][l] * top[l];
         for (int c = 0; c < 3; c++)
             sum[q][c] = to[3 * q + c] + normal * n[c];
     }
     for (int c = 0; c < 3; c++)
         for (int j = 0; j <= n_low; j++)
             for (int q = 0; q < n_q; q++)
-                sum[q][c] = lane_fma(left->low[d][c][j], rows[q * CO_JET + j], sum[q][c]);
+                sum[q][c] += left->low[d][c][j] * rows[q * CO_JET + j];
     for (int q = 0; q < n_q; q++)
         for (int c = 0; c < 3; c++)
             to[3 * q + c] = sum[q][c];

@@ -72,13 +72,13 @@ CO_SIMD_INLINE void tile(int vectors, int width, int k, double alpha, const doub
             x[v] = *(const unaligned *)(a_p + (ptrdiff_t)v * CO_LANES);
         for (int j = 0; j < width; j++)
             for (int v = 0; v < vectors; v++)
-                sum[j][v] = lane_fma(x[v], lane_all(b_p[j * b.column]), sum[j][v]);
+                sum[j][v] += x[v] * b_p[j * b.column];
     }
     if (rows == vectors * CO_LANES && columns == width && (!to.is_lower || to.i >= to.j + columns - 1)) {
         for (int j = 0; j < width; j++)
             for (int v = 0; v < vectors; v++) {
                 unaligned *at = (unaligned *)(to.c + j * to.ld + (ptrdiff_t)v * CO_LANES);
-                *at = lane_fma(lane_all(alpha), sum[j][v], *at);
+                *at += alpha * sum[j][v];
             }
         return;
     }
@@ -87,7 +87,7 @@ CO_SIMD_INLINE void tile(int vectors, int width, int k, double alpha, const doub
         double column[ROWS];
         memcpy(column, sum[j], sizeof(lane) * (size_t)vectors);
         for (int i = above > 0 ? above : 0; i < rows; i++)
-            to.c[i + j * to.ld] = lane_fma_1(alpha, column[i], to.c[i + j * to.ld]);
+            to.c[i + j * to.ld] += alpha * column[i];
     }
 }
 
@@ -182,12 +182,12 @@ static double dot(int n, const double *x, const double *y) {
         sum[k] = lane_all(0);
     for (; i + SUMS <= n; i += SUMS)
         for (int k = 0; k < SUMS / CO_LANES; k++)
-            sum[k] = lane_fma(*(const unaligned *)(x + i + (ptrdiff_t)k * CO_LANES),
-                              *(const unaligned *)(y + i + (ptrdiff_t)k * CO_LANES), sum[k]);
+            sum[k] += *(const unaligned *)(x + i + (ptrdiff_t)k * CO_LANES) *
+                      *(const unaligned *)(y + i + (ptrdiff_t)k * CO_LANES);
     for (int k = 0; k < SUMS; k++)
         total += sum[k / CO_LANES][k % CO_LANES];
     for (; i < n; i++)
-        total = lane_fma_1(x[i], y[i], total);
+        total += x[i] * y[i];
     return total;
 }
 
@@ -200,17 +200,17 @@ static void multiply_vector(int transposed, int m, int n, double alpha, const do
         for (int i = 0; i < m; i++) {
             double sum = y[i];
             for (int k = 0; k < 4; k++)
-                sum = lane_fma_1(by[k], column[i + k * ld], sum);
+                sum += by[k] * column[i + k * ld];
             y[i] = sum;
         }
     }
     for (; j < n; j++)
         if (transposed) {
-            y[j] = lane_fma_1(alpha, dot(m, a + j * ld, x), y[j]);
+            y[j] += alpha * dot(m, a + j * ld, x);
         } else {
             const double by = alpha * x[j];
             for (int i = 0; i < m; i++)
-                y[i] = lane_fma_1(by, a[i + j * ld], y[i]);
+                y[i] += by * a[i + j * ld];
         }
 }
 
@@ -227,14 +227,14 @@ static void solve_vector(int transposed, int n, const double *l, ptrdiff_t ld, d
     } else if (transposed) {
         for (int j = n - 1; j >= 0; j--) {
             for (int i = j + 1; i < n; i++)
-                x[j] = lane_fma_1(-l[i + j * ld], x[i], x[j]);
+                x[j] -= l[i + j * ld] * x[i];
             x[j] /= l[j + j * ld];
         }
     } else {
         for (int j = 0; j < n; j++) {
             x[j] /= l[j + j * ld];
             for (int i = j + 1; i < n; i++)
-                x[i] = lane_fma_1(-l[i + j * ld], x[j], x[i]);
+                x[i] -= l[i + j * ld] * x[j];
         }
     }
 }
@@ -269,7 +269,7 @@ static void solve_strip(int n, const double *l, ptrdiff_t ld, double *b, ptrdiff
             at[v] = *(const unaligned *)(b + v * CO_LANES + j * ldb);
         for (int p = 0; p < j; p++)
             for (int v = 0; v < STRIP / CO_LANES; v++)
-                at[v] = lane_fma(lane_all(-l[j + p * ld]), *(const unaligned *)(b + v * CO_LANES + p * ldb), at[v]);
+                at[v] -= l[j + p * ld] * *(const unaligned *)(b + v * CO_LANES + p * ldb);
         for (int v = 0; v < STRIP / CO_LANES; v++)
             *(unaligned *)(b + v * CO_LANES + j * ldb) = at[v] * inverse;
     }
@@ -280,7 +280,7 @@ static void solve_row(int n, const double *l, ptrdiff_t ld, double *b, ptrdiff_t
     for (int j = 0; j < n; j++) {
         double at = b[j * ldb];
         for (int p = 0; p < j; p++)
-            at = lane_fma_1(-l[j + p * ld], b[p * ldb], at);
+            at -= l[j + p * ld] * b[p * ldb];
         b[j * ldb] = at * (1 / l[j + j * ld]);
     }
 }
@@ -321,7 +321,7 @@ static int factor(int n, double *a, ptrdiff_t ld) {
             a[i + j * ld] *= inverse;
         for (int k = j + 1; k < n; k++)
             for (int i = k; i < n; i++)
-                a[i + k * ld] = lane_fma_1(-a[i + j * ld], a[k + j * ld], a[i + k * ld]);
+                a[i + k * ld] -= a[i + j * ld] * a[k + j * ld];
     }
     return 0;
 }

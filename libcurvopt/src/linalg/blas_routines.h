@@ -1,7 +1,7 @@
 /* The routines of the BLAS and of LAPACK that CHOLMOD's supernodal code and we call, once per instruction set.
  *
  * Matrices lie by columns, `ld` apart. Triangles are lower ones, without unit diagonals. Every sum is added up in an
- * order that hangs on the matrices' sizes alone, so that processors that fuse a*b+c have the same bits
+ * order that hangs on the matrices' sizes alone, so that all processors have the same bits
  * (libcurvopt/notes/98-other-platforms.md). SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_LINALG_BLAS_ROUTINES_H
 #define CO_LINALG_BLAS_ROUTINES_H

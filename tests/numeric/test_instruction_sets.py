@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results are the same bits with all instruction sets of x86-64: cages are minimized by curvopt_sets, which is the command
+line as on a processor that has no more than it is told (instruction_sets.c)."""
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import lib
+from ccref import mesh_from_faces
+from nets import write_obj
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "corpus"))
+
+import cages  # noqa: E402
+
+PROGRAM = lib.BUILD / "curvopt_sets"
+NOT_HERE = 77
+SETS = ("portable", "avx2", "avx512")
+# Seeds, energy, levels. By default 60 cages; those that take more than five CPU seconds with CURVOPT_LONG=1 alone.
+SLOW = (16, 33, 100, 103, 104, 107, 113, 114, 116, 119, 121, 122, 123)
+RUNS = [(seed, "willmore", 2) for seed in range(43)] + [(seed, "mvs", 1) for seed in range(100, 112)] + [
+    (seed, "mvs_cross", 1) for seed in range(112, 130)]  # fmt: skip
+RUNS = [run for run in RUNS if lib.LONG or run[0] not in SLOW]
+
+
+def without_times(value: object) -> object:
+    """Figures of a report that are not of a clock."""
+    if isinstance(value, dict):
+        return {key: without_times(inner) for key, inner in value.items() if key != "seconds"}
+    return [without_times(inner) for inner in value] if isinstance(value, list) else value
+
+
+def minimize(path: Path, energy: str, levels: int, instruction_set: str) -> tuple[bytes, object] | None:
+    """The minimized cage's bytes and its figures; None if this processor has not got the instruction set."""
+    out = path.with_name(f"{instruction_set}.obj")
+    done = subprocess.run(
+        [PROGRAM, "--instruction-set", instruction_set, "minimize", path, "-o", out, "--energy", energy, "--levels", str(levels),
+         "--threads", "1", "--quiet", "--json", "-"], capture_output=True, text=True)  # fmt: skip
+    if done.returncode == NOT_HERE:
+        return None
+    assert done.returncode == 0, done.stderr
+    return out.read_bytes(), without_times(json.loads(done.stdout))
+
+
+@pytest.mark.parametrize("seed, energy, levels", RUNS)
+def test_same_bits(seed: int, energy: str, levels: int, tmp_path: Path) -> None:
+    """A random cage's minimizer: every vertex, energy, step and verdict."""
+    xyz, faces, _ = cages.cage(seed)
+    path = tmp_path / "cage.obj"
+    write_obj(path, mesh_from_faces(xyz, faces))
+    found = [result for name in SETS if (result := minimize(path, energy, levels, name))]
+    if len(found) < 2:
+        pytest.skip("this processor has one instruction set")
+    for other in found[1:]:
+        assert other == found[0]
