@@ -31,9 +31,9 @@
  *
  * Determinism. The same call gives the same bits, with any number of threads and on every processor: products are
  * rounded before they are added, sums have one order, and the BLAS is the library's own. That is tested on Linux with
- * AVX-512, AVX2 and neither, on Windows and on arm64. A library that takes CHOLMOD and the BLAS from the system (Debian's
- * package) has other last digits; there energies of given positions agree to rounding, while a run may take other
- * steps and end in another minimum. Libraries for macOS have not been run.
+ * AVX-512, AVX2 and neither, on Windows and on arm64. A library that takes CHOLMOD and the BLAS from the system
+ * (Debian's package) has other last digits; there energies of given positions agree to rounding, while a run may take
+ * other steps and end in another minimum. Libraries for macOS have not been run.
  *
  * Structs grow at their end. A caller that was compiled with an older or a newer header works with this library:
  *   - curvopt_options begins with struct_size. Members beyond it have their defaults. A caller's struct may be larger

@@ -1,7 +1,7 @@
-/* Vectors of doubles, such as one face in each lane. CO_LANES is set by the build, once per instruction set. The order in
- * which sums are written is the order of their roundings, and no a*b+c is fused (-ffp-contract=off): results are the same
- * bits with all instruction sets (libcurvopt/notes/98-other-platforms.md).
- * SPDX-License-Identifier: GPL-3.0-or-later */
+/* Vectors of doubles, such as one face in each lane. CO_LANES is set by the build, once per instruction set. The order
+ * in which sums are written is the order of their roundings, and no a*b+c is fused (-ffp-contract=off): results are the
+ * same bits with all instruction sets (libcurvopt/notes/98-other-platforms.md). SPDX-License-Identifier:
+ * GPL-3.0-or-later */
 #ifndef CO_BASE_SIMD_H
 #define CO_BASE_SIMD_H
 
