@@ -89,6 +89,14 @@ def _parser() -> argparse.ArgumentParser:
         "--pin-surface", action="store_true", help="pin the points of the surface that belong to these vertices instead"
     )
     parser.add_argument(
+        "--through", metavar="COLLECTION", default="",
+        help="go through the empties of this collection, the vertices of its meshes, and points along its curves",
+    )  # fmt: skip
+    parser.add_argument(
+        "--through-normals", action="store_true",
+        help="with the Z axes of the empties and the meshes' attribute curvopt_normal as normals of the surface",
+    )  # fmt: skip
+    parser.add_argument(
         "--object", metavar="NAME", action="append",
         help="the object (default: the active or the only mesh object); again for more with --into",
     )  # fmt: skip

@@ -24,8 +24,9 @@ from ..binding.library import CurvoptError
 from ..binding.values import Cage, Energies, LevelReport, Progress, Verification
 from ..core import job, messages
 from ..core.energy import number_text
+from ..core.go_through import Places
 from ..render import before_after
-from ..scene import placement, read_cage, read_marks, write_result
+from ..scene import placement, read_cage, read_marks, read_targets, write_result
 from . import leftovers
 
 
@@ -51,8 +52,10 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         )  # fmt: skip
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
+        places = read_targets.read_targets(bpy.context, options.through, options.through_normals, source)
+        request = replace(request, through=places.entries(source.cage))
         with _progress_on_terminal() as show:
-            solution = _solve(source, request, show)
+            solution = _solve(source, request, places, show)
         new = write_result.add_result(bpy.context, source, request, solution)
         shown = placement.animate_run(bpy.context, new, source, solution)
         if "render" in place:
@@ -72,9 +75,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
 
 
 def _solve(
-    source: read_cage.Source, request: job.Request, show: Callable[[Progress], None] | None
+    source: read_cage.Source, request: job.Request, places: Places, show: Callable[[Progress], None] | None
 ) -> job.Solution:
-    """Run; a refusal of the library's names vertices as the mesh does. BatchError where the levels that were asked for
+    """Run; a refusal of the library's names vertices as the mesh does, and what places are of. BatchError where the levels that were asked for
     move nothing, and more would."""
     try:
         levels = job.freed(source.cage, request).levels
@@ -85,7 +88,7 @@ def _solve(
             )
         return job.solve(source.cage, request, show)
     except CurvoptError as error:
-        raise source.named(error) from error
+        raise places.named(source.named(error)) from error
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:

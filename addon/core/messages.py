@@ -86,6 +86,7 @@ def _report(request: Request, solution: Solution, of_what: str, counted: str, re
     kept = f", {order} symmetries kept" if order > 1 else ""
     near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     near += f"stayed within {number_text(request.within)} of the original, " if request.within > 0 else ""
+    near += f"through {_counted(len(request.through), 'place', 'places')}, " if request.through else ""
     return (
         f"{request.label}{of_what} {change}, {near}{_STOP_WORDS[solution.stop]} "
         f"({counted}{kept}, {solution.seconds:.1f} s)"

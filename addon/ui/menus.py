@@ -92,7 +92,7 @@ class CURVOPT_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_label = "Add Curvopt Preset"
     preset_menu = "CURVOPT_MT_presets"
     preset_subdir = _PRESETS
-    preset_values = [f"bpy.context.scene.curvopt.{name}" for name in properties.SETTINGS if name != "vertex_group"]
+    preset_values = [f"bpy.context.scene.curvopt.{name}" for name in properties.SETTINGS if name not in ("vertex_group", "through")]
 
 
 def _in_object_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -12,12 +12,14 @@ ends. `UNDO` in the options of this one would hide that: Blender lets no operato
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import bpy
 
 from ..binding.values import Held
 from ..core import job, messages
-from ..scene import placement, read_cage, read_edit, read_marks
+from ..core.go_through import Places
+from ..scene import placement, read_cage, read_edit, read_marks, read_targets
 from . import adjust, adjust_edit, display, properties
 from .reports import report_failure
 
@@ -42,6 +44,7 @@ Edit Mode the selected vertices move, and all others stay"""
     bl_options = set()
 
     _source: read_cage.Source | None = None  # what is optimized, once it was read
+    _places = Places()  # that the surface goes through
     _edit: read_edit.Edit | None = None  # the same in Edit Mode, with what of it moves
 
     @classmethod
@@ -141,7 +144,9 @@ Edit Mode the selected vertices move, and all others stay"""
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"], values["pin_surface"])
         request, cage = self._source.fitted(properties.request_of(values, held)), self._source.cage
         marks = read_marks.read_marks(obj.data, self._source)
-        self._request = job.freed(cage, job.with_marks(cage, request, *marks))
+        self._places = read_targets.read_targets(context, values["through"], values["through_normals"], self._source)
+        request = replace(job.with_marks(cage, request, *marks), through=self._places.entries(cage))
+        self._request = job.freed(cage, request)
         placement.check_outcome(self._outcome, self._request, obj)
 
     def _read_edit(self, context: bpy.types.Context, obj: bpy.types.Object, values: dict[str, object]) -> None:
@@ -163,7 +168,7 @@ Edit Mode the selected vertices move, and all others stay"""
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
         if self._source is not None:
-            error = self._source.named(error)
+            error = self._places.named(self._source.named(error))
         display.show(context, messages.failure_text(error), failed=True)
         return report_failure(self, error)
 

@@ -94,6 +94,9 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             column.prop_search(settings, "vertex_group", active, "vertex_groups", text="Group")
         if settings.pin != "NOTHING":
             column.prop(settings, "pin_surface")
+        column.prop_search(settings, "through", bpy.data, "collections")
+        if settings.through:
+            column.prop(settings, "through_normals")
         column.prop(settings, "outcome")
         if settings.outcome != "SHAPE_KEY":
             column.prop(settings, "animation")

@@ -188,6 +188,15 @@ class RunSettings:
         name="Vertex Group", description="The vertex group whose weights pin vertices: 1 is exact, 0 is free, and "
         "between them a spring pulls the vertex back, whatever the size, the levels and the number of vertices",
     )
+    through: bpy.props.StringProperty(
+        name="Go Through", description="A collection: the surface goes exactly through its empties, the vertices of its "
+        "meshes, and points along its curves, one and a half edges apart. Of the surface, the points that are "
+        "nearest to them go there. Not in Edit Mode and Live",
+    )
+    through_normals: bpy.props.BoolProperty(
+        name="Normals", description="The surface is perpendicular to the Z axes of the empties, and to the vectors that "
+        "meshes have in an attribute curvopt_normal of their vertices", default=False,
+    )
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"
     )

@@ -30,6 +30,20 @@ def cube() -> tuple[np.ndarray, list[list[int]]]:
     return points, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 
 
+def quad_sphere(n: int = 4) -> tuple[np.ndarray, list[list[int]]]:
+    """Vertices on the unit sphere, (6 n^2 + 2, 3), and quads: n x n on each side of a cube."""
+    faces, at = [], {}
+    for axis in range(3):
+        for side in (-n, n):
+            for i in range(-n, n, 2):
+                for j in range(-n, n, 2):
+                    square = [(i, j), (i + 2, j), (i + 2, j + 2), (i, j + 2)][:: 1 if side > 0 else -1]
+                    corners = [tuple(np.roll([side, *uv], axis)) for uv in square]
+                    faces.append([at.setdefault(corner, len(at)) for corner in corners])
+    points = np.array(list(at), float)
+    return points / np.linalg.norm(points, axis=1)[:, None], faces
+
+
 def grid(n: int = 4) -> tuple[np.ndarray, list[list[int]]]:
     """n x n quads, open and waved; vertex y * (n + 1) + x is over (x, y)."""
     points = [(x, y, 0.3 * np.sin(2 * x + y)) for y in range(n + 1) for x in range(n + 1)]

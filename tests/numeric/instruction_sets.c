@@ -2,9 +2,9 @@
  *
  *   --instruction-set portable | avx2 | avx512
  *
- * which is the first argument. For tests/numeric/test_instruction_sets.py. Exit code 77 if this processor has not got it.
- * The linker puts this file's co_has_instruction_set() in the place of the library's, and the command line's main() is
- * compiled as curvopt_main(). SPDX-License-Identifier: GPL-3.0-or-later */
+ * which is the first argument. For tests/numeric/test_instruction_sets.py. Exit code 77 if this processor has not got
+ * it. The linker puts this file's co_has_instruction_set() in the place of the library's, and the command line's main()
+ * is compiled as curvopt_main(). SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/instruction_set.h"
 
 #include <stdio.h>
