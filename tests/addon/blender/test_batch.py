@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from mathutils import Vector
 
 VERIFICATION = {"verdict", "newton_decrement", "negative_directions"}  # as the command line's
 QUICK_PICTURE = ["--size", "240x120", "--samples", "4"]
@@ -150,6 +151,28 @@ def test_pins_and_symmetry(batch, cage_file, torus):
         result = bpy.data.objects["Torus Willmore"]
         moved = np.abs(np.array([vertex.co for vertex in result.data.vertices]) - start).max(axis=1)
         assert np.flatnonzero(moved == 0).tolist() == kept
+
+
+def test_through_a_collection(batch, cage_file, torus):
+    """An empty above the torus, its Z axis tilted; a collection that is not there."""
+    targets = bpy.data.collections.new("Targets")
+    bpy.context.scene.collection.children.link(targets)
+    empty = bpy.data.objects.new("Place", None)
+    targets.objects.link(empty)
+    empty.location, empty.rotation_euler = (1.0, 0.1, 0.6), (0.3, 0.0, 0.0)
+    bpy.context.view_layer.objects.active = torus
+    save_again(cage_file)
+    common = ["--energy", "willmore", "--levels", "1", "--output", "out.blend"]
+    assert batch(*common, "--through", "Targets", "--through-normals")[:2] == (0, [])
+    bpy.ops.wm.open_mainfile(filepath=str(cage_file.parent / "out.blend"))
+    result = bpy.data.objects["Torus Willmore"]
+    modifier = next(m for m in result.modifiers if m.type == "SUBSURF")
+    modifier.levels, modifier.use_limit_surface, modifier.quality = 5, True, 10
+    found = result.evaluated_get(bpy.context.evaluated_depsgraph_get()).closest_point_on_mesh((1.0, 0.1, 0.6))
+    assert (found[1] - Vector((1.0, 0.1, 0.6))).length < 2e-4
+    assert abs(found[2].dot(Vector((0, -np.sin(0.3), np.cos(0.3))))) > 0.9995
+    code, lines, _ = batch(*common, "--through", "Nothing")
+    assert code == 1 and "There is no collection 'Nothing'" in lines[-1]
 
 
 def test_strength_keeps_the_surface_near_and_the_default_is_the_minimum(batch, cage_file):
