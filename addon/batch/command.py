@@ -89,6 +89,10 @@ def _parser() -> argparse.ArgumentParser:
         "--pin-surface", action="store_true", help="pin the points of the surface that belong to these vertices instead"
     )
     parser.add_argument(
+        "--spontaneous-curvature", type=float, metavar="C", default=DEFAULTS.spontaneous_curvature,
+        help="of bending energy, in 1 / units: a sphere of radius R has 2 / R (default %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
         "--through", metavar="COLLECTION", default="",
         help="go through the empties of this collection, the vertices of its meshes, and points along its curves",
     )  # fmt: skip

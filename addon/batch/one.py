@@ -39,6 +39,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     sentence. Raises if anything fails."""
     fields = {"threads": options.threads, "max_iterations": options.max_iterations, "escape": int(options.escape)}
     fields["slide"], fields["no_crossings"] = int(options.slide), int(options.no_crossings)
+    fields["spontaneous_curvature"] = options.spontaneous_curvature
     fields = {name: value for name, value in fields.items() if value is not None}
     wanted = {name: getattr(options, name) for name in ("output", "render", "json") if getattr(options, name)}
     with all_or_nothing(wanted) as place:
@@ -233,6 +234,7 @@ def _energies(energies: Energies, cage: Cage, euler: int) -> dict[str, object]:
         "volume": energies.volume,
         "reduced_volume": energies.reduced_volume,
         "total_mean_curvature": energies.total_mean_curvature,
+        "helfrich": energies.helfrich,
         "h2": energies.h2,
         "gauss": energies.gauss,
         "gauss_bonnet_defect": energies.gauss_bonnet_defect,

@@ -196,7 +196,8 @@ def _can_be_cropped(cage: Cage, request: Request) -> bool:
     exact = bool((np.asarray(request.held.weights) == 1).all()) and bool(np.isfinite(cage.positions).all())
     has_volume = not request.keeps_volume or request.boundary != "free"
     sees_all = not request.options.get("no_crossings")  # also faces that do not change are in the way
-    return local_surface and second_order and exact and has_volume and sees_all
+    scale_free = not request.options.get("spontaneous_curvature")  # with it the area of the whole counts
+    return local_surface and second_order and exact and has_volume and sees_all and scale_free
 
 
 def _solve(

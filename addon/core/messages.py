@@ -244,6 +244,8 @@ _IN_BLENDER = (
         "vertices in one place leave no tangent plane, Merge by Distance joins them",
     ),
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
+    ("spontaneous_curvature is", "Spontaneous Curvature is"),
+    ("neither willmore nor mean_curvature has a weight", "neither Willmore nor Mean curvature is minimized"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
     ("what is inside; hold the boundary", "what is inside: choose another Boundary, or turn off Keep Volume"),
 )

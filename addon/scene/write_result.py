@@ -32,7 +32,7 @@ from .read_cage import Source, read_edges, read_positions, turned_over
 _GAP = 0.1  # between original and result, in sizes of the larger
 _TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
 # Numbers of a report that are no energies to minimize.
-_BESIDES = {"h2": "∫H²", "gauss": "∫K", "area": "Area", "volume": "Volume"}
+_BESIDES = {"helfrich": "Helfrich", "h2": "∫H²", "gauss": "∫K", "area": "Area", "volume": "Volume"}
 _SHOWN_FACES = 30_000  # the modifier subdivides until there are about that many
 _MAX_SHOWN_LEVELS = 5
 _QUALITY = 10  # vertices are on the limit surface if quality >= levels
@@ -264,7 +264,7 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
     obj["curvopt_deviation"] = deviation_text(solution)
     obj["curvopt_symmetry_order"] = solution.symmetry_order
     for when, energies in (("before", solution.start), ("after", solution.end)):
-        for name, value in _numbers(energies).items():
+        for name, value in _numbers(energies, request).items():
             key = f"curvopt_{when}_{name}"
             if np.isfinite(value):
                 obj[key] = value
@@ -272,10 +272,12 @@ def store(obj: bpy.types.Object, source_name: str, request: Request, solution: S
                 del obj[key]
 
 
-def _numbers(energies: Energies) -> dict[str, float]:
-    """Every number of a report, by name."""
+def _numbers(energies: Energies, request: Request) -> dict[str, float]:
+    """Every number of a report, by name; Helfrich's energy is another one than Willmore's with a spontaneous curvature only."""
     of_energies = {term: energies.terms[term] for term in _TERMS}
     besides = {**{name: getattr(energies, name) for name in _BESIDES}, "gauss": round(energies.gauss, 6) + 0.0}
+    if not request.options.get("spontaneous_curvature"):
+        besides["helfrich"] = np.nan
     return {**of_energies, **besides}  # a total curvature of 0 comes with rounding errors
 
 

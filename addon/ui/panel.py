@@ -269,7 +269,7 @@ class CURVOPT_PT_advanced(_Tab, bpy.types.Panel):
         column.use_property_split = True
         column.use_property_decorate = False
         column.enabled = not state.running
-        for name in ("surface", "escape", "max_iterations", "threads"):
+        for name in ("surface", "spontaneous_curvature", "escape", "max_iterations", "threads"):
             column.prop(context.scene.curvopt, name)
 
 

@@ -209,6 +209,12 @@ class RunSettings:
         name="Surface", description="The surface whose energy is minimized, at extraordinary vertices and n-gons",
         items=SURFACES, default=DEFAULTS.surface.upper(),
     )
+    spontaneous_curvature: bpy.props.FloatProperty(
+        name="Spontaneous Curvature", description="Of Willmore and Mean Curvature, for membranes (Helfrich): the sum of the "
+        "principal curvatures at which the surface has no bending energy, in 1 / units. A sphere of radius R has 2 / R. A closed "
+        "result keeps the original's area; with Keep Volume it is a vesicle", default=DEFAULTS.spontaneous_curvature,
+        soft_min=-10.0, soft_max=10.0, precision=3,
+    )
     max_iterations: bpy.props.IntProperty(
         name="Iterations", description="Largest number of steps of a level", default=DEFAULTS.max_iterations, min=1,
         max=100_000, soft_max=5000,
@@ -296,6 +302,7 @@ def request_of(values: Mapping[str, object], held: Held) -> Request:
         "escape": int(values["escape"]),
         "slide": int(values["slide"]),
         "no_crossings": int(values["no_crossings"]),
+        "spontaneous_curvature": strength_of(values["spontaneous_curvature"]),
     }
     levels = 1 if values["resolution"] == "SAME" else values["levels"]
     energy, symmetry, strength = energy_text_of(values), symmetry_text_of(values), strength_of(values["strength"])
