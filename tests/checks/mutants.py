@@ -157,7 +157,7 @@ class Workshop:
         self.folder, self.build = folder, folder / "build" / "mutants"
         self.commit = take_commit(folder)
         settings = ["-DCMAKE_BUILD_TYPE=Release", "-DCURVOPT_PORTABLE=ON", "-DCURVOPT_TAO=OFF", "-DCMAKE_C_FLAGS=-w",
-                    "-DCMAKE_C_FLAGS_RELEASE=-O1"]  # fmt: skip
+                    "-DCMAKE_C_FLAGS_RELEASE=-O1", "-DCMAKE_EXE_LINKER_FLAGS=-fsanitize=leak"]  # fmt: skip
         subprocess.run(["cmake", "-S", str(folder), "-B", str(self.build), "-G", "Ninja", *settings], check=True, capture_output=True)
         self.numeric = numeric
         self.units = sorted(path.stem for path in (folder / "tests" / "unit").glob("test_*.c"))
