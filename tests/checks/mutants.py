@@ -199,17 +199,17 @@ class Workshop:
         """Whether they could be built."""
         return subprocess.run(["ninja", "-C", str(self.build), "-j1", *targets], capture_output=True).returncode == 0
 
-    def run(self, command: list[str], limit: float, **options: object) -> tuple[bool, float]:
+    def run(self, command: list[str], limit: float) -> tuple[bool, float]:
         """(whether it ended well, CPU seconds); it is killed after `limit` of them, or 20 times as long on the clock."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
 
         def limited() -> None:
             resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 1))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-            resource.setrlimit(resource.RLIMIT_AS, (2**33, 2**33))
 
+        environment = {**os.environ, "CURVOPT_BUILD": str(self.build), "LSAN_OPTIONS": "hard_rss_limit_mb=4096"}
         try:
-            done = subprocess.run(command, capture_output=True, preexec_fn=limited, timeout=20 * limit, **options)
+            done = subprocess.run(command, capture_output=True, preexec_fn=limited, timeout=20 * limit, cwd=self.folder, env=environment)
             well = done.returncode == 0
         except subprocess.TimeoutExpired:
             well = False
@@ -220,9 +220,8 @@ class Workshop:
         """A unit test, or one of tests/numeric by file or node."""
         if ".py" not in name:
             return self.run([str(self.build / "tests" / name)], limit)
-        environment = {**os.environ, "CURVOPT_BUILD": str(self.build)}
         command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"tests/numeric/{name}"]
-        return self.run(command, limit, cwd=self.folder, env=environment)
+        return self.run(command, limit)
 
     def order(self, file: str) -> list[str]:
         """Tests that can call the file, those first that most likely fail if it is wrong."""
