@@ -12,8 +12,8 @@ then tests of pytest, by default those of NUMERIC that are about the file, the s
 A test that takes more than ten times its usual CPU time, and over 20 s, counts as failed.
 
 OUT.json has each mutant with what became of it, and is written after each: a second call goes on. The end of the output has
-killed and survived by folder and by kind of change, and each survivor. --budget: CPU seconds of tests for each mutant, after
-which it counts as a survivor though some tests have not run; JSON says how many have.
+killed and survived by folder and by kind of change, and each survivor. --budget: CPU seconds of tests for each mutant; tests
+that would take more, but for the first, do not run, and JSON says how many have.
 
 --again: survivors of OUT.json, which may be of another commit, are tried again with the tests of today where their lines are
 still there. Each survivor has `note`, for a reader to fill in. --runs: RUNS are runs of the command line on small cages; for each
@@ -286,8 +286,8 @@ class Workshop:
     def test(self, mutant: Mutant, budget: float) -> None:
         """Runs tests until one fails; of a survivor, the runs."""
         for name in self.order(mutant.file):
-            if mutant.cpu >= budget:
-                break
+            if mutant.cpu > 0 and mutant.cpu + self.seconds[name] > budget:
+                continue
             well, seconds = False, 0.0
             if self.make(*([name] if ".py" not in name else ["curvopt", "curvopt_tool"])):
                 well, seconds = self.run_test(name, max(LEAST_LIMIT, TIMES * self.seconds[name]))

@@ -30,6 +30,8 @@ typedef struct problem {
     int evaluations, reports;
     double slope[2];         /* gradient where the matrix was assembled */
     co_damping best_damping; /* by which the least value since then was found */
+    co_damping tried[64];    /* [n_tried] since then */
+    int n_tried, repeated;   /* all that was tried a second time, of all matrices */
 } problem;
 
 static double value_of(problem *p, const double *x, double *g) {
@@ -121,6 +123,7 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
     p->best = p->at = now->value;
     memcpy(p->slope, now->gradient, sizeof p->slope);
     p->reach = 0;
+    p->n_tried = 0;
     return ++p->assembled == p->fail_at;
 }
 
@@ -128,6 +131,9 @@ static int factorize(void *context, const co_damping *damping, int *positive) {
     problem *p = context;
     p->factorized++;
     p->damping = *damping;
+    for (int k = 0; k < p->n_tried; k++)
+        p->repeated += p->tried[k].shift == damping->shift && p->tried[k].mix == damping->mix;
+    p->tried[p->n_tried++ % 64] = *damping;
     for (int i = 0; i < 3; i++)
         p->M[i] = (1 - damping->mix) * p->H[i] + damping->mix * p->G[i] + (i == 1 ? 0 : damping->shift);
     *positive = p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
@@ -207,6 +213,7 @@ static co_outcome run(problem *p, co_method_options o, double x, double y, doubl
     CHECK_TRUE(now.x == at && now.gradient == g); /* the caller's arrays, whatever happened inside */
     *value = now.value;
     CHECK_INT(p->wrong_before, 0);
+    CHECK_INT(p->repeated, 0);
     if (p->shape != SADDLE) /* the way away from a saddle is the first that will do */
         CHECK_INT(p->restless, 0);
     return outcome;
