@@ -156,11 +156,66 @@ static void test_crossings_at_the_start(void **state) {
     cage_free(&through);
 }
 
+/* Whether any pair of faces crosses, of a surface. */
+static int crosses(const curvopt_mesh *mesh, const double *xyz) {
+    curvopt_crossings found;
+    curvopt_error error;
+    CHECK_OK(curvopt_find_crossings(mesh, xyz, 1, NULL, 0, NULL, &found, sizeof found, &error), &error);
+    return found.n_pairs > 0;
+}
+
+/* Two sheets whose middles springs draw through each other: they go through, and with the option end apart, held by faces
+ * in the middle. */
+static void test_a_run(void **state) {
+    (void)state;
+    static const int32_t middle[2] = {POINTS / 2, POINTS + POINTS / 2};
+    static const double weight[2] = {0.6, 0.6}, place[6] = {2, 2, 0.7, 2, 2, -0.2};
+    const curvopt_constraints springs = {
+        .vertices = middle, .n = 2, .weights = weight, .has_places = 1, .places = place};
+    cage c = sheets(0.5, 0.5);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_options o;
+    curvopt_error error;
+    curvopt_options_init(&o, sizeof o);
+    o.threads = 1;
+    o.constraints = &springs;
+    o.levels = 2;
+    for (o.no_crossings = 0; o.no_crossings < 2; o.no_crossings++) {
+        curvopt_result *result;
+        curvopt_summary summary;
+        int32_t pair[2 * FACES * FACES];
+        CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
+        curvopt_result_get_summary(result, &summary, sizeof summary);
+        double *xyz = calloc(3 * (size_t)summary.n_vertices, sizeof *xyz);
+        CHECK_TRUE(xyz != NULL);
+        curvopt_result_get_positions(result, xyz);
+        CHECK_INT(crosses(curvopt_result_mesh(result), xyz), !o.no_crossings);
+        CHECK_INT(summary.n_crossing_before, 0);
+        CHECK_INT(summary.n_touching > 0, o.no_crossings);
+        CHECK_INT(isnan(summary.clearance) != 0, !o.no_crossings);
+        curvopt_result_get_touching(result, pair);
+        for (int32_t k = 0; k < summary.n_touching; k++) {
+            const int32_t two = 2 * FACES - 1 - pair[2 * k + 1];
+            CHECK_BETWEEN(pair[2 * k] / SIDE, 1, 2); /* of the middle, and opposite to that, and so on the second sheet */
+            CHECK_BETWEEN(pair[2 * k] % SIDE, 1, 2);
+            CHECK_BETWEEN(two / SIDE, 1, 2);
+            CHECK_BETWEEN(two % SIDE, 1, 2);
+        }
+        if (o.no_crossings)
+            CHECK_BETWEEN(summary.clearance, 1e-6, 0.1); /* a fifth of a mean edge on the second level */
+        free(xyz);
+        curvopt_result_destroy(result);
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_opposite_faces_touch),
         cmocka_unit_test(test_fine_faces_are_of_the_input),
         cmocka_unit_test(test_crossings_at_the_start),
+        cmocka_unit_test(test_a_run),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -199,6 +199,52 @@ static void test_users_springs(void **state) {
     fixture_free(&f);
 }
 
+/* What a level says of where it stands is true after every step, also where springs have just got weaker. */
+typedef struct watched {
+    int steps, changes;
+    double weight;
+} watched;
+
+static int check_step(const co_level *l, const co_step_record *record, void *user) {
+    watched *w = user;
+    co_level_objective *o = (co_level_objective *)&l->objective;
+    const size_t n = co_level_objective_n(o);
+    double *gradient = calloc(n, sizeof *gradient);
+    co_iterate again = {.x = l->now.x, .gradient = gradient};
+    (void)record;
+    CHECK_TRUE(gradient != NULL);
+    co_level_objective_evaluate(o, &again);
+    CHECK_NEAR(l->now.value / again.value, 1, 1e-12);
+    for (size_t i = 0; i < n; i++)
+        CHECK_NEAR(l->now.gradient[i], gradient[i], 1e-9 * again.value);
+    CHECK_BETWEEN(co_level_objective_energy(o, &l->now) / o->held.springs.weighed_by, 0.5 * o->penalty.weight,
+                  1.5 * o->penalty.weight);
+    w->changes += w->steps++ && o->penalty.weight < w->weight;
+    w->weight = o->penalty.weight;
+    free(gradient);
+    return 0;
+}
+
+/* Springs of a distance are worth a part of the energy as it falls: each time it has halved they do. */
+static void test_springs_get_weaker_with_the_energy(void **state) {
+    (void)state;
+    const co_level_prospect prospect = {0};
+    curvopt_options o = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    co_outcome outcome;
+    curvopt_error error;
+    o.within = 1;
+    fixture f = fixture_of(cage_shaken(cage_torus(7, 5, 2, 0.8), 0.5), &o, NULL);
+    co_level *l = solve_level(f.s);
+    watched w = {0};
+    l->report = check_step;
+    l->user = &w;
+    l->error = &error;
+    CHECK_OK(co_level_solve(l, &prospect, &outcome, &error), &error);
+    CHECK_TRUE(w.steps > 5 && w.changes > 0);
+    co_level_destroy(l);
+    fixture_free(&f);
+}
+
 static void test_nothing_is_held_without(void **state) {
     (void)state;
     curvopt_options o = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
@@ -216,6 +262,7 @@ int main(void) {
         cmocka_unit_test(test_within_is_by_area),
         cmocka_unit_test(test_both),
         cmocka_unit_test(test_users_springs),
+        cmocka_unit_test(test_springs_get_weaker_with_the_energy),
         cmocka_unit_test(test_nothing_is_held_without),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
