@@ -132,6 +132,32 @@ static void test_fine_faces_are_of_the_input(void **state) {
     cage_free(&c);
 }
 
+/* Crossings that are found first on a finer cage were the surface's before, and may go on. */
+static void test_crossings_of_the_finer_cage(void **state) {
+    (void)state;
+    cage c = sheets(0.5, 0.5), through = sheets(-0.55, 0.5);
+    curvopt_mesh *mesh = cage_mesh(&c), *fine;
+    co_no_crossings none;
+    co_sparse_rows rows;
+    curvopt_error error;
+    CHECK_OK(co_no_crossings_create(mesh, c.xyz, c.xyz, NULL, NULL, &none, &error), &error);
+    CHECK_OK(co_subdivide(mesh, &fine, &rows, &error), &error);
+    double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
+    CHECK_TRUE(xyz != NULL);
+    co_sparse_rows_apply(&rows, through.xyz, xyz);
+    CHECK_OK(co_no_crossings_subdivide(mesh, fine, xyz, NULL, NULL, &none, &error), &error);
+    CHECK_BETWEEN(none.exceptions.pairs.n_crossing, SIDE, 3 * SIDE); /* of the first cage's faces */
+    for (int f = 0; f < FACES; f++) /* the planes meet in the third row */
+        CHECK_TRUE(f / SIDE != 2 || none.exceptions.pairs.is_near[f]);
+    co_no_crossings_free(&none);
+    co_sparse_rows_free(&rows);
+    free(xyz);
+    curvopt_mesh_destroy(fine);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+    cage_free(&through);
+}
+
 /* What crosses in the input may cross at the start; what does not, may not, and is named by faces that do. */
 static void test_crossings_at_the_start(void **state) {
     (void)state;
@@ -214,6 +240,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_opposite_faces_touch),
         cmocka_unit_test(test_fine_faces_are_of_the_input),
+        cmocka_unit_test(test_crossings_of_the_finer_cage),
         cmocka_unit_test(test_crossings_at_the_start),
         cmocka_unit_test(test_a_run),
     };
