@@ -314,8 +314,8 @@ static void test_targets(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_way_back), cmocka_unit_test(test_no_way_back), cmocka_unit_test(test_gradient), cmocka_unit_test(test_hessian),
-        cmocka_unit_test(test_factor),   cmocka_unit_test(test_targets),
+        cmocka_unit_test(test_way_back), cmocka_unit_test(test_no_way_back), cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_hessian),  cmocka_unit_test(test_factor),      cmocka_unit_test(test_targets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -108,16 +108,15 @@ static void test_spontaneous_curvature_is_of_numbers(void **state) {
             s.length = length;
             integrals_of(1, orientation, integral);
             const double scale =
-                s.measure < 0 ? length
-                              : length / pow(fabs(integral[INTEGRAL[s.measure]]), 1.0 / DEGREE[s.measure]);
+                s.measure < 0 ? length : length / pow(fabs(integral[INTEGRAL[s.measure]]), 1.0 / DEGREE[s.measure]);
             const double mean = fabs(integral[CO_INT_MEAN]) * scale, area = integral[CO_INT_AREA] * scale * scale;
             CHECK_NEAR(added(&s, integral).value, 11 * (-c0 * mean + c0 * c0 / 4 * area), 1e-11);
             check_derivatives(added, &s, integral);
         }
 }
 
-/* The integrands that are added have the slopes as factors; what they say of scaling is a difference's, and nothing where
- * lengths are measured. */
+/* The integrands that are added have the slopes as factors; what they say of scaling is a difference's, and nothing
+ * where lengths are measured. */
 static void test_integrands_are_the_slopes(void **state) {
     (void)state;
     double weights[CURVOPT_MAX_TERMS] = {0}, integral[CO_N_INTEGRALS], beside[CO_N_INTEGRALS];

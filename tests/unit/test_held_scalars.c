@@ -23,8 +23,9 @@ typedef struct fixture {
 static void fixture_of(cage c, fixture *f) {
     const curvopt_options o = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     f->s = solve_setting_of(c, &o);
-    CHECK_OK(co_assembly_create(f->s->mesh, NULL, NULL, &f->s->options, f->s->run.tables, NULL, &f->assembly, &f->error),
-             &f->error);
+    CHECK_OK(
+        co_assembly_create(f->s->mesh, NULL, NULL, &f->s->options, f->s->run.tables, NULL, &f->assembly, &f->error),
+        &f->error);
     co_assembly_evaluate(&f->assembly, f->s->c.xyz, &(co_request){.volume = 1}, &f->values);
     const double r = f->values.radius;
     f->number[VOLUME] = r * r * r * f->values.integral[CO_INT_VOLUME];
@@ -54,7 +55,8 @@ static void integrals_of(const double number[CURVOPT_N_SCALARS], double length, 
     integral[CO_INT_MEAN] = number[MEAN] / length;
 }
 
-/* All that is held stands at a surface with these numbers: of any size where nothing else is held, else of the frame's. */
+/* All that is held stands at a surface with these numbers: of any size where nothing else is held, else of the frame's.
+ */
 static void check_stands(const fixture *f, int is_framed, const double number[CURVOPT_N_SCALARS], double off) {
     for (double part = 0.5; part < 3; part *= 2) {
         double integral[CO_N_INTEGRALS];

@@ -166,8 +166,10 @@ static void test_no_answer_is_worse_than_none(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answer_is_of_first_order),   cmocka_unit_test(test_parts_of_a_long_way),
-        cmocka_unit_test(test_how_many_parts),             cmocka_unit_test(test_nothing_else_moves),
+        cmocka_unit_test(test_answer_is_of_first_order),
+        cmocka_unit_test(test_parts_of_a_long_way),
+        cmocka_unit_test(test_how_many_parts),
+        cmocka_unit_test(test_nothing_else_moves),
         cmocka_unit_test(test_no_answer_is_worse_than_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* Runs without crossings: which faces touch at the end, of which faces of the input the fine ones are, what crosses before
- * the run and what is refused. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Runs without crossings: which faces touch at the end, of which faces of the input the fine ones are, what crosses
+ * before the run and what is refused. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "check.h"
 #include "variables_setting.h"
 
@@ -147,7 +147,7 @@ static void test_crossings_of_the_finer_cage(void **state) {
     co_sparse_rows_apply(&rows, through.xyz, xyz);
     CHECK_OK(co_no_crossings_subdivide(mesh, fine, xyz, NULL, NULL, &none, &error), &error);
     CHECK_BETWEEN(none.exceptions.pairs.n_crossing, SIDE, 3 * SIDE); /* of the first cage's faces */
-    for (int f = 0; f < FACES; f++) /* the planes meet in the third row */
+    for (int f = 0; f < FACES; f++)                                  /* the planes meet in the third row */
         CHECK_TRUE(f / SIDE != 2 || none.exceptions.pairs.is_near[f]);
     co_no_crossings_free(&none);
     co_sparse_rows_free(&rows);
@@ -190,8 +190,8 @@ static int crosses(const curvopt_mesh *mesh, const double *xyz) {
     return found.n_pairs > 0;
 }
 
-/* Two sheets whose middles springs draw through each other: they go through, and with the option end apart, held by faces
- * in the middle. */
+/* Two sheets whose middles springs draw through each other: they go through, and with the option end apart, held by
+ * faces in the middle. */
 static void test_a_run(void **state) {
     (void)state;
     static const int32_t middle[2] = {POINTS / 2, POINTS + POINTS / 2};
@@ -222,7 +222,8 @@ static void test_a_run(void **state) {
         curvopt_result_get_touching(result, pair);
         for (int32_t k = 0; k < summary.n_touching; k++) {
             const int32_t two = 2 * FACES - 1 - pair[2 * k + 1];
-            CHECK_BETWEEN(pair[2 * k] / SIDE, 1, 2); /* of the middle, and opposite to that, and so on the second sheet */
+            CHECK_BETWEEN(pair[2 * k] / SIDE, 1,
+                          2); /* of the middle, and opposite to that, and so on the second sheet */
             CHECK_BETWEEN(pair[2 * k] % SIDE, 1, 2);
             CHECK_BETWEEN(two / SIDE, 1, 2);
             CHECK_BETWEEN(two % SIDE, 1, 2);

@@ -64,7 +64,8 @@ static finished run(int slide, int32_t cancel_at) {
     return f;
 }
 
-/* The longest edge of a circle of vertices over the shortest one; all of them must lie on it, as far as they know it. */
+/* The longest edge of a circle of vertices over the shortest one; all of them must lie on it, as far as they know it.
+ */
 static double unevenness(const double *xyz, int j, double *off) {
     double longest = 0, shortest = INFINITY;
     *off = 0;
@@ -100,7 +101,8 @@ static void test_boundaries_get_more_even_and_stay(void **state) {
     CHECK_TRUE(f.level.evaluations > f.level.iterations);
 }
 
-/* Cancelled before the first step, in a turn or after the turns the run ends where the last report stood, to where places can be put back. */
+/* Cancelled before the first step, in a turn or after the turns the run ends where the last report stood, to where
+ * places can be put back. */
 static void test_cancelled_in_a_turn(void **state) {
     (void)state;
     for (int32_t at = 1; at < 12; at += 5) {
