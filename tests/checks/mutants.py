@@ -29,6 +29,7 @@ import os
 import random
 import re
 import resource
+import shlex
 import subprocess
 import sys
 from collections import Counter
@@ -47,15 +48,22 @@ NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e-?\d+)?|\d+e-?\d+|\d+)(?![\w.])")
 CONDITION = re.compile(r"^(\s*(?:\} else )?if )\((.*)\)( \{)?$")
 STATEMENT = re.compile(r"^\s*(?:[a-z]\w*(?:->|\.|\[|\()[^;]*|\*?\w+ [-+*/|&]?= [^;]*|[a-z]\w*(?:\+\+|--));$")
 # Tests of files that have none of their own: what they do is seen through the exported functions.
-THROUGH = {"live": "test_solver", "live_solve": "test_solver", "live_state": "test_solver", "level_response": "test_solver",
-           "strength": "test_minimize", "run": "test_multilevel", "run_start": "test_multilevel", "verdict": "test_multilevel",
-           "symmetry_reduction": "test_multilevel", "moving_level": "test_minimize", "slide": "test_minimize",
-           "held_scalars": "test_held_level", "marking": "test_adaptive_quadrature", "quadrature_error": "test_adaptive_quadrature",
+THROUGH = {"live": "test_solver", "live_solve": "test_solver", "live_state": "test_solver",
+           "run": "test_multilevel", "run_start": "test_multilevel", "verdict": "test_multilevel",
+           "symmetry_reduction": "test_saddle_escape", "moving_level": "test_minimize", "marking": "test_adaptive_quadrature", "quadrature_error": "test_adaptive_quadrature", "spontaneous_curvature": "test_held_numbers",
            "element_batches": "test_evaluate", "assembly": "test_evaluate"}  # fmt: skip
+# Tests that no mutant concerns, and one that takes 20 s.
+SKIPPED = ("test_own_blas", "test_cpu_model", "test_tuning", "test_oom")
 # The flow of folders from the mutated ones on: a test that includes no header of a folder or a later one cannot call it.
 FLOW = ("energy", "constraints", "hessian", "optimize", "solve", "api")
-# Tests of tests/numeric about files, by how their names begin.
-NUMERIC = {"": ["test_minimize.py"]}
+# Tests of tests/numeric about files of solve/, by how their names begin: of each topic those that take seconds.
+STRENGTH = "test_strength.py -k 'not beyond and not farther'"
+PINS = "test_held.py -k 'not balance and not guide and not depends'"
+SLIDE = "test_slide.py -k 'not ends_lower and not boundary_stays and not pinned'"
+LIMIT_POINTS = "test_through.py -k 'go_where or stay_where'"
+LEVELS = "test_minimize.py -k 'never_rises or cancelled_run'"
+NUMERIC = {"strength": [STRENGTH], "slide": [SLIDE], "level": [LEVELS, PINS, LIMIT_POINTS], "run": [LEVELS, STRENGTH, PINS, SLIDE],
+           "multilevel": [LEVELS, SLIDE], "step_review": [LEVELS], "verdict": [LEVELS, PINS], "symmetry": [LEVELS]}  # fmt: skip
 # Runs of the command line for `differ`: cages of blend_files/obj, options.
 RUNS = ("torus_030 --energy mvs --levels 2 --verify", "torus_050_8x8 --levels 3", "sphere_cube --energy mvs --levels 2 --escape",
         "pretzel_g2 --levels 1 --symmetry none --volume keep", "pretzel_g2 --levels 1 --strength 0.3", "mug_g1 --levels 1 --within 0.05",
@@ -162,8 +170,8 @@ class Workshop:
         rules = self.build / "build.ninja"  # the kernel asks for -O3, which takes four times as long to compile
         rules.write_text(rules.read_text().replace(" -O3 ", " -O2 "))
         self.numeric = numeric
-        self.units = sorted(path.stem for path in (folder / "tests" / "unit").glob("test_*.c"))
-        self.units = [name for name in self.units if name not in ("test_own_blas", "test_cpu_model", "test_tuning")]
+        self.units = sorted(path.stem for where in ("unit", "robust") for path in (folder / "tests" / where).glob("test_*.c"))
+        self.units = [name for name in self.units if name not in SKIPPED]
         if not self.make("curvopt_static", *self.units, "curvopt", "curvopt_tool"):
             raise SystemExit("the clone cannot be built")
         self.headers = {name: self.headers_of(f"{name}.c") for name in self.units}
@@ -171,8 +179,9 @@ class Workshop:
         self.usual = {run: self.bytes_of(run) for run in RUNS} if runs else {}
 
     def headers_of(self, name: str) -> set[str]:
-        """The library's headers that a file of tests/unit includes, itself or by files beside it: "folder/stem"."""
+        """The library's headers that a test in C includes, itself or by files beside it: "folder/stem"."""
         path = self.folder / "tests" / "unit" / name
+        path = path if path.exists() else self.folder / "tests" / "robust" / name
         found = re.findall(r'#include "(.*)\.h"', path.read_text())
         beside = [stem for stem in found if "/" not in stem and path.with_name(f"{stem}.h").exists()]
         below = [self.headers_of(f"{stem}.{end}") for stem in beside for end in ("h", "c")
@@ -222,7 +231,7 @@ class Workshop:
         """A unit test, or one of tests/numeric by file or node."""
         if ".py" not in name:
             return self.run([str(self.build / "tests" / name)], limit)
-        command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"tests/numeric/{name}"]
+        command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *shlex.split(f"tests/numeric/{name}")]
         return self.run(command, limit)
 
     def order(self, file: str) -> list[str]:

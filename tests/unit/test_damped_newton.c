@@ -27,7 +27,7 @@ typedef struct problem {
     int rejected;             /* the last step was */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
-    int evaluations, reports;
+    int evaluations, reports, never_positive;
     double slope[2];         /* gradient where the matrix was assembled */
     co_damping best_damping; /* by which the least value since then was found */
     co_damping tried[64];    /* [n_tried] since then */
@@ -136,7 +136,7 @@ static int factorize(void *context, const co_damping *damping, int *positive) {
     p->tried[p->n_tried++ % 64] = *damping;
     for (int i = 0; i < 3; i++)
         p->M[i] = (1 - damping->mix) * p->H[i] + damping->mix * p->G[i] + (i == 1 ? 0 : damping->shift);
-    *positive = p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
+    *positive = !p->never_positive && p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
     return 0;
 }
 
@@ -354,6 +354,10 @@ static void test_ends(void **state) {
     end = run(&settling, o, -1.2, 1, x, &value);
     CHECK_INT(end.stop, CURVOPT_STOP_SETTLED);
     CHECK_INT(end.iterations, 2);
+    problem hopeless = {.shape = ROSENBROCK, .never_positive = 1}; /* as many matrices as there are trials, no step */
+    CHECK_INT(run(&hopeless, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_STALLED);
+    CHECK_INT(hopeless.factorized, co_tuning_defaults.trials);
+    CHECK_INT(hopeless.evaluations, 0);
     problem flat = {.shape = FLAT}; /* there is nothing to be gained, and no matrix is asked for */
     CHECK_INT(run(&flat, o, 3, 4, x, &value).stop, CURVOPT_STOP_CONVERGED);
     CHECK_INT(flat.assembled, 0);
