@@ -172,7 +172,7 @@ class Workshop:
         self.numeric = numeric
         self.units = sorted(path.stem for where in ("unit", "robust") for path in (folder / "tests" / where).glob("test_*.c"))
         self.units = [name for name in self.units if name not in SKIPPED]
-        if not self.make("curvopt_static", *self.units, "curvopt", "curvopt_tool"):
+        if not self.make("curvopt_static", *self.units, "libcurvopt.so", "curvopt_tool"):
             raise SystemExit("the clone cannot be built")
         self.headers = {name: self.headers_of(f"{name}.c") for name in self.units}
         self.seconds = self.usual_seconds()
@@ -298,7 +298,7 @@ class Workshop:
             if mutant.cpu > 0 and mutant.cpu + self.seconds[name] > budget:
                 continue
             well, seconds = False, 0.0
-            if self.make(*([name] if ".py" not in name else ["curvopt", "curvopt_tool"])):
+            if self.make(*([name] if ".py" not in name else ["libcurvopt.so", "curvopt_tool"])):
                 well, seconds = self.run_test(name, max(LEAST_LIMIT, TIMES * self.seconds[name]))
             mutant.cpu, mutant.n_tests = round(mutant.cpu + seconds, 2), mutant.n_tests + 1
             if not well:
