@@ -162,6 +162,41 @@ static void test_exceptions_are_counted(void **state) {
     cage_free(&fine);
 }
 
+static int32_t check_first(const curvopt_progress *p, void *user) {
+    (void)user;
+    if (p->level == 1 && p->iteration == 0)
+        CHECK_NEAR(p->energy, p->start_energy, 1e-3 * p->start_energy);
+    return 0;
+}
+
+/* Wide blends at poles of a boundary are chosen by where a cage's points lie: a level has those of its cage, as the
+ * figures of the start do. Narrow ones would have another energy. */
+static void test_levels_have_the_blends_of_their_cage(void **state) {
+    (void)state;
+    double energy[2];
+    for (int wide = 0; wide < 2; wide++) {
+        cage c = cage_half_star(5, 8);
+        curvopt_mesh *mesh = cage_mesh(&c);
+        curvopt_result *result;
+        curvopt_energies start, end;
+        curvopt_level_report level;
+        curvopt_error error;
+        curvopt_options o = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+        o.blend_width = wide ? CURVOPT_MAX_BLEND_WIDTH : 1;
+        o.max_iterations = 2;
+        o.tolerance = 1e-4;
+        CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, check_first, NULL, NULL, &result, &error), &error);
+        curvopt_result_get_energies(result, &start, &end, sizeof start);
+        CHECK_OK(curvopt_result_get_level(result, 0, &level, sizeof level, &error), &error);
+        CHECK_NEAR(level.energy, end.objective, 0);
+        energy[wide] = start.objective;
+        curvopt_result_destroy(result);
+        curvopt_mesh_destroy(mesh);
+        cage_free(&c);
+    }
+    CHECK_TRUE(fabs(energy[0] - energy[1]) > 1e-2 * energy[0]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_symmetries_that_are_asked_for),
@@ -170,6 +205,7 @@ int main(void) {
         cmocka_unit_test(test_figures_of_the_start),
         cmocka_unit_test(test_what_is_not_known),
         cmocka_unit_test(test_exceptions_are_counted),
+        cmocka_unit_test(test_levels_have_the_blends_of_their_cage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
