@@ -9,7 +9,7 @@ libcurvopt/src/optimize, solve and energy each is compiled; one that does not co
 count. Then tests run until one fails: the unit test of the file's name, those that include the file's header, those that
 include headers of its folder, all others that can call it by the flow of folders; in each group the shortest first. --numeric:
 then tests of pytest, by default those of NUMERIC that are about the file, the shortest first.
-A test that takes more than ten times its usual CPU time, and over 20 s, counts as failed.
+A test that takes more than ten times its usual CPU time, and over 5 s, counts as failed.
 
 OUT.json has each mutant with what became of it, and is written after each: a second call goes on. The end of the output has
 killed and survived by folder and by kind of change, and each survivor. --budget: CPU seconds of tests for each mutant; tests
@@ -41,7 +41,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = "libcurvopt/src"
 FOLDERS = ("optimize", "solve", "energy")
-LEAST_LIMIT, TIMES = 20, 10  # CPU seconds of a test, and times its usual ones
+LEAST_LIMIT, TIMES = 5, 10  # CPU seconds of a test, and times its usual ones
 TOKENS = {" + ": " - ", " - ": " + ", " += ": " -= ", " -= ": " += ", " < ": " <= ", " <= ": " < ", " > ": " >= ",
           " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != ", " != ": " == "}  # fmt: skip
 NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e-?\d+)?|\d+e-?\d+|\d+)(?![\w.])")

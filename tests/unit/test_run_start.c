@@ -197,6 +197,27 @@ static void test_levels_have_the_blends_of_their_cage(void **state) {
     CHECK_TRUE(fabs(energy[0] - energy[1]) > 1e-2 * energy[0]);
 }
 
+/* A level keeps the blends of its cage; where they are wider at the end, the report is of the surface that is there. */
+static void test_report_is_of_the_surface_at_the_end(void **state) {
+    (void)state;
+    cage c = cage_shaken(cage_half_star(5, 8), 0.03);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_result *result;
+    curvopt_energies end;
+    curvopt_level_report level;
+    curvopt_error error;
+    curvopt_options o = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    o.max_iterations = 15;
+    o.tolerance = 1e-2;
+    CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
+    curvopt_result_get_energies(result, NULL, &end, sizeof end);
+    CHECK_OK(curvopt_result_get_level(result, 0, &level, sizeof level, &error), &error);
+    CHECK_NEAR(level.energy, end.objective, 0);
+    curvopt_result_destroy(result);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_symmetries_that_are_asked_for),
@@ -206,6 +227,7 @@ int main(void) {
         cmocka_unit_test(test_what_is_not_known),
         cmocka_unit_test(test_exceptions_are_counted),
         cmocka_unit_test(test_levels_have_the_blends_of_their_cage),
+        cmocka_unit_test(test_report_is_of_the_surface_at_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
