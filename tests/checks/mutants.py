@@ -50,7 +50,8 @@ STATEMENT = re.compile(r"^\s*(?:[a-z]\w*(?:->|\.|\[|\()[^;]*|\*?\w+ [-+*/|&]?= [
 # Tests of files that have none of their own: what they do is seen through the exported functions.
 THROUGH = {"live": "test_solver", "live_solve": "test_solver", "live_state": "test_solver",
            "run": "test_multilevel", "run_start": "test_multilevel", "verdict": "test_multilevel",
-           "symmetry_reduction": "test_saddle_escape", "moving_level": "test_minimize", "marking": "test_adaptive_quadrature", "quadrature_error": "test_adaptive_quadrature", "spontaneous_curvature": "test_held_numbers",
+           "symmetry_reduction": "test_saddle_escape", "moving_level": "test_minimize", "marking": "test_adaptive_quadrature",
+           "quadrature_error": "test_adaptive_quadrature", "spontaneous_curvature": "test_held_numbers",
            "element_batches": "test_evaluate", "assembly": "test_evaluate"}  # fmt: skip
 # Tests that no mutant concerns, and one that takes 20 s.
 SKIPPED = ("test_own_blas", "test_cpu_model", "test_tuning", "test_oom")
