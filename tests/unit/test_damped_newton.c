@@ -7,7 +7,7 @@
 #include "optimize/step_control.h"
 
 /* Functions of two variables, their second derivatives, and a record of what the method did. */
-typedef enum shape { ROSENBROCK, SADDLE, QUARTIC } shape;
+typedef enum shape { ROSENBROCK, SADDLE, QUARTIC, FLAT } shape;
 
 typedef struct problem {
     shape shape;
@@ -27,6 +27,11 @@ typedef struct problem {
     int rejected;             /* the last step was */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
+    int evaluations, reports, never_positive;
+    double slope[2];         /* gradient where the matrix was assembled */
+    co_damping best_damping; /* by which the least value since then was found */
+    co_damping tried[64];    /* [n_tried] since then */
+    int n_tried, repeated;   /* all that was tried a second time, of all matrices */
 } problem;
 
 static double value_of(problem *p, const double *x, double *g) {
@@ -40,6 +45,9 @@ static double value_of(problem *p, const double *x, double *g) {
         g[0] = x[0] * x[0] * x[0] - x[0];
         g[1] = x[1];
         return 1 + 0.25 * x[0] * x[0] * x[0] * x[0] - 0.5 * x[0] * x[0] + 0.5 * x[1] * x[1];
+    case FLAT:
+        g[0] = g[1] = 0;
+        return 0;
     default:
         g[0] = 4 * x[0] * x[0] * x[0];
         g[1] = 2e6 * x[1];
@@ -60,7 +68,10 @@ static void evaluate(void *context, co_iterate *at) {
     problem *p = context;
     const double *x = at->x;
     double value = at->value = value_of(p, x, at->gradient);
+    p->evaluations++;
     p->longest = fmax(p->longest, reach_of(p, x));
+    if (value < p->best)
+        p->best_damping = p->damping;
     p->best = fmin(p->best, value);
     if (value < p->at && p->reach == 0)
         p->reach = reach_of(p, x);
@@ -110,7 +121,9 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
         p->H[2] = p->G[2] = 2e6;
     }
     p->best = p->at = now->value;
+    memcpy(p->slope, now->gradient, sizeof p->slope);
     p->reach = 0;
+    p->n_tried = 0;
     return ++p->assembled == p->fail_at;
 }
 
@@ -118,9 +131,12 @@ static int factorize(void *context, const co_damping *damping, int *positive) {
     problem *p = context;
     p->factorized++;
     p->damping = *damping;
+    for (int k = 0; k < p->n_tried; k++)
+        p->repeated += p->tried[k].shift == damping->shift && p->tried[k].mix == damping->mix;
+    p->tried[p->n_tried++ % 64] = *damping;
     for (int i = 0; i < 3; i++)
         p->M[i] = (1 - damping->mix) * p->H[i] + damping->mix * p->G[i] + (i == 1 ? 0 : damping->shift);
-    *positive = p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
+    *positive = !p->never_positive && p->M[0] > 0 && p->M[0] * p->M[2] > p->M[1] * p->M[1];
     return 0;
 }
 
@@ -147,9 +163,24 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
     return p->H[0] < 0;
 }
 
+/* The step that is told of is that from where the matrix was assembled to the least value; what it was predicted to
+ * bring is what a quadratic function with the matrix, but for its shift, says. On the way from a saddle nothing is. */
 static int report(void *context, const co_iterate *now, const co_step_record *record) {
-    (void)now;
-    return record->iteration == ((problem *)context)->cancel_at;
+    problem *p = context;
+    const double d[2] = {now->x[0] - p->start[0], now->x[1] - p->start[1]}, mix = p->best_damping.mix;
+    double predicted = -d[0] * p->slope[0] - d[1] * p->slope[1];
+    for (int i = 0; i < 3; i++)
+        predicted -= (i == 1 ? 1 : 0.5) * d[i / 2] * d[(i + 1) / 2] * ((1 - mix) * p->H[i] + mix * p->G[i]);
+    CHECK_INT(record->method, CO_METHOD_NEWTON);
+    CHECK_INT(record->iteration, ++p->reports);
+    CHECK_INT(record->evaluations, p->evaluations);
+    CHECK_NEAR(record->length, step_length(NULL, d), 1e-12 * (1 + record->length));
+    if (p->shape != SADDLE) {
+        CHECK_NEAR(record->shift, p->best_damping.shift, 0);
+        CHECK_NEAR(record->predicted, predicted, 1e-9 * (1e-6 + predicted));
+        CHECK_NEAR(record->gain_ratio * record->predicted, p->at - now->value, 1e-12 * (1 + fabs(p->at)));
+    }
+    return record->iteration == p->cancel_at;
 }
 
 static const co_method_options usual = {.tuning = &co_tuning_defaults,
@@ -182,6 +213,7 @@ static co_outcome run(problem *p, co_method_options o, double x, double y, doubl
     CHECK_TRUE(now.x == at && now.gradient == g); /* the caller's arrays, whatever happened inside */
     *value = now.value;
     CHECK_INT(p->wrong_before, 0);
+    CHECK_INT(p->repeated, 0);
     if (p->shape != SADDLE) /* the way away from a saddle is the first that will do */
         CHECK_INT(p->restless, 0);
     return outcome;
@@ -322,6 +354,13 @@ static void test_ends(void **state) {
     end = run(&settling, o, -1.2, 1, x, &value);
     CHECK_INT(end.stop, CURVOPT_STOP_SETTLED);
     CHECK_INT(end.iterations, 2);
+    problem hopeless = {.shape = ROSENBROCK, .never_positive = 1}; /* as many matrices as there are trials, no step */
+    CHECK_INT(run(&hopeless, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_STALLED);
+    CHECK_INT(hopeless.factorized, co_tuning_defaults.trials);
+    CHECK_INT(hopeless.evaluations, 0);
+    problem flat = {.shape = FLAT}; /* there is nothing to be gained, and no matrix is asked for */
+    CHECK_INT(run(&flat, o, 3, 4, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    CHECK_INT(flat.assembled, 0);
     problem there = {.shape = ROSENBROCK};
     o = usual;
     o.gradient_tolerance = 1e-8;

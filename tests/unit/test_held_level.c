@@ -153,6 +153,32 @@ static void test_way_back(void **state) {
     for_all(check_way_back);
 }
 
+/* Of a point from which nothing leads back nothing is known, and no optimizer stays there. */
+static void check_no_way_back(fixture *f) {
+    co_level_objective *o = &f->level->objective;
+    double *gradient = calloc(f->n, sizeof *gradient);
+    co_iterate at = {.x = f->level->now.x, .gradient = gradient};
+    CHECK_TRUE(gradient != NULL);
+    for (size_t i = 0; i < f->n; i++)
+        gradient[i] = 1;
+    for (int k = 0; k < f->held.n; k++)
+        o->numbers.numbers.held[k].target *= 1000;
+    co_level_objective_evaluate(o, &at);
+    CHECK_INT(at.value == (double)INFINITY, f->held.n > 0);
+    for (int k = 0; k < CO_N_FINDINGS; k++)
+        CHECK_INT(isnan(at.found[k]) != 0, f->held.n > 0);
+    CHECK_INT(co_vector_norm(f->n, gradient) == 0, f->held.n > 0);
+    at.gradient = NULL;
+    co_level_objective_evaluate(o, &at);
+    CHECK_INT(isfinite(at.value) != 0, f->held.n == 0);
+    free(gradient);
+}
+
+static void test_no_way_back(void **state) {
+    (void)state;
+    for_all(check_no_way_back);
+}
+
 static const double AT[4] = {-2, -1, 1, 2}, WEIGHT[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
 
 static void check_gradient(fixture *f) {
@@ -288,8 +314,8 @@ static void test_targets(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_way_back), cmocka_unit_test(test_gradient), cmocka_unit_test(test_hessian),
-        cmocka_unit_test(test_factor),   cmocka_unit_test(test_targets),
+        cmocka_unit_test(test_way_back), cmocka_unit_test(test_no_way_back), cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_hessian),  cmocka_unit_test(test_factor),      cmocka_unit_test(test_targets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

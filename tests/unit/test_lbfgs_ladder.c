@@ -148,6 +148,90 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
     CHECK_TRUE(x[0] > 1 && x[0] <= 2); /* one gradient step to the cap each time */
 }
 
+/* When the preconditioner was asked for, by steps that stood; it is the inverse of the quadratic's matrix, a little
+ * off. */
+typedef struct preconditioned {
+    problem p; /* first, so that it is the callbacks' context */
+    int n_updates, at[32], applied;
+} preconditioned;
+
+static int precondition(void *context, const double *in, double *out) {
+    preconditioned *c = context;
+    c->applied++;
+    for (int i = 0; i < c->p.n; i++)
+        out[i] = in[i] / pow(c->p.condition, (double)i / c->p.n) * (i % 2 ? 0.8 : 1.2);
+    return 0;
+}
+
+static void update(void *context, const co_iterate *now, double step_excess) {
+    preconditioned *c = context;
+    CHECK_NEAR(now->x[0], c->p.x[0], 0);
+    CHECK_BETWEEN(step_excess, 0, 1);
+    c->at[c->n_updates++] = c->p.reports;
+}
+
+/* Every so many steps, the first time before the first one; each direction is by it. */
+static void test_preconditioner_is_updated_at_regular_steps(void **state) {
+    (void)state;
+    for (int every = 1; every <= 4; every++) {
+        preconditioned c = {.p = {.shape = QUADRATIC, .n = 12, .condition = 1e4}};
+        run r = {.options = usual_options};
+        curvopt_error error;
+        co_objective f = {.context = &c,
+                          .n = 12,
+                          .evaluate = problem_evaluate_at,
+                          .step_length = problem_step_length,
+                          .review_step = problem_settle,
+                          .precondition = precondition,
+                          .update_preconditioner = update,
+                          .report = problem_report};
+        for (int i = 0; i < 12; i++)
+            c.p.x[i] = r.x[i] = 5;
+        r.options.update_every = every;
+        r.options.max_iterations = 7;
+        r.options.gradient_tolerance = 0;
+        r.now = (co_iterate){.x = r.x, .gradient = r.g};
+        r.now.value = c.p.value = problem_evaluate(&c.p, r.x, r.g);
+        c.p.told_value = r.now.value;
+        CHECK_OK(co_lbfgs(&f, &r.options, &r.now, &r.result, &error), &error);
+        CHECK_INT(r.result.iterations, 7);
+        CHECK_INT(c.applied, 7);
+        CHECK_INT(c.n_updates, (7 + every - 1) / every);
+        for (int k = 0; k < c.n_updates; k++)
+            CHECK_INT(c.at[k], k * every);
+        CHECK_BETWEEN(r.now.value - 1, 0, 1e-6); /* without it 7 steps leave .1 and more */
+    }
+}
+
+static void linear_at(void *context, co_iterate *at) {
+    ((problem *)context)->calls++;
+    at->value = 10 - at->x[0];
+    at->gradient[0] = -1;
+}
+
+/* Where the gradient does not change there is no pair to learn from, and no history that would have to be dropped. */
+static void test_a_linear_function_teaches_nothing(void **state) {
+    (void)state;
+    problem p = {.n = 1};
+    double x = 0, g = -1;
+    co_iterate now = {.x = &x, .gradient = &g, .value = 10};
+    co_method_options options = usual_options;
+    co_outcome result;
+    curvopt_error error;
+    co_objective f = {.context = &p,
+                      .n = 1,
+                      .evaluate = linear_at,
+                      .step_length = problem_step_length,
+                      .review_step = problem_settle,
+                      .report = report_nothing};
+    options.max_iterations = 4;
+    options.max_step = 0.5;
+    CHECK_OK(co_lbfgs(&f, &options, &now, &result, &error), &error);
+    CHECK_INT(result.iterations, 4);
+    CHECK_INT(result.restarts, 0);
+    CHECK_NEAR(x, 2, 1e-12);
+}
+
 static void test_nothing_works_at_the_start_is_a_stall(void **state) {
     (void)state;
     problem p = {.shape = ROSENBROCK, .n = 4, .only_along_gradient = 1};
@@ -247,6 +331,8 @@ int main(void) {
         cmocka_unit_test(test_report_cancels_and_the_iterate_stays),
         cmocka_unit_test(test_failed_search_falls_back_to_the_gradient),
         cmocka_unit_test(test_direction_that_does_not_descend_is_replaced_by_the_gradient),
+        cmocka_unit_test(test_preconditioner_is_updated_at_regular_steps),
+        cmocka_unit_test(test_a_linear_function_teaches_nothing),
         cmocka_unit_test(test_nothing_works_at_the_start_is_a_stall),
         cmocka_unit_test(test_nothing_works_later_is_a_stall_at_the_last_iterate),
         cmocka_unit_test(test_rejected_step_is_taken_back_and_the_next_one_is_shorter),

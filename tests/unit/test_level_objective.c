@@ -204,8 +204,13 @@ static void test_normalizing_keeps_the_function(void **state) {
     for (size_t i = 0; i < f.n; i++)
         f.z[i] = 3 * f.z[i] + 0.1 * (double)(i % 3);
     co_iterate at = evaluated(&f, f.z, f.g);
+    for (size_t i = 0; i < f.n; i++)
+        f.other[i] = f.z[i] * (i % 3 ? 2 : 0.5);
+    co_level_objective_value(&f.o, f.other); /* whatever was looked at since */
     co_level_objective_normalize(&f.o, &at);
     CHECK_NEAR(co_similarity_frame(f.n / 3, f.o.positions, centroid), 1, 1e-14);
+    for (size_t i = 0; i < f.n; i++)
+        CHECK_NEAR(f.o.positions[i], at.x[i], 1e-14);
     CHECK_NEAR(fabs(centroid[0]) + fabs(centroid[1]) + fabs(centroid[2]), 0, 1e-14);
     CHECK_NEAR(f.o.edge, co_mesh_mean_edge(f.s->mesh, NULL, f.o.positions), 0);
     CHECK_NEAR(co_level_objective_value(&f.o, at.x), at.value, 1e-12 * at.value);

@@ -244,6 +244,104 @@ static void test_search_near_a_minimum_succeeds_by_slopes(void **state) {
     CHECK_TRUE(fabs(s.slope_after) <= -0.9 * slope);
 }
 
+/* ------------------------------------------------------------------------------- along one line, known -- */
+
+/* 1 - x + a x^2 + k x^3, not defined from `wall` on; or value and slope as they are said at x = 1. Trials in order. */
+typedef struct line {
+    double a, k, wall, value, slope, trial[16];
+    int calls;
+} line;
+
+static void evaluate_line(void *context, co_iterate *at) {
+    line *l = context;
+    const double x = at->x[0];
+    if (l->calls < 16)
+        l->trial[l->calls] = x;
+    l->calls++;
+    at->value = x >= l->wall ? (double)NAN : 1 - x + l->a * x * x + l->k * x * x * x;
+    at->gradient[0] = -1 + 2 * l->a * x + 3 * l->k * x * x;
+    if (l->value != 0 && x == 1) {
+        at->value = l->value;
+        at->gradient[0] = l->slope;
+    }
+}
+
+/* From 0 with a first step of 1; what was found. */
+static co_line_search search_line(line *l, const co_tuning *tuning, double max_step, int expected) {
+    const co_objective f = {.context = l, .n = 1, .evaluate = evaluate_line};
+    const double d = 1;
+    double x = 0, g = -1, to_x, to_g;
+    const co_iterate from = {.x = &x, .gradient = &g, .value = 1};
+    co_iterate to = {.x = &to_x, .gradient = &to_g};
+    co_line_search s = {.tuning = tuning, .step = 1, .max_step = max_step};
+    CHECK_INT(co_line_search_wolfe(&f, &from, &d, &s, &to), expected);
+    CHECK_INT(s.evaluations, l->calls);
+    if (expected)
+        CHECK_NEAR(to_x, s.step, 0);
+    return s;
+}
+
+/* Both conditions hold with equality (Nocedal, Wright, eq. 3.7: "no more than"), and one trial is enough. */
+static void test_equality_is_enough(void **state) {
+    (void)state;
+    co_tuning t = co_tuning_defaults;
+    t.wolfe_curvature = 0.75;
+    const line met[3] = {{.wall = INFINITY, .value = 0.5, .slope = 0.75},
+                         {.wall = INFINITY, .value = 0.5, .slope = -0.75},
+                         {.wall = INFINITY, .value = 1 - 1e-4, .slope = 0}};
+    for (int k = 0; k < 3; k++) {
+        line l = met[k];
+        CHECK_NEAR(search_line(&l, &t, 10, 1).step, 1, 0);
+        CHECK_INT(l.calls, 1);
+    }
+    for (int k = 0; k < 2; k++) {
+        line l = met[k];
+        l.a = 1; /* the least value is at 1/2 */
+        l.slope *= 1 + 1e-9;
+        search_line(&l, &t, 10, 1);
+        CHECK_TRUE(l.calls > 1);
+    }
+}
+
+/* After a trial that is too long the next is where the cubic through both ends is least, but no nearer to an end than a
+ * tenth of the bracket; where the far end is not defined a fifth of it. */
+static void test_next_trial_is_the_cubics_minimum(void **state) {
+    (void)state;
+    co_tuning t = co_tuning_defaults;
+    line cubic = {.k = 1, .wall = INFINITY}, steep = {.k = 100, .wall = INFINITY},
+         parabola = {.a = 1, .wall = INFINITY}, walled = {.a = 4, .wall = 1},
+         bent = {.a = 3, .k = -1.6, .wall = INFINITY};
+    search_line(&cubic, &t, 10, 1);
+    CHECK_NEAR(cubic.trial[1], sqrt(1.0 / 3), 1e-12);
+    search_line(&steep, &t, 10, 1);
+    CHECK_NEAR(steep.trial[1], 0.1, 1e-12); /* for 0.058 */
+    search_line(&parabola, &t, 10, 1);
+    CHECK_NEAR(parabola.trial[1], 0.5, 1e-12);
+    search_line(&walled, &t, 10, 1);
+    CHECK_NEAR(walled.trial[1], 0.2, 1e-12);
+    search_line(&bent, &t, 10, 1); /* -1 + 6 x - 4.8 x^2 = 0 */
+    CHECK_NEAR(bent.trial[1], (6 - sqrt(36 - 19.2)) / 9.6, 1e-12);
+}
+
+/* As long as the slope is steep trials get longer by their factor, up to the longest; the bracket that is found at last
+ * lies between the last two. */
+static void test_trials_grow(void **state) {
+    (void)state;
+    co_tuning t = co_tuning_defaults;
+    t.wolfe_curvature = 0.1;
+    line far = {.a = 1.0 / 18, .wall = INFINITY}; /* the least value is at 9 */
+    const double growth = t.search_growth;
+    const co_line_search found = search_line(&far, &t, 1000, 1);
+    int k = 1;
+    for (double step = growth; step < 9; step *= growth, k++)
+        CHECK_NEAR(far.trial[k], step, 1e-12);
+    CHECK_BETWEEN(found.step, 8.1, 9.9);
+    CHECK_BETWEEN(far.calls, k + 1, k + 2);
+    line capped = {.a = 1.0 / 18, .wall = INFINITY};
+    CHECK_NEAR(search_line(&capped, &t, 1.5, 1).step, 1.5, 0);
+    CHECK_INT(capped.calls, 2);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_strong_wolfe_conditions_hold_on_random_functions),
@@ -253,6 +351,9 @@ int main(void) {
         cmocka_unit_test(test_flat_step_without_decrease_is_not_taken),
         cmocka_unit_test(test_search_without_any_decrease_gives_up),
         cmocka_unit_test(test_search_near_a_minimum_succeeds_by_slopes),
+        cmocka_unit_test(test_equality_is_enough),
+        cmocka_unit_test(test_next_trial_is_the_cubics_minimum),
+        cmocka_unit_test(test_trials_grow),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -113,6 +113,13 @@ static void check_result(const outcome *o) {
  * that it has on the clock; it is then cut off, rightly, and figures may be missing. */
 static void check_flagged(const outcome *o) {
     double xyz[3 * 24];
+    curvopt_level_report level;
+    curvopt_error error;
+    CHECK_OK(curvopt_result_get_level(o->result, 0, &level, sizeof level, &error), &error);
+    CHECK_INT(level.level, 1);
+    CHECK_INT(level.n_vertices, 24);
+    CHECK_INT(level.stop, CURVOPT_STOP_CANCELLED);
+    CHECK_BETWEEN(level.seconds, 0, o->summary.seconds);
     CHECK_INT(o->summary.stop, CURVOPT_STOP_CANCELLED);
     CHECK_INT(o->summary.n_levels, 1);
     CHECK_INT(o->summary.n_vertices, 24);

@@ -127,6 +127,7 @@ static void check_cancelled(cage c, curvopt_options options, int32_t cancel_at, 
     CHECK_INT(f.summary.n_vertices, f.w.last.n_vertices);
     CHECK_INT(f.result->level[level - 1].stop, CURVOPT_STOP_CANCELLED);
     CHECK_INT(f.result->level[level - 1].iterations, f.w.last.iteration);
+    CHECK_BETWEEN(f.result->level[level - 1].seconds, 0, f.summary.seconds);
     double from[3], to[3], radius = co_similarity_frame(n / 3, f.w.xyz, from),
                            other = co_similarity_frame(n / 3, f.xyz, to);
     int held = f.s->mesh->info.n_boundary_edges > 0;

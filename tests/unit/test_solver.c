@@ -214,6 +214,37 @@ static void test_first_answer_is_near_the_last(void **state) {
     tear_down(&s);
 }
 
+/* With an even spacing the end is the shape's minimum, and what is shown first after it is that, moved by what has
+ * moved: not where objective and spacing together are least. */
+static void test_what_is_shown_does_not_jump_back(void **state) {
+    (void)state;
+    setting s;
+    curvopt_error error;
+    double end[3 * MOST], passing[3 * MOST], jump = 0;
+    set_up(&s, uneven_torus(), CURVOPT_SPACING_EVEN, CURVOPT_TERM_WILLMORE);
+    curvopt_solver *solver = solver_of(&s);
+    solve(solver, 0);
+    curvopt_solver_get_positions(solver, passing);
+    solve(solver, 1);
+    curvopt_solver_get_positions(solver, end);
+    for (int i = 0; i < 3 * s.c.n_vertices; i++)
+        jump = fmax(jump, fabs(passing[i] - end[i]));
+    CHECK_BETWEEN(jump, 1e-4, 1);
+    for (int settle = 0; settle < 2; settle++) {
+        seen w = {0};
+        double xyz[3 * MOST];
+        CHECK_OK(curvopt_solver_set_places(solver, s.places, &error), &error);
+        CHECK_OK(curvopt_solver_solve(solver, settle, watch, &w, NULL, &error), &error);
+        curvopt_solver_get_positions(solver, xyz);
+        for (int i = 0; i < 3 * s.c.n_vertices; i++) {
+            CHECK_NEAR(w.first[i], end[i], 0.02 * jump);
+            CHECK_NEAR(xyz[i], end[i], 0.02 * jump);
+        }
+    }
+    curvopt_solver_destroy(solver);
+    tear_down(&s);
+}
+
 static void test_cancelling_loses_nothing(void **state) {
     (void)state;
     setting s;
@@ -424,6 +455,7 @@ static void test_wild_drags(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_warm_solutions_are_cold_ones),
                                        cmocka_unit_test(test_first_answer_is_near_the_last),
+                                       cmocka_unit_test(test_what_is_shown_does_not_jump_back),
                                        cmocka_unit_test(test_cancelling_loses_nothing),
                                        cmocka_unit_test(test_other_options),
                                        cmocka_unit_test(test_same_bits_for_any_threads),

@@ -238,8 +238,9 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_interpolation_from_cage(&o->interpolation, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
-    return values.objective + values.reference + co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) +
-           co_penalty_value(&o->penalty, o->step, NULL);
+    const double spacing = /* which has no weight before the level's first stage */
+        o->spacing.weight > 0 ? co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) : 0;
+    return values.objective + values.reference + spacing + co_penalty_value(&o->penalty, o->step, NULL);
 }
 
 double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {
