@@ -52,13 +52,34 @@ static void test_errors_that_are_no_numbers_come_last(void **state) {
 static void test_claimed_errors_cancel_and_their_doubts_add(void **state) {
     (void)state;
     co_quadrature_error a = {0}, b = {0};
-    co_quadrature_error_add(&a, 3, -0.5);
-    co_quadrature_error_add(&a, -5, 0.25);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0), 2, 0);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.2), 2 + 0.2 * 0.75, 1e-15);
-    co_quadrature_error_add(&b, 1, 1);
+    co_tuning tuning = co_tuning_defaults;
+    tuning.quadrature_reference = 0.2;
+    co_quadrature_error_add(&a, &tuning, &(co_quadrature_change){.all = 3, .first = 3.5, .last = -0.5});
+    co_quadrature_error_add(&a, &tuning, &(co_quadrature_change){.all = -5, .first = -5.25, .last = 0.25});
+    CHECK_NEAR(co_quadrature_error_claimed(&a), 2 + 0.2 * 0.75, 1e-15);
+    co_quadrature_error_add(&b, &tuning, &(co_quadrature_change){.all = 1, .last = 1});
     co_quadrature_error_join(&a, &b);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.5), 1 + 0.5 * 1.75, 1e-15);
+    CHECK_NEAR(co_quadrature_error_claimed(&a), 1 + 0.2 * 1.75, 1e-15);
+}
+
+/* The part of a jump counts if it is more than that of the last change, but within the largest change's multiple. */
+static void test_claimed_errors_have_what_rules_miss_at_umbilics(void **state) {
+    (void)state;
+    co_tuning tuning = co_tuning_defaults;
+    tuning.quadrature_reference = 0.5;
+    tuning.quadrature_jump = 0.25;
+    tuning.quadrature_agreement = 4;
+    static const struct {
+        co_quadrature_change change;
+        double claimed;
+    } cases[] = {{{.first = 1, .last = -1, .jump = 1}, 0.5}, {{.first = 1, .last = -1, .jump = 4}, 1},
+                 {{.first = -2, .last = 1, .jump = 12}, 3},  {{.first = 1, .last = -2, .jump = 12}, 3},
+                 {{.first = 1, .last = 0.5, .jump = 20}, 4}, {{.first = 0, .last = 0, .jump = 20}, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        co_quadrature_error e = {0};
+        co_quadrature_error_add(&e, &tuning, &cases[i].change);
+        CHECK_NEAR(co_quadrature_error_claimed(&e), cases[i].claimed, 1e-15);
+    }
 }
 
 static void test_differences_are_of_the_objective_or_of_the_worst_term(void **state) {
@@ -320,6 +341,7 @@ int main(void) {
         cmocka_unit_test(test_like_candidates_are_marked_alike),
         cmocka_unit_test(test_errors_that_are_no_numbers_come_last),
         cmocka_unit_test(test_claimed_errors_cancel_and_their_doubts_add),
+        cmocka_unit_test(test_claimed_errors_have_what_rules_miss_at_umbilics),
         cmocka_unit_test(test_differences_are_of_the_objective_or_of_the_worst_term),
         cmocka_unit_test(test_the_tolerance_is_met_and_not_missed_by_far),
         cmocka_unit_test(test_symmetric_patches_get_the_same_rules),

@@ -38,18 +38,20 @@ double co_quadrature_error_relative(const co_quadrature_error_measure *m, const 
     return worst;
 }
 
-void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change) {
-    sum->net += difference;
-    sum->last_change += fabs(last_change);
+void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning, const co_quadrature_change *c) {
+    const double last = fabs(c->last), largest = fmax(last, fabs(c->first));
+    const double at_umbilics = fmin(tuning->quadrature_jump * c->jump, tuning->quadrature_agreement * largest);
+    sum->net += c->all;
+    sum->finest += fmax(tuning->quadrature_reference * last, at_umbilics);
 }
 
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other) {
     sum->net += other->net;
-    sum->last_change += other->last_change;
+    sum->finest += other->finest;
 }
 
-double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error) {
-    return fabs(sum->net) + reference_error * sum->last_change;
+double co_quadrature_error_claimed(const co_quadrature_error *sum) {
+    return fabs(sum->net) + sum->finest;
 }
 
 int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, curvopt_error *error) {
