@@ -348,7 +348,7 @@ static void put_cubic(const cubic *c, const co_basis_table *t, double *xyz) {
         const double i = t->support[p] % 4 - 1, j = t->support[p] / 4 - 1, X = i - c->x, Y = j - c->y;
         xyz[3 * p] = i;
         xyz[3 * p + 1] = j;
-        xyz[3 * p + 2] = 1e-4 * ((X * X * X - X) / 6 + c->s * X * (Y * Y - 1.0 / 3) / 2 + c->t * (Y * Y * Y - Y) / 6);
+        xyz[3 * p + 2] = height * ((X * X * X - X) / 6 + c->s * X * (Y * Y - 1.0 / 3) / 2 + c->t * (Y * Y * Y - Y) / 6);
     }
 }
 
