@@ -283,6 +283,22 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
         out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t]);
 }
 
+/* Third-order terms are multiplied by the whole area, which is best known by the finest rule compared of each patch:
+ * the terms by the rules that are one and two steps finer have `area` as a factor, and get that one. */
+static void multiply_by_best_area(co_assembly *a, double area) {
+    const co_quadrature_estimates *e = &a->estimates;
+    double best = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        best += (e->has_third_rule[p] ? &e->finest[p] : &e->finer[p])->number[CURVOPT_SCALAR_AREA];
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        for (int finest = 0; finest <= e->has_third_rule[p]; finest++) {
+            co_patch_terms *to = finest ? &e->finest[p] : &e->finer[p];
+            to->jump *= best / area;
+            for (int t = 0; t < CURVOPT_N_TERMS; t++)
+                to->term[t] *= co_functional_is_third_order(t) ? best / area : 1;
+        }
+}
+
 /* Compares the rules one step finer with those two steps finer, where that tells most for its cost: an estimate is as
  * good as the finer of two rules, and two may miss the same fold. `area`: the whole one, by the former. */
 static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvopt_error *error) {
@@ -304,6 +320,8 @@ static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvo
         status = co_assembly_evaluate_batches(a, &finest, third, &values, error);
     if (status == CURVOPT_OK)
         store_terms(a, &finest, area, third, e->finest);
+    if (status == CURVOPT_OK)
+        multiply_by_best_area(a, area);
     co_element_batches_free(&finest);
     free(rule);
     return status;
