@@ -282,6 +282,54 @@ static void test_a_third_rule_is_compared_where_errors_are_largest(void **state)
     problem_free(&p);
 }
 
+/* The term `area` is off by the same part as the area, not by as many times that as there are patches; and third-order
+ * terms, which have the area for a factor, have its finest rule's part in their claim. */
+static void test_errors_of_the_area_are_in_all_that_has_it(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.3), CURVOPT_TERM_AREA);
+    co_tuning tuning = *p.assembly->tuning;
+    int resolved, changed;
+    p.assembly->tuning = &tuning;
+    p.assembly->weights[CURVOPT_TERM_VARIATION] = 1e-3;
+    const curvopt_energies e = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    const double part = e.area_error / e.area;
+    CHECK_TRUE(part > 1e-9);
+    CHECK_NEAR(e.term_error[CURVOPT_TERM_AREA] / e.term[CURVOPT_TERM_AREA], part, 1e-9 * part);
+    CHECK_BETWEEN(e.objective_error,
+                  fabs(1e-3 * e.term_error[CURVOPT_TERM_VARIATION] - e.term_error[CURVOPT_TERM_AREA]),
+                  1e-3 * e.term_error[CURVOPT_TERM_VARIATION] + e.term_error[CURVOPT_TERM_AREA]);
+    tuning.quadrature_reference = 0; /* what is seen alone */
+    const curvopt_energies seen = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    tuning.quadrature_reference = 1;
+    const curvopt_energies all = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    const double area_part = (all.area_error - seen.area_error) / all.area;
+    CHECK_TRUE(area_part > 0);
+    CHECK_BETWEEN(all.term_error[CURVOPT_TERM_VARIATION] - seen.term_error[CURVOPT_TERM_VARIATION],
+                  area_part * all.term[CURVOPT_TERM_VARIATION], INFINITY);
+    problem_free(&p);
+}
+
+/* Terms of two patches, one with a third rule: whatever is multiplied by the area gets the finest rules' sum of it. */
+static void test_third_order_terms_get_the_best_area(void **state) {
+    (void)state;
+    co_patch_terms finer[2] = {{.term = {[CURVOPT_TERM_WILLMORE] = 1, [CURVOPT_TERM_MVS] = 2}, .jump = 4},
+                               {.term = {[CURVOPT_TERM_VARIATION] = 6}}};
+    co_patch_terms finest[2] = {{.term = {[CURVOPT_TERM_MVS] = 8}}, {.term = {[CURVOPT_TERM_MVS] = 8}}};
+    uint8_t has_third_rule[2] = {0, 1};
+    co_quadrature_estimates e = {.finer = finer, .finest = finest, .has_third_rule = has_third_rule};
+    finer[0].number[CURVOPT_SCALAR_AREA] = 1;
+    finer[1].number[CURVOPT_SCALAR_AREA] = 1;
+    finest[0].number[CURVOPT_SCALAR_AREA] = 100;
+    finest[1].number[CURVOPT_SCALAR_AREA] = 2;
+    co_quadrature_estimates_use_best_area(&e, 2, 2);
+    CHECK_NEAR(finer[0].term[CURVOPT_TERM_WILLMORE], 1, 0);
+    CHECK_NEAR(finer[0].term[CURVOPT_TERM_MVS], 3, 1e-15);
+    CHECK_NEAR(finer[0].jump, 6, 1e-15);
+    CHECK_NEAR(finer[1].term[CURVOPT_TERM_VARIATION], 9, 1e-15);
+    CHECK_NEAR(finest[0].term[CURVOPT_TERM_MVS], 8, 0);
+    CHECK_NEAR(finest[1].term[CURVOPT_TERM_MVS], 12, 1e-15);
+}
+
 /* Rules that a bad shape has made fine are taken back on a good one, up to half of the tolerance. */
 static void test_rules_become_coarser_again(void **state) {
     (void)state;
@@ -349,6 +397,8 @@ int main(void) {
         cmocka_unit_test(test_a_missed_tolerance_may_be_acceptable),
         cmocka_unit_test(test_all_terms_take_finer_rules_than_the_objective),
         cmocka_unit_test(test_a_third_rule_is_compared_where_errors_are_largest),
+        cmocka_unit_test(test_errors_of_the_area_are_in_all_that_has_it),
+        cmocka_unit_test(test_third_order_terms_get_the_best_area),
         cmocka_unit_test(test_rules_become_coarser_again),
         cmocka_unit_test(test_what_is_no_surface_is_refused),
     };

@@ -247,10 +247,16 @@ static void sum_errors(void *context, size_t begin, size_t end) {
                                        co_ordered_sum_begin(s->n, k + 1));
 }
 
-static errors errors_of(const co_assembly *a, const co_values *v) {
+/* By term, of an evaluation with these terms: a third-order one is off by its part of the area's error, too. */
+static errors errors_of(const co_assembly *a, const co_values *v, const double *term) {
     errors e = {0};
     error_sums s = {.assembly = a, .weights = weights_at(a, v->integral), .n = (size_t)a->patches.n_patches};
     const errors *part = s.part;
+    double weights[CURVOPT_N_TERMS];
+    memcpy(weights, a->weights, sizeof weights);
+    s.weights.number[CURVOPT_SCALAR_AREA] += weights[CURVOPT_TERM_AREA]; /* a patch's own: the term is the whole's */
+    weights[CURVOPT_TERM_AREA] = 0;
+    s.weights.term = weights;
     co_ordered_sum_run(a->threads, s.n, sum_errors, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
         co_quadrature_error_join(&e.objective, &part[k].objective);
@@ -258,6 +264,13 @@ static errors errors_of(const co_assembly *a, const co_values *v) {
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
             co_quadrature_error_join(&e.term[t], &part[k].term[t]);
     }
+    e.term[CURVOPT_TERM_AREA] = e.area;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (co_functional_is_third_order(t) && isfinite(term[t])) {
+            const double by_area = fabs(term[t]) * e.area.finest / v->integral[CO_INT_AREA];
+            e.term[t].finest += by_area;
+            e.objective.finest += a->weights[t] * by_area;
+        }
     return e;
 }
 
@@ -276,27 +289,11 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->batches.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->batches.n_samples;
-    errors e = errors_of(a, v);
+    errors e = errors_of(a, v, out->term);
     out->objective_error = co_quadrature_error_claimed(&e.objective);
     out->area_error = unit * co_quadrature_error_claimed(&e.area);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
         out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t]);
-}
-
-/* Third-order terms are multiplied by the whole area, which is best known by the finest rule compared of each patch:
- * the terms by the rules that are one and two steps finer have `area` as a factor, and get that one. */
-static void multiply_by_best_area(co_assembly *a, double area) {
-    const co_quadrature_estimates *e = &a->estimates;
-    double best = 0;
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        best += (e->has_third_rule[p] ? &e->finest[p] : &e->finer[p])->number[CURVOPT_SCALAR_AREA];
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        for (int finest = 0; finest <= e->has_third_rule[p]; finest++) {
-            co_patch_terms *to = finest ? &e->finest[p] : &e->finer[p];
-            to->jump *= best / area;
-            for (int t = 0; t < CURVOPT_N_TERMS; t++)
-                to->term[t] *= co_functional_is_third_order(t) ? best / area : 1;
-        }
 }
 
 /* Compares the rules one step finer with those two steps finer, where that tells most for its cost: an estimate is as
@@ -321,7 +318,7 @@ static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvo
     if (status == CURVOPT_OK)
         store_terms(a, &finest, area, third, e->finest);
     if (status == CURVOPT_OK)
-        multiply_by_best_area(a, area);
+        co_quadrature_estimates_use_best_area(e, (size_t)a->patches.n_patches, area);
     co_element_batches_free(&finest);
     free(rule);
     return status;

@@ -70,6 +70,24 @@ int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, cur
     return co_status_no_memory(error);
 }
 
+static void multiply_third_order(co_patch_terms *terms, double factor) {
+    terms->jump *= factor;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (co_functional_is_third_order(t))
+            terms->term[t] *= factor;
+}
+
+void co_quadrature_estimates_use_best_area(co_quadrature_estimates *e, size_t n, double area) {
+    double best = 0;
+    for (size_t p = 0; p < n; p++)
+        best += (e->has_third_rule[p] ? &e->finest[p] : &e->finer[p])->number[CURVOPT_SCALAR_AREA];
+    for (size_t p = 0; p < n; p++) {
+        multiply_third_order(&e->finer[p], best / area);
+        if (e->has_third_rule[p])
+            multiply_third_order(&e->finest[p], best / area);
+    }
+}
+
 void co_quadrature_estimates_free(co_quadrature_estimates *e) {
     free(e->used);
     free(e->finer);

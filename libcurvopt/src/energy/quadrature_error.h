@@ -75,6 +75,9 @@ typedef struct co_quadrature_estimates {
 
 /* Makes room for n_patches, once. ERROR_MEMORY. */
 int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *estimates, size_t n_patches, curvopt_error *error);
+/* Third-order terms are multiplied by the whole area, which is best known by the finest rule compared of each patch.
+ * Those by the rules that are one and two steps finer have `area` as a factor, and get that one. */
+void co_quadrature_estimates_use_best_area(co_quadrature_estimates *estimates, size_t n_patches, double area);
 void co_quadrature_estimates_free(co_quadrature_estimates *estimates);
 
 #endif
