@@ -304,6 +304,7 @@ def settled_all(mesh: Mesh, surface: str, digits: float = 1e-6, most: int = 60_0
         parts.append(squares)
     value, off = settle(lambda squares: measure(cells, fits, surface, eps4, squares),
                         tuple(np.concatenate(a) for a in zip(*parts)), [names.index(d) for d in drivers or names], digits, most)
+    off += 1e-2 * LEFT_OUT * abs(value)  # the rings that are estimated
     factor = np.array([value[-1] if name in THIRD else 1.0 for name in names])
     return {name: (float(v), float(e)) for name, v, e in zip(names, value * factor, off * factor)}
 
