@@ -747,7 +747,8 @@ typedef struct curvopt_energies {
     double gauss_bonnet_defect;           /* |int K dA + int kappa_g ds + corner angles - 2 pi chi| with the curves at
                                              boundaries and infinitely sharp creases; 0 for a resolved surface; NAN
                                              where faces are left out */
-    double objective_error;               /* estimate of |objective - exact integral| from finer rules */
+    double objective_error;               /* estimate of |objective - exact integral|: from finer rules, and from where
+                                             umbilics lie, at which integrands of MVS and MVS_CROSS jump */
     double area_error;                    /* the same of the area, in squared units of the cage */
     double term_error[CURVOPT_MAX_TERMS]; /* the same of each term, by curvopt_term */
     double min_jacobian;                  /* smallest |S_u x S_v| over its mean on the face; near 0 the surface folds */

@@ -11,7 +11,7 @@ quads and all their other vertices regular. MVS is the regularized one of functi
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,10 @@ CUTS_AT_MOST = 12
 LEFT_OUT = 1e-7  # of a vertex's energy, in the rings inside the last one, which are estimated
 UMBILIC = 2e-2   # of the definition of MVS, over the cage's root mean square radius
 CHUNK = 200      # squares at once
+
+THIRD = ("mvs", "mvs_cross", "variation", "mehlum_tarrou")
+NAMES = {"limit": ("willmore", "mean_curvature", "surface area"),
+         "polynomial": ("willmore", "mean_curvature", *THIRD, "surface area")}  # energies that are integrated together
 
 
 class Disc(NamedTuple):
@@ -101,6 +105,7 @@ class Cells(NamedTuple):
     fit: np.ndarray     # [n] which polynomial; -1: none
     cuts: np.ndarray    # [n] at first
     factor: np.ndarray  # [n] 1; more in the last ring, which stands for those inside
+    area_factor: np.ndarray  # [n] the same, of the area
 
 
 def corner_walk(topo: Topology, vertex: int, flat: np.ndarray) -> list[int]:
@@ -134,7 +139,8 @@ def ring_cells(mesh: Mesh, topo: Topology, vertex: int, blended: bool, number: i
     d = disc(len(corners))
     points = mesh.xyz[two_ring(mesh, topo, corners)]
     points, chart = points - d.limit @ points, d.map
-    ratio = np.linalg.norm(d.step @ d.map) ** 2 / np.linalg.norm(d.map) ** 2 if blended else d.ratio
+    area_ratio = np.linalg.norm(d.step @ d.map) ** 2 / np.linalg.norm(d.map) ** 2
+    ratio = area_ratio if blended else d.ratio
     n_rings, parts = int(np.ceil(np.log(LEFT_OUT) / np.log(ratio))), []
     for ring in range(1, n_rings + 1):
         for cell, at in zip(d.cells, CELL_AT):
@@ -142,7 +148,8 @@ def ring_cells(mesh: Mesh, topo: Topology, vertex: int, blended: bool, number: i
             parts.append(Cells(cell @ points, cell @ chart, np.tile(np.array(at) * 0.5 ** ring, (n, 1)),
                                np.full(n, 0.5 ** ring), np.full(n, number if blended else -1),
                                np.full(n, max(FIRST_CUTS - ring, 0)),
-                               np.full(n, 1 / (1 - ratio) if ring == n_rings else 1.0)))
+                               np.full(n, 1 / (1 - ratio) if ring == n_rings else 1.0),
+                               np.full(n, 1 / (1 - area_ratio) if ring == n_rings else 1.0)))
         points, chart = d.step @ points, d.step @ chart
         points = points - d.limit @ points
     cells = Cells(*(np.concatenate(a) for a in zip(*parts)))
@@ -177,7 +184,7 @@ def all_cells(mesh: Mesh, blended: bool) -> tuple[Cells, np.ndarray]:
         if len(plain):
             n = len(plain)
             parts.append(Cells(patch_points(mesh, topo, plain), np.zeros((n, 4, 4, 3)), np.zeros((n, 2)), np.ones(n),
-                               np.full(n, -1), np.full(n, FIRST_CUTS), np.ones(n)))
+                               np.full(n, -1), np.full(n, FIRST_CUTS), np.ones(n), np.ones(n)))
         for vertex in np.unique(mesh.flat[(wanted & at_good)[topo.face] & good[mesh.flat]]):
             cells, coefficients = ring_cells(mesh, topo, int(vertex), blended, len(fits))
             parts.append(cells)
@@ -206,33 +213,45 @@ def jets(cells: Cells, fits: np.ndarray, index: np.ndarray, s: np.ndarray, t: np
     return out
 
 
-def mvs_density(points: np.ndarray, eps4: float) -> np.ndarray:
-    """|F1|^2 + |F3|^2 + 2 X and the area [n], X made smooth at umbilics as its definition has it."""
+def densities(points: np.ndarray, surface: str, eps4: float) -> list[np.ndarray]:
+    """Densities [n] of NAMES[surface] by area, the area's last. X of MVS is smooth at umbilics as its definition has it; the
+    mean over all directions (MVS_cross) is a third of the variation's and two of MVS."""
+    if surface == "limit":
+        found = second_order(points)
+        return [found["willmore"], found["h2"], found["area"]]
     z2, z3, area = monge_route(points)
     f1 = 0.75 * ((z3[:, 0] + z3[:, 2]) - 1j * (z3[:, 1] + z3[:, 3]))
     f3 = 0.25 * ((z3[:, 0] - 3 * z3[:, 2]) - 1j * (3 * z3[:, 1] - z3[:, 3]))
     q = (z2[:, 0] - z2[:, 2]) / 2 + 1j * z2[:, 1]
     square = abs(q) ** 2
-    return abs(f1) ** 2 + abs(f3) ** 2 + 2 * (f1 * f3 * q * q).real * square / (square * square + eps4), area
+    mvs = abs(f1) ** 2 + abs(f3) ** 2 + 2 * (f1 * f3 * q * q).real * square / (square * square + eps4)
+    variation = z3 ** 2 @ [1, 3, 3, 1]
+    directions = np.arange(4) * np.pi / 4  # exact for the square of a trigonometric polynomial of degree 3
+    c, s = np.cos(directions), np.sin(directions)
+    along = z3 @ np.stack([c ** 3, 3 * c * c * s, 3 * c * s * s, s ** 3])
+    return [z2 ** 2 @ [1, 2, 1], (z2[:, 0] + z2[:, 2]) ** 2 / 4, mvs, (variation + 2 * mvs) / 3, variation,
+            2 * (along ** 2).mean(axis=1), area]
 
 
-def measure(cells: Cells, fits: np.ndarray, energy: str, eps4: float, squares: tuple) -> np.ndarray:
-    """Integrals [n, 2] of the energy's density and of area over squares (cell, s, t, side)."""
-    x, w = gauss_rule(GAUSS)
-    gs, gt, gw = (np.ravel(a) for a in (*np.meshgrid(x, x, indexing="ij"), np.outer(w, w)))
+def measure(cells: Cells, fits: np.ndarray, surface: str, eps4: float, squares: tuple) -> np.ndarray:
+    """Integrals [n, energies] of NAMES[surface] over squares (cell, s, t, side)."""
+    gs, gt, gw = gauss_square()
     out = []
     for begin in range(0, len(squares[0]), CHUNK):
         cell, s, t, side = (a[begin:begin + CHUNK, None] for a in squares)
         shape = (len(cell), len(gs))
         points = jets(cells, fits, np.broadcast_to(cell, shape).ravel(), (s + side * gs).ravel(), (t + side * gt).ravel())
-        if energy == "willmore":
-            found = second_order(points)
-            density, area = found["willmore"], found["area"]
-        else:
-            density, area = mvs_density(points, eps4)
-        weights = side ** 2 * gw * cells.factor[cell]
-        out.append(np.stack([(weights * (density * area).reshape(shape)).sum(1), (weights * area.reshape(shape)).sum(1)], 1))
+        *found, area = (a.reshape(shape) for a in densities(points, surface, eps4))
+        weights = side ** 2 * gw * area
+        out.append(np.stack([(weights * cells.factor[cell] * a).sum(1) for a in found]
+                            + [(weights * cells.area_factor[cell]).sum(1)], axis=1))
     return np.concatenate(out)
+
+
+def gauss_square() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places and weights of a square's points, GAUSS a side."""
+    x, w = gauss_rule(GAUSS)
+    return tuple(np.ravel(a) for a in (*np.meshgrid(x, x, indexing="ij"), np.outer(w, w)))
 
 
 def cut(squares: tuple) -> tuple:
@@ -242,14 +261,39 @@ def cut(squares: tuple) -> tuple:
     return cell, s + side / 2 * (which % 2), t + side / 2 * (which // 2), side / 2
 
 
-def settled(mesh: Mesh, energy: str, digits: float = 1e-6, most: int = 60_000) -> tuple[float, float]:
-    """Energy of a closed cage, `willmore` on `limit` or `mvs` on `polynomial`, and an estimate of how far it is off.
+def settle(measured: Callable[[tuple], np.ndarray], squares: tuple, drivers: list[int], digits: float,
+           most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals [n] over squares of what `measured` gives by square, and estimates of how far they are off.
 
-    Squares are cut while that changes their share by more than `digits` of the whole, over the root of their number: a
-    quarter of the last changes is taken for their errors, which add up by squares. It ends where more than `most` squares
-    would be left in one step, whose last changes then add up as they are.
+    Squares are cut while that changes their share of a driver by more than `digits` of the whole, over the root of their
+    number: a quarter of the last changes is taken for their errors, which add up by squares. It ends where more than
+    `most` squares would be left in one step, whose last changes then add up as they are.
     """
-    cells, fits = all_cells(mesh, energy == "mvs")
+    value = measured(squares)
+    bound = digits * value.sum(0)[drivers] / np.sqrt(len(squares[0]))
+    done, off, left = (np.zeros(value.shape[1]) for _ in range(3))
+    for step in range(CUTS_AT_MOST):
+        parts = cut(squares)
+        finer = measured(parts)
+        change = abs(finer.reshape(-1, 4, value.shape[1]).sum(1) - value)
+        moving = (change[:, drivers] > bound).any(axis=1)
+        off += (change[~moving] ** 2).sum(0) / 16
+        if 4 * moving.sum() > most or step == CUTS_AT_MOST - 1:
+            left, moving[:] = change[moving].sum(0), False
+        keep = np.repeat(moving, 4)
+        done += finer[~keep].sum(0)
+        squares, value = tuple(a[keep] for a in parts), finer[keep]
+        if not len(value):
+            break
+    return done, np.sqrt(off) + left
+
+
+def settled_all(mesh: Mesh, surface: str, digits: float = 1e-6, most: int = 60_000,
+                drivers: tuple[str, ...] = ()) -> dict[str, tuple[float, float]]:
+    """NAMES[surface] of a closed cage on `limit`, or on `polynomial` with blends of one face, each with an estimate of how
+    far it is off. Squares are cut (settle) until the drivers stand still; none: all of them."""
+    names = NAMES[surface]
+    cells, fits = all_cells(mesh, surface == "polynomial")
     eps4 = (UMBILIC / np.sqrt(((mesh.xyz - mesh.xyz.mean(0)) ** 2).sum(1).mean())) ** 4
     parts = []
     for cuts in range(FIRST_CUTS + 1):
@@ -258,22 +302,14 @@ def settled(mesh: Mesh, energy: str, digits: float = 1e-6, most: int = 60_000) -
         for _ in range(cuts):
             squares = cut(squares)
         parts.append(squares)
-    squares = tuple(np.concatenate(a) for a in zip(*parts))
-    value = measure(cells, fits, energy, eps4, squares)
-    whole, done, off, left = value.sum(0)[0], np.zeros(2), 0.0, 0.0
-    bound = digits * whole / np.sqrt(len(squares[0]))
-    for step in range(CUTS_AT_MOST):
-        parts = cut(squares)
-        finer = measure(cells, fits, energy, eps4, parts)
-        change = abs(finer.reshape(-1, 4, 2).sum(1) - value)[:, 0]
-        moving = change > bound
-        if 4 * moving.sum() > most or step == CUTS_AT_MOST - 1:
-            left, moving[:] = change[moving].sum(), False
-        off += (change[change <= bound] ** 2).sum() / 16
-        done += finer.reshape(-1, 4, 2)[~moving].sum((0, 1))
-        keep = np.repeat(moving, 4)
-        squares, value = tuple(a[keep] for a in parts), finer[keep]
-        if not len(value):
-            break
-    factor = done[1] if energy == "mvs" else 1.0
-    return float(done[0] * factor), float((np.sqrt(off) + left) * factor)
+    value, off = settle(lambda squares: measure(cells, fits, surface, eps4, squares),
+                        tuple(np.concatenate(a) for a in zip(*parts)), [names.index(d) for d in drivers or names], digits, most)
+    off += 1e-2 * LEFT_OUT * abs(value)  # the rings that are estimated
+    factor = np.array([value[-1] if name in THIRD else 1.0 for name in names])
+    return {name: (float(v), float(e)) for name, v, e in zip(names, value * factor, off * factor)}
+
+
+def settled(mesh: Mesh, energy: str, digits: float = 1e-6, most: int = 60_000) -> tuple[float, float]:
+    """One energy, `willmore` on `limit` or `mvs` on `polynomial`, and an estimate of how far it is off."""
+    surface = "limit" if energy == "willmore" else "polynomial"
+    return settled_all(mesh, surface, digits, most, (energy,))[energy]

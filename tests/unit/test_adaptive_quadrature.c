@@ -52,13 +52,34 @@ static void test_errors_that_are_no_numbers_come_last(void **state) {
 static void test_claimed_errors_cancel_and_their_doubts_add(void **state) {
     (void)state;
     co_quadrature_error a = {0}, b = {0};
-    co_quadrature_error_add(&a, 3, -0.5);
-    co_quadrature_error_add(&a, -5, 0.25);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0), 2, 0);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.2), 2 + 0.2 * 0.75, 1e-15);
-    co_quadrature_error_add(&b, 1, 1);
+    co_tuning tuning = co_tuning_defaults;
+    tuning.quadrature_reference = 0.2;
+    co_quadrature_error_add(&a, &tuning, &(co_quadrature_change){.all = 3, .first = 3.5, .last = -0.5});
+    co_quadrature_error_add(&a, &tuning, &(co_quadrature_change){.all = -5, .first = -5.25, .last = 0.25});
+    CHECK_NEAR(co_quadrature_error_claimed(&a), 2 + 0.2 * 0.75, 1e-15);
+    co_quadrature_error_add(&b, &tuning, &(co_quadrature_change){.all = 1, .last = 1});
     co_quadrature_error_join(&a, &b);
-    CHECK_NEAR(co_quadrature_error_claimed(&a, 0.5), 1 + 0.5 * 1.75, 1e-15);
+    CHECK_NEAR(co_quadrature_error_claimed(&a), 1 + 0.2 * 1.75, 1e-15);
+}
+
+/* The part of a jump counts if it is more than that of the last change, but within the largest change's multiple. */
+static void test_claimed_errors_have_what_rules_miss_at_umbilics(void **state) {
+    (void)state;
+    co_tuning tuning = co_tuning_defaults;
+    tuning.quadrature_reference = 0.5;
+    tuning.quadrature_jump = 0.25;
+    tuning.quadrature_agreement = 4;
+    static const struct {
+        co_quadrature_change change;
+        double claimed;
+    } cases[] = {{{.first = 1, .last = -1, .jump = 1}, 0.5}, {{.first = 1, .last = -1, .jump = 4}, 1},
+                 {{.first = -2, .last = 1, .jump = 12}, 3},  {{.first = 1, .last = -2, .jump = 12}, 3},
+                 {{.first = 1, .last = 0.5, .jump = 20}, 4}, {{.first = 0, .last = 0, .jump = 20}, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        co_quadrature_error e = {0};
+        co_quadrature_error_add(&e, &tuning, &cases[i].change);
+        CHECK_NEAR(co_quadrature_error_claimed(&e), cases[i].claimed, 1e-15);
+    }
 }
 
 static void test_differences_are_of_the_objective_or_of_the_worst_term(void **state) {
@@ -261,6 +282,54 @@ static void test_a_third_rule_is_compared_where_errors_are_largest(void **state)
     problem_free(&p);
 }
 
+/* The term `area` is off by the same part as the area, not by as many times that as there are patches; and third-order
+ * terms, which have the area for a factor, have its finest rule's part in their claim. */
+static void test_errors_of_the_area_are_in_all_that_has_it(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.3), CURVOPT_TERM_AREA);
+    co_tuning tuning = *p.assembly->tuning;
+    int resolved, changed;
+    p.assembly->tuning = &tuning;
+    p.assembly->weights[CURVOPT_TERM_VARIATION] = 1e-3;
+    const curvopt_energies e = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    const double part = e.area_error / e.area;
+    CHECK_TRUE(part > 1e-9);
+    CHECK_NEAR(e.term_error[CURVOPT_TERM_AREA] / e.term[CURVOPT_TERM_AREA], part, 1e-9 * part);
+    CHECK_BETWEEN(e.objective_error,
+                  fabs(1e-3 * e.term_error[CURVOPT_TERM_VARIATION] - e.term_error[CURVOPT_TERM_AREA]),
+                  1e-3 * e.term_error[CURVOPT_TERM_VARIATION] + e.term_error[CURVOPT_TERM_AREA]);
+    tuning.quadrature_reference = 0; /* what is seen alone */
+    const curvopt_energies seen = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    tuning.quadrature_reference = 1;
+    const curvopt_energies all = resolve(&p, 1e-2, CO_TERMS_ALL, &resolved, &changed);
+    const double area_part = (all.area_error - seen.area_error) / all.area;
+    CHECK_TRUE(area_part > 0);
+    CHECK_BETWEEN(all.term_error[CURVOPT_TERM_VARIATION] - seen.term_error[CURVOPT_TERM_VARIATION],
+                  area_part * all.term[CURVOPT_TERM_VARIATION], INFINITY);
+    problem_free(&p);
+}
+
+/* Terms of two patches, one with a third rule: whatever is multiplied by the area gets the finest rules' sum of it. */
+static void test_third_order_terms_get_the_best_area(void **state) {
+    (void)state;
+    co_patch_terms finer[2] = {{.term = {[CURVOPT_TERM_WILLMORE] = 1, [CURVOPT_TERM_MVS] = 2}, .jump = 4},
+                               {.term = {[CURVOPT_TERM_VARIATION] = 6}}};
+    co_patch_terms finest[2] = {{.term = {[CURVOPT_TERM_MVS] = 8}}, {.term = {[CURVOPT_TERM_MVS] = 8}}};
+    uint8_t has_third_rule[2] = {0, 1};
+    co_quadrature_estimates e = {.finer = finer, .finest = finest, .has_third_rule = has_third_rule};
+    finer[0].number[CURVOPT_SCALAR_AREA] = 1;
+    finer[1].number[CURVOPT_SCALAR_AREA] = 1;
+    finest[0].number[CURVOPT_SCALAR_AREA] = 100;
+    finest[1].number[CURVOPT_SCALAR_AREA] = 2;
+    co_quadrature_estimates_use_best_area(&e, 2, 2);
+    CHECK_NEAR(finer[0].term[CURVOPT_TERM_WILLMORE], 1, 0);
+    CHECK_NEAR(finer[0].term[CURVOPT_TERM_MVS], 3, 1e-15);
+    CHECK_NEAR(finer[0].jump, 6, 1e-15);
+    CHECK_NEAR(finer[1].term[CURVOPT_TERM_VARIATION], 9, 1e-15);
+    CHECK_NEAR(finest[0].term[CURVOPT_TERM_MVS], 8, 0);
+    CHECK_NEAR(finest[1].term[CURVOPT_TERM_MVS], 12, 1e-15);
+}
+
 /* Rules that a bad shape has made fine are taken back on a good one, up to half of the tolerance. */
 static void test_rules_become_coarser_again(void **state) {
     (void)state;
@@ -320,6 +389,7 @@ int main(void) {
         cmocka_unit_test(test_like_candidates_are_marked_alike),
         cmocka_unit_test(test_errors_that_are_no_numbers_come_last),
         cmocka_unit_test(test_claimed_errors_cancel_and_their_doubts_add),
+        cmocka_unit_test(test_claimed_errors_have_what_rules_miss_at_umbilics),
         cmocka_unit_test(test_differences_are_of_the_objective_or_of_the_worst_term),
         cmocka_unit_test(test_the_tolerance_is_met_and_not_missed_by_far),
         cmocka_unit_test(test_symmetric_patches_get_the_same_rules),
@@ -327,6 +397,8 @@ int main(void) {
         cmocka_unit_test(test_a_missed_tolerance_may_be_acceptable),
         cmocka_unit_test(test_all_terms_take_finer_rules_than_the_objective),
         cmocka_unit_test(test_a_third_rule_is_compared_where_errors_are_largest),
+        cmocka_unit_test(test_errors_of_the_area_are_in_all_that_has_it),
+        cmocka_unit_test(test_third_order_terms_get_the_best_area),
         cmocka_unit_test(test_rules_become_coarser_again),
         cmocka_unit_test(test_what_is_no_surface_is_refused),
     };

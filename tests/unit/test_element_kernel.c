@@ -326,6 +326,99 @@ static void test_gradient_is_the_slope_of_the_sums(void **state) {
     }
 }
 
+/* A cubic over the plane: h and q are linear, and C is constant, to the square of its height. q is 0 at (x, y) alone.
+ */
+static const double height = 1e-5;
+
+typedef struct cubic {
+    double x, y; /* X, Y: from there */
+    double s, t; /* z = X^3 / 6 + s X Y^2 / 2 + t Y^3 / 6 */
+    double eps;  /* over the height */
+} cubic;
+
+/* Control points of a regular patch of uniform cubic B-splines, which have polynomials exactly. */
+static void put_cubic(const cubic *c, const co_basis_table *t, double *xyz) {
+    for (int32_t p = 0; p < t->n_points; p++) {
+        const double i = t->support[p] % 4 - 1, j = t->support[p] / 4 - 1, X = i - c->x, Y = j - c->y;
+        xyz[3 * p] = i;
+        xyz[3 * p + 1] = j;
+        xyz[3 * p + 2] = height * ((X * X * X - X) / 6 + c->s * X * (Y * Y - 1.0 / 3) / 2 + c->t * (Y * Y * Y - Y) / 6);
+    }
+}
+
+/* The jump by its definition, d the distance from where q is 0. */
+static double jump_of_cubic(const cubic *c, const co_basis_table *t, const double *xyz) {
+    const double A1 = 0.75 * (1 + c->s), B1 = 0.75 * c->t, A3 = 0.25 - 0.75 * c->s, B3 = -0.25 * c->t;
+    const double f1 = A1 * A1 + B1 * B1, f3 = A3 * A3 + B3 * B3, g = f1 / 9 + f3;
+    double sum = 0;
+    for (int32_t i = 0; i < t->n_samples; i++) {
+        double at[2] = {-c->x, -c->y}, w = t->weight[i];
+        for (int32_t p = 0; p < t->n_points; p++)
+            for (int k = 0; k < 2; k++)
+                at[k] += t->rows[(i * t->n_points + p) * CO_JET] * xyz[3 * p + k];
+        const double re = ((1 - c->s) * at[0] - c->t * at[1]) / 2, im = c->s * at[1];
+        const double d2 = at[0] * at[0] + at[1] * at[1], q2 = re * re + im * im;
+        sum += w * sqrt(f1 * f3) / (1 + (q2 * q2 + pow(c->eps, 4)) / (g * g * w * w)) / (1 + d2 * d2 / (w * w));
+    }
+    return height * height * sum;
+}
+
+/* Sum of a kernel over the first of its lanes. */
+static double jump_by(const co_element_kernel *kernel, const co_basis_table *t, const double *xyz, double eps,
+                      int gradient) {
+    const size_t lanes = (size_t)kernel->lanes, n = (size_t)t->n_points;
+    double sums[CO_N_SUMS * CO_BLOCK_FACES], gradients[MOST_POINTS * 3 * CO_BLOCK_FACES];
+    double *work = co_memory_aligned(sizeof(double) * 9 * n * lanes, 1);
+    int32_t points[MOST_POINTS * CO_BLOCK_FACES];
+    CHECK_TRUE(work != NULL);
+    for (size_t i = 0; i < n * CO_BLOCK_FACES; i++)
+        points[i] = (int32_t)(i / lanes % n);
+    kernel->run(&(co_element_block){.table = t,
+                                    .n_used = 1,
+                                    .points = points,
+                                    .xyz = xyz,
+                                    .eps4 = pow(height * eps, 4),
+                                    .integrand = {.x = 1},
+                                    .third = 1,
+                                    .gradient = gradient,
+                                    .sums = sums,
+                                    .gradients = gradients,
+                                    .work = work});
+    free(work);
+    return sums[CO_SUM_JUMP * lanes];
+}
+
+/* Where q is 0 within the face, X jumps by what a cell there weighs, unless eps smooths it; where that is far away, it
+ * does not. */
+static void test_jumps_at_umbilics_are_their_definition(void **state) {
+    (void)state;
+    static const cubic cubics[] = {{.x = 0.37, .y = 0.6, .s = 0.7, .t = -0.4},
+                                   {.x = 0.8, .y = 0.1, .s = -1.5, .t = 0.3},
+                                   {.x = 0.37, .y = 0.6, .s = 0.7, .t = -0.4, .eps = 0.3},
+                                   {.x = 3.4, .y = -2, .s = 0.7, .t = -0.4}};
+    curvopt_error error;
+    co_basis_table *t;
+    double inside = 0;
+    CHECK_OK(co_basis_table_create(CURVOPT_SURFACE_LIMIT, 4, 2, &t, &error), &error);
+    for (int k = 0; k < 4; k++) {
+        double xyz[3 * MOST_POINTS];
+        put_cubic(&cubics[k], t, xyz);
+        const double wanted = jump_of_cubic(&cubics[k], t, xyz);
+        for (int i = 0; i < N_KERNELS; i++) {
+            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
+            if (!kernel)
+                continue;
+            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 0), wanted, 1e-6 * wanted);
+            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 1), 0, 0);
+        }
+        if (k == 0)
+            inside = wanted;
+        else if (k > 1)
+            CHECK_TRUE(wanted < 0.1 * inside);
+    }
+    co_basis_table_destroy(t);
+}
+
 static void test_unknown_kernel_is_not_found(void **state) {
     (void)state;
     CHECK_TRUE(co_element_kernel_select("abacus") == NULL);
@@ -342,6 +435,7 @@ int main(void) {
         cmocka_unit_test(test_gauss_newton_residuals_add_up_to_the_integrand),
         cmocka_unit_test(test_padding_lanes_do_not_matter),
         cmocka_unit_test(test_gradient_is_the_slope_of_the_sums),
+        cmocka_unit_test(test_jumps_at_umbilics_are_their_definition),
         cmocka_unit_test(test_unknown_kernel_is_not_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -72,6 +72,10 @@
       "an error that is not worth a third rule, which takes as long as half an evaluation", "23")                      \
     X(double, quadrature_reference, 0.8, 0, 1, "of the last change",                                                   \
       "error of the finest rule compared, of second order: 1 / (1.5^2 - 1)", "23")                                     \
+    X(double, quadrature_jump, 0.3, 0, 1, "of the jump of X",                                                          \
+      "what a rule misses at an umbilic: less in seven of ten places where that can lie", "23")                        \
+    X(double, quadrature_agreement, 10, 1, 1000, "largest changes",                                                    \
+      "most for what a rule misses at umbilics: values that hardly change have none", "23")                            \
     /* Review of a step: solve/step_review.c. */                                                                       \
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \

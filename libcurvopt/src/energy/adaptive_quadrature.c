@@ -32,6 +32,7 @@ static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
             to->number[CURVOPT_SCALAR_AREA] = integral[CO_INT_AREA];
             to->number[CURVOPT_SCALAR_VOLUME] = integral[CO_INT_VOLUME];
             to->number[CURVOPT_SCALAR_MEAN_CURVATURE] = integral[CO_INT_MEAN];
+            to->jump = s->area * co_element_batches_sum(l, b, lane, CO_SUM_JUMP);
             integral[CO_INT_AREA] = s->area;
             co_functional_terms(integral, s->third, term);
             memcpy(to->term, term, sizeof to->term);
@@ -196,19 +197,37 @@ typedef struct errors {
     co_quadrature_error objective, area, term[CURVOPT_N_TERMS];
 } errors;
 
+/* A patch's change of the objective. */
+static co_quadrature_change change_of_objective(const co_quadrature_weights *w, const patch_comparison *s) {
+    co_quadrature_change c = {.all = co_quadrature_error_difference(w, s->used, s->finest),
+                              .first = co_quadrature_error_difference(w, s->used, s->before),
+                              .last = co_quadrature_error_difference(w, s->before, s->finest)};
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        c.jump += w->term[t] * co_functional_weight_of_x(t) * s->finest->jump;
+    return c;
+}
+
+/* A patch's change of a value that each of its rules has. */
+static co_quadrature_change change_of(double used, double before, double finest, double jump) {
+    return (co_quadrature_change){.all = used - finest, .first = used - before, .last = before - finest, .jump = jump};
+}
+
 /* Sums over patches begin .. end - 1. */
 static errors errors_of_patches(const co_assembly *a, const co_quadrature_weights *w, size_t begin, size_t end) {
     errors e = {0};
     for (size_t p = begin; p < end; p++) {
-        patch_comparison s = comparison_of(&a->estimates, p);
         const int area = CURVOPT_SCALAR_AREA;
-        co_quadrature_error_add(&e.objective, co_quadrature_error_difference(w, s.used, s.finest),
-                                co_quadrature_error_difference(w, s.before, s.finest));
-        co_quadrature_error_add(&e.area, s.used->number[area] - s.finest->number[area],
-                                s.before->number[area] - s.finest->number[area]);
-        for (int t = 0; t < CURVOPT_N_TERMS; t++)
-            co_quadrature_error_add(&e.term[t], s.used->term[t] - s.finest->term[t],
-                                    s.before->term[t] - s.finest->term[t]);
+        const patch_comparison s = comparison_of(&a->estimates, p);
+        const co_quadrature_change objective = change_of_objective(w, &s);
+        const co_quadrature_change surface =
+            change_of(s.used->number[area], s.before->number[area], s.finest->number[area], 0);
+        co_quadrature_error_add(&e.objective, a->tuning, &objective);
+        co_quadrature_error_add(&e.area, a->tuning, &surface);
+        for (int t = 0; t < CURVOPT_N_TERMS; t++) {
+            const co_quadrature_change term = change_of(s.used->term[t], s.before->term[t], s.finest->term[t],
+                                                        co_functional_weight_of_x(t) * s.finest->jump);
+            co_quadrature_error_add(&e.term[t], a->tuning, &term);
+        }
     }
     return e;
 }
@@ -228,10 +247,16 @@ static void sum_errors(void *context, size_t begin, size_t end) {
                                        co_ordered_sum_begin(s->n, k + 1));
 }
 
-static errors errors_of(const co_assembly *a, const co_values *v) {
+/* By term, of an evaluation with these terms: a third-order one is off by its part of the area's error, too. */
+static errors errors_of(const co_assembly *a, const co_values *v, const double *term) {
     errors e = {0};
     error_sums s = {.assembly = a, .weights = weights_at(a, v->integral), .n = (size_t)a->patches.n_patches};
     const errors *part = s.part;
+    double weights[CURVOPT_N_TERMS];
+    memcpy(weights, a->weights, sizeof weights);
+    s.weights.number[CURVOPT_SCALAR_AREA] += weights[CURVOPT_TERM_AREA]; /* a patch's own: the term is the whole's */
+    weights[CURVOPT_TERM_AREA] = 0;
+    s.weights.term = weights;
     co_ordered_sum_run(a->threads, s.n, sum_errors, &s);
     for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++) {
         co_quadrature_error_join(&e.objective, &part[k].objective);
@@ -239,11 +264,18 @@ static errors errors_of(const co_assembly *a, const co_values *v) {
         for (int t = 0; t < CURVOPT_N_TERMS; t++)
             co_quadrature_error_join(&e.term[t], &part[k].term[t]);
     }
+    e.term[CURVOPT_TERM_AREA] = e.area;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (co_functional_is_third_order(t) && isfinite(term[t])) {
+            const double by_area = fabs(term[t]) * e.area.finest / v->integral[CO_INT_AREA];
+            e.term[t].finest += by_area;
+            e.objective.finest += a->weights[t] * by_area;
+        }
     return e;
 }
 
 static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
-    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius, reference = a->tuning->quadrature_reference;
+    double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
     out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
@@ -257,11 +289,11 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
     out->min_jacobian = v->min_jacobian;
     out->surface = a->surface;
     out->n_samples = a->batches.n_samples > INT32_MAX ? INT32_MAX : (int32_t)a->batches.n_samples;
-    errors e = errors_of(a, v);
-    out->objective_error = co_quadrature_error_claimed(&e.objective, reference);
-    out->area_error = unit * co_quadrature_error_claimed(&e.area, reference);
+    errors e = errors_of(a, v, out->term);
+    out->objective_error = co_quadrature_error_claimed(&e.objective);
+    out->area_error = unit * co_quadrature_error_claimed(&e.area);
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t], reference);
+        out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t]);
 }
 
 /* Compares the rules one step finer with those two steps finer, where that tells most for its cost: an estimate is as
@@ -285,6 +317,8 @@ static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvo
         status = co_assembly_evaluate_batches(a, &finest, third, &values, error);
     if (status == CURVOPT_OK)
         store_terms(a, &finest, area, third, e->finest);
+    if (status == CURVOPT_OK)
+        co_quadrature_estimates_use_best_area(e, (size_t)a->patches.n_patches, area);
     co_element_batches_free(&finest);
     free(rule);
     return status;

@@ -6,6 +6,7 @@
 #include "energy/kernel_gauss_newton.h"
 #include "energy/kernel_plane.h"
 #include "energy/kernel_products.h"
+#include "energy/kernel_umbilic.h"
 #include "energy/kernel_volume.h"
 
 #include <string.h>
@@ -140,6 +141,8 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
             forward_invariants(&state, s->eps4, &value);
         }
         accumulate(t, i, third, &state, &value, sums);
+        if (third && !s->gradient)
+            sums[CO_SUM_JUMP] += umbilic_jump(&state, &value, s->eps4, t->weight[i] * state.J);
         if (s->volume) {
             from_origin(S[0], offset, place);
             sums[CO_INT_VOLUME] += volume_value(place, state.n, t->area_weight[i] * state.J);

@@ -20,8 +20,10 @@ static inline size_t co_lane_place(size_t face, size_t n, size_t lanes) {
     return face / lanes * n * lanes + face % lanes;
 }
 
-/* Results per face beside the integrals: least and mean |S_u x S_v| over the samples, without the rings' scaling. */
-enum { CO_SUM_MIN_JACOBIAN = CO_N_INTEGRALS, CO_SUM_MEAN_JACOBIAN, CO_N_SUMS };
+/* Results per face beside the integrals: least and mean |S_u x S_v| over the samples, without the rings' scaling; and
+ * the integral of |F1 F3| over the samples at whose distance from an umbilic X jumps (kernel_umbilic.h), which is
+ * summed with third-order integrals if no gradient is wanted, else 0. */
+enum { CO_SUM_MIN_JACOBIAN = CO_N_INTEGRALS, CO_SUM_MEAN_JACOBIAN, CO_SUM_JUMP, CO_N_SUMS };
 
 /* An evaluation of one block. Unused lanes repeat a used face, and the caller ignores them; parts without a face are
  * left out. */

@@ -20,6 +20,10 @@ int co_functional_is_third_order(int term) {
     return w->f1 != 0 || w->f3 != 0 || w->x != 0;
 }
 
+double co_functional_weight_of_x(int term) {
+    return term_integrand[term].x;
+}
+
 /* The parts of a term of second and of third order; no term has both. */
 static double second_order(const co_integrand *w, const double integral[CO_N_INTEGRALS]) {
     return w->area * integral[CO_INT_AREA] + w->h2 * integral[CO_INT_H2] + w->gauss * integral[CO_INT_K];

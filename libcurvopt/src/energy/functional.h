@@ -58,6 +58,8 @@ void co_integrand_add(co_integrand *to, double factor, const co_integrand *from)
 /* Whether a term (curvopt_term) has derivatives of curvature. Its integral is then multiplied by the area. */
 int co_functional_is_third_order(int term);
 co_functional co_functional_of_weights(const double weights[CURVOPT_N_TERMS]);
+/* The weight of X in a term: 0 unless it jumps at umbilics. */
+double co_functional_weight_of_x(int term);
 /* All terms from the integrals; third-order ones are NAN unless `with_third`. */
 void co_functional_terms(const double integral[CO_N_INTEGRALS], int with_third, double term[CURVOPT_MAX_TERMS]);
 /* The integral of one integrand. */

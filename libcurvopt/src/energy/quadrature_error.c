@@ -38,18 +38,20 @@ double co_quadrature_error_relative(const co_quadrature_error_measure *m, const 
     return worst;
 }
 
-void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change) {
-    sum->net += difference;
-    sum->last_change += fabs(last_change);
+void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning, const co_quadrature_change *c) {
+    const double last = fabs(c->last), largest = fmax(last, fabs(c->first));
+    const double at_umbilics = fmin(tuning->quadrature_jump * c->jump, tuning->quadrature_agreement * largest);
+    sum->net += c->all;
+    sum->finest += fmax(tuning->quadrature_reference * last, at_umbilics);
 }
 
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other) {
     sum->net += other->net;
-    sum->last_change += other->last_change;
+    sum->finest += other->finest;
 }
 
-double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error) {
-    return fabs(sum->net) + reference_error * sum->last_change;
+double co_quadrature_error_claimed(const co_quadrature_error *sum) {
+    return fabs(sum->net) + sum->finest;
 }
 
 int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, curvopt_error *error) {
@@ -66,6 +68,24 @@ int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, cur
         return CURVOPT_OK;
     co_quadrature_estimates_free(e);
     return co_status_no_memory(error);
+}
+
+static void multiply_third_order(co_patch_terms *terms, double factor) {
+    terms->jump *= factor;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (co_functional_is_third_order(t))
+            terms->term[t] *= factor;
+}
+
+void co_quadrature_estimates_use_best_area(co_quadrature_estimates *e, size_t n, double area) {
+    double best = 0;
+    for (size_t p = 0; p < n; p++)
+        best += (e->has_third_rule[p] ? &e->finest[p] : &e->finer[p])->number[CURVOPT_SCALAR_AREA];
+    for (size_t p = 0; p < n; p++) {
+        multiply_third_order(&e->finer[p], best / area);
+        if (e->has_third_rule[p])
+            multiply_third_order(&e->finest[p], best / area);
+    }
 }
 
 void co_quadrature_estimates_free(co_quadrature_estimates *e) {

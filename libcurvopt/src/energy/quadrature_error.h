@@ -3,6 +3,7 @@
 #ifndef CO_ENERGY_QUADRATURE_ERROR_H
 #define CO_ENERGY_QUADRATURE_ERROR_H
 
+#include "base/tuning.h"
 #include "energy/functional.h"
 #include "energy/marking.h"
 
@@ -12,6 +13,8 @@
 typedef struct co_patch_terms {
     double term[CURVOPT_N_TERMS];     /* third order multiplied by the whole area */
     double number[CURVOPT_N_SCALARS]; /* by curvopt_scalar; the volume is 0 where it is not evaluated */
+    double
+        jump; /* CO_SUM_JUMP (element_kernel.h), multiplied by the whole area: of a term with X once, as often as X */
 } co_patch_terms;
 
 /* How much an objective changes with these. */
@@ -36,17 +39,27 @@ double co_quadrature_error_relative(const co_quadrature_error_measure *measure, 
                                     const co_patch_terms *y);
 
 /* Error of a sum over patches. Signed differences to the finest rule compared may cancel. That rule has an error of
- * unknown sign itself, which is bounded by what the last step to it changed. */
+ * unknown sign itself. */
 typedef struct co_quadrature_error {
-    double net;         /* sum of signed differences to the finest rule */
-    double last_change; /* sum of absolute values of the last step's changes */
+    double net;    /* sum of signed differences to the finest rule */
+    double finest; /* sum of what is taken for the finest rules' own errors */
 } co_quadrature_error;
 
-/* Adds a patch: its difference to the finest rule that it was compared with, and what the last step to that changed. */
-void co_quadrature_error_add(co_quadrature_error *sum, double difference, double last_change);
+/* How a patch's value changes from its own rule to the finest that it was compared with, in two steps or one. */
+typedef struct co_quadrature_change {
+    double all;   /* own rule less finest */
+    double first; /* own rule less the finest but one, 0 if that is the same */
+    double last;  /* finest but one less finest */
+    double jump;  /* what the finest may miss at umbilics: `jump` by it, times the weight of X */
+} co_quadrature_change;
+
+/* Adds a patch. The finest rule's error is a part of what the last step to it changed (quadrature_reference,
+ * base/tuning.h), or, if that is more, a part of the jump (quadrature_jump), but no more than a multiple of the
+ * largest change (quadrature_agreement), so that what is no umbilic counts little. */
+void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning, const co_quadrature_change *change);
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other);
-/* |net| and the part `reference_error` (quadrature_reference, base/tuning.h) of the last changes. */
-double co_quadrature_error_claimed(const co_quadrature_error *sum, double reference_error);
+/* The error that is claimed: |net| and the finest rules' own. */
+double co_quadrature_error_claimed(const co_quadrature_error *sum);
 
 /* Estimates of every patch's quadrature error. All NULL until first needed. */
 typedef struct co_quadrature_estimates {
@@ -62,6 +75,9 @@ typedef struct co_quadrature_estimates {
 
 /* Makes room for n_patches, once. ERROR_MEMORY. */
 int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *estimates, size_t n_patches, curvopt_error *error);
+/* Third-order terms are multiplied by the whole area, which is best known by the finest rule compared of each patch.
+ * Those by the rules that are one and two steps finer have `area` as a factor, and get that one. */
+void co_quadrature_estimates_use_best_area(co_quadrature_estimates *estimates, size_t n_patches, double area);
 void co_quadrature_estimates_free(co_quadrature_estimates *estimates);
 
 #endif
