@@ -22,8 +22,8 @@ CO_SIMD_INLINE lane umbilic_jump(const sample_state *m, const sample_values *v, 
     const lane tiny = lane_all(1e-300); /* zero over zero: of a plane, where |F1 F3| is 0 */
     const deviator d = deviator_of(m);
     const lane a = v->f1 * (1.0 / 9), cell = (a + v->f3) * weight, n = (a - v->f3) * (a - v->f3) * weight + tiny;
-    const lane turned = lane_fma(d.re, d.q_re, d.im * d.q_im) * (2.0 / 3); /* 2 Re(a b q*^2) */
-    const lane near = lane_fma(d.square, d.square, lane_all(eps4)) / (cell * cell + tiny);
+    const lane turned = (d.re * d.q_re + d.im * d.q_im) * (2.0 / 3); /* 2 Re(a b q*^2) */
+    const lane near = (d.square * d.square + eps4) / (cell * cell + tiny);
     const lane step = ((a + v->f3) * d.square - turned) / n;
     const lane size = lane_sqrt(v->f1) * lane_sqrt(v->f3); /* their product could be too large */
     return weight * size / ((1.0 + near) * (1.0 + step * step));
