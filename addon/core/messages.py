@@ -244,6 +244,10 @@ _IN_BLENDER = (
         "vertices in one place leave no tangent plane, Merge by Distance joins them",
     ),
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
+    ("what the surface goes through cannot be had with a strength below 1", "Go Through needs a Strength of 1"),
+    ("what the surface goes through cannot be had with a distance that the surface stays within", "Go Through needs a Within of 0"),
+    ("nothing that its point depends on may move", "the surface is held there by Boundary, creases or pins"),
+    ("or refine the cage once", "or subdivide the cage once"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
     ("what is inside; hold the boundary", "what is inside: choose another Boundary, or turn off Keep Volume"),
 )
