@@ -88,7 +88,7 @@ def _solve(
             )
         return job.solve(source.cage, request, show)
     except CurvoptError as error:
-        raise places.named(source.named(error), request.through) from error
+        raise places.named(source.named(error)) from error
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:

@@ -8,7 +8,7 @@ that, else one inside a face.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,9 +36,9 @@ class Places:
     normals: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     names: tuple[str, ...] = ()
 
-    def named(self, error: BaseException, through: Sequence[Through] = ()) -> BaseException:
-        """The library's refusal with the names of what entries are of, and of vertices whose points go `through` places;
-        other errors as they are."""
+    def named(self, error: BaseException) -> BaseException:
+        """The library's refusal with the names of what entries are of, and places for points that give way; other errors as
+        they are."""
         if not isinstance(error, CurvoptError):
             return error
 
@@ -47,9 +47,8 @@ class Places:
             return self.names[index] if index < len(self.names) else found[0]
 
         text = re.sub(r"\bentry (\d+)", name, error.message)
-        of_vertex = {entry.vertex: k for k, entry in enumerate(through) if entry.vertex is not None}
-        if error.element in of_vertex:
-            text = re.sub(r"\bvertex \d+ among them", f"that of {self.names[of_vertex[error.element]]} among them", text)
+        if self.names:
+            text = re.sub(r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,", r"\1 places near each other", text)
         return CurvoptError(error.code, error.element, text)
 
     def entries(self, cage: Cage) -> tuple[Through, ...]:

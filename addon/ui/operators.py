@@ -45,7 +45,6 @@ Edit Mode the selected vertices move, and all others stay"""
 
     _source: read_cage.Source | None = None  # what is optimized, once it was read
     _places = Places()  # that the surface goes through
-    _request = job.Request()
     _edit: read_edit.Edit | None = None  # the same in Edit Mode, with what of it moves
 
     @classmethod
@@ -169,7 +168,7 @@ Edit Mode the selected vertices move, and all others stay"""
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
         if self._source is not None:
-            error = self._places.named(self._source.named(error), self._request.through)
+            error = self._places.named(self._source.named(error))
         display.show(context, messages.failure_text(error), failed=True)
         return report_failure(self, error)
 

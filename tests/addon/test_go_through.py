@@ -6,7 +6,6 @@ import pytest
 import shapes
 from addon.binding import library
 from addon.binding.library import CurvoptError
-from addon.binding.through import Through
 from addon.binding.values import Cage
 from addon.core import go_through, surface_points
 
@@ -67,9 +66,9 @@ def test_refusals_have_the_names_of_places():
     places = go_through.Places(np.zeros((2, 3)), np.zeros((2, 3)), ("empty 'A'", "empty 'B'"))
     told = str(places.named(CurvoptError(1, 0, "entry 1: its point cannot be beside entry 0")))
     assert told == "empty 'B': its point cannot be beside empty 'A'"
-    through = [Through(face=0, uv=(0.5, 0.5)), Through(vertex=7)]
-    told = str(places.named(CurvoptError(1, 7, "the limit points of 9 vertices, vertex 7 among them, do not move"), through))
-    assert told == "the limit points of 9 vertices, that of empty 'B' among them, do not move"
+    text = "the limit points of 9 vertices that touch each other, vertex 7 among them, do not move"
+    assert str(places.named(CurvoptError(1, 7, text))) == "9 places near each other do not move"
+    assert str(go_through.Places().named(CurvoptError(1, 7, text))) == text  # of pins
 
 
 def test_points_along_lines():

@@ -123,6 +123,20 @@ def test_refusals_name_what_is_meant(ball, targets):
     refused(r"empty 'Place\.00[12]'", through="Targets", through_normals=True)
 
 
+def test_too_many_for_the_cage(ball, targets, add):
+    """Points of 45 vertices depend on each other; once the cage is subdivided they do not."""
+    random = np.random.default_rng(0).normal(size=(45, 3))
+    cloud = add(random / np.linalg.norm(random, axis=1)[:, None], [], name="Cloud")
+    cloud.matrix_world = ball.matrix_world
+    targets.objects.link(cloud)
+    with pytest.raises(RuntimeError, match="45 places near each other do not move independently: .* or subdivide the cage"):
+        minimize(ball, through="Targets", resolution="REFINE")
+    bpy.context.view_layer.objects.active = ball
+    ball.modifiers.new("Once", "SUBSURF").levels = 1
+    bpy.ops.object.modifier_apply(modifier="Once")
+    minimize(ball, through="Targets", max_iterations=5)
+
+
 def test_mirror_modifier_is_refused(add, targets):
     half = add(*shapes.grid(), name="Half")
     half.modifiers.new("Mirror", "MIRROR")
