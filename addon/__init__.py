@@ -25,6 +25,7 @@ core/               everything that works on arrays                       (no bp
     job             one run: here and now, on a worker thread, modal
     live            a surface that follows the hand: a worker that stays
     targets         handles that were moved -> what is held, and where
+    go_through      places in space -> points of the surface that go there
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
     inspected       a surface as Inspect draws it
@@ -38,6 +39,7 @@ scene/              between Blender's data and arrays
     read_cage       mesh object -> arrays, and every reason to refuse one
     amount          the slider from original to optimum
     animation       a run as shape keys with keyframes
+    read_targets    what a collection says the surface goes through
     read_marks      what single edges hold where they are a boundary, or a rim
     read_edit       what of an object in Edit Mode is to move
     write_result    arrays -> the new object beside the original

@@ -9,7 +9,8 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CURVOPT_PORTABLE)
   set(CURVOPT_LANES_avx2 4)
   set(CURVOPT_FLAGS_avx2 -mavx2)
   set(CURVOPT_LANES_avx512 8)
-  set(CURVOPT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512)
+  # GCC 12 fuses a*b+c beside d*e-f where it makes vectors of scalars, whatever -ffp-contract says.
+  set(CURVOPT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512 -fno-tree-slp-vectorize)
 endif()
 
 # Objects of a source for each instruction set, into a target. No fast-math: only errno is given up. Further flags follow.

@@ -8,6 +8,7 @@ that, else one inside a face.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,11 +19,13 @@ from ..binding.through import Through
 from ..binding.values import Cage
 from . import surface_points
 
-_SIDE = 4  # quads along a patch in which the nearest point is first looked for
-_STEPS = 20  # of Gauss and Newton's method from there
+_SAMPLES = 100_000  # of the surface, about; from 1 to 4 quads along a patch have one at each corner
+_PATCHES = 6  # whose nearest samples Newton's method begins at: a patch of the nearest sample alone need not have the point
+_STEPS = 20  # of Newton's method
 _NEAR = 0.15  # of a patch: up to here a vertex' own point is taken, whose values are better conditioned
 _INSIDE = 0.9  # of the patch of a face that is no quad: its last corner is the face's middle, where nothing can be held
-_CHUNK = 64  # places that are compared with all samples at once
+_AT_ONCE = 4_000_000  # distances
+_EDGE = 1e-6  # of a patch: derivatives need not exist at its corners
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class Places:
     names: tuple[str, ...] = ()
 
     def named(self, error: BaseException) -> BaseException:
-        """The library's refusal with the names of what entries are of; other errors as they are."""
+        """The library's refusal with the names of what entries are of, and places for points that give way; other errors as
+        they are."""
         if not isinstance(error, CurvoptError):
             return error
 
@@ -43,6 +47,8 @@ class Places:
             return self.names[index] if index < len(self.names) else found[0]
 
         text = re.sub(r"\bentry (\d+)", name, error.message)
+        if self.names:
+            text = re.sub(r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,", r"\1 places near each other", text)
         return CurvoptError(error.code, error.element, text)
 
     def entries(self, cage: Cage) -> tuple[Through, ...]:
@@ -57,7 +63,8 @@ class Places:
             face, corner, uv = nearest(mesh, cage.positions, self.points)
         sizes = np.asarray(cage.face_sizes)
         vertex = _vertices(cage, face, corner, uv, self.points)
-        uv = np.where(sizes[face, None] == 4, uv, np.minimum(uv, _INSIDE))
+        middle = (sizes[face] != 4) & (uv > _INSIDE).all(axis=1)
+        uv = np.where(middle[:, None], _INSIDE, uv)
         return tuple(
             Through(vertex=None if v < 0 else int(v), face=int(f) if v < 0 else None, uv=tuple(p) if v < 0 else None,
                     corner=int(c) if v < 0 else 0, at=place, normal=normal if np.isfinite(normal).all() else None)
@@ -67,32 +74,78 @@ class Places:
 
 def nearest(mesh: library.Mesh, xyz: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Face (k,), corner (k,) and parameters (k, 2), as of Sampler.jets(), of the points of the limit surface that are
-    nearest to `points` (k, 3), as far as samples and steps from there tell."""
-    samples = surface_points.grids(mesh.faces()[0], _SIDE)
+    nearest to `points` (k, 3): the best that Newton's method finds from the nearest samples of several patches."""
+    sizes = mesh.faces()[0]
+    n_patches = int(np.where(sizes == 4, 1, sizes).sum())
+    side = int(np.clip(np.sqrt(_SAMPLES / n_patches) - 1, 1, 4))
+    samples = surface_points.grids(sizes, side)
     options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index("limit"))
     with library.Sampler.create(mesh, xyz, options) as sampler:
-        at = samples.jets_of(sampler)[:, 0]
-        best = np.concatenate([
-            np.linalg.norm(at[None] - part[:, None], axis=2).argmin(axis=1)
-            for part in np.array_split(points, -(-len(points) // _CHUNK))
-        ])  # fmt: skip
-        face, corner, uv = samples.face[best], samples.corner[best], samples.inside[best].copy()
-        for _ in range(_STEPS):
-            jets = sampler.jets(face, corner, uv)
-            uv = np.clip(uv + _step(jets, points), 1e-6, 1 - 1e-6)
-    return face, corner, uv
+        at = samples.jets_of(sampler)[:, 0].reshape(n_patches, -1, 3)
+        rows = -(-len(points) * len(samples.face) // _AT_ONCE)
+        first = np.concatenate([_first(at, part) for part in np.array_split(points, rows)])
+        tried, first = first.shape[1], first.reshape(-1)
+        face, corner = samples.face[first], samples.corner[first]
+        uv, distance = _descend(sampler, face, corner, samples.inside[first], np.repeat(points, tried, axis=0))
+    best = np.arange(0, len(first), tried) + distance.reshape(-1, tried).argmin(axis=1)
+    return face[best], corner[best], uv[best]
 
 
-def _step(jets: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """A step (k, 2) in the parameters towards `points` (k, 3); 0 where the surface has no tangents."""
+def _first(at: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The nearest sample, of those `at` (patches, samples of each, 3), on each of the nearest patches to `points` (k, 3):
+    numbers (k, patches that are tried)."""
+    flat = np.where(np.isfinite(at), at, 1e150).reshape(-1, 3)
+    centre = points.mean(axis=0)  # far from 0 squares would have no digits left
+    flat, points = flat - centre, points - centre
+    square = (flat * flat).sum(axis=1) - 2 * points @ flat.T
+    square = square.reshape(len(points), *at.shape[:2])
+    sample, least = square.argmin(axis=2), square.min(axis=2)
+    tried = min(_PATCHES, len(at))
+    patch = np.argpartition(least, tried - 1, axis=1)[:, :tried]
+    return patch * at.shape[1] + np.take_along_axis(sample, patch, axis=1)
+
+
+def _descend(
+    sampler: library.Sampler, face: np.ndarray, corner: np.ndarray, uv: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (k, 2), from `uv` and in their patches, where the distance (k,) from `points` (k, 3) is least, and it. A
+    step that does not lead nearer is not made, and the next one is a quarter of it."""
+    uv, part = np.clip(uv, _EDGE, 1 - _EDGE), np.ones(len(uv))
+    jets = sampler.jets(face, corner, uv)
+    distance = _distance(jets, points)
+    for _ in range(_STEPS):
+        trial = np.clip(uv + part[:, None] * _step(jets, points, uv), _EDGE, 1 - _EDGE)
+        there = sampler.jets(face, corner, trial)
+        reached = _distance(there, points)
+        nearer = reached < distance
+        uv, jets = np.where(nearer[:, None], trial, uv), np.where(nearer[:, None, None], there, jets)
+        distance, part = np.where(nearer, reached, distance), np.where(nearer, 1.0, part / 4)
+    return uv, distance
+
+
+def _distance(jets: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distances (k,); infinite where there is no surface."""
+    distance = np.linalg.norm(points - jets[:, 0], axis=1)
+    return np.where(np.isfinite(distance), distance, np.inf)
+
+
+def _step(jets: np.ndarray, points: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Newton's step (k, 2) in the parameters towards `points` (k, 3), with the absolute values of the Hessian's
+    eigenvalues, so that it leads down; along a patch's side where it would leave it; 0 without derivatives."""
     tangents, gap = jets[:, 1:3], points - jets[:, 0]
     metric = tangents @ tangents.transpose(0, 2, 1)
     slope = (tangents @ gap[:, :, None])[:, :, 0]
-    determinant = metric[:, 0, 0] * metric[:, 1, 1] - metric[:, 0, 1] ** 2
-    raw = np.stack([metric[:, 1, 1] * slope[:, 0] - metric[:, 0, 1] * slope[:, 1],
-                    metric[:, 0, 0] * slope[:, 1] - metric[:, 0, 1] * slope[:, 0]], -1)  # fmt: skip
-    good = np.isfinite(raw).all(axis=1) & (determinant > 0)
-    return np.where(good[:, None], raw / np.where(good, determinant, 1.0)[:, None], 0.0)
+    bends = jets[:, 3:6] @ gap[:, :, None]
+    hessian = metric - bends[:, [0, 1, 1, 2], 0].reshape(-1, 2, 2)
+    good = np.isfinite(hessian).all(axis=(1, 2)) & np.isfinite(slope).all(axis=1)
+    hessian, slope = np.where(good[:, None, None], hessian, np.eye(2)), np.where(good[:, None], slope, 0.0)
+    stays = ((uv <= _EDGE) & (slope < 0)) | ((uv >= 1 - _EDGE) & (slope > 0))
+    slope, coupled = np.where(stays, 0.0, slope), ~stays.any(axis=1)
+    hessian = hessian * np.where(coupled[:, None, None], 1.0, np.eye(2))
+    values, axes = np.linalg.eigh(hessian)
+    values = np.maximum(np.abs(values), 1e-6 * np.abs(values).max(axis=1, keepdims=True) + 1e-300)
+    along = (axes.transpose(0, 2, 1) @ slope[:, :, None])[:, :, 0] / values
+    return np.clip((axes @ along[:, :, None])[:, :, 0], -1.0, 1.0)
 
 
 def _vertices(cage: Cage, face: np.ndarray, corner: np.ndarray, uv: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -112,3 +165,27 @@ def _vertices(cage: Cage, face: np.ndarray, corner: np.ndarray, uv: np.ndarray, 
         elif found[k] >= 0:
             taken.add(int(found[k]))
     return found
+
+
+def polylines(points: np.ndarray, ends: np.ndarray) -> Iterator[np.ndarray]:
+    """Points (k, 3), of all (n, 3), of each line that edges (e, 2) in their order make; a closed one ends where it begins."""
+    first = 0
+    for i in range(1, len(ends) + 1):
+        if i == len(ends) or ends[i, 0] != ends[i - 1, 1]:
+            yield points[[*ends[first:i, 0], ends[i - 1, 1]]]
+            first = i
+
+
+def evenly(line: np.ndarray, spacing: float, most: int) -> np.ndarray:
+    """Points (k, 3) along a line, about `spacing` apart and evenly; both its ends, or, of a closed one, one of them. Not
+    many more than `most`; one that is no place, if the line is none."""
+    lengths = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    whole = lengths[-1]
+    if not np.isfinite(whole):
+        return np.full((1, 3), np.nan)
+    if not whole > 0:
+        return line[:1]
+    closed = bool(np.linalg.norm(line[-1] - line[0]) <= 1e-3 * min(spacing, whole))
+    pieces = max(3 if closed else 1, round(min(whole / spacing, most)))
+    at = np.linspace(0, whole, pieces + 1)[: pieces if closed else None]
+    return np.stack([np.interp(at, lengths, line[:, axis]) for axis in range(3)], -1)

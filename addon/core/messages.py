@@ -236,6 +236,8 @@ def verdict_of(request: Request, solution: Solution) -> str:
 # ------------------------------------------------------------------------------------------------------ its failure --
 
 
+GO_THROUGH_STRENGTH = "Go Through needs a Strength of 1"
+
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
@@ -246,6 +248,10 @@ _IN_BLENDER = (
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
     ("spontaneous_curvature is", "Spontaneous Curvature is"),
     ("neither willmore nor mean_curvature has a weight", "neither Willmore nor Mean curvature is minimized"),
+    ("what the surface goes through cannot be had with a strength below 1", GO_THROUGH_STRENGTH),
+    ("what the surface goes through cannot be had with a distance that the surface stays within", "Go Through needs a Within of 0"),
+    ("nothing that its point depends on may move", "the surface is held there by Boundary, creases or pins"),
+    ("or refine the cage once", "or subdivide the cage once"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),
     ("what is inside; hold the boundary", "what is inside: choose another Boundary, or turn off Keep Volume"),
 )

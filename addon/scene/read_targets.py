@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import bpy
 import numpy as np
 
-from ..core.go_through import Places
+from ..core.go_through import Places, evenly, polylines
+from ..core.surface_points import face_edges
 from .modifiers import CageError
-from .read_cage import Source
+from .read_cage import Source, read_edges, read_positions
 
 NORMAL = "curvopt_normal"  # attribute of a mesh's points, FLOAT_VECTOR: the surface's normals there
 _KINDS = ("EMPTY", "MESH", "CURVE")
@@ -23,8 +25,10 @@ _Place = tuple[np.ndarray, np.ndarray, str]
 def read_targets(context: bpy.types.Context, name: str, with_normals: bool, source: Source) -> Places:
     """Places in the frame of `source`. Of the collection's objects, those of its collections too, an empty is a place, and
     `with_normals` its Z axis is the surface's normal there; of a mesh the vertices are, with normals by its attribute
-    curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. The source's own object is
-    left out. Nothing for no name. CageError if there is no such collection, or nothing in it."""
+    curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. Modifiers and shape keys do
+    not count. The source's own object and results of it are left out, and what Blender does not evaluate: it excludes its
+    collection, or has it disabled in viewports. Nothing for no name. CageError if there is no such collection, nothing in
+    it, or more than the cage can go through."""
     if not name:
         return Places()
     if source.mirror is not None:
@@ -32,11 +36,21 @@ def read_targets(context: bpy.types.Context, name: str, with_normals: bool, sour
     collection = bpy.data.collections.get(name)
     if collection is None:
         raise CageError(f"There is no collection '{name}': choose another at Go Through, or none.")
-    objects = [obj for obj in collection.all_objects if obj.type in _KINDS and obj.name != source.name]
-    spacing = _EDGES_APART * _mean_edge(source)
-    found = [place for obj in objects for place in _places_of(context, obj, with_normals, spacing)]
+    most = len(source.cage.positions)
+    spacing = max(_EDGES_APART * _mean_edge(source), 1e-30)
+    depsgraph = context.evaluated_depsgraph_get()
+    objects = [obj for obj in collection.all_objects if _counts(obj, source, depsgraph)]
+    found = list(islice((place for obj in objects for place in _places_of(obj, with_normals, spacing, most)), most + 1))
     if not found:
-        raise CageError(f"Collection '{name}' has no empty, mesh or curve that the surface could go through.")
+        raise CageError(
+            f"Collection '{name}' has no empty, mesh or curve that the surface could go through. What is excluded from the "
+            "view layer or disabled in viewports does not count."
+        )
+    if len(found) > most:
+        raise CageError(
+            f"Collection '{name}' has more places than '{source.name}' has vertices, {most}, and one vertex has to move for each: "
+            "take some out, or subdivide the cage."
+        )
     frame = np.array(source.frame, np.float64)
     points = np.array([place[0] for place in found]).reshape(-1, 3)
     normals = np.array([place[1] for place in found]).reshape(-1, 3)
@@ -44,37 +58,42 @@ def read_targets(context: bpy.types.Context, name: str, with_normals: bool, sour
     return Places((points - frame[:3, 3]) @ turn, normals @ turn, tuple(place[2] for place in found))
 
 
+def _counts(obj: bpy.types.Object, source: Source, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether the surface is to go through an object of the collection."""
+    if obj.type not in _KINDS or obj.name_full == source.name or obj.get("curvopt_source") == source.name:
+        return False
+    return obj.evaluated_get(depsgraph).is_evaluated  # else its matrix is out of date
+
+
 def _mean_edge(source: Source) -> float:
-    """Mean length of the cage's sides."""
-    sizes, vertices = source.cage.face_sizes, source.cage.face_vertices
-    following = np.arange(len(vertices)) + 1
-    following[np.cumsum(sizes) - 1] = np.cumsum(sizes) - sizes
-    xyz = source.cage.positions
-    return float(np.linalg.norm(xyz[vertices[following]] - xyz[vertices], axis=1).mean())
+    """Mean length of the cage's edges."""
+    ends = source.cage.positions[face_edges(source.cage.face_sizes, source.cage.face_vertices)]
+    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
 
 
-def _places_of(context: bpy.types.Context, obj: bpy.types.Object, with_normals: bool, spacing: float) -> Iterator[_Place]:
+def _places_of(obj: bpy.types.Object, with_normals: bool, spacing: float, most: int) -> Iterator[_Place]:
+    """Of a curve more than `most` points are not made."""
     world = np.array(obj.matrix_world, np.float64)
     free = np.full(3, np.nan)
     if obj.type == "EMPTY":
-        axis = world[:3, 2]
-        yield world[:3, 3], axis if with_normals and axis.any() else free, f"empty '{obj.name}'"
+        place, axis = world[:3, 3] if np.isfinite(world).all() else free, world[:3, 2]
+        yield place, axis if with_normals and axis.any() else free, f"empty '{obj.name}'"
     elif obj.type == "MESH":
-        points = np.empty(3 * len(obj.data.vertices), np.float32)
-        obj.data.vertices.foreach_get("co", points)
-        normals = _normals_of(obj, with_normals)
-        for index, point in enumerate(_moved(points.reshape(-1, 3), world)):
+        normals = _normals_of(obj, world, with_normals)
+        for index, point in enumerate(_moved(read_positions(obj.data), world)):
             yield point, normals[index], f"vertex {index} of '{obj.name}'"
     else:
-        for index, point in enumerate(_along(context, obj, world, spacing)):
+        points, ends = _lines_of(obj)
+        lines = (evenly(line, spacing, most) for line in polylines(_moved(points, world), ends))
+        for index, point in enumerate(point for line in lines for point in line):
             yield point, free, f"point {index} along '{obj.name}'"
 
 
 def _moved(points: np.ndarray, world: np.ndarray) -> np.ndarray:
-    return points.astype(np.float64) @ world[:3, :3].T + world[:3, 3]
+    return points @ world[:3, :3].T + world[:3, 3]
 
 
-def _normals_of(obj: bpy.types.Object, wanted: bool) -> np.ndarray:
+def _normals_of(obj: bpy.types.Object, world: np.ndarray, wanted: bool) -> np.ndarray:
     """Normals (n, 3) in the world by the mesh's attribute; NAN without it, and where they are 0."""
     n, attribute = len(obj.data.vertices), obj.data.attributes.get(NORMAL)
     if not wanted or attribute is None:
@@ -84,43 +103,27 @@ def _normals_of(obj: bpy.types.Object, wanted: bool) -> np.ndarray:
     values = np.empty(3 * n, np.float32)
     attribute.data.foreach_get("vector", values)
     normals = values.reshape(-1, 3).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(normals).all(axis=1))
+    if bad.size:
+        raise CageError(f"Attribute '{NORMAL}' of vertex {bad[0]} of '{obj.name}' is {normals[bad[0]]}: give it three numbers.")
     normals[~normals.any(axis=1)] = np.nan
-    return normals @ np.linalg.inv(np.array(obj.matrix_world, np.float64)[:3, :3])
+    rows = world[:3, :3]  # by their cross products, a multiple of the inverse, flat objects have normals, too
+    return normals @ np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])]).T
 
 
-def _along(context: bpy.types.Context, obj: bpy.types.Object, world: np.ndarray, spacing: float) -> np.ndarray:
-    """Points (k, 3) in the world along the curve without its bevel and extrusion, about `spacing` apart on each spline."""
+def _lines_of(obj: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a curve without its bevel and extrusion, and the edges (e, 2) between them, spline by spline."""
     shape = obj.copy()
-    shape.data = obj.data.copy()
+    shape.data = data = obj.data.copy()
     try:
-        shape.data.bevel_depth = shape.data.extrude = 0
-        shape.data.bevel_object, shape.data.fill_mode = None, "FULL" if shape.data.dimensions == "3D" else "NONE"
-        mesh = shape.to_mesh()
-        points = np.empty(3 * len(mesh.vertices), np.float32)
-        mesh.vertices.foreach_get("co", points)
-        ends = np.array([edge.vertices[:] for edge in mesh.edges]).reshape(-1, 2)
+        for key in data.shape_keys.key_blocks if data.shape_keys else ():
+            key.value = 0
+        data.bevel_depth = data.extrude = 0
+        data.bevel_object, data.fill_mode = None, "FULL" if data.dimensions == "3D" else "NONE"
+        mesh = shape.to_mesh()  # None without splines
+        points, ends = (np.empty((0, 3)), np.empty((0, 2), int)) if mesh is None else (read_positions(mesh), read_edges(mesh))
         shape.to_mesh_clear()
     finally:
-        data = shape.data
         bpy.data.objects.remove(shape)
         bpy.data.curves.remove(data)
-    lines = [_evenly(line, spacing) for line in _polylines(_moved(points.reshape(-1, 3), world), ends)]
-    return np.concatenate(lines) if lines else np.empty((0, 3))
-
-
-def _polylines(points: np.ndarray, ends: np.ndarray) -> Iterator[np.ndarray]:
-    """Points (k, 3) of each line that edges (e, 2) in their order make; a closed one ends where it begins."""
-    first = 0
-    for i in range(1, len(ends) + 1):
-        if i == len(ends) or ends[i, 0] != ends[i - 1, 1]:
-            yield points[[*ends[first:i, 0], ends[i - 1, 1]]]
-            first = i
-
-
-def _evenly(line: np.ndarray, spacing: float) -> np.ndarray:
-    """Points (k, 3) along a line, evenly spaced; both its ends, or, of a closed one, one of them."""
-    lengths = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    closed = bool(np.allclose(line[0], line[-1]))
-    pieces = max(3 if closed else 1, round(lengths[-1] / spacing)) if lengths[-1] > 0 else 0
-    at = np.linspace(0, lengths[-1], pieces + 1)[: pieces if closed and pieces else None]
-    return np.stack([np.interp(at, lengths, line[:, axis]) for axis in range(3)], -1)
+    return points, ends

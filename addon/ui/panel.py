@@ -8,6 +8,7 @@ import textwrap
 import bpy
 
 from ..core.energy import number_text
+from ..core.messages import GO_THROUGH_STRENGTH
 from ..scene.amount import has_blend
 from ..scene.animation import is_animated
 from ..scene.handles import owner, session_of
@@ -97,6 +98,8 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop_search(settings, "through", bpy.data, "collections")
         if settings.through:
             column.prop(settings, "through_normals")
+            for line in _lines(context, GO_THROUGH_STRENGTH) if settings.strength < 1 else ():
+                column.label(text=line)
         column.prop(settings, "outcome")
         if settings.outcome != "SHAPE_KEY":
             column.prop(settings, "animation")

@@ -191,7 +191,7 @@ class RunSettings:
     through: bpy.props.StringProperty(
         name="Go Through", description="A collection: the surface goes exactly through its empties, the vertices of its "
         "meshes, and points along its curves, one and a half edges apart. Of the surface, the points that are "
-        "nearest to them go there. Not in Edit Mode and Live",
+        "nearest to them go there. Needs a Strength of 1; does not count in Edit Mode and Live",
     )
     through_normals: bpy.props.BoolProperty(
         name="Normals", description="The surface is perpendicular to the Z axes of the empties, and to the vectors that "

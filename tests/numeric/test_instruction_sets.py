@@ -4,6 +4,9 @@ line as on a processor that has no more than it is told (instruction_sets.c)."""
 from __future__ import annotations
 
 import json
+import platform
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -58,3 +61,14 @@ def test_same_bits(seed: int, energy: str, levels: int, tmp_path: Path) -> None:
         pytest.skip("this processor has one instruction set")
     for other in found[1:]:
         assert other == found[0]
+
+
+def test_no_operation_is_fused() -> None:
+    """Compilers fuse at times, whatever they are told: the program is taken apart."""
+    objdump = shutil.which("objdump")
+    if objdump is None or platform.machine() != "x86_64":
+        pytest.skip("there is no objdump, or the processor has other instructions")
+    code = subprocess.run([objdump, "-d", "--no-show-raw-insn", PROGRAM], capture_output=True, text=True, check=True).stdout
+    assert "mulsd" in code
+    fused = re.findall(r"^.*\svfn?m(?:add|sub)\w*\s.*$", code, re.MULTILINE)
+    assert not fused, fused[:3]

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
-from mathutils import Matrix, Vector
+from mathutils import Euler, Matrix, Vector
 from mathutils.bvhtree import BVHTree
 from runs import minimize, positions
 
@@ -103,6 +103,9 @@ def test_along_a_curve(ball, targets):
 
 
 def test_refusals_name_what_is_meant(ball, targets):
+    for vertex in ball.data.vertices:
+        vertex.select = vertex.index == 0
+
     def refused(match, **arguments):
         cage = positions(ball).copy()
         with pytest.raises(RuntimeError, match=match):
@@ -112,10 +115,26 @@ def test_refusals_name_what_is_meant(ball, targets):
     refused("There is no collection 'Nothing'", through="Nothing")
     refused("Collection 'Targets' has no empty, mesh or curve", through="Targets")
     add_empty(targets, ball, AXES[0], AXES[0])
-    refused("strength", through="Targets", strength=0.5)
+    refused("Go Through needs a Strength of 1", through="Targets", strength=0.5)
+    refused("Go Through needs a Within of 0", through="Targets", within=0.5)
+    refused("Empty 'Place': the surface is held there by Boundary, creases or pins", through="Targets", pin="UNSELECTED")
     add_empty(targets, ball, AXES[0] * [1.1, 1, 1], AXES[0])
     add_empty(targets, ball, AXES[0] * [1.2, 1, 1], AXES[0])
     refused(r"empty 'Place\.00[12]'", through="Targets", through_normals=True)
+
+
+def test_too_many_for_the_cage(ball, targets, add):
+    """Points of 45 vertices depend on each other; once the cage is subdivided they do not."""
+    random = np.random.default_rng(0).normal(size=(45, 3))
+    cloud = add(random / np.linalg.norm(random, axis=1)[:, None], [], name="Cloud")
+    cloud.matrix_world = ball.matrix_world
+    targets.objects.link(cloud)
+    with pytest.raises(RuntimeError, match="45 places near each other do not move independently: .* or subdivide the cage"):
+        minimize(ball, through="Targets", resolution="REFINE")
+    bpy.context.view_layer.objects.active = ball
+    ball.modifiers.new("Once", "SUBSURF").levels = 1
+    bpy.ops.object.modifier_apply(modifier="Once")
+    minimize(ball, through="Targets", max_iterations=5)
 
 
 def test_mirror_modifier_is_refused(add, targets):
@@ -124,3 +143,111 @@ def test_mirror_modifier_is_refused(add, targets):
     targets.objects.link(bpy.data.objects.new("Place", None))
     with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, with which the surface cannot go through places"):
         minimize(half, through="Targets")
+
+
+@pytest.mark.parametrize("scale, turn", [((-1, 1.2, 1), (0, 0, 0)), ((1, 2, 0.5), (0.4, 0.2, 0.5))], ids=["mirrored", "sheared"])
+def test_in_place_in_the_world(ball, targets, scale, turn):
+    """Empties of negative and uneven scale on a cage that a parent mirrors or shears."""
+    parent = bpy.data.objects.new("Parent", None)
+    bpy.context.scene.collection.objects.link(parent)
+    parent.scale, ball.parent, ball.matrix_basis = scale, parent, Euler(turn).to_matrix().to_4x4()
+    bpy.context.view_layer.update()
+    world, held = ball.matrix_world.copy(), []
+    for place, sign in zip(AXES, (1, -2, 0.5, -1)):
+        normal = (world.inverted().transposed().to_3x3() @ Vector(place + [0.1, -0.1, 0.05])).normalized()
+        empty = bpy.data.objects.new("Place", None)
+        targets.objects.link(empty)
+        along = normal.to_track_quat("Z", "Y").to_matrix().to_4x4()
+        empty.matrix_world = Matrix.Translation(world @ Vector(place)) @ along @ Matrix.Diagonal((1, -1, sign, 1))
+        held.append((world @ Vector(place), normal))
+    minimize(ball, through="Targets", through_normals=True, outcome="REPLACE")
+    modifier = ball.modifiers[-1]
+    modifier.levels, modifier.use_limit_surface, modifier.quality = 6, True, 10
+    mesh = ball.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    surface = BVHTree.FromPolygons([world @ vertex.co for vertex in mesh.vertices], [polygon.vertices[:] for polygon in mesh.polygons])
+    for place, normal in held:
+        found = surface.find_nearest(place)
+        assert found[3] < 2e-4 and abs(found[1].dot(normal)) > 0.999
+
+
+@pytest.fixture
+def names(ball, part):
+    """What the places of the collection are of."""
+
+    def names_now(with_normals=False):
+        source = part("scene.read_cage").read_source(bpy.context, ball)
+        return part("scene.read_targets").read_targets(bpy.context, "Targets", with_normals, source).names
+
+    return names_now
+
+
+def test_what_counts(ball, targets, names, part):
+    """Children, collections in it, what the eye hides; not what Blender does not evaluate, the cage, and its results."""
+    off = bpy.data.collections.new("Off")
+    inner = bpy.data.collections.new("Inner")
+    for collection in (off, inner):
+        targets.children.link(collection)
+    made = {}
+    for name, collection in zip(("seen", "hidden", "disabled", "excluded", "inner", "child"), (targets,) * 3 + (off, inner, targets)):
+        made[name] = bpy.data.objects.new(name, None)
+        collection.objects.link(made[name])
+    inner.objects.link(made["seen"])
+    targets.objects.link(ball)
+    made["child"].parent = made["seen"]
+    made["hidden"].hide_set(True)
+    made["disabled"].hide_viewport = True
+    bpy.context.view_layer.layer_collection.children["Targets"].children["Off"].exclude = True
+    for number, empty in enumerate(made.values()):
+        empty.location = (3.0 + number, 1, -2)
+    counted = {"empty 'seen'", "empty 'hidden'", "empty 'inner'", "empty 'child'"}
+    found = names()
+    assert set(found) == counted and len(found) == 4
+    result = minimize(ball, energy="WILLMORE", max_iterations=1)
+    assert result.name in targets.objects
+    assert set(names()) == counted
+    source = part("scene.read_cage").read_source(bpy.context, ball)
+    places = part("scene.read_targets").read_targets(bpy.context, "Targets", False, source)
+    hidden = places.points[places.names.index("empty 'hidden'")]
+    assert (ball.matrix_world @ Vector(hidden) - Vector((4, 1, -2))).length < 1e-5
+    for name in ("seen", "hidden", "inner", "child"):
+        bpy.data.objects.remove(made[name])
+    with pytest.raises(RuntimeError, match="disabled in viewports does not count"):
+        minimize(ball, through="Targets")
+
+
+def test_odd_curves_and_meshes_leave_nothing_behind(ball, targets, add, names):
+    """Curves without splines, with keys and modifiers, of enormous size; meshes that are flat, large, of no numbers."""
+    curve = bpy.data.curves.new("Line", "CURVE")
+    curve.dimensions = "3D"
+    line = bpy.data.objects.new("Line", curve)
+    targets.objects.link(line)
+
+    def counts():
+        return {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "curves", "shape_keys", "actions")}
+
+    before = counts()
+    with pytest.raises(RuntimeError, match="has no empty, mesh or curve"):
+        minimize(ball, through="Targets")
+    spline = curve.splines.new("POLY")
+    spline.points.add(1)
+    spline.points[1].co = (1, 0, 0, 1)
+    plain = len(names())
+    line.modifiers.new("Array", "ARRAY")
+    line.shape_key_add(name="Basis")
+    key = line.shape_key_add(name="Far")
+    key.value, key.data[1].co = 1, (20, 0, 0)
+    assert len(names()) == plain and key.value == 1
+    line.scale = (1e9, 1, 1)
+    with pytest.raises(RuntimeError, match="'Targets' has more places than 'Ball' has vertices, 98"):
+        minimize(ball, through="Targets")
+    assert counts() == {**before, "shape_keys": 1}
+    bpy.data.objects.remove(line)
+    flat = add(AXES, [], name="Flat")
+    flat.location, flat.scale = (3, 1, -2), (1, 1, 0)
+    targets.objects.link(flat)
+    vectors = flat.data.attributes.new("curvopt_normal", "FLOAT_VECTOR", "POINT").data
+    vectors.foreach_set("vector", np.tile([0.1, 0.0, 1.0], 4))
+    assert len(names(with_normals=True)) == 4
+    vectors[2].vector = (np.nan, 0, 1)
+    with pytest.raises(RuntimeError, match="'curvopt_normal' of vertex 2 of 'Flat'"):
+        minimize(ball, through="Targets", through_normals=True)
