@@ -2,6 +2,7 @@
 #include "constraints/placement.h"
 
 #include "base/memory.h"
+#include "constraints/freedom.h"
 #include "linalg/vector.h"
 
 #include <stdlib.h>
@@ -25,7 +26,20 @@ static void spread(const co_interpolation *map, const co_constraints *c, const d
             memset(field + 3 * (size_t)v, 0, 3 * sizeof *field);
 }
 
-/* Solves M M^T x = r [3 n_rows], which is spent, by conjugate gradients; x is 0 at first. work [6 n_rows + 3
+/* Leaves of value [3 n_rows] what is held; H is the projector. */
+static void keep_held(const co_interpolation *map, const co_constraints *c, double *value) {
+    for (int32_t i = 0; i < map->limit.n_rows; i++) {
+        const size_t v = (size_t)map->vertex[i];
+        double free_part[9], *x = value + 3 * (size_t)i;
+        co_freedom_projector(c->freedom[v], c->direction + 3 * v, free_part);
+        const double was[3] = {x[0], x[1], x[2]};
+        for (size_t k = 0; k < 3; k++)
+            for (size_t l = 0; l < 3; l++)
+                x[k] -= free_part[3 * k + l] * was[l];
+    }
+}
+
+/* Solves H M M^T H x = r [3 n_rows], which is spent, by conjugate gradients; x is 0 at first. work [6 n_rows + 3
  * n_vertices]
  */
 static void solve(const co_interpolation *map, const co_constraints *c, double *r, double *x, double *work) {
@@ -36,6 +50,7 @@ static void solve(const co_interpolation *map, const co_constraints *c, double *
     for (int k = 0; k < MOST_STEPS && square > end; k++) {
         spread(map, c, d, field);
         co_sparse_rows_apply(&map->limit, field, q);
+        keep_held(map, c, q);
         const double length = co_vector_dot(n, d, q);
         if (!(length > 0))
             return;
@@ -58,11 +73,16 @@ int32_t co_placement_move(const co_interpolation *map, const co_constraints *con
     co_sparse_rows_apply(&map->limit, xyz, rest);
     for (size_t i = 0; i < n; i++)
         rest[i] = wanted[i] - rest[i];
+    keep_held(map, constraints, rest);
     solve(map, constraints, rest, x, work);
     spread(map, constraints, x, field);
     co_vector_add(n_cage, 1, field, xyz);
+    co_sparse_rows_apply(&map->limit, xyz, x);
+    for (size_t i = 0; i < n; i++)
+        rest[i] = wanted[i] - x[i];
+    keep_held(map, constraints, rest);
     for (size_t i = 0; i < n; i++) /* what is left, by the vertices in whose place the values are */
-        xyz[3 * (size_t)map->vertex[i / 3] + i % 3] = wanted[i];
+        xyz[3 * (size_t)map->vertex[i / 3] + i % 3] = x[i] + rest[i];
     co_interpolation_to_cage(map, xyz);
     free(rest);
     return CURVOPT_OK;
