@@ -213,8 +213,10 @@ void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, con
     double full[3][3] = {{0}};
     if (high < 0 || low < 0)
         return;
-    if (high < low) { /* the block is symmetric, and w's rows are as good */
-        co_sparse_hessian_add_block(h, w, v, block);
+    if (high < low) {
+        const double other[9] = {block[0], block[3], block[6], block[1], block[4],
+                                 block[7], block[2], block[5], block[8]};
+        co_sparse_hessian_add_block(h, w, v, other);
         return;
     }
     project_block(r, v, w, block, full);

@@ -54,8 +54,8 @@ typedef struct co_second_kind {
  * well. ERROR_MEMORY. */
 int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const co_second_kind *kind,
                                    co_sparse_hessian *hessian, curvopt_error *error);
-/* Adds a symmetric 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
- * w also to (w, v). Vertices that cannot move drop out; others must have a face in common. */
+/* Adds a 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
+ * w also its transpose to (w, v). Vertices that cannot move drop out; others must have a face in common. */
 void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, const double block[9]);
 /* A derivative by the variables of a node. */
 typedef struct co_node_derivative {

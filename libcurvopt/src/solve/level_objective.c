@@ -167,13 +167,28 @@ int co_level_objective_crosses(co_level_objective *o, const double *z) {
     return !isfinite(value);
 }
 
+static co_spacing unit_spacing(const co_level_objective *o) {
+    return (co_spacing){.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
+}
+
+void co_level_objective_corners_like(co_level_objective *o, const double *xyz) {
+    double centroid[3];
+    const co_spacing unit = unit_spacing(o);
+    const double radius = o->is_framed ? o->run->radius : co_similarity_mesh_frame(o->mesh, xyz, centroid);
+    o->corner_area = co_spacing_mean_corner(&unit, xyz) / (radius * radius);
+}
+
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
+    const co_tuning *t = o->run->tuning;
+    co_spacing spacing = unit_spacing(o);
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
-    o->spacing = unit;
-    o->spacing.weight = sum > 0 ? worth / sum : 0;
+    const double *cage = co_level_objective_cage(o);
+    const double edges = co_spacing_value(&spacing, cage, NULL);
+    const double mean = o->corner_area > 0 ? o->corner_area : co_spacing_mean_corner(&spacing, cage);
+    spacing.weight = edges > 0 ? worth / edges : 0;
+    spacing.least = mean * (o->assembly.functional.has_third ? t->spacing_least_third : t->spacing_least);
+    o->spacing = spacing;
     o->spaced_energy = energy;
     co_level_objective_evaluate(o, now);
 }

@@ -43,6 +43,8 @@ typedef struct co_level_objective {
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
     double spaced_energy;           /* by which that was weighed */
+    double corner_area;             /* mean area of corners for it, where the caller has chosen it; 0: where it is
+                                       weighed */
     co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
@@ -91,6 +93,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* Where no crossings are wanted: whether z has one that a look on the way has missed. */
 int co_level_objective_crosses(co_level_objective *objective, const double *z);
+/* The spacing goes by the mean corner of this cage from now on, xyz [3 n_vertices] as the user sees it. */
+void co_level_objective_corners_like(co_level_objective *objective, const double *xyz);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what

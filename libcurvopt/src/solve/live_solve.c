@@ -39,8 +39,10 @@ static int32_t make_level(curvopt_solver *s, curvopt_error *error) {
     s->is_elsewhere = 0;
     int32_t status = co_level_create(&r->context, s->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
                                      s->level_start, 1, &s->level, error);
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK) {
+        co_level_objective_corners_like(&s->level->objective, s->first); /* which no way of the hand changes */
         co_run_watch(r, s->level);
+    }
     return status;
 }
 
