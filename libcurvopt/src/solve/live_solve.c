@@ -1,8 +1,8 @@
 /* How a solver that stays solves.
  *
- * With an even spacing what is minimized over everything is the objective E and c E / S of the spacing's sum S, with
- * E / S taken where a stage begins. Stages follow each other until E / S stands: then the gradient of E S^c is 0, and
- * the result does not depend on the way there.
+ * With an even spacing what is minimized over everything is the objective E and c E / S of the spacing's sum, where S
+ * is that of edges alone, and E / S is taken where a stage begins. Stages follow each other until E / S stands. The
+ * areas of corners are those of the first cage. So the result does not depend on the way there.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/live_solve.h"
