@@ -90,7 +90,7 @@
     X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
-    X(double, spacing_least, 0.15, 0, 1, "of the mean", "area of a face's corner that an even spacing keeps up", "53") \
+    X(double, spacing_least, 0.1, 0, 1, "of the mean", "area of a face's corner that an even spacing keeps up", "53")  \
     X(double, spacing_least_third, 0.05, 0, 1, "of the mean", "the same for third order", "53")                        \
     X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
     X(double, repulsion, 1, 1e-4, 100, "of the energy", "of a surface that is close to itself all over", "113")        \
