@@ -12,8 +12,8 @@ import pytest
 
 import lib
 import test_through as points
-from ccref import Mesh
-from nets import read_obj, torus_cage, write_obj
+from ccref import Mesh, mesh_from_faces
+from nets import read_obj, sphere_like, torus_cage, write_obj
 from osd import osd_jets
 
 NONE = 1  # CURVOPT_SYMMETRY_NONE
@@ -206,7 +206,7 @@ def test_only_what_is_held_bears_the_gradient(energy, most, capsys):
 
 
 def test_a_normal_far_from_the_surface_s_is_turned_to():
-    """By 70 degrees, with its sign: the first level begins with tangents that were turned, not flattened."""
+    """By 70 degrees, with its sign."""
     mesh = torus_cage(8, 5, 0.4)
     normal = points.limits(mesh)
     found = osd_jets(mesh, [0], [0], [[0.5, 0.5]]).normal[12]
@@ -216,6 +216,17 @@ def test_a_normal_far_from_the_surface_s_is_turned_to():
     after = osd_jets(result.mesh, [0], [0], [[0.5, 0.5]])
     assert np.linalg.norm(np.cross(after.normal[12], goal)) <= 1e-9
     assert np.abs(after.limit[12] - normal[12]).max() <= 1e-9 and result.verdict == "minimum"
+
+
+def test_a_sphere_that_grows_is_no_hard_start():
+    """Fourteen frames of the unit sphere, of a cage whose vertices are on it, and its surface a tenth inside: tangents have to
+    grow with it. Were their lengths kept, this one began folded."""
+    mesh = sphere_like(4)
+    mesh = mesh_from_faces(unit(mesh.xyz), mesh.face_list())
+    held = np.random.default_rng(47).choice(len(mesh.xyz), 14, replace=False)
+    frames = lib.through(held, places=mesh.xyz[held], normals=mesh.xyz[held])
+    result = lib.minimize(mesh, levels=1, symmetry=NONE, through=frames)
+    assert result.verdict == "minimum" and 8 * np.pi <= result.summary.end.objective <= 8.02 * np.pi
 
 
 def test_pins_and_points_can_be_held_together():

@@ -11,7 +11,7 @@
 
 /* Cosine up to which a tangent is at right angles to a normal. */
 static const double RIGHT_ANGLE = 1e-6;
-/* Least cosine of the angle by which a tangent plane is turned at the beginning: it halves the way round the sphere. */
+/* Least cosine of the angle by which a tangent plane or a tangent is turned at the beginning. */
 static const double LEAST_COSINE = 1e-3;
 
 /* An entry, checked. */
@@ -272,21 +272,6 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
 
 /* ------------------------------------------------------------------------------------ the first level -- */
 
-/* Turns both tangents of a plane by the least rotation that takes `from` to `to`, both unit. */
-static void turn(const double from[3], const double to[3], double *const tangent[2]) {
-    double axis[3], cosine = dot(from, to);
-    cross(from, to, axis);
-    for (int k = 0; k < 2; k++) {
-        double *t = tangent[k], across[3];
-        if (!t)
-            continue;
-        const double along = dot(axis, t) / (1 + cosine);
-        cross(axis, t, across);
-        for (int c = 0; c < 3; c++)
-            t[c] = cosine * t[c] + across[c] + along * axis[c];
-    }
-}
-
 static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *error) {
     const double length = sqrt(dot(d, d));
     if (!(length > 0))
@@ -297,40 +282,35 @@ static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *
     return CURVOPT_OK;
 }
 
-/* Turns tangents so that unit vector `now` comes to goal or -goal. */
-static int32_t turn_to(const co_surface_value *f, const double now[3], const double goal[3], double *const tangent[2],
-                       curvopt_error *error) {
-    const double cosine = dot(now, goal), sign = cosine < 0 ? -1 : 1;
-    const double to[3] = {sign * goal[0], sign * goal[1], sign * goal[2]};
-    if (!(fabs(cosine) > LEAST_COSINE))
-        return co_status_fail(
-            error, CURVOPT_ERROR_ARGUMENT, f->number,
-            "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
-            "there",
-            f->number);
-    turn(now, to, tangent);
-    return CURVOPT_OK;
+/* Refuses to turn unit vector `now` to goal or -goal, between which nothing decides at a right angle. */
+static int32_t check_turn(const co_surface_value *f, const double now[3], const double goal[3], curvopt_error *error) {
+    if (fabs(dot(now, goal)) > LEAST_COSINE)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
+                          "there",
+                          f->number);
 }
 
-/* Tangents of value i, and of the next one if both are of one entry. */
-static int32_t place_tangents(const co_surface_values *fs, int32_t i, int is_pair, double *xyz, curvopt_error *error) {
+/* Checks the tangents of value i, and of the next one if both are of one entry. */
+static int32_t check_tangents(const co_surface_values *fs, int32_t i, int is_pair, const double *xyz,
+                              curvopt_error *error) {
     const co_surface_value *f = &fs->item[i];
     double now[3];
-    double *const tangent[2] = {xyz + 3 * (size_t)f->pivot, is_pair ? xyz + 3 * (size_t)fs->item[i + 1].pivot : NULL};
     int32_t status = CURVOPT_OK;
     if (is_pair) {
-        cross(tangent[0], tangent[1], now);
+        cross(xyz + 3 * (size_t)f->pivot, xyz + 3 * (size_t)fs->item[i + 1].pivot, now);
         status = make_unit(f, now, error);
         if (status == CURVOPT_OK)
-            status = turn_to(f, now, fs->item[i + (f->freedom == CO_FREEDOM_LINE)].direction, tangent, error);
+            status = check_turn(f, now, fs->item[i + (f->freedom == CO_FREEDOM_LINE)].direction, error);
     }
     for (int k = 0; status == CURVOPT_OK && k < 1 + is_pair; k++) {
         if (fs->item[i + k].freedom != CO_FREEDOM_LINE)
             continue;
-        memcpy(now, tangent[k], sizeof now);
+        memcpy(now, xyz + 3 * (size_t)fs->item[i + k].pivot, sizeof now);
         status = make_unit(f, now, error);
         if (status == CURVOPT_OK)
-            status = turn_to(f, now, fs->item[i + k].direction, tangent, error);
+            status = check_turn(f, now, fs->item[i + k].direction, error);
     }
     return status;
 }
@@ -342,10 +322,10 @@ int32_t co_given_through_place(const co_constraints *constraints, double *xyz, c
         if (!fs->item[i].is_tangent)
             continue;
         const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
-        status = place_tangents(fs, i, is_pair, xyz, error);
+        status = check_tangents(fs, i, is_pair, xyz, error);
         i += is_pair;
     }
-    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) /* what rounding has left, and points */
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++)
         co_constraints_put_back(constraints, fs->item[i].pivot, xyz + 3 * (size_t)fs->item[i].pivot);
     return status;
 }
