@@ -9,8 +9,8 @@
  * constraints any more. */
 int32_t co_given_through_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                 co_constraints *constraints, curvopt_error *error);
-/* Puts positions xyz [3 n_vertices] (interpolation.h) to where the values are to be, which have pivots, the nearest way.
- * ERROR_ARGUMENT where a tangent plane or a tangent begins at right angles to what it is to be. */
+/* Puts positions xyz [3 n_vertices] (interpolation.h) to where the values are to be, which have pivots, the nearest
+ * way. ERROR_ARGUMENT where a tangent plane or a tangent begins at right angles to what it is to be. */
 int32_t co_given_through_place(const co_constraints *constraints, double *xyz, curvopt_error *error);
 
 #endif

@@ -5,8 +5,8 @@
 #include "constraints/interpolation.h"
 
 /* Moves vertices of xyz [3 n_vertices] so that the rows of map->limit have the values wanted [3 n_rows], as far as they
- * are held: of a tangent that has a normal, the part along it, and not its length. Those that nothing holds, or in whose
- * place a value is, move, and all of them together as little as can be, by
+ * are held: of a tangent that has a normal, the part along it, and not its length. Those that nothing holds, or in
+ * whose place a value is, move, and all of them together as little as can be, by
  *
  *     dx = M^T (H M M^T H)^-1 H (wanted - M x) ,
  *
