@@ -13,7 +13,7 @@ CO_DECLARE_SETS(co_blas_routines, co_blas_routines);
 static const co_blas_routines *routines(void) {
     static const co_blas_routines *const sets[CO_N_INSTRUCTION_SETS] = CO_OBJECTS_OF_SETS(co_blas_routines);
     co_instruction_set set = CO_N_INSTRUCTION_SETS - 1;
-    while (!co_has_instruction_set(set))
+    while (set > CO_PORTABLE && !co_has_instruction_set(set))
         set--;
     return sets[set];
 }
