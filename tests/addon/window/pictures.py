@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Euler
+from mathutils import Euler, Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import driver  # noqa: E402
@@ -285,6 +285,48 @@ def slide():
     screenshot("15_slide")
 
 
+def go_through():
+    """A ball whose surface is to go through three rings, and the result beside it, among copies of the rings."""
+    setup()
+    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    points, faces = shapes.quad_sphere()
+    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
+    ball.data.from_pydata(points.tolist(), [], faces)
+    bpy.context.scene.collection.objects.link(ball)
+    ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
+    rings = bpy.data.collections.new("Rings")
+    bpy.context.scene.collection.children.link(rings)
+    for radius, height in ((0.95, -0.5), (0.5, 0.45), (0.75, 0.95)):
+        in_viewport(bpy.ops.curve.primitive_bezier_circle_add, radius=radius, location=(0, 0, height))
+        ring = bpy.context.object
+        for collection in list(ring.users_collection):
+            collection.objects.unlink(ring)
+        rings.objects.link(ring)
+        ring.data.bevel_depth = 0.012
+    in_viewport(bpy.ops.object.select_all, action="DESELECT")
+    bpy.context.view_layer.objects.active = ball
+    ball.select_set(True)
+    settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "SAME", "AUTO"
+    settings.through = rings.name
+    assert invoke() == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    print(state().message, flush=True)
+    result = bpy.context.object
+    for ring in list(rings.objects):
+        copy = ring.copy()
+        copy.location = ring.location + result.location - ball.location
+        bpy.context.scene.collection.objects.link(copy)
+    view.view_perspective, view.view_rotation = "PERSP", Euler((1.3, 0, 0)).to_quaternion()
+    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 8
+    view.view_location += Vector((0.9, 0, 0.3))
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    yield from open_sidebar_tab()
+    yield from settled()
+    screenshot("25_go_through")
+    settings.through = ""
+
+
 def inspect():
     """A bumpy bottle with zebra stripes on it; combs on two rings, and the probe; how far a fairer one is from it."""
     setup()
@@ -365,7 +407,10 @@ def animation():
 
 
 def everything():
-    acts = preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide, live, inspect, animation
+    acts = (
+        preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide,
+        go_through, live, inspect, animation,
+    )  # fmt: skip
     wanted = os.environ.get("CURVOPT_ACTS", "").split()
     try:
         for act in acts:
