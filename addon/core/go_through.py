@@ -62,7 +62,7 @@ class Places:
         with library.Mesh.of_cage(library.load(), cage) as mesh:
             face, corner, uv = nearest(mesh, cage.positions, self.points)
         sizes = np.asarray(cage.face_sizes)
-        vertex = _vertices(cage, face, corner, uv, self.points)
+        vertex = _vertices(cage, face, corner, uv)
         middle = (sizes[face] != 4) & (uv > _INSIDE).all(axis=1)
         uv = np.where(middle[:, None], _INSIDE, uv)
         return tuple(
@@ -148,7 +148,7 @@ def _step(jets: np.ndarray, points: np.ndarray, uv: np.ndarray) -> np.ndarray:
     return np.clip((axes @ along[:, :, None])[:, :, 0], -1.0, 1.0)
 
 
-def _vertices(cage: Cage, face: np.ndarray, corner: np.ndarray, uv: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _vertices(cage: Cage, face: np.ndarray, corner: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """The vertex (k,) whose own point is taken, each for one place at most; -1: a point inside the face."""
     sizes, vertices = np.asarray(cage.face_sizes), np.asarray(cage.face_vertices)
     start = np.cumsum(sizes) - sizes
