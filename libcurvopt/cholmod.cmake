@@ -18,7 +18,11 @@ endif()
 # (notes/96-blas-of-our-own.md).
 add_library(curvopt_own_blas STATIC src/linalg/own_blas.c src/base/instruction_set.c)
 target_include_directories(curvopt_own_blas PRIVATE include src)
-curvopt_add_vectors(curvopt_own_blas src/linalg/blas_routines.c)
+if(CURVOPT_SANITIZE_MEMORY) # which does not see what CHOLMOD writes to the stack, such as arguments of the BLAS
+  set(CURVOPT_BLAS_OPTIONS -fno-sanitize=memory)
+endif()
+target_compile_options(curvopt_own_blas PRIVATE ${CURVOPT_BLAS_OPTIONS})
+curvopt_add_vectors(curvopt_own_blas src/linalg/blas_routines.c ${CURVOPT_BLAS_OPTIONS})
 
 set(archives)
 foreach(name cholmod amd camd colamd ccolamd suitesparseconfig)

@@ -75,11 +75,11 @@ sources() {
     find libcurvopt tests -name '*.[ch]' "$@"
 }
 
-# clang-format; the flow of the sources (tests/checks/flow.py); tests of the scripts in tests/checks.
+# clang-format; the flow of the sources (tests/checks/flow.py); a fuzzer for each function; tests of the scripts in tests/checks.
 run_format() {
     local passed=0 failed=0 script ok bad
     if sources -print0 | xargs -0 clang-format --dry-run -Werror; then passed=1; else failed=1; fi
-    for script in test_flow flow test_results; do
+    for script in test_flow flow fuzzed test_results; do
         "$PYTHON" -B "tests/checks/$script.py" | tee "$LOGS/$script.txt"
         ok=0 bad=1
         read -r ok _ bad _ < <(tail -n 1 "$LOGS/$script.txt")

@@ -88,7 +88,8 @@ def main():
 def api_corpus():
     """One seed for each call on each kind of cage, and one of all calls on each; then what surfaces there are."""
     plain = [0, 0] + [1, 1, 1]  # nobody moved, nothing cut off; no creases, no corners, smooth boundary
-    calls = {'copies': 0, 'refine': 1, 'sampler': 2, 'measure': 3, 'minimize': 4, 'part': 5, 'mesh_part': 6, 'evaluate': 7}
+    calls = {'copies': 0, 'refine': 1, 'sampler': 2, 'measure': 3, 'minimize': 4, 'part': 5, 'mesh_part': 6, 'evaluate': 7,
+             'solver': 9}
     for kind, shape in enumerate(('grid', 'tube', 'torus', 'prism', 'pyramid')):
         for name, call in calls.items():
             options = [kind % 4, 1, kind] + 16 * [0]

@@ -64,7 +64,7 @@ void __wrap_free(void *p) {
 
 #ifndef FAILURES_APART /* more than 1 in qemu, where each would take 2000 s */
 #ifdef __SANITIZE_ADDRESS__
-#define FAILURES_APART 3 /* six times as slow; without the sanitizer all are tried */
+#define FAILURES_APART 5 /* six times as slow; without the sanitizer all are tried */
 #else
 #define FAILURES_APART 1
 #endif
