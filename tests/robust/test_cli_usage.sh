@@ -189,6 +189,7 @@ test_bad_files_of_points_are_refused_by_name() {
     through '[{"vertex": 1, "at": "here"}, {"vertex": 1, "at": [2, 2, 2]}]' 'entry 1: its point cannot be chosen freely beside entry 0'
     refused 1 "no/through.json: No such file" minimize cage.obj -o result.obj --levels 1 --through no/through.json
     printf '[{"vertex": 1, "at": "here"}]' >through.json
+    refused 2 "standard input can be the cage or the file of --through, not both" minimize - -o result.obj --through -
     refused 1 "through.json: what the surface goes through cannot be had with symmetries that are kept" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry keep
 }
 

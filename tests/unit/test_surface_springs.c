@@ -1,5 +1,5 @@
-/* Springs of points, normals and tangents of the surface, beside points that are held exactly: value, gradient and second
- * derivatives by differences; couplings. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Springs of points, normals and tangents of the surface, beside points that are held exactly: value, gradient and
+ * second derivatives by differences; couplings. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
 
@@ -18,8 +18,8 @@ enum { N_ENTRIES = 5, N_SPRINGS = 7 };
 static const int32_t vertex[N_ENTRIES] = {5, 6, 10, -1, -1}, face[N_ENTRIES] = {0, 0, 0, 4, 4},
                      freedom[N_ENTRIES] = {0, 1, 3, 0, 2}, toward[N_ENTRIES] = {0, 0, 9, 0, 0};
 static const double uv[2 * N_ENTRIES] = {0, 0, 0, 0, 0, 0, 0.25, 0.5, 0.3, 0.5},
-                    direction[3 * N_ENTRIES] = {0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 3, -1, 1},
-                    weight[N_ENTRIES] = {1, 0.25, 0.75, 0.5, 0.9};
+                           direction[3 * N_ENTRIES] = {0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 3, -1, 1},
+                           weight[N_ENTRIES] = {1, 0.25, 0.75, 0.5, 0.9};
 static const double SCALE = 7;
 
 typedef struct setting {

@@ -122,8 +122,8 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     if (status != CURVOPT_OK)
         return status;
     at->springs = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
-    at->penalty = at->springs + l->now.found[CO_FOUND_REPULSION] +
-                  co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
+    at->penalty =
+        at->springs + l->now.found[CO_FOUND_REPULSION] + co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
     note_held(at, l);
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
