@@ -415,10 +415,18 @@ typedef struct curvopt_constraints {
  * level they are the same points of the surface; what is said of them holds exactly, to rounding, from the beginning of
  * the first level on, which vertices near them are moved for.
  *
- * The unknowns there are the points and tangents themselves, in place of as many cage vertices near them
- * (libcurvopt/notes/87-through-limit-points.md). An entry that those near it, or other constraints, leave no freedom
- * for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark limit
- * surface, also where energies are those of a blend. No symmetries of the cage are used.
+ * A weight w between 0 and 1 draws the point and the tangents by springs instead: w / (1 - w) * half of the stiffness
+ * of a sphere (as in curvopt_constraints), times (distance / size of the input)^2 of the point from its place, line or
+ * plane, plus the squares of the cosines between the normal and two tangents at right angles; a tangent that has a
+ * direction counts by the square of the sine between them. Lengths of tangents are in parts of those on the input.
+ * That adds to the objective (curvopt_summary.spring_energy) and depends on neither scale nor levels. There may be any
+ * number of such entries near each other: where they contradict, the result is between them. As w goes to 1 distances
+ * fall like 1 - w, to the result that holds exactly.
+ *
+ * The unknowns at entries of weight 1 are the points and tangents themselves, in place of as many cage vertices near
+ * them (libcurvopt/notes/87-through-limit-points.md). An entry that those near it, or other constraints, leave no
+ * freedom for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark
+ * limit surface, also where energies are those of a blend. No symmetries of the cage are used.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
@@ -441,6 +449,7 @@ typedef struct curvopt_through {
                                held; NULL: none is. At right angles to the normal, if there is one, to 1e-6 */
     const int32_t *toward;  /* [n] at a vertex the other end of an edge there, along which the tangent is; inside a face
                                0: along u, 1: along v; ignored where there is no tangent */
+    const double *weights;  /* [n] 0: the entry does not count, to 1: it holds exactly; NULL: all 1 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are
@@ -994,6 +1003,9 @@ typedef struct curvopt_summary {
     int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */
     int32_t n_refused;           /* the same: steps that were shortened because of a crossing */
     int32_t reserved_too;        /* 0 */
+    double spring_energy; /* what springs add to the objective at the result: of weights below 1 of constraints and
+                             of what the surface goes through, of a strength below 1, and the barrier of
+                             `within`. In no reported energy. 0 without any */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and

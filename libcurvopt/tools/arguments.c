@@ -154,6 +154,8 @@ int arguments_parse(int argc, char **argv, arguments *a, char *message, size_t s
         return complain(message, size, "no cage was named", NULL);
     if (minimize && !a->output)
         return complain(message, size, "no output was named: -o OUT.obj", NULL);
+    if (a->through && !strcmp(a->input, "-") && !strcmp(a->through, "-"))
+        return complain(message, size, "standard input can be the cage or the file of --through, not both", NULL);
     curvopt_error error;
     if (curvopt_options_validate(&a->options, &error) == CURVOPT_OK)
         return ARGUMENTS_DONE;

@@ -126,6 +126,8 @@ static void print_run(const json_report *r, int was_verified) {
                "repels them, "
                "and a run may end\n",
                s->n_refused, s->n_refused == 1 ? "" : "s");
+    if (s->spring_energy > 0)
+        printf("%-22s %.5g  (what springs add to the objective; in no energy)\n", "springs", s->spring_energy);
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);
@@ -419,6 +421,16 @@ static int load_held(arguments *a, pin_list *pins, through_list *through) {
     return ARGUMENTS_DONE;
 }
 
+/* The file that an error is of: the library's sentences about what the surface goes through begin with an entry of its
+ * file, or with these words. */
+static const char *blamed(const arguments *a, const curvopt_error *error) {
+    static const char *const begins[] = {"entry ", "what the surface goes through "};
+    for (size_t k = 0; a->through && k < sizeof begins / sizeof *begins; k++)
+        if (!strncmp(error->message, begins[k], strlen(begins[k])))
+            return a->through;
+    return a->input;
+}
+
 /* Says why there is no result; where nothing may move, how many levels it takes until something may. */
 static int refused(const arguments *a, const input *in, const curvopt_error *error) {
     enum { MORE = 3 }; /* levels beyond those of the run that are looked at */
@@ -430,7 +442,7 @@ static int refused(const arguments *a, const input *in, const curvopt_error *err
     if (error->code != CURVOPT_ERROR_ARGUMENT ||
         curvopt_find_moving_level(in->mesh, in->cage.xyz, &o, &level, &none) != CURVOPT_OK ||
         level <= a->options.levels)
-        return could_not(a->input, error->message);
+        return could_not(blamed(a, error), error->message);
     snprintf(message, sizeof message, "%s: from --levels %d on some may", error->message, level);
     return could_not(a->input, message);
 }

@@ -108,7 +108,8 @@ int json_write(FILE *f, const json_report *r) {
     if (r->summary) {
         fprintf(f, "  \"n_sliding\": %d, ", r->summary->n_sliding);
         put_number(f, "curve_deviation", r->summary->curve_deviation, ",\n  ");
-        put_number(f, "discretization_error", r->summary->discretization_error, ",\n");
+        put_number(f, "discretization_error", r->summary->discretization_error, ", ");
+        put_number(f, "spring_energy", r->summary->spring_energy, ",\n");
     }
     if (r->summary)
         put_scalars(f, r->summary);

@@ -61,10 +61,6 @@ static int check_keys(const entry *e, const json_node *object, const char *const
         int found = 0;
         for (int k = 0; known[k]; k++)
             found |= !strcmp(node[i].key, known[k]);
-        if (!strcmp(node[i].key, "weight"))
-            return fail(
-                e, "\"weight\": points of the surface are held exactly or not at all; weights are of vertices, in a "
-                   "file of pins");
         if (!found)
             return fail_key(e, node[i].key, "is not known here");
     }
@@ -78,7 +74,7 @@ static const json_node *member(const entry *e, const char *key) {
 /* Where arrays of curvopt_through have an entry. */
 typedef struct slot {
     int32_t *vertex, *face, *corner, *freedom, *toward;
-    double *uv, *direction, *place, *normal, *tangent;
+    double *uv, *direction, *place, *normal, *tangent, *weight;
 } slot;
 
 static int take_location(const entry *e, const slot *to) {
@@ -132,12 +128,21 @@ static int take_frame(const entry *e, const slot *to) {
                : fail(e, "inside a face \"to\" must be \"u\" or \"v\"");
 }
 
+static int take_weight(const entry *e, const slot *to) {
+    const json_node *weight = member(e, "weight");
+    *to->weight = weight ? weight->number : 1;
+    if (weight && !(weight->kind == JSON_NUMBER && weight->number >= 0 && weight->number <= 1))
+        return fail_key(e, "weight", "must be a number, 0 to 1");
+    return 0;
+}
+
 static int take_entry(const entry *e, const slot *to) {
-    static const char *const known[] = {"vertex", "face",  "uv",     "corner",  "at",
-                                        "line",   "plane", "normal", "tangent", NULL};
+    static const char *const known[] = {"vertex", "face",   "uv",      "corner", "at", "line",
+                                        "plane",  "normal", "tangent", "weight", NULL};
     if (e->node->kind != JSON_OBJECT)
         return fail(e, "an object was expected");
-    if (check_keys(e, e->node, known) || take_location(e, to) || take_point(e, to) || take_frame(e, to))
+    if (check_keys(e, e->node, known) || take_location(e, to) || take_point(e, to) || take_frame(e, to) ||
+        take_weight(e, to))
         return 1;
     if (*to->freedom == 3 && isnan(*to->normal) && isnan(*to->tangent))
         return fail(e, "holds nothing: give \"at\", \"line\", \"plane\", \"normal\" or \"tangent\"");
@@ -148,7 +153,7 @@ static int take_entry(const entry *e, const slot *to) {
 static int make_room(int32_t n, through_list *out) {
     const size_t size = (size_t)n;
     out->integers = calloc(5 * size, sizeof *out->integers);
-    out->reals = calloc(14 * size, sizeof *out->reals);
+    out->reals = calloc(15 * size, sizeof *out->reals);
     if (!out->integers || !out->reals)
         return 1;
     for (size_t i = 0; i < 14 * size; i++)
@@ -166,7 +171,8 @@ static int make_room(int32_t n, through_list *out) {
                                    .directions = r + 2 * size,
                                    .places = r + 5 * size,
                                    .normals = r + 8 * size,
-                                   .tangents = r + 11 * size};
+                                   .tangents = r + 11 * size,
+                                   .weights = r + 14 * size};
     return 0;
 }
 
@@ -183,7 +189,8 @@ static slot slot_of(const through_list *list, int32_t i) {
                   .direction = real + 2 * n,
                   .place = real + 5 * n,
                   .normal = real + 8 * n,
-                  .tangent = real + 11 * n};
+                  .tangent = real + 11 * n,
+                  .weight = list->reals + 14 * n + k};
 }
 
 int through_parse(FILE *file, through_list *out, char *message, size_t size) {
@@ -212,12 +219,14 @@ int through_parse(FILE *file, through_list *out, char *message, size_t size) {
 
 int through_read(const char *path, through_list *out, char *message, size_t size) {
     *out = (through_list){0};
-    FILE *file = platform_open(path, "r");
+    const int standard_input = !strcmp(path, "-");
+    FILE *file = standard_input ? stdin : platform_open(path, "r");
     if (!file) {
         snprintf(message, size, "%s", strerror(errno));
         return 1;
     }
     int failed = through_parse(file, out, message, size);
-    fclose(file);
+    if (!standard_input)
+        fclose(file);
     return failed;
 }

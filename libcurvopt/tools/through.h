@@ -20,10 +20,11 @@ typedef struct through_list {
  *     "plane": [X, Y, Z]               the same of the plane with this normal
  *     "normal": [X, Y, Z]              the surface's normal there
  *     "tangent": {"to": W, "along": [X, Y, Z]}   the tangent toward vertex W; inside a face W is "u" or "v"
+ *     "weight": W                      0 to 1, how firmly; 1: exactly, as without it
  * Numbers of vertices, faces, corners and entries count from 0. Nonzero with a sentence in message [size], which names
  * the entry, if that cannot be done, or if there is no entry. */
 int through_parse(FILE *file, through_list *out, char *message, size_t size);
-/* The same from a file by name. */
+/* The same from a file by name; "-": from standard input. */
 int through_read(const char *path, through_list *out, char *message, size_t size);
 void through_free(through_list *list);
 

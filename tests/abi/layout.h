@@ -76,7 +76,7 @@ AT(curvopt_options, through, 280);
 AT(curvopt_options, no_crossings, 288);
 AT(curvopt_options, reserved, 292);
 
-SIZE(curvopt_through, 88);
+SIZE(curvopt_through, 96);
 AT(curvopt_through, struct_size, 0);
 AT(curvopt_through, n, 4);
 AT(curvopt_through, vertices, 8);
@@ -89,6 +89,7 @@ AT(curvopt_through, places, 56);
 AT(curvopt_through, normals, 64);
 AT(curvopt_through, tangents, 72);
 AT(curvopt_through, toward, 80);
+AT(curvopt_through, weights, 88);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);
@@ -165,7 +166,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 224);
+SIZE(curvopt_summary, 232);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -193,6 +194,7 @@ AT(curvopt_summary, n_touching, 208);
 AT(curvopt_summary, n_crossing_before, 212);
 AT(curvopt_summary, n_refused, 216);
 AT(curvopt_summary, reserved_too, 220);
+AT(curvopt_summary, spring_energy, 224);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

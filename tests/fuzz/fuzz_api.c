@@ -326,7 +326,7 @@ static void check_result(const state *s, const curvopt_result *result) {
 typedef struct wish {
     curvopt_through through;
     int32_t vertex[3], face[3], corner[3], freedom[3], toward[3];
-    double uv[6], direction[9], place[9], normal[9], tangent[9];
+    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3];
 } wish;
 
 static void any_vectors(reader *r, double *out, double unit) {
@@ -362,6 +362,9 @@ static void make_wish(reader *r, const state *s, wish *w) {
     w->through.normals = has & 4 ? w->normal : NULL;
     w->through.tangents = has & 8 ? w->tangent : NULL;
     w->through.toward = w->toward;
+    for (int k = 0; k < 3; k++) /* by bits that are of nothing else: one, or all, or all but one are springs */
+        w->weight[k] = has >> 5 & 1 << k ? 1 - 0.125 * (1 + k) : 1;
+    w->through.weights = has & 16 ? w->weight : NULL;
 }
 
 static void call_minimize(reader *r, state *s) {

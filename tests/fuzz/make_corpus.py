@@ -65,6 +65,8 @@ def main():
           b' {"vertex": 3, "line": [1, 0, 0], "tangent": {"to": 7, "along": [0, 1, 0]}},\n'
           b' {"face": 2, "uv": [1, 0.5E-1], "tangent": {"to": "v", "along": [0, 1, 0]}}]')
     write('corpus_through', 'escapes', b'[{"\\u0076ertex": 1, "at": "h\\u0065re"}, {"a\\ud83d\\ude00\\n\\"": [true, false, null]}]')
+    write('corpus_through', 'weights', b'[{"vertex": 1, "at": [0, 0, 1], "weight": 0.25}, {"vertex": 2, "at": "here", "weight": 1},\n'
+          b' {"face": 1, "uv": [0.5, 0.5], "normal": [0, 0, 1], "weight": 0}]')
     write('corpus_through', 'deep', b'[' * 20 + b'1' + b']' * 20)
     write('corpus_through', 'wrong', b'{"vertex": 1, "vertex": 01.}')
     write('corpus_mesh', 'open', packed((8, CUBE[1][:5]), 1, 0))

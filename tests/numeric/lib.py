@@ -117,7 +117,8 @@ class Through(C.Structure):
     """curvopt_through; made by through()"""
 
     _fields_ = [("struct_size", I32), ("n", I32)] + [(name, C.c_void_p) for name in (
-        "vertices", "faces", "corners", "uv", "freedom", "directions", "places", "normals", "tangents", "toward")]
+        "vertices", "faces", "corners", "uv", "freedom", "directions", "places", "normals", "tangents", "toward",
+        "weights")]
 
 
 class LevelReport(C.Structure):
@@ -137,7 +138,7 @@ class Summary(C.Structure):
         ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32),
         ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS),
         ("discretization_error", F64), ("clearance", F64), ("n_touching", I32), ("n_crossing_before", I32),
-        ("n_refused", I32), ("reserved_too", I32)]
+        ("n_refused", I32), ("reserved_too", I32), ("spring_energy", F64)]
 
 
 class Deviation(C.Structure):
@@ -306,11 +307,12 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
 
 
 def through(vertices=None, faces=None, corners=None, uv=None, freedom=None, directions=None, places=None, normals=None,
-            tangents=None, toward=None) -> Through:
+            tangents=None, toward=None, weights=None) -> Through:
     """Points of the surface, as in curvopt.h: vertices [n] or faces [n] with uv [n, 2]; keeps the arrays alive."""
     kept = [None if a is None else np.ascontiguousarray(a, kind) for a, kind in (
         (vertices, np.int32), (faces, np.int32), (corners, np.int32), (uv, float), (freedom, np.int32), (directions, float),
-        (places, float), (normals, float), (tangents, float), (toward, np.int32))]
+        (places, float), (normals, float), (tangents, float), (toward, np.int32),
+        (weights, float))]
     out = Through(C.sizeof(Through), next(len(a) for a in kept[:2] if a is not None),
                   *(None if a is None else a.ctypes.data for a in kept))
     out.kept = kept

@@ -81,6 +81,8 @@ def test_the_surface_goes_through_points_with_normals(cube):
     (curvopt.Through(vertex=1, tangent=[1, 0, 0]), "entry 0: tangent and toward belong together"),
     (curvopt.Through(face=1, uv=(0.5, 0.5), tangent=[1, 0, 0], toward=2), "entry 0: toward is 2"),
     (curvopt.Through(vertex=-1, at="here"), "entry 0: vertex is -1"),
+    (curvopt.Through(vertex=1, at="here", weight=1.5), "entry 0: weight is 1.5; it must be 0 to 1"),
+    (curvopt.Through(vertex=1, at="here", weight="firm"), "entry 0: weight is 'firm'"),
     (curvopt.Through(vertex=1, at="there"), "entry 0: at is 'there'"),
     (curvopt.Through(vertex=1, at=[1, 2]), "entry 0: at is"),
     (curvopt.Through(face=1, uv=(0.5, 0.5, 0.5), at="here"), "uv must be two numbers"),

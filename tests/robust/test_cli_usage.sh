@@ -181,14 +181,16 @@ test_bad_files_of_points_are_refused_by_name() {
     through '[{"vertex": 1, "tangent": [1, 0, 0]}]' '"tangent" must be {"to": W, "along": [X, Y, Z]}'
     through '[{"face": 1, "uv": [0.5, 0.5], "tangent": {"to": 3, "along": [1, 0, 0]}}]' '"to" must be "u" or "v"'
     through '[{"vertex": 1}]' 'entry 0, line 1: holds nothing'
-    through '[{"vertex": 1, "at": "here", "weight": 0.5}]' 'points of the surface are held exactly or not at all'
+    through '[{"vertex": 1, "at": "here", "weight": 1.5}]' '"weight" must be a number, 0 to 1'
+    through '[{"vertex": 1, "at": "here", "weight": "firm"}]' '"weight" must be a number, 0 to 1'
     through '[{"vertex": 1, "at": "here", "normals": 1}]' 'entry 0, line 1: "normals" is not known here'
-    through '[{"vertex": 8, "at": "here"}]' 'entry 0 is at vertex 8; there are 8 vertices'
+    through '[{"vertex": 8, "at": "here"}]' 'through.json: entry 0 is at vertex 8; there are 8 vertices'
     through '[{"vertex": 1, "normal": [0, 0, 0]}]' 'entry 0 has the normal 0 0 0'
     through '[{"vertex": 1, "at": "here"}, {"vertex": 1, "at": [2, 2, 2]}]' 'entry 1: its point cannot be chosen freely beside entry 0'
     refused 1 "no/through.json: No such file" minimize cage.obj -o result.obj --levels 1 --through no/through.json
     printf '[{"vertex": 1, "at": "here"}]' >through.json
-    refused 1 "cannot be had with symmetries that are kept" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry keep
+    refused 2 "standard input can be the cage or the file of --through, not both" minimize - -o result.obj --through -
+    refused 1 "through.json: what the surface goes through cannot be had with symmetries that are kept" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry keep
 }
 
 test_symmetry_is_a_name_or_planes() {

@@ -10,6 +10,7 @@
 #include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
+#include "hessian/surface_springs.h"
 #include "surface/basis_table.h"
 #include "surface/boundary_turning.h"
 #include "surface/substitution.h"
@@ -212,6 +213,45 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     return status;
 }
 
+/* What springs of points and normals add: rows, springs, couplings. */
+static int32_t spring_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t vertices[2] = {0, -1}, faces[2] = {0, 2};
+    const double uv[4] = {0, 0, 0.25, 0.5}, normals[6] = {1, 0, 0, 0, 0, 1}, weights[2] = {0.5, 0.25};
+    const curvopt_through wanted = {.struct_size = sizeof wanted,
+                                    .n = 2,
+                                    .vertices = vertices,
+                                    .faces = faces,
+                                    .uv = uv,
+                                    .normals = normals,
+                                    .weights = weights};
+    const double centroid[3] = {0, 0, 0};
+    const co_interpolation none = {0};
+    curvopt_options o;
+    co_constraints held = {0}, copy = {0};
+    co_dof_map dofs = {0};
+    co_surface_springs springs = {0};
+    co_couplings couplings = {0};
+    curvopt_options_init(&o, sizeof o);
+    o.through = &wanted;
+    int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_copy(mesh, &held, &copy, error);
+    if (status == CURVOPT_OK)
+        status = co_surface_values_make_rows(mesh, &copy.drawn, error);
+    if (status == CURVOPT_OK)
+        status = co_dof_map_identity(c->n_vertices, &dofs, error);
+    if (status == CURVOPT_OK)
+        status = co_surface_springs_create(&copy.drawn, &none, &dofs, centroid, 1, 1, &springs, error);
+    for (int twice = 0; status == CURVOPT_OK && twice < 2; twice++)
+        status = co_surface_springs_couple(&springs, &couplings, error);
+    co_couplings_free(&couplings);
+    co_surface_springs_free(&springs);
+    co_dof_map_free(&dofs);
+    co_constraints_free(&copy);
+    co_constraints_free(&held);
+    return status;
+}
+
 /* What discs add to all that: points, room for second derivatives, what boundaries need, tables of both kinds of faces,
  * of which the one that takes longest comes last. xyz: NULL or positions, which allow half discs. */
 static int32_t disc_parts(const curvopt_mesh *mesh, const double *xyz, int n_discs, const int32_t kind[2],
@@ -330,6 +370,7 @@ static void test_held_limit_points_survive_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), limit_parts, 20);
     fail_each(cage_torus(4, 3, 1, 0.45), through_parts, 30);
+    fail_each(cage_torus(4, 3, 1, 0.45), spring_parts, 30);
     fail_each(cage_tetrahedron(), limit_parts, 30);
 }
 

@@ -127,6 +127,7 @@ class CThrough(C.Structure):
         ("freedom", C.POINTER(C.c_int32)),
         *((name, C.POINTER(C.c_double)) for name in "directions places normals tangents".split()),
         ("toward", C.POINTER(C.c_int32)),
+        ("weights", C.POINTER(C.c_double)),
     ]
 
 
@@ -225,6 +226,7 @@ class CSummary(C.Structure):
         ("discretization_error", C.c_double),
         ("clearance", C.c_double),
         *((name, C.c_int32) for name in "n_touching n_crossing_before n_refused reserved_too".split()),
+        ("spring_energy", C.c_double),
     ]
 
 
@@ -249,12 +251,12 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    CThrough: 88,
+    CThrough: 96,
     COptions: 296,
     CEnergies: 224,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 224,
+    CSummary: 232,
     CDeviation: 80,
     CCrossings: 24,
 }

@@ -16,7 +16,7 @@ _INT32_MAX = 2**31 - 1
 
 @dataclass(frozen=True)
 class Through:
-    """A point of the limit surface and what is held there, exactly and on every level.
+    """A point of the limit surface and what is held there, on every level.
 
     vertex          whose limit point it is; or face, uv and, of a face that is no quad, corner, as in Sampler.jets()
     at (3,)         where the point is held; "here": where it is; None: it is free, unless there is a line or plane
@@ -24,6 +24,7 @@ class Through:
     plane (3,)      it moves in the plane with this normal, likewise
     normal (3,)     the surface's normal there; its sign does not count
     tangent (3,)    direction of the tangent toward vertex `toward`; inside a face "u" or "v"; its sign does not count
+    weight          0 to 1: how firmly. 1: exactly; less: a spring draws the point, normal and tangent; 0: not at all
     """
 
     vertex: int | None = None
@@ -36,6 +37,7 @@ class Through:
     normal: object = None
     tangent: object = None
     toward: int | str | None = None
+    weight: float = 1.0
 
 
 def _three(value: object, entry: int, name: str) -> np.ndarray:
@@ -46,6 +48,12 @@ def _three(value: object, entry: int, name: str) -> np.ndarray:
     if out.shape != (3,):
         raise ValueError(f"entry {entry}: {name} is {value!r}; it must be three numbers.")
     return out
+
+
+def _weight(value: object, entry: int) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value <= 1:
+        raise ValueError(f"entry {entry}: weight is {value!r}; it must be 0 to 1.")
+    return float(value)
 
 
 def _count(value: object, entry: int, name: str) -> int:
@@ -101,8 +109,9 @@ def struct_of(entries: Sequence[Through]) -> CThrough:
     uv = np.array([(np.nan, np.nan) if e.uv is None else e.uv for e in entries], float)
     if uv.shape != (len(entries), 2):
         raise ValueError("uv must be two numbers of each entry.")
+    weights = np.array([_weight(e.weight, i) for i, e in on], float)
     arrays: dict[str, np.ndarray] = {name: np.array(numbers, np.int32) for name, numbers in integers.items()}
-    arrays.update({name: np.ascontiguousarray(rows, float) for name, rows in (vectors | {"uv": uv}).items()})
+    arrays.update({name: np.ascontiguousarray(rows, float) for name, rows in (vectors | {"uv": uv, "weights": weights}).items()})
     out = CThrough(C.sizeof(CThrough), len(entries))
     for name, array in arrays.items():
         kind = C.c_int32 if array.dtype == np.int32 else C.c_double

@@ -167,7 +167,8 @@ class Summary:
     without options.verify; `n_sliding` vertices of the input cage may slide. By the names of abi.SCALARS: `multipliers`, how
     much the least objective rises for each unit by which what is held does; `scalar_residuals`, relative distances of what is
     held from what it is to be. Both are 0 where nothing is held. `discretization_error`: how far the energy may be above that
-    of finer nets, by what the last levels brought; NAN if unknown, as after one level.
+    of finer nets, by what the last levels brought; NAN if unknown, as after one level. `spring_energy`: what springs (weights
+    below 1, a strength below 1) add to the objective; in no reported energy.
 
     With options.no_crossings: `touching`, pairs of faces (f, g) of the input cage by which the result is held; `clearance`,
     their least distance, NAN if there are none or without the option; `n_crossing_before` pairs of faces of the input cross, and still may;
@@ -192,3 +193,4 @@ class Summary:
     touching: tuple[tuple[int, int], ...] = ()
     n_crossing_before: int = 0
     n_refused: int = 0
+    spring_energy: float = 0.0

@@ -31,6 +31,7 @@ void co_constraints_free(co_constraints *constraints) {
     free(constraints->of_limit);
     co_soft_constraints_free(&constraints->springs);
     co_surface_values_free(&constraints->values);
+    co_surface_values_free(&constraints->drawn);
     free(constraints->left_out);
     *constraints = (co_constraints){0};
 }
@@ -79,6 +80,8 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
     status = co_soft_constraints_copy(m, &from->springs, &to->springs, error);
     if (status == CURVOPT_OK)
         status = co_surface_values_copy(&from->values, &to->values, error);
+    if (status == CURVOPT_OK)
+        status = co_surface_values_copy(&from->drawn, &to->drawn, error);
     if (status != CURVOPT_OK)
         co_constraints_free(to);
     return status;
@@ -170,8 +173,10 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     out.springs = constraints->springs;
     out.left_out = constraints->left_out;
     out.values = constraints->values;
+    out.drawn = constraints->drawn;
     co_surface_values_subdivide(m, &out.values);
-    constraints->values = (co_surface_values){0};
+    co_surface_values_subdivide(m, &out.drawn);
+    constraints->values = constraints->drawn = (co_surface_values){0};
     constraints->springs = (co_soft_constraints){0};
     constraints->left_out = NULL;
     for (int32_t f = 0; f < m->info.n_faces; f++) {

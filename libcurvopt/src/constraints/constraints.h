@@ -23,6 +23,7 @@ typedef struct co_constraints {
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
     co_surface_values values;    /* other points of the surface, and tangents; with pivots (pivots.h) their constraints
                                       are above, too */
+    co_surface_values drawn;     /* those that springs draw, within what is held; none if freedom is NULL */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */

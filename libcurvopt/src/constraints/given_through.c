@@ -14,6 +14,9 @@ static const double RIGHT_ANGLE = 1e-6;
 /* Least cosine of the angle by which a tangent plane or a tangent is turned at the beginning. */
 static const double LEAST_COSINE = 1e-3;
 
+/* Least sine of the angle between the tangents that springs draw, by rounding: below, there is no tangent plane. */
+static const double LEAST_SINE = 1e-9;
+
 /* An entry, checked. */
 typedef struct entry {
     int32_t number, vertex, face, corner; /* corner: half-edge, as in co_surface_value */
@@ -22,6 +25,7 @@ typedef struct entry {
     double direction[3], place[3]; /* place: NAN where it is not given */
     int has_normal, has_tangent, is_along_v;
     double normal[3], tangent[3]; /* unit */
+    double weight;
 } entry;
 
 static double dot(const double a[3], const double b[3]) {
@@ -163,11 +167,22 @@ static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *err
     return CURVOPT_OK;
 }
 
+static int32_t read_weight(const curvopt_through *t, entry *e, curvopt_error *error) {
+    const int32_t i = e->number;
+    e->weight = t->weights ? t->weights[i] : 1;
+    if (e->weight >= 0 && e->weight <= 1)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the weight %g; it must be 0 to 1", i,
+                          e->weight);
+}
+
 static int32_t read_entry(const curvopt_mesh *m, const curvopt_through *t, int32_t i, entry *e, curvopt_error *error) {
     *e = (entry){.number = i, .vertex = t->vertices ? t->vertices[i] : -1, .face = -1};
     int32_t status = read_point(t, e, error);
     if (status == CURVOPT_OK)
         status = read_frame(t, e, error);
+    if (status == CURVOPT_OK)
+        status = read_weight(t, e, error);
     if (status == CURVOPT_OK && e->freedom == CO_FREEDOM_ALL && !e->has_normal && !e->has_tangent)
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d holds nothing", i);
     if (status != CURVOPT_OK)
@@ -177,8 +192,12 @@ static int32_t read_entry(const curvopt_mesh *m, const curvopt_through *t, int32
 
 /* Values of an entry: at most its point and two tangents. */
 static void add_values(const entry *e, co_surface_values *fs) {
-    const co_surface_value at = {
-        .number = e->number, .vertex = e->vertex, .corner = e->corner, .uv = {e->uv[0], e->uv[1]}, .pivot = -1};
+    const co_surface_value at = {.number = e->number,
+                                 .vertex = e->vertex,
+                                 .corner = e->corner,
+                                 .uv = {e->uv[0], e->uv[1]},
+                                 .pivot = -1,
+                                 .stiffness = e->weight < 1 ? e->weight / (1 - e->weight) : 0};
     if (e->freedom != CO_FREEDOM_ALL) {
         co_surface_value *f = &fs->item[fs->n++];
         *f = at;
@@ -199,15 +218,49 @@ static void add_values(const entry *e, co_surface_values *fs) {
     }
 }
 
-/* Points without a place are held where they are. */
+static int32_t no_tangent_plane(const co_surface_value *f, curvopt_error *error) {
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d: the surface has no tangent plane there to begin with", f->number);
+}
+
+/* Tangent i that a spring draws gets length 1 on the first cage, and the
+ * other one of its entry, if there is one, length 1 at right angles to it; value [3 n]. What they are off by is then
+ * the sine of an angle, whatever the parameters are. */
+static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *value, curvopt_error *error) {
+    const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
+    const int32_t first = i + (is_pair && fs->item[i + 1].freedom == CO_FREEDOM_LINE), second = 2 * i + 1 - first;
+    const double *t = value + 3 * (size_t)first;
+    double *along = fs->item[first].along, length = sqrt(dot(t, t)), rest[3];
+    int status = length > 0 && isfinite(1 / length) ? CURVOPT_OK : no_tangent_plane(&fs->item[first], error);
+    for (int k = 0; status == CURVOPT_OK && k < 2; k++)
+        along[k] /= length;
+    if (!is_pair || status != CURVOPT_OK)
+        return status;
+    const double *other = value + 3 * (size_t)second, part = dot(other, t) / length;
+    for (int c = 0; c < 3; c++)
+        rest[c] = other[c] - part * t[c] / length;
+    length = sqrt(dot(rest, rest));
+    if (!(length > LEAST_SINE * sqrt(dot(other, other))))
+        return no_tangent_plane(&fs->item[second], error);
+    for (int k = 0; k < 2; k++)
+        fs->item[second].along[k] = (fs->item[second].along[k] - part * along[k]) / length;
+    return CURVOPT_OK;
+}
+
+/* Points without a place are held where they are; springs draw tangents of length 1. */
 static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
     double *value = CO_NEW(double, 3 * (size_t)fs->n);
     int32_t status = value ? co_surface_values_make_rows(m, fs, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         co_sparse_rows_apply(&fs->rows, xyz, value);
-    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++)
-        if (isnan(fs->item[i].anchor[0]))
-            memcpy(fs->item[i].anchor, value + 3 * (size_t)i, sizeof fs->item[i].anchor);
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) {
+        co_surface_value *f = &fs->item[i];
+        const int follows = i > 0 && f->is_tangent && f[-1].is_tangent && f[-1].number == f->number;
+        if (isnan(f->anchor[0]))
+            memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
+        if (f->is_tangent && f->stiffness > 0 && !follows)
+            status = scale_tangents(fs, i, value, error);
+    }
     free(value);
     return status;
 }
@@ -238,10 +291,28 @@ static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_e
     return CURVOPT_OK;
 }
 
+/* Reads the entries into constraints->values, and those that springs draw into constraints->drawn. */
+static int32_t read_entries(const curvopt_mesh *m, const curvopt_through *t, co_constraints *constraints,
+                            curvopt_error *error) {
+    co_surface_values *held = &constraints->values, *drawn = &constraints->drawn;
+    held->item = CO_NEW(co_surface_value, 3 * (size_t)t->n);
+    drawn->item = CO_NEW(co_surface_value, 3 * (size_t)t->n);
+    if (!held->item || !drawn->item)
+        return co_status_no_memory(error);
+    for (int32_t i = 0; i < t->n; i++) {
+        entry e;
+        int32_t status = read_entry(m, t, i, &e, error);
+        if (status != CURVOPT_OK)
+            return status;
+        if (e.weight > 0)
+            add_values(&e, e.weight < 1 ? drawn : held);
+    }
+    return CURVOPT_OK;
+}
+
 int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const curvopt_options *options,
                                 co_constraints *constraints, curvopt_error *error) {
     curvopt_through t;
-    co_surface_values *fs = &constraints->values;
     if (!options->through)
         return CURVOPT_OK;
     int32_t status = take(options->through, &t, error);
@@ -250,21 +321,16 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
     if (status != CURVOPT_OK || t.n == 0)
         return status;
     const int has_freedom = constraints->freedom != NULL;
-    status = co_constraints_allocate(m->info.n_vertices, constraints, error);
-    if (status == CURVOPT_OK && !has_freedom)
-        memcpy(constraints->anchor, xyz, 3 * sizeof *xyz * (size_t)m->info.n_vertices);
-    if (status == CURVOPT_OK)
-        fs->item = CO_NEW(co_surface_value, 3 * (size_t)t.n);
-    if (status == CURVOPT_OK && !fs->item)
-        status = co_status_no_memory(error);
-    for (int32_t i = 0; status == CURVOPT_OK && i < t.n; i++) {
-        entry e;
-        status = read_entry(m, &t, i, &e, error);
-        if (status == CURVOPT_OK)
-            add_values(&e, fs);
+    status = read_entries(m, &t, constraints, error);
+    if (status == CURVOPT_OK && constraints->values.n + constraints->drawn.n > 0) {
+        status = co_constraints_allocate(m->info.n_vertices, constraints, error);
+        if (status == CURVOPT_OK && !has_freedom)
+            memcpy(constraints->anchor, xyz, 3 * sizeof *xyz * (size_t)m->info.n_vertices);
     }
-    if (status == CURVOPT_OK)
-        status = find_places(m, xyz, fs, error);
+    if (status == CURVOPT_OK && constraints->values.n)
+        status = find_places(m, xyz, &constraints->values, error);
+    if (status == CURVOPT_OK && constraints->drawn.n)
+        status = find_places(m, xyz, &constraints->drawn, error);
     if (status != CURVOPT_OK)
         co_constraints_free(constraints);
     return status;
@@ -275,8 +341,7 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
 static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *error) {
     const double length = sqrt(dot(d, d));
     if (!(length > 0))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                              "entry %d: the surface has no tangent plane there to begin with", f->number);
+        return no_tangent_plane(f, error);
     for (int c = 0; c < 3; c++)
         d[c] /= length;
     return CURVOPT_OK;

@@ -4,9 +4,9 @@
 
 #include "constraints/constraints.h"
 
-/* Adds the entries of options->through, checked, to constraints->values, of a cage at xyz [3 n_vertices].
- * ERROR_ARGUMENT naming what is wrong, the element the entry's number; ERROR_MEMORY. On failure there are no
- * constraints any more. */
+/* Adds the entries of options->through, checked, to constraints->values, and to constraints->drawn those of a weight
+ * below 1, of a cage at xyz [3 n_vertices]. ERROR_ARGUMENT naming what is wrong, the element the entry's number;
+ * ERROR_MEMORY. On failure there are no constraints any more. */
 int32_t co_given_through_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                 co_constraints *constraints, curvopt_error *error);
 /* Puts positions xyz [3 n_vertices] (interpolation.h) to where the values are to be, which have pivots, the nearest

@@ -29,6 +29,12 @@ void co_surface_values_free(co_surface_values *f) {
 
 /* ----------------------------------------------------------------------------------------- subdivision -- */
 
+/* Springs draw the same vector on every level. */
+static void lengthen(co_surface_value *f, double factor) {
+    for (int k = 0; k < 2 && f->stiffness > 0; k++)
+        f->along[k] *= factor;
+}
+
 /* A point of a quad goes into the child at the nearest corner, whose parameters are turned by as many quarters. */
 static void into_child(const curvopt_mesh *m, co_surface_value *f) {
     const double u = f->uv[0], v = f->uv[1], a = f->along[0], b = f->along[1];
@@ -40,6 +46,7 @@ static void into_child(const curvopt_mesh *m, co_surface_value *f) {
         const double turned[4][2] = {{a, b}, {b, -a}, {-a, -b}, {-b, a}};
         memcpy(f->uv, to[quarter], sizeof f->uv);
         memcpy(f->along, turned[quarter], sizeof f->along);
+        lengthen(f, 2);
     }
     f->corner = 4 * (m->face_start[face] + quarter);
 }
@@ -48,10 +55,13 @@ void co_surface_values_subdivide(const curvopt_mesh *m, co_surface_values *fs) {
     for (int32_t i = 0; i < fs->n; i++) {
         co_surface_value *f = &fs->item[i];
         f->pivot = -1;
-        if (f->vertex < 0)
+        if (f->vertex < 0) {
             into_child(m, f);
-        else
-            f->corner *= 4; /* the child at that corner begins with the half-edge to the middle of the edge */
+            continue;
+        }
+        if (f->is_tangent)
+            lengthen(f, 1 / co_vertex_mask_tangents_shrink(m, f->vertex));
+        f->corner *= 4; /* the child at that corner begins with the half-edge to the middle of the edge */
     }
     co_sparse_rows_free(&fs->rows);
 }

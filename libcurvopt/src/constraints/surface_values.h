@@ -6,7 +6,8 @@
  * lies on the line through 0 along t. The same points of the surface are on every level: a vertex keeps its number, and
  * a point of a face is in a child of it.
  *
- * Each value is the unknown in place of some cage vertex, its pivot (interpolation.h).
+ * Each value is the unknown in place of some cage vertex, its pivot (interpolation.h); or a spring draws it
+ * (surface_springs.h), and it is one combination of vertices like any other.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_SURFACE_VALUES_H
@@ -27,6 +28,7 @@ typedef struct co_surface_value {
     double direction[3]; /* unit: along the line, or normal to the plane */
     double anchor[3];    /* where it is held, or a point of the line or plane, in the user's units; of tangents 0 */
     int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet */
+    double stiffness;    /* of a spring in place of that, as k_v of soft_constraints.h; 0: it is held exactly */
 } co_surface_value;
 
 typedef struct co_surface_values {
@@ -38,7 +40,8 @@ typedef struct co_surface_values {
 /* A copy without rows. ERROR_MEMORY. */
 int32_t co_surface_values_copy(const co_surface_values *from, co_surface_values *to, curvopt_error *error);
 void co_surface_values_free(co_surface_values *values);
-/* From a mesh to its subdivision; rows are dropped. */
+/* From a mesh to its subdivision; rows are dropped. Tangents that springs draw stay what they are; others get shorter,
+ * as S_u does. */
 void co_surface_values_subdivide(const curvopt_mesh *mesh, co_surface_values *values);
 /* Makes the rows. ERROR_ARGUMENT where a place is not on its face, ERROR_TOPOLOGY, ERROR_MEMORY. */
 int32_t co_surface_values_make_rows(const curvopt_mesh *mesh, co_surface_values *values, curvopt_error *error);

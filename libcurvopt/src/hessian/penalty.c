@@ -32,6 +32,7 @@ void co_penalty_free(co_penalty *p) {
     free(p->matrix);
     free(p->constant);
     free(p->most);
+    co_surface_springs_free(&p->surface);
     *p = (co_penalty){0};
 }
 
@@ -156,10 +157,11 @@ double co_penalty_value(const co_penalty *p, const double *z, double *gradient) 
         for (int i = 0; gradient && i < p->size[k]; i++)
             gradient[p->first[k] + i] += p->weight * force[i] / left;
     }
-    return p->weight * value;
+    return p->weight * (value + co_surface_springs_value(&p->surface, z, p->weight, gradient));
 }
 
 void co_penalty_add_hessian(const co_penalty *p, const double *z, co_sparse_hessian *h) {
+    co_surface_springs_add_hessian(&p->surface, p->weight, h);
     for (int32_t k = 0; k < p->n; k++) {
         double force[3], left = 1 - quadratic(p, k, z, force) / p->most[k];
         for (int j = 0; j < p->size[k]; j++) /* a column begins with its own block, from the diagonal on */

@@ -4,6 +4,7 @@
 #define CO_HESSIAN_PENALTY_H
 
 #include "hessian/sparse_hessian.h"
+#include "hessian/surface_springs.h"
 
 /* `weight` times the sum over nodes with springs of a quadratic function  q = constant + slope . y + y . matrix y / 2
  * of y = z - rest, or where a spring ends of the logarithmic barrier  -most ln(1 - q / most),  which is q where q is
@@ -18,6 +19,7 @@ typedef struct co_penalty {
     double *constant; /* [n] value at rest: 0 unless slope is not */
     double *most;     /* [n] value that springs do not reach, INFINITY where they have no end */
     double weight;    /* 1 at first */
+    co_surface_springs surface; /* springs of other values of the surface: none until the caller makes them */
 } co_penalty;
 
 /* Stiffness of an objective with these weights (curvopt_term): that of the unit sphere at a point, in units of the

@@ -20,7 +20,7 @@ static void scale_numbers(const co_level *l, curvopt_energies *energies) {
         energies->area = run->size.value;
 }
 
-int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *penalty) {
+int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energies, double *springs) {
     const double *x =
         l->reached && co_level_objective_crosses(&l->objective, l->reached) ? l->review.first : l->reached;
     if (!x)
@@ -31,8 +31,7 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
         return 0;
     co_level_objective_to_user(&l->objective, x, size_of(l, energies), xyz);
     scale_numbers(l, energies);
-    *penalty = co_penalty_value(&l->objective.penalty, x, NULL) +
-               co_spontaneous_curvature_reference(&l->objective.run->spontaneous, 0);
+    *springs = co_penalty_value(&l->objective.penalty, x, NULL);
     return 1;
 }
 

@@ -7,9 +7,9 @@
 
 /* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units. */
 int32_t co_level_finish(co_level *level, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error);
-/* The same of a level that was cancelled, at what it has reached, figures by the rules that there are. *penalty: what
+/* The same of a level that was cancelled, at what it has reached, figures by the rules that there are. *springs: what
  * springs add. 0 if it has not begun or there are no rules. */
-int co_level_finish_cancelled(co_level *level, double *xyz, curvopt_energies *energies, double *penalty);
+int co_level_finish_cancelled(co_level *level, double *xyz, curvopt_energies *energies, double *springs);
 /* Energies of a cage xyz [3 n_vertices] that the level's variables need not reach, by the rules that there are; 0 if
  * there are none. Where something is held. */
 int co_level_glance(co_level *level, const double *xyz, curvopt_energies *energies);

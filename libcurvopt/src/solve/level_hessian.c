@@ -17,6 +17,8 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     co_level_objective *o = h->objective;
     co_couplings couplings = {0};
     int32_t status = o->repulsion.facings.n ? co_repulsion_couplings(&o->repulsion, &couplings, error) : CURVOPT_OK;
+    if (status == CURVOPT_OK && o->penalty.surface.n)
+        status = co_surface_springs_couple(&o->penalty.surface, &couplings, error);
     if (status == CURVOPT_OK)
         status = co_newton_system_create(&o->assembly, &o->reduction, &couplings, &h->system, error);
     co_couplings_free(&couplings);

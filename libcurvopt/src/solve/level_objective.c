@@ -294,8 +294,14 @@ static int32_t create_variables(co_level_objective *o, const co_symmetry *symmet
     if (status != CURVOPT_OK)
         return status;
     co_dof_map_variables(&o->reduction, o->positions, z);
-    return co_penalty_create(&o->held.springs, &o->reduction, origin, unit, co_penalty_stiffness(run->options->weights),
-                             &o->penalty, error);
+    const double scale = co_penalty_stiffness(run->options->weights);
+    status = co_penalty_create(&o->held.springs, &o->reduction, origin, unit, scale, &o->penalty, error);
+    if (status == CURVOPT_OK && o->held.drawn.n)
+        status = co_surface_values_make_rows(o->mesh, &o->held.drawn, error);
+    if (status == CURVOPT_OK && o->held.drawn.n)
+        status = co_surface_springs_create(&o->held.drawn, &o->interpolation, &o->reduction, origin, unit, scale,
+                                           &o->penalty.surface, error);
+    return status;
 }
 
 /* The energy, over variables that are known. */
@@ -349,7 +355,8 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
         status = co_constraints_to_normals(o->mesh, &all, o->start, &o->held, error);
         if (status == CURVOPT_OK) {
             o->held.values = all.values;
-            all.values = (co_surface_values){0};
+            o->held.drawn = all.drawn;
+            all.values = all.drawn = (co_surface_values){0};
         }
         co_constraints_free(&all);
     }

@@ -320,6 +320,7 @@ static void clear_figures(co_run *r) {
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .energy = (double)NAN,
                                           .gradient_norm = (double)NAN};
+    r->at.springs = (double)NAN;
     memset(r->at.multiplier, 0, sizeof r->at.multiplier);
     memset(r->at.residual, 0, sizeof r->at.residual);
     r->is_asked_to_stop = 0;

@@ -121,8 +121,9 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
-    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL) + l->now.found[CO_FOUND_REPULSION] +
-                  co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
+    at->springs = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
+    at->penalty =
+        at->springs + l->now.found[CO_FOUND_REPULSION] + co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
     note_held(at, l);
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
@@ -137,7 +138,8 @@ void co_run_end_cancelled(co_run *r, co_level *l, double started) {
     at->report.stop = CURVOPT_STOP_CANCELLED;
     at->report.seconds = co_clock_seconds() - started;
     at->report.energy = at->report.gradient_norm = (double)NAN;
-    if (l && co_level_finish_cancelled(l, at->xyz, &at->energies, &at->penalty)) {
+    if (l && co_level_finish_cancelled(l, at->xyz, &at->energies, &at->springs)) {
+        at->penalty = at->springs + co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
         at->report.energy = at->energies.objective;
         note_held(at, l);
         return;
@@ -253,6 +255,7 @@ void co_run_summarize(co_run *r) {
     summary->method = r->context.options->method;
     summary->symmetry_order = r->at.symmetry.order;
     summary->curve_deviation = co_sliding_deviation(&r->sliding);
+    summary->spring_energy = r->at.springs;
     memcpy(summary->multiplier, r->at.multiplier, sizeof r->at.multiplier);
     memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
     summary->discretization_error = co_discretization_error(r->result->level, summary->n_levels);

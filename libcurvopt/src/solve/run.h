@@ -26,6 +26,7 @@ typedef struct co_level_result {
     double *xyz;          /* [3 n_vertices] where it ended */
     curvopt_energies energies;
     double penalty;                       /* what springs add to the objective, and its reference (co_values) */
+    double springs;                       /* the springs' part of that */
     double multiplier[CURVOPT_N_SCALARS]; /* of numbers that are held, by curvopt_scalar, in the user's units */
     double residual[CURVOPT_N_SCALARS];   /* how far they are from what is wanted */
     curvopt_level_report report;

@@ -153,7 +153,7 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     const curvopt_options *o = r->context.options;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
-    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || r->constraints.values.n)
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || r->constraints.values.n || r->constraints.drawn.n)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
                               error);

@@ -79,12 +79,23 @@ int co_vertex_mask_has_tangents(const curvopt_mesh *m, int32_t v) {
     return r.n_faces > 0 && co_mesh_flaw_of(m, v) == CO_MESH_SOUND && !r.is_corner && !r.fades && r.n_sharp == 0;
 }
 
+/* A below, of n faces. */
+static double weight_of_edges(int32_t n) {
+    const double turn = 2.0 / n; /* over pi */
+    return 1 + co_cos_pi(turn) + co_cos_pi(turn / 2) * sqrt(2 * (9 + co_cos_pi(turn)));
+}
+
+/* The subdominant eigenvalue of subdivision there (Halstead et al., appendix A). */
+double co_vertex_mask_tangents_shrink(const curvopt_mesh *m, int32_t v) {
+    return (weight_of_edges(ring_of(m, v).n_faces) + 4) / 16;
+}
+
 /* With e_i the fine ring's vertices on edges, (v + w_i + c_(i-1) + c_i) / 4, and c_i the middles of faces, the tangents
  * are the sums of A cos_i e_i + (cos_i + cos_(i+1)) c_i, and with sines; that of v is 0. */
 void co_vertex_mask_visit_tangents(const curvopt_mesh *m, int32_t h, co_vertex_tangents_fn visit, void *context) {
     const int n = ring_of(m, m->corner_vertex[h]).n_faces;
     const double turn = 2.0 / n; /* over pi */
-    const double edge = 1 + co_cos_pi(turn) + co_cos_pi(turn / 2) * sqrt(2 * (9 + co_cos_pi(turn)));
+    const double edge = weight_of_edges(n);
     const double unit = 1 / (1.5 * edge);
     for (int i = 0; i < n; i++, h = co_mesh_rotate(m, h)) {
         const int32_t f = m->corner_face[h];

@@ -27,5 +27,7 @@ typedef void (*co_vertex_tangents_fn)(int32_t vertex, const double weight[2], vo
  * one subdivision, so that faces may have any size. At a regular vertex the first is S_u, elsewhere as long as one gets
  * by that edge's other end. A vertex may come more than once. */
 void co_vertex_mask_visit_tangents(const curvopt_mesh *mesh, int32_t h, co_vertex_tangents_fn visit, void *context);
+/* By how much both get shorter with each subdivision. */
+double co_vertex_mask_tangents_shrink(const curvopt_mesh *mesh, int32_t vertex);
 
 #endif
