@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What build/release/dist holds, installed in fresh Blenders without a compiler: the zip for 3.4 to 4.1 in each; an extension, by
-# mistake, in those that know none; the static repository, from a local address, in those of 4.2 and later, with Blender's own
-# check of every extension zip.
+# mistake, in those that know none; in those of 4.2 and later, with Blender's own check of every extension zip, the extension
+# from disk, another system's, too, and the static repository from a local address.
 #
 #   bash tests/package/blenders.sh [ROOT...]     here, and in the Debians in these folders (head of tests/addon/blenders.sh)
 #
@@ -75,6 +75,7 @@ try_blender() {
         fi
         count "$version validates $(basename "$zip")" "$work/log" 0
     done
+    try_from_disk "$root" "$folder" "$version"
     in_root "$root" blender --command extension server-generate --repo-dir "$folder/generated" >"$work/log" 2>&1
     python3 -B tests/package/same_index.py "$dist/extensions/index.json" "${root%/}$folder/generated/index.json" >"$work/log" 2>&1
     count "$version index.json" "$work/log" $?
@@ -88,6 +89,24 @@ try_blender() {
     count "$version repository" "$work/log" $?
     kill "$server"
     server=
+}
+
+# try_from_disk ROOT FOLDER VERSION: this system's extension, and another's, if there is one, which Blender refuses in a sentence.
+try_from_disk() {
+    local root=$1 folder=$2/dist/extensions version=$3 own others
+    own=linux_$(uname -m | sed 's/x86_64/x64/; s/aarch64/arm64/')
+    mapfile -t others < <(cd "$dist/extensions" && find . -name '*.zip' ! -name "*-$own.zip" -printf "$folder/%f\n" | sort | tail -n 1)
+    in_root "$root" blender -b --factory-startup --online-mode --python-exit-code 1 -P "$2/install_in_blender.py" -- \
+        from_disk "$folder/$(basename "$dist"/extensions/*-"$own".zip)" "${others[@]}" >"$work/log" 2>&1
+    count "$version from disk" "$work/log" $?
+    if [ ${#others[@]} -gt 0 ]; then
+        if grep -qE "This platform \(.*\) isn't one of \(.*\)" "$work/log"; then
+            echo "1 passed, 0 failed" >"$work/log"
+        else
+            echo "0 passed, 1 failed" >>"$work/log"
+        fi
+        count "$version another system's extension" "$work/log" 0
+    fi
 }
 
 # copies FOLDER: what a root needs.

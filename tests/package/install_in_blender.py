@@ -3,10 +3,12 @@
 
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- legacy ZIP
     blender -b --factory-startup --python-exit-code 1 -P install_in_blender.py -- mistaken EXTENSION ZIP
+    blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- from_disk EXTENSION [FOREIGN]
     blender -b --factory-startup --online-mode --python-exit-code 1 -P install_in_blender.py -- repository URL FOLDER NEWER
 
 `legacy`: installs the zip, presses, tries to switch on another copy of it, removes it. `mistaken`: installs an extension in a
-Blender that knows no extensions, then the right zip. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
+Blender that knows no extensions, then the right zip. `from_disk`: installs the extension FOREIGN of another system, which Blender
+refuses, then that of this one, presses, removes. `repository`: subscribes to URL, which serves FOLDER; installs, presses,
 replaces the contents of FOLDER by those of NEWER, updates while a run is on, presses, removes while a run is on. Last line:
 "N passed, N failed".
 """
@@ -108,6 +110,20 @@ def mistaken(extension: str, zip_file: str) -> None:
     press("curvopt_addon", part("curvopt_addon", "binding").VERSION)
 
 
+def from_disk(extension: str, *foreign: str) -> None:
+    """Install from Disk, in Blender 4.2 and later."""
+    number = next(i for i, repo in enumerate(bpy.context.preferences.extensions.repos) if repo.module == "user_default")
+    place = Path(bpy.context.preferences.extensions.repos[number].directory) / "curvopt"
+    for other in foreign:
+        bpy.ops.extensions.package_install_files(filepath=other, repo="user_default", enable_on_install=True)
+        check("another system's extension is not installed", not place.exists() and not hasattr(bpy.types.Scene, "curvopt"))
+    bpy.ops.extensions.package_install_files(filepath=extension, repo="user_default", enable_on_install=True)
+    check("this system's is installed", (place / "blender_manifest.toml").is_file())
+    press("bl_ext.user_default.curvopt", part("bl_ext.user_default.curvopt", "binding").VERSION)
+    bpy.ops.extensions.package_uninstall(repo_index=number, pkg_id="curvopt")
+    check("and its files are gone", not place.exists() and not hasattr(bpy.types.Scene, "curvopt"))
+
+
 def repository(url: str, folder: str, newer: str) -> None:
     """The static repository, from a local address."""
     bpy.ops.preferences.extension_repo_add(name="Curvopt", remote_url=url, type="REMOTE")
@@ -138,6 +154,6 @@ def repository(url: str, folder: str, newer: str) -> None:
 
 
 arguments = sys.argv[sys.argv.index("--") + 1 :]
-{"legacy": legacy, "mistaken": mistaken, "repository": repository}[arguments[0]](*arguments[1:])
+{"legacy": legacy, "mistaken": mistaken, "from_disk": from_disk, "repository": repository}[arguments[0]](*arguments[1:])
 print(f"{bpy.app.version_string}: {passed} passed, {failed} failed")
 sys.exit(failed > 0)
