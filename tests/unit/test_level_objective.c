@@ -263,7 +263,7 @@ static void check_findings(cage c, curvopt_options options, double amount) {
     CHECK_NEAR(at.found[CO_FOUND_MIN_JACOBIAN], values.min_jacobian, 1e-11); /* over its face's mean: of no unit */
     CHECK_NEAR(co_level_objective_energy(&f.o, &at), values.objective, 1e-11 * values.objective);
     if (options.symmetry == CURVOPT_SYMMETRY_NONE)
-        CHECK_INT(f.o.worst_face, values.worst_face);
+        CHECK_INT(f.o.assembly.worst_face, values.worst_face);
     co_assembly_free(&direct);
     function_free(&f);
 }

@@ -471,14 +471,18 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
     return status;
 }
 
+int32_t co_adaptive_quadrature_not_finite(const co_assembly *a, curvopt_error *error) {
+    return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
+                          "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
+}
+
 int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
     double relative_area = e->area / (a->radius * a->radius);
     if (!(relative_area > CO_LEAST_AREA))
         return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
                               "the cage has zero area: its surface's is %g of its size squared", relative_area);
     if (!isfinite(e->objective))
-        return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, a->worst_face,
-                              "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
+        return co_adaptive_quadrature_not_finite(a, error);
     if (e->gauss_bonnet_defect > CO_LARGEST_DEFECT + CO_ACCEPTABLE_ERROR * e->term[CURVOPT_TERM_WILLMORE])
         return co_status_fail(
             error, CURVOPT_ERROR_RESOLUTION, a->worst_face,

@@ -57,6 +57,9 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *assembly, double tolerance, 
 int32_t co_adaptive_quadrature_check(const co_assembly *assembly, const curvopt_energies *energies,
                                      curvopt_error *error);
 
+/* ERROR_GEOMETRY, for an energy that is not finite at the positions evaluated last. */
+int32_t co_adaptive_quadrature_not_finite(const co_assembly *assembly, curvopt_error *error);
+
 /* Values by the rules one step finer, at the positions that were evaluated last; by patch in assembly->finer_batches.
  * ERROR_MEMORY. */
 int32_t co_adaptive_quadrature_evaluate_finer(co_assembly *assembly, int third, co_values *values,

@@ -483,13 +483,11 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
     if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
         return co_status_no_memory(error);
-    int32_t face = l->objective.worst_face;
     if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
     if (is_cancelled(l)) /* then evaluations may not be finite either */
         return CO_CANCELLED;
-    return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, face,
-                          "the energy is not finite: the surface is degenerate at face %d", face);
+    return co_adaptive_quadrature_not_finite(&l->objective.assembly, error);
 }
 
 int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_error *error) {

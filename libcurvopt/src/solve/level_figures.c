@@ -3,6 +3,8 @@
 
 #include "solve/held_scalars.h"
 
+#include <math.h>
+
 static double size_of(const co_level *l, const curvopt_energies *e) {
     return co_run_size_number(&l->objective.run->size, e->area, e->volume, e->total_mean_curvature);
 }
@@ -53,6 +55,10 @@ int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, in
         resolved, &changed, error);
     if (status != CURVOPT_OK)
         return status;
+    if (!isfinite(energies->objective)) /* by rules finer than those that it was solved with */
+        return co_run_context_is_cancelled(l->objective.run)
+                   ? CO_CANCELLED
+                   : co_adaptive_quadrature_not_finite(&l->objective.assembly, error);
     co_level_objective_to_user(&l->objective, l->now.x, size_of(l, energies), xyz);
     scale_numbers(l, energies);
     return CURVOPT_OK;

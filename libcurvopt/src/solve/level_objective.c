@@ -93,7 +93,6 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
         z = x;
     co_dof_map_expand_some(&o->reduction, a->active, a->n_active_cage, z, o->positions);
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
-    o->worst_face = values.worst_face;
     at->found[CO_FOUND_SIZE] = co_run_size_number(&o->run->size, values.integral[CO_INT_AREA],
                                                   values.integral[CO_INT_VOLUME], values.integral[CO_INT_MEAN]);
     at->found[CO_FOUND_DEFECT] = co_assembly_defect(a, &values);

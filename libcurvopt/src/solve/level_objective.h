@@ -55,7 +55,6 @@ typedef struct co_level_objective {
     double *spacing_gradient; /* [3 n_vertices] work */
     double *normalized;       /* [n_variables] work */
     double *step;             /* [n_variables] work */
-    int32_t worst_face;       /* the face with the least Jacobian, at the point that was evaluated last */
 } co_level_objective;
 
 /* What may move. */
