@@ -5,8 +5,8 @@
 
 #include "solve/level.h"
 
-/* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units. ERROR_GEOMETRY:
- * by these rules the energy is not finite. */
+/* Energies by rules that give the wanted accuracy, and positions xyz [3 n_vertices] in the user's units.
+ * ERROR_GEOMETRY: by these rules the energy is not finite. */
 int32_t co_level_finish(co_level *level, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error);
 /* The same of a level that was cancelled, at what it has reached, figures by the rules that there are. *springs: what
  * springs add. 0 if it has not begun or there are no rules. */
