@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import lib
+import test_slide as sliding
 import test_through as points
 import test_through_frames as frames
 from ccref import Mesh
@@ -222,6 +223,21 @@ def test_there_may_be_more_places_than_freedom(capsys):
     assert result.verdict == "minimum" and two.verdict == "minimum" and np.abs(far).max() < 0.02
     apart = points.limits(two.mesh)[5] / points.limits(mesh)[5]
     assert np.allclose(apart, (9 + 999 * 1.2) / 1008, rtol=1e-4)
+
+
+@pytest.mark.parametrize("steps", [None, 0, 2])
+def test_cancelled_runs_report_their_springs(steps):
+    """Cancelled before it begins (None) or while vertices slide: the energy of a spring of the cage that is returned."""
+    mesh, weight, v = sliding.cap(0.5)[0], 0.75, 0
+    place = points.limits(mesh)[v] + [0.2, 0.1, 0]
+    cancel = lib.make_cancel()
+    if steps is None:
+        lib.library().curvopt_cancel_request(cancel.pointer)
+    result = lib.minimize(mesh, levels=1, slide=int(steps is not None), through=lib.through([v], places=[place], weights=[weight]),
+                          progress=lambda report: report.iteration == steps, cancel=cancel)
+    off = (points.limits(result.mesh)[v] - place) / radius(mesh)
+    total = STIFFNESS["willmore"] * weight / (1 - weight) * (off @ off) / 2
+    assert result.stop == "cancelled" and abs(result.summary.spring_energy - total) <= 1e-6 * total
 
 
 # --------------------------------------------------------------------------------------------- what is refused --

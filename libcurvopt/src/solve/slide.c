@@ -71,7 +71,7 @@ static int32_t make_turn(co_run *r, int32_t number, const co_level *before, turn
 /* The level's result where the callback cancelled the run. */
 static void end_cancelled(co_run *r, co_level *l, double started) {
     co_level_result *at = &r->at;
-    at->penalty = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
+    at->penalty = at->springs = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
     at->report.stop = CURVOPT_STOP_CANCELLED;
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = (double)NAN;
