@@ -406,7 +406,7 @@ typedef struct curvopt_constraints {
     const double *directions; /* [3 n] of any length, ignored where the freedom is 0; NULL if it is 0 everywhere */
     int32_t n;
     int32_t has_places;    /* 0: `places` is not read, which older headers do not have; 1: it is */
-    const double *weights; /* [n] 0: not held at all, to 1: held exactly; NULL: all 1 */
+    const double *weights; /* [n] 0: not held at all, to 1 (1 - 1e-9 counts as 1): held exactly; NULL: all 1 */
     const double *places;  /* [3 n] points that are held, or of the lines and planes; three NANs: where it is; NULL:
                               all are where they are */
 } curvopt_constraints;
@@ -449,7 +449,8 @@ typedef struct curvopt_through {
                                held; NULL: none is. At right angles to the normal, if there is one, to 1e-6 */
     const int32_t *toward;  /* [n] at a vertex the other end of an edge there, along which the tangent is; inside a face
                                0: along u, 1: along v; ignored where there is no tangent */
-    const double *weights;  /* [n] 0: the entry does not count, to 1: it holds exactly; NULL: all 1 */
+    const double
+        *weights; /* [n] 0: the entry does not count, to 1 (1 - 1e-9 counts as 1): it holds exactly; NULL: all 1 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are

@@ -208,6 +208,15 @@ def test_weights_of_0_hold_nothing():
     assert np.array_equal(exact.mesh.xyz, other.mesh.xyz)
 
 
+def test_weights_next_to_1_hold_exactly():
+    """Springs so stiff that no digits are left for the energy are none."""
+    mesh, fields = frames_of_a_ball()
+    exact, soft, next_to_1 = (lib.minimize(mesh, levels=1, symmetry=NONE, through=lib.through(**fields, weights=np.full(6, w)))
+                              for w in (1.0, 1 - 1e-8, 1 - 1e-12))
+    assert np.array_equal(exact.mesh.xyz, next_to_1.mesh.xyz) and exact.summary.spring_energy == 0
+    assert soft.verdict == "minimum" and not np.array_equal(exact.mesh.xyz, soft.mesh.xyz)
+
+
 def test_there_may_be_more_places_than_freedom(capsys):
     """400 places near a sphere, on a cage of 26 vertices; the same point drawn to two places ends between them by weights."""
     mesh, random = sphere_like(2), np.random.default_rng(3)

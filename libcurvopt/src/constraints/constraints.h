@@ -13,6 +13,11 @@ enum {
     CO_OF_TANGENT = 3    /* or a tangent, which translations leave as it is */
 };
 
+/* A weight that somebody gives, or 1 where it is so near that its spring would be too stiff for doubles. */
+static inline double co_constraint_weight(double given) {
+    return given > 1 - 1e-9 && given < 1 ? 1 : given;
+}
+
 /* How each vertex may move. */
 typedef struct co_constraints {
     uint8_t *freedom;  /* [n_vertices] dimensions in which a vertex may move (freedom.h); NULL: all are free */

@@ -77,7 +77,7 @@ static int32_t read_one(const curvopt_mesh *m, const double *xyz, const curvopt_
     *c = (one){.vertex = v,
                .freedom = of_limit ? given - CURVOPT_FREEDOM_OF_LIMIT_POINT : given,
                .of_limit = of_limit,
-               .weight = from->weights ? from->weights[i] : 1};
+               .weight = from->weights ? co_constraint_weight(from->weights[i]) : 1};
     if (v < 0 || v >= m->info.n_vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d is on vertex %d; there are %d vertices",
                               i, v, m->info.n_vertices);
@@ -178,7 +178,7 @@ static int32_t freedom_of(const curvopt_constraints *given, int32_t i) {
 }
 
 static double weight_of(const curvopt_constraints *given, int32_t i) {
-    return given->weights ? given->weights[i] : 1;
+    return given->weights ? co_constraint_weight(given->weights[i]) : 1;
 }
 
 /* What constraint i has that a run within a distance cannot promise; NULL if nothing. */

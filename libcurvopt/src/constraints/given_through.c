@@ -169,7 +169,7 @@ static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *err
 
 static int32_t read_weight(const curvopt_through *t, entry *e, curvopt_error *error) {
     const int32_t i = e->number;
-    e->weight = t->weights ? t->weights[i] : 1;
+    e->weight = t->weights ? co_constraint_weight(t->weights[i]) : 1;
     if (e->weight >= 0 && e->weight <= 1)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the weight %g; it must be 0 to 1", i,
