@@ -90,19 +90,19 @@ static void test_constraints_are_taken_as_they_are(void **state) {
     cage_free(&c);
 }
 
-/* Weights below 1 are soft: the vertex itself is free. A weight of 0 is none. */
+/* Weights below 1 are soft: the vertex itself is free. A weight of 0 is none, and one next to 1 is 1. */
 static void test_weights_make_springs(void **state) {
     (void)state;
     cage c = grid();
     curvopt_mesh *mesh = cage_mesh(&c);
-    const int32_t vertex[3] = {0, 5, 15};
-    const double weight[3] = {1, 0.75, 0};
-    curvopt_constraints user = {.n = 3, .vertices = vertex, .weights = weight};
+    const int32_t vertex[4] = {0, 5, 15, 12};
+    const double weight[4] = {1, 0.75, 0, 1 - 1e-12};
+    curvopt_constraints user = {.n = 4, .vertices = vertex, .weights = weight};
     co_constraints given;
     curvopt_error error;
     CHECK_OK(co_given_constraints_create(mesh, c.xyz, &user, &given, &error), &error);
     for (int32_t v = 0; v < N; v++) {
-        CHECK_INT(given.freedom[v], v == 0 ? CO_FREEDOM_NONE : CO_FREEDOM_ALL);
+        CHECK_INT(given.freedom[v], v == 0 || v == 12 ? CO_FREEDOM_NONE : CO_FREEDOM_ALL);
         CHECK_NEAR(given.springs.stiffness[v], v == 5 ? 3 : 0, 1e-15); /* .75 / (1 - .75) */
     }
     co_constraints_free(&given);
