@@ -24,7 +24,7 @@ function(curvopt_add_vectors target source)
     target_compile_options(${objects} PRIVATE -O3 -fno-math-errno -Wno-psabi ${CURVOPT_FLAGS_${set}} ${ARGN})
     if(CURVOPT_FUZZ) # hardly any branches, and clang takes minutes to count them
       target_compile_options(${objects} PRIVATE -fno-sanitize-coverage=inline-8bit-counters,pc-table)
-      if(CURVOPT_SANITIZE) # three quarters of the time would be theirs; the preset asan looks at them
+      if(CURVOPT_SANITIZE) # two thirds of the time would be theirs; the preset asan looks at them
         target_compile_options(${objects} PRIVATE -fno-sanitize=address,undefined)
       endif()
     endif()
