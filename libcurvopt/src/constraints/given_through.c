@@ -223,8 +223,9 @@ static int32_t no_tangent_plane(const co_surface_value *f, curvopt_error *error)
                           "entry %d: the surface has no tangent plane there to begin with", f->number);
 }
 
-/* Tangent i that a spring draws gets length 1 on the first cage, and the other one of its entry, if there is one, length
- * 1 at right angles to it; value [3 n]. What they are off by is then the sine of an angle, whatever the parameters are.
+/* Tangent i that a spring draws gets length 1 on the first cage, and the other one of its entry, if there is one,
+ * length 1 at right angles to it; value [3 n]. What they are off by is then the sine of an angle, whatever the
+ * parameters are.
  */
 static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *value, curvopt_error *error) {
     const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
