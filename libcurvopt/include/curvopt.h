@@ -837,7 +837,7 @@ CURVOPT_API int32_t curvopt_sampler_jets(curvopt_sampler *sampler, int32_t n, co
 /* How far two limit surfaces are from each other. Lengths are in units of the cages. */
 typedef struct curvopt_deviation {
     double max;            /* largest distance found from a point of either surface to the other one; near
-                              extraordinary vertices up to 1e-5 of a face too large */
+                              extraordinary vertices up to 1 % or 1e-5 of a face too large */
     double rms;            /* root mean square distance of the first surface's points from the second, by area; NAN if
                               cancelled */
     double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, unless that is
@@ -857,7 +857,7 @@ typedef struct curvopt_deviation {
  *     surface; NAN for isolated vertices, and where it was cancelled before. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets, or where one cage is the other one subdivided and
  * moved, by how far its vertices have moved; only the extent of the tips at extraordinary vertices,
- * 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
+ * 1 % of max or 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
  * zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                               const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,

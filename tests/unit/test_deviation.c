@@ -62,6 +62,33 @@ static void test_nearest_on_piece_is_least_of_a_grid(void **state) {
     }
 }
 
+/* An oriented box holds its piece: points of the piece are at distance 0, no point is nearer to the piece than to the
+ * box, and a flat piece at a slant has a flat box. A piece that is one line has a box, too. */
+static void test_oriented_boxes(void **state) {
+    static const double whole[2] = {0, 1};
+    double piece[CO_BEZIER], at[3];
+    (void)state;
+    for (uint64_t seed = 1; seed < 20; seed++) {
+        const double x[3] = {0.3 * (double)(seed % 11) - 1, 0.2 * (double)(seed % 13) - 1, 0.7};
+        double uv[2] = {0.5, 0.5}, y[3];
+        piece_of(seed, seed % 3 ? 0.2 : 0, piece);
+        for (size_t k = 0; k < 16; k++) { /* turned by a shear */
+            piece[3 * k + 2] += 0.8 * piece[3 * k];
+            if (seed == 6)
+                piece[3 * k + 1] = 0;
+        }
+        const co_oriented_box box = co_oriented_box_of(piece);
+        const double distance = co_nearest_on_piece(piece, x, whole, whole, uv, at);
+        CHECK_BETWEEN(sqrt(co_oriented_box_distance_squared(&box, x)), 0, distance * (1 + 1e-12));
+        for (int k = 0; k <= 100; k++) {
+            co_bezier_point(piece, k / 10 * 0.1, k % 10 * 0.1, y);
+            CHECK_NEAR(co_oriented_box_distance_squared(&box, y), 0, 1e-28);
+        }
+        if (seed % 3 == 0 && seed != 6)
+            CHECK_NEAR(box.half[2], 0, 1e-15);
+    }
+}
+
 /* The bound holds at all points of a grid, and is close for small parts. */
 static void test_bound_of_a_part(void **state) {
     static const double whole[2] = {0, 1};
@@ -198,10 +225,15 @@ static void test_cancelled_bound_still_holds(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_are_parts), cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
-        cmocka_unit_test(test_bound_of_a_part), cmocka_unit_test(test_translation_and_units),
-        cmocka_unit_test(test_same_surface),    cmocka_unit_test(test_corresponding_cages),
-        cmocka_unit_test(test_refusals),        cmocka_unit_test(test_cancelled_bound_still_holds),
+        cmocka_unit_test(test_parts_are_parts),
+        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_oriented_boxes),
+        cmocka_unit_test(test_bound_of_a_part),
+        cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),
+        cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_cancelled_bound_still_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,9 +14,11 @@
 
 /* Parts that a measurement looks at; 4 us each on one 2-GHz core (notes/110-deviation-with-a-bound.md). */
 enum { MOST_PARTS = 400000 };
-/* Of an extraordinary patch: how small the tip is at which its rings end. */
-#define TIP              2e-5
-#define TIP_OF_CROSSINGS (1.0 / 256)
+/* Of an extraordinary patch: how small the tip is at which its rings end. The coarse one is fine enough where tips are
+ * TIP_PART of the largest distance, the other one for surfaces that are nearly the same. */
+#define TIP        2e-5
+#define TIP_COARSE (1.0 / 256)
+#define TIP_PART   0.05
 
 static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_error *error) {
     curvopt_options check;
@@ -86,11 +88,52 @@ static void leave_unmeasured(const curvopt_mesh *other, co_deviation *out, doubl
         distances[v] = (double)NAN;
 }
 
+/* Two limit surfaces, to be measured from one another. */
+typedef struct surfaces {
+    const curvopt_mesh *mesh[2];
+    const double *xyz[2];
+    co_surface_pieces pieces[2];
+    co_nearest nearest[2];
+} surfaces;
+
+static void free_pieces(surfaces *s) {
+    for (int k = 0; k < 2; k++) {
+        co_nearest_free(&s->nearest[k]);
+        co_pieces_free(&s->pieces[k]);
+        s->pieces[k] = (co_surface_pieces){.n_pieces = 0};
+    }
+}
+
+static int32_t cut_with_tip(surfaces *s, double tip, co_thread_pool *pool, const curvopt_cancel *cancel,
+                            curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    free_pieces(s);
+    for (int k = 0; status == CURVOPT_OK && k < 2; k++)
+        status = co_pieces_create(s->mesh[k], s->xyz[k], tip, pool, cancel, &s->pieces[k], error);
+    for (int k = 0; status == CURVOPT_OK && k < 2; k++)
+        status = co_nearest_create(&s->pieces[k], cancel, &s->nearest[k], error);
+    return status;
+}
+
+/* Coarse tips if they do. */
+static int32_t cut_into_pieces(surfaces *s, co_thread_pool *pool, const curvopt_cancel *cancel, curvopt_error *error) {
+    double radius = 0, distance;
+    int32_t status = cut_with_tip(s, TIP_COARSE, pool, cancel, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (int k = 0; k < 2; k++)
+        for (int32_t t = 0; t < s->pieces[k].n_tips; t++)
+            radius = fmax(radius, s->pieces[k].tip[t].radius);
+    status = co_deviation_glimpse(s->nearest, pool, cancel, &distance, error);
+    if (status == CURVOPT_OK && radius > TIP_PART * distance)
+        status = cut_with_tip(s, TIP, pool, cancel, error);
+    return status;
+}
+
 int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                   const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
                                   curvopt_deviation *out, size_t size, double *distances, curvopt_error *error) {
-    co_surface_pieces pieces[2] = {{.n_pieces = 0}, {.n_pieces = 0}};
-    co_nearest surface[2] = {{.n_parts = 0}, {.n_parts = 0}};
+    surfaces s = {.mesh = {mesh, other}, .xyz = {xyz, other_xyz}};
     co_deviation found;
     co_thread_pool *pool = NULL;
     double farthest = (double)INFINITY;
@@ -98,18 +141,13 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
     int32_t status = start_threads(threads, &pool, error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, xyz, TIP, pool, cancel, &pieces[0], error);
+        status = cut_into_pieces(&s, pool, cancel, error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(other, other_xyz, TIP, pool, cancel, &pieces[1], error);
-    for (int k = 0; status == CURVOPT_OK && k < 2; k++)
-        status = co_nearest_create(&pieces[k], cancel, &surface[k], error);
+        status = co_deviation_measure(s.nearest, MOST_PARTS, pool, cancel, &found, error);
     if (status == CURVOPT_OK)
-        status = co_deviation_measure(surface, MOST_PARTS, pool, cancel, &found, error);
-    if (status == CURVOPT_OK)
-        status = co_correspondence_farthest((const curvopt_mesh *[2]){mesh, other}, (const double *[2]){xyz, other_xyz},
-                                            &farthest, error);
+        status = co_correspondence_farthest(s.mesh, s.xyz, &farthest, error);
     if (status == CURVOPT_OK && distances)
-        status = measure_vertices(other, &pieces[1], &surface[0], pool, cancel, distances, error);
+        status = measure_vertices(other, &s.pieces[1], &s.nearest[0], pool, cancel, distances, error);
     if (status == CO_CANCELLED) {
         leave_unmeasured(other, &found, distances);
         status = CURVOPT_OK;
@@ -125,10 +163,7 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
         memcpy(theirs.other_point, found.point[1], sizeof theirs.other_point);
         co_api_copy_out(out, size, &theirs, sizeof theirs);
     }
-    for (int k = 0; k < 2; k++) {
-        co_nearest_free(&surface[k]);
-        co_pieces_free(&pieces[k]);
-    }
+    free_pieces(&s);
     co_thread_pool_destroy(pool);
     return status;
 }
@@ -160,7 +195,7 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n_room is %d; it must be 0 or more", n_room);
     int32_t status = start_threads(threads, &pool, error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, xyz, TIP_OF_CROSSINGS, pool, cancel, &pieces, error);
+        status = co_pieces_create(mesh, xyz, TIP_COARSE, pool, cancel, &pieces, error);
     if (status == CURVOPT_OK)
         status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
     if (status == CO_CANCELLED)

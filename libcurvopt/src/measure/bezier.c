@@ -204,12 +204,46 @@ co_cone co_cone_product(const co_cone *u, const co_cone *v) {
     return out;
 }
 
+static void cross(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
+    co_oriented_box box = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const double *p = piece, *q = piece + 9, *r = piece + 36, *s = piece + 45; /* corners */
+    double u[3], v[3], normal[3];
+    for (int c = 0; c < 3; c++) {
+        u[c] = q[c] - p[c] + s[c] - r[c];
+        v[c] = r[c] - p[c] + s[c] - q[c];
+    }
+    cross(u, v, normal);
+    const double length = sqrt(co_dot3(u, u)), area = sqrt(co_dot3(normal, normal));
+    if (length > 0 && area > 0) {
+        for (int c = 0; c < 3; c++) {
+            box.axis[0][c] = u[c] / length;
+            box.axis[2][c] = normal[c] / area;
+        }
+        cross(box.axis[2], box.axis[0], box.axis[1]);
+    }
+    for (int k = 0; k < 3; k++) {
+        double low = co_dot3(piece, box.axis[k]), high = low;
+        for (int i = 1; i < 16; i++) {
+            const double along = co_dot3(piece + 3 * (size_t)i, box.axis[k]);
+            low = along < low ? along : low;
+            high = along > high ? along : high;
+        }
+        box.half[k] = (high - low) / 2;
+        for (int c = 0; c < 3; c++)
+            box.centre[c] += (high + low) / 2 * box.axis[k][c];
+    }
+    return box;
+}
+
 co_box co_box_of(const double *points, int n) {
     co_box box = {{points[0], points[1], points[2]}, {points[0], points[1], points[2]}};
     for (int k = 1; k < n; k++)
-        for (int c = 0; c < 3; c++) {
-            box.low[c] = fmin(box.low[c], points[3 * k + c]);
-            box.high[c] = fmax(box.high[c], points[3 * k + c]);
-        }
+        co_box_add(&box, points + 3 * (size_t)k, points + 3 * (size_t)k);
     return box;
 }

@@ -19,6 +19,11 @@ typedef struct co_box {
     double low[3], high[3];
 } co_box;
 
+/* A box with sides along three orthonormal axes. */
+typedef struct co_oriented_box {
+    double centre[3], axis[3][3], half[3];
+} co_oriented_box;
+
 /* A cone of directions: unit axis, and the largest angle from it in radians; pi if the directions have no mean. */
 typedef struct co_cone {
     double axis[3];
@@ -48,8 +53,27 @@ static inline double co_distance_squared(const double a[3], const double b[3]) {
     const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
     return co_dot3(d, d);
 }
+/* The box round a piece's control points along its mean direction by u and its normal; where these are 0, along x, y
+ * and z. */
+co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]);
+static inline double co_oriented_box_distance_squared(const co_oriented_box *box, const double x[3]) {
+    const double r[3] = {x[0] - box->centre[0], x[1] - box->centre[1], x[2] - box->centre[2]};
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        const double along = co_dot3(r, box->axis[k]), d = (along > 0 ? along : -along) - box->half[k];
+        sum += d > 0 ? d * d : 0;
+    }
+    return sum;
+}
 /* The box of n points. */
 co_box co_box_of(const double *points, int n);
+/* Makes a box hold another one, too. Comparisons instead of fmin and fmax, which are calls. */
+static inline void co_box_add(co_box *box, const double low[3], const double high[3]) {
+    for (int c = 0; c < 3; c++) {
+        box->low[c] = low[c] < box->low[c] ? low[c] : box->low[c];
+        box->high[c] = high[c] > box->high[c] ? high[c] : box->high[c];
+    }
+}
 static inline int co_box_overlap(const co_box *a, const co_box *b) {
     for (int c = 0; c < 3; c++)
         if (a->low[c] > b->high[c] || b->low[c] > a->high[c])

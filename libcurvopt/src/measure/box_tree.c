@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 /* Twice the centre of a box along an axis. */
@@ -47,14 +46,14 @@ static co_box enclose(const co_box *box, const int32_t *order, int32_t begin, in
     double low[3], high[3];
     for (int c = 0; c < 3; c++)
         low[c] = high[c] = centre(box, order[begin], c);
-    for (int32_t k = begin + 1; k < end; k++)
+    for (int32_t k = begin + 1; k < end; k++) {
+        co_box_add(&all, box[order[k]].low, box[order[k]].high);
         for (int c = 0; c < 3; c++) {
             const double x = centre(box, order[k], c);
-            all.low[c] = fmin(all.low[c], box[order[k]].low[c]);
-            all.high[c] = fmax(all.high[c], box[order[k]].high[c]);
-            low[c] = fmin(low[c], x);
-            high[c] = fmax(high[c], x);
+            low[c] = x < low[c] ? x : low[c];
+            high[c] = x > high[c] ? x : high[c];
         }
+    }
     *axis = 0;
     for (int c = 1; c < 3; c++)
         if (high[c] - low[c] > high[*axis] - low[*axis])

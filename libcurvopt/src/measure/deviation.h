@@ -36,6 +36,11 @@ typedef struct co_deviation {
     size_t n_parts;     /* parts that were looked at */
 } co_deviation;
 
+/* Largest distance of the patches' middles and tips, of both surfaces: at most `max`, at the price of one generation.
+ * 0 if cancelled. ERROR_MEMORY. */
+int32_t co_deviation_glimpse(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
+                             double *out, curvopt_error *error);
+
 /* Of surface[0] and surface[1], with the same bits for any number of threads. After `budget` parts, or when cancelled,
  * the bound stays as it is, and may be more than CO_DEVIATION_RATIO times the largest distance. ERROR_MEMORY. */
 int32_t co_deviation_measure(const co_nearest surface[2], size_t budget, co_thread_pool *pool,

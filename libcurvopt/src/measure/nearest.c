@@ -88,24 +88,32 @@ static int is_flat(const double bezier[CO_BEZIER]) {
     return (second[0] + second[2]) / 8 <= FLAT * sqrt(fmin(diagonal, other));
 }
 
+/* What is being made, and boxes of its parts along the axes, for the tree. */
+typedef struct builder {
+    co_nearest *nearest;
+    co_box *box; /* [room] */
+    int32_t room;
+} builder;
+
 /* Room for one more part. */
-static int grow(co_nearest *s, int32_t *room) {
-    if (s->n_parts < *room)
+static int grow(builder *b) {
+    if (b->nearest->n_parts < b->room)
         return 1;
-    const size_t more = 2 * (size_t)*room;
-    co_part *part = more < INT32_MAX / 4 ? CO_RESIZED(s->part, more) : NULL;
+    const size_t more = 2 * (size_t)b->room;
+    co_part *part = more < INT32_MAX / 4 ? CO_RESIZED(b->nearest->part, more) : NULL;
     if (part)
-        s->part = part;
-    co_box *box = part ? CO_RESIZED(s->box, more) : NULL;
+        b->nearest->part = part;
+    co_box *box = part ? CO_RESIZED(b->box, more) : NULL;
     if (!box)
         return 0;
-    s->box = box;
-    *room = (int32_t)more;
+    b->box = box;
+    b->room = (int32_t)more;
     return 1;
 }
 
 /* Adds the parts of a piece; 0: memory is out. */
-static int cut_piece(co_nearest *s, int32_t piece, int32_t *room) {
+static int cut_piece(builder *b, int32_t piece) {
+    co_nearest *s = b->nearest;
     struct {
         double u, v, side;
     } stack[4 * DEEPEST + 4];
@@ -118,10 +126,11 @@ static int cut_piece(co_nearest *s, int32_t piece, int32_t *room) {
         double bezier[CO_BEZIER];
         co_bezier_part(co_pieces_bezier(s->pieces, piece), u, v, bezier);
         if (side * (1 << DEEPEST) <= 1 || is_flat(bezier)) {
-            if (!grow(s, room))
+            if (!grow(b))
                 return 0;
-            s->part[s->n_parts] = (co_part){.piece = piece, .side = (float)side, .u = (float)u0, .v = (float)v0};
-            s->box[s->n_parts++] = co_box_of(bezier, 16);
+            b->box[s->n_parts] = co_box_of(bezier, 16);
+            s->part[s->n_parts++] = (co_part){
+                .piece = piece, .side = (float)side, .u = (float)u0, .v = (float)v0, .box = co_oriented_box_of(bezier)};
             continue;
         }
         for (int k = 0; k < 4; k++) {
@@ -133,26 +142,33 @@ static int cut_piece(co_nearest *s, int32_t piece, int32_t *room) {
     return 1;
 }
 
+/* A tip is a point of the surface: the rest is within its radius. */
+static int add_tip(builder *b, int32_t tip) {
+    co_nearest *s = b->nearest;
+    if (!grow(b))
+        return 0;
+    const double *at = s->pieces->tip[tip].at;
+    b->box[s->n_parts] = co_box_of(at, 1);
+    s->part[s->n_parts++] = (co_part){.piece = -1 - tip, .box = {.centre = {at[0], at[1], at[2]}}};
+    return 1;
+}
+
 int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *cancel, co_nearest *out,
                           curvopt_error *error) {
-    int32_t room = s->n_tips + s->n_pieces + 16;
     *out = (co_nearest){.pieces = s};
-    out->part = CO_NEW(co_part, room);
-    out->box = CO_NEW(co_box, room);
-    int fits = out->part && out->box;
+    builder b = {.nearest = out, .room = s->n_tips + s->n_pieces + 16};
+    out->part = CO_NEW(co_part, b.room);
+    b.box = CO_NEW(co_box, b.room);
+    int fits = out->part && b.box;
     for (int32_t k = 0; fits && k < s->n_pieces && !co_cancel_is_requested(cancel); k++)
-        fits = cut_piece(out, k, &room);
-    for (int32_t t = 0; fits && t < s->n_tips; t++) {
-        fits = grow(out, &room);
-        if (fits) { /* a point of the surface: the rest is within its radius */
-            out->part[out->n_parts] = (co_part){.piece = -1 - t};
-            out->box[out->n_parts++] = co_box_of(s->tip[t].at, 1);
-        }
-    }
+        fits = cut_piece(&b, k);
+    for (int32_t t = 0; fits && t < s->n_tips; t++)
+        fits = add_tip(&b, t);
     int32_t status = !fits ? co_status_no_memory(error)
                      : co_cancel_is_requested(cancel)
                          ? CO_CANCELLED
-                         : co_box_tree_create(out->n_parts, out->box, cancel, &out->tree, error);
+                         : co_box_tree_create(out->n_parts, b.box, cancel, &out->tree, error);
+    free(b.box);
     if (status != CURVOPT_OK)
         co_nearest_free(out);
     return status;
@@ -160,7 +176,6 @@ int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *canc
 
 void co_nearest_free(co_nearest *nearest) {
     free(nearest->part);
-    free(nearest->box);
     co_box_tree_free(&nearest->tree);
     *nearest = (co_nearest){0};
 }
@@ -201,7 +216,8 @@ void co_nearest_find(const co_nearest *s, const double x[3], int32_t hint, co_su
         if (!node->second) {
             for (int32_t k = node->begin; k < node->end; k++) {
                 const int32_t part = s->tree.order[k];
-                if (part != hint && co_box_distance_squared(&s->box[part], x) < out->distance * out->distance)
+                if (part != hint &&
+                    co_oriented_box_distance_squared(&s->part[part].box, x) < out->distance * out->distance)
                     try_part(s, x, part, out);
             }
             continue;

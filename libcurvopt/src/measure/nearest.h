@@ -2,7 +2,8 @@
  *
  * Pieces are cut into parts that are nearly flat, and the parts put into a tree of boxes. Near a part the distance is
  * minimized by Newton's method on the part, from its point in the middle; boxes that are farther than the best point so
- * far are left out. The point that is found is always one of the surface, so its distance is an upper bound.
+ * far are left out, and parts whose oriented boxes are: these are flat. The point that is found is always one of the
+ * surface, so its distance is an upper bound.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MEASURE_NEAREST_H
@@ -15,13 +16,13 @@ typedef struct co_part {
     int32_t piece; /* of co_surface_pieces; of a tip - 1 - its number */
     float side;    /* of the part in the piece: a power of 1/2 */
     float u, v;    /* its corner of least parameters: exact, too */
+    co_oriented_box box;
 } co_part;
 
 typedef struct co_nearest {
     const co_surface_pieces *pieces;
     int32_t n_parts;
     co_part *part; /* [n_parts] */
-    co_box *box;   /* [n_parts] of each part */
     co_box_tree tree;
 } co_nearest;
 
