@@ -857,8 +857,8 @@ typedef struct curvopt_deviation {
  *     surface; NAN for isolated vertices, and where it was cancelled before. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets, or where one cage is the other one subdivided and
  * moved, by how far its vertices have moved; only the extent of the tips at extraordinary vertices,
- * 1 % of max or 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite,
- * zero size), ERROR_MEMORY. */
+ * 1 % of max or 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces),
+ * ERROR_GEOMETRY (not finite, zero size), ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                               const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
                                               curvopt_deviation *out, size_t size, double *distances,
