@@ -82,7 +82,7 @@ def _on_taylor(x: np.ndarray, jets: np.ndarray, low=-0.5, high=0.5) -> np.ndarra
 
 def distances(points: np.ndarray, other: Samples, tried: int = 12, looked_at: int = 48, rounds: int = 6) -> np.ndarray:
     """Distance [n] from each point to the other surface: of `tried` nearest cells the least by Taylor's series. Those of
-    the largest distance again, by points 24 times as close on the nearest four, until the largest is one of them."""
+    the largest distance again, by points of these cells that come closer and closer, until the largest is one of them."""
     m = len(other.jets)
     to_samples = cKDTree(other.points).query(points)[0]
     best = to_samples.copy()
@@ -95,30 +95,27 @@ def distances(points: np.ndarray, other: Samples, tried: int = 12, looked_at: in
         if done[worst[0]]:
             return best
         worst = worst[~done[worst]]
-        for i, (fine, low, high) in zip(worst, _closer(other, index[worst, :4])):
-            to_fine = np.linalg.norm(fine[:, 0] - points[i], axis=1)
-            near = np.argsort(to_fine)[:16]
-            on_series = _on_taylor(np.repeat(points[None, i], len(near), axis=0), fine[near], low[near],
-                                   high[near])
-            best[i] = min(to_samples[i], to_fine.min(), np.nanmin(on_series, initial=np.inf))
+        best[worst] = np.minimum(to_samples[worst], _zoomed(points[worst], other, index[worst, :8]))
         done[worst] = True
     raise AssertionError("the largest distance was not found")
 
 
-def _closer(surface: Samples, index: np.ndarray, n: int = 24) -> list[tuple[np.ndarray, ...]]:
-    """Jets [m, 6, 3] at (n + 1) x (n + 1) points of each row's cells, their edges included, u and v over one of n x n
-    parts; and how far the series may go within its part and face, low and high [m, 2]."""
-    at = np.linspace(-0.5, 0.5, n + 1)
-    grid = np.stack(np.meshgrid(at, at, indexing="ij"), axis=-1).reshape(-1, 2)
-    cells = np.unique(index)
-    uv = np.clip(surface.uv[cells][:, None] + grid[None] / surface.cells[cells][:, None, None], 0, 1)
-    found = osd_jets(surface.mesh, np.repeat(surface.face[cells], len(grid)), np.repeat(surface.corner[cells], len(grid)),
-                     uv.reshape(-1, 2), surface.boundary).jets.reshape(len(cells), len(grid), 6, 3)
-    found = found / (n * surface.cells[cells])[:, None, None, None] ** np.array([0, 1, 1, 2, 2, 2])[:, None]
-    scale = (n * surface.cells[cells])[:, None, None]
-    low, high = np.maximum(-0.5, -uv * scale), np.minimum(0.5, (1 - uv) * scale)
-    rows = [np.searchsorted(cells, row) for row in index]
-    return [(found[row].reshape(-1, 6, 3), low[row].reshape(-1, 2), high[row].reshape(-1, 2)) for row in rows]
+def _zoomed(points: np.ndarray, surface: Samples, index: np.ndarray, rounds: int = 16) -> np.ndarray:
+    """Distance [n] from each point to the nearest of 5 x 5 points of each of its cells, index [n, k], and then of grids round
+    the nearest, half as wide each time. Grids may leave their cells, not their faces."""
+    k = index.shape[1]
+    cell, x = index.ravel(), np.repeat(points, k, axis=0)
+    at, width = surface.uv[cell], 0.5 / surface.cells[cell]
+    step = np.linspace(-1, 1, 5)
+    grid = np.stack(np.meshgrid(step, step, indexing="ij"), axis=-1).reshape(-1, 2)
+    for _ in range(rounds):
+        uv = np.clip(at[:, None] + width[:, None, None] * grid, 0, 1)
+        found = osd_jets(surface.mesh, np.repeat(surface.face[cell], len(grid)), np.repeat(surface.corner[cell], len(grid)),
+                         uv.reshape(-1, 2), surface.boundary).jets[:, 0].reshape(len(cell), len(grid), 3)
+        distance = np.linalg.norm(found - x[:, None], axis=2)
+        nearest = distance.argmin(axis=1)
+        at, width = uv[np.arange(len(cell)), nearest], width / 2
+    return distance.min(axis=1).reshape(-1, k).min(axis=1)
 
 
 def triangles(mesh: Mesh, levels: int) -> tuple[np.ndarray, np.ndarray]:

@@ -73,9 +73,10 @@ def test_bound_holds_and_is_close(seed):
     assert abs(got.size - size_of(a)) < 1e-12 * got.size
     assert np.nanmax(of_vertices) <= got.max * 1.15
     m = len(of_b.jets)
-    limits = distances(of_b.points[m:m + b.n_vertices], of_a)
-    farthest = np.argsort(-limits)[:20]  # which are measured more exactly than the others
-    np.testing.assert_allclose(of_vertices[farthest], limits[farthest], rtol=2e-2)
+    limits = of_b.points[m:m + b.n_vertices]
+    farthest = np.argsort(-distances(limits, of_a))[:20]
+    by_samples = distances(limits[farthest], of_a)  # of so few, every one by closer samples
+    np.testing.assert_allclose(of_vertices[farthest], by_samples, rtol=2e-2)
 
 
 @pytest.mark.parametrize("shift", (0.3, 1e-3, 1e-6))
