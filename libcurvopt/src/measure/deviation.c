@@ -304,7 +304,7 @@ static void add_piece(const mean *m, int32_t piece, int n, int32_t *hint, double
 }
 
 static void add_patches(void *context, size_t begin, size_t end) {
-    enum { RINGS = 3 }; /* what is left out of a patch has 4^-3 of its area, about */
+    enum { RINGS = 5, FINE_RINGS = 2 }; /* what is left out of a patch has 4^-5 of its area, about */
     const mean *m = context;
     const co_surface_pieces *s = m->surface[0].pieces;
     for (size_t p = begin; p < end && !co_cancel_is_requested(m->cancel); p++) {
@@ -313,14 +313,15 @@ static void add_patches(void *context, size_t begin, size_t end) {
         m->sums[2 * p] = m->sums[2 * p + 1] = 0;
         for (int32_t k = s->first[p]; k < last; k++) {
             const int ring = s->tip_of[p] < 0 ? 0 : 1 + (k - s->first[p]) / CO_RING_CELLS;
-            add_piece(m, k, m->n_cells >> ring, &hint, m->sums + 2 * p);
+            const int half = m->n_cells >> ring;
+            add_piece(m, k, ring <= FINE_RINGS && half == 0 ? 1 : half, &hint, m->sums + 2 * p);
         }
     }
 }
 
 static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
                          co_deviation *out, curvopt_error *error) {
-    enum { LEAST_CELLS = 256 }; /* with four points each */
+    enum { LEAST_CELLS = 512 }; /* with four points each */
     const int32_t n = surface[0].pieces->patches.n_patches;
     mean m = {.surface = surface, .sums = CO_NEW(double, 2 * (size_t)n), .n_cells = 1, .cancel = cancel};
     double square = 0, area = 0;
