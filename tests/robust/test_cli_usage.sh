@@ -170,7 +170,7 @@ test_bad_files_of_points_are_refused_by_name() {
     through '{"chains": [{"vertices": [0, 1], "parameters": [1], '"$curve"'}]}' '"parameters" must be a list of as many numbers as there are vertices'
     through '{"chains": [{"vertices": [0, 1], "parameters": [1, "a"], '"$curve"'}]}' '"parameters" has something else than numbers'
     through '{"chains": [{"vertices": [0, 1], "weight": 1, '"$curve"'}]}' '"weight" is not known here'
-    through '{"chains": [{"vertices": [0, 1], '"$curve"'}, {"vertices": [0, 9], '"$curve"'}]}' 'through.json: chain 1 has vertex 9; there are 8 vertices'
+    through '{"chains": [{"vertices": [0, 1], "parameters": [0, 1], '"$curve"'}, {"vertices": [0, 9], '"$curve"'}]}' 'through.json: chain 1 has vertex 9; there are 8 vertices'
     through '[{"vertex": 1, "at": [0, 0, 1]},]' 'line 1: a value was expected'
     through '[{"vertex": 1 "at": [0, 0, 1]}]' 'line 1: a comma or } was expected'
     through '[{"vertex": 1, "vertex": 2}]' 'line 1: a key is there twice'
