@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 import lib
 import nets
 import test_through as points
-from ccref import Mesh
+from ccref import Mesh, mesh_from_faces
 from nets import torus_cage
 from osd import osd_jets
 
@@ -201,7 +201,7 @@ def patch(n: int = 7) -> Mesh:
     """A flat square of (n - 1)^2 faces."""
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n))
     faces = [[i * n + j, i * n + j + 1, (i + 1) * n + j + 1, (i + 1) * n + j] for i in range(n - 1) for j in range(n - 1)]
-    return lib.mesh(np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), faces)
+    return mesh_from_faces(np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), faces)
 
 
 def test_a_boundary_keeps_the_ends_of_a_chain():
