@@ -216,7 +216,7 @@ static void test_middles_yield_to_entries(void **state) {
     curvopt_error error;
     for (int has_normal = 0; has_normal < 2; has_normal++) {
         setting s;
-        set_up(&s, 12, 5, 5, 0);
+        set_up(&s, 12, 5, 9, 0);
         s.through.n = has_normal;
         s.through.vertices = &vertex;
         s.through.freedom = &free_point;

@@ -11,8 +11,6 @@
 
 /* Part of a value's largest weight that must be left of it when what it has in common with others is taken off. */
 static const double INDEPENDENT = 1e-3;
-/* Limit points in rows so many vertices away are looked at: each passes on .27 of what the one before does (chains.h). */
-enum { REACH = 8 };
 /* Part of another value from which on one depends on it. */
 static const double LEAST_PART = 1e-6;
 
@@ -36,7 +34,6 @@ typedef struct search {
     int32_t *root;   /* [n] the least value of the group */
     int32_t *first;  /* [n_vertices] a value that can have the vertex as its pivot; -1 */
     int32_t *column; /* [n_vertices] column of the present group; -1 */
-    size_t n_own;    /* limit points in the place of their own vertices */
 } search;
 
 static void group_free(group *g) {
@@ -62,10 +59,8 @@ static int32_t root_of(int32_t *root, int32_t i) {
 
 static void find_groups(search *s) {
     const co_sparse_rows *rows = &s->values->rows;
-    for (int32_t v = 0; v < rows->n_columns; v++) {
+    for (int32_t v = 0; v < rows->n_columns; v++)
         s->first[v] = s->column[v] = -1;
-        s->n_own += s->constraints->of_limit[v] == CO_OF_OWN_POINT;
-    }
     for (int32_t i = 0; i < rows->n_rows; i++) {
         s->root[i] = i;
         for (size_t e = rows->start[i]; e < rows->start[i + 1]; e++) {
@@ -98,31 +93,6 @@ static void visit_mask(int32_t v, double weight, void *context) {
         to->row[to->search->column[v]] += weight;
 }
 
-typedef struct own_points {
-    search *search;
-    group *group;
-} own_points;
-
-/* The limit point of vertex v gets a row and a column, if it is held and has none. */
-static void add_own_point(int32_t v, double weight, void *context) {
-    const own_points *to = context;
-    group *g = to->group;
-    (void)weight;
-    if (to->search->column[v] >= 0 || to->search->constraints->of_limit[v] != CO_OF_OWN_POINT)
-        return;
-    to->search->column[v] = g->n_columns;
-    g->vertex[g->n_columns++] = v;
-    g->value[g->n_rows++] = -1 - v;
-}
-
-/* Adds to a group's limit points those that they depend on. */
-static void reach_out(search *s, group *g) {
-    int32_t done = 0;
-    for (int depth = 0; depth < REACH; depth++)
-        for (const int32_t end = g->n_rows; done < end; done++)
-            co_vertex_mask_visit(s->mesh, -1 - g->value[done], add_own_point, &(own_points){s, g});
-}
-
 /* Columns and names of rows of the group of value `root`. */
 static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *error) {
     const co_sparse_rows *rows = &s->values->rows;
@@ -133,8 +103,8 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
             n_rows++;
             n_entries += rows->start[i + 1] - rows->start[i];
         }
-    g->value = CO_NEW(int32_t, n_rows + n_entries + s->n_own);
-    g->vertex = CO_NEW(int32_t, n_entries + s->n_own);
+    g->value = CO_NEW(int32_t, n_rows + n_entries);
+    g->vertex = CO_NEW(int32_t, n_entries);
     if (!g->value || !g->vertex)
         return co_status_no_memory(error);
     for (int32_t i = root; i < rows->n_rows; i++)
@@ -147,7 +117,6 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
             if (s->constraints->of_limit[v] == CO_OF_OWN_POINT)
                 g->value[g->n_rows++] = -1 - v;
         }
-    reach_out(s, g);
     g->n_fixed = g->n_rows;
     for (int32_t i = root; i < rows->n_rows; i++)
         if (s->root[i] == root)
@@ -256,7 +225,7 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
                               f->is_tangent ? "" : "s");
     if (other < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                              "entry %d: its %s cannot be chosen freely beside what constraints and the boundary hold "
+                              "entry %d: its %s cannot be chosen freely beside what chains, constraints and the boundary hold "
                               "near it: hold less, or subdivide the cage once",
                               f->number, what);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
