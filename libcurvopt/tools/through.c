@@ -297,8 +297,9 @@ static int find_lists(const json_document *d, const json_node **points, const js
     }
     if ((*points && (*points)->kind != JSON_LIST) || (*chains && (*chains)->kind != JSON_LIST) ||
         !((*points && (*points)->size > 0) || (*chains && (*chains)->size > 0))) {
-        snprintf(message, size, "a list with at least one entry was expected, or an object with lists \"points\" or "
-                                "\"chains\"");
+        snprintf(message, size,
+                 "a list with at least one entry was expected, or an object with lists \"points\" or "
+                 "\"chains\"");
         return 1;
     }
     return 0;
@@ -337,8 +338,7 @@ int through_parse(FILE *file, through_list *out, char *message, size_t size) {
     *out = (through_list){0};
     if (json_read(file, &d, message, size))
         return 1;
-    int failed = find_lists(&d, &points, &chains, message, size) ||
-                 take_lists(&d, points, chains, out, message, size);
+    int failed = find_lists(&d, &points, &chains, message, size) || take_lists(&d, points, chains, out, message, size);
     json_free(&d);
     if (failed)
         through_free(out);

@@ -28,8 +28,8 @@ typedef struct through_list {
  *     "curve": [[X, Y, Z], ...]        points of the curve that its limit curve follows
  *     "curve_closed": true             the curve goes on from the last one to the first
  *     "parameters": [T, ...]           where on it each vertex is, in numbers of these points; without: at the nearest
- * Numbers of vertices, faces, corners, entries and chains count from 0. Nonzero with a sentence in message [size], which names
- * the entry or chain, if that cannot be done, or if there is none. */
+ * Numbers of vertices, faces, corners, entries and chains count from 0. Nonzero with a sentence in message [size],
+ * which names the entry or chain, if that cannot be done, or if there is none. */
 int through_parse(FILE *file, through_list *out, char *message, size_t size);
 /* The same from a file by name; "-": from standard input. */
 int through_read(const char *path, through_list *out, char *message, size_t size);

@@ -166,8 +166,8 @@ static void test_every_level_holds_the_chain_anew(void **state) {
         }
         CHECK_INT(n_held, n);
         for (int i = 0; i < n; i++)
-            CHECK_TRUE(s.held.of_limit[chain->vertex[i]] && (i == 0 || co_chains_find_edge(s.mesh, chain->vertex[i - 1],
-                                                                                           chain->vertex[i]) >= 0));
+            CHECK_TRUE(s.held.of_limit[chain->vertex[i]] &&
+                       (i == 0 || co_chains_find_edge(s.mesh, chain->vertex[i - 1], chain->vertex[i]) >= 0));
         CHECK_OK(co_subdivide(s.mesh, &fine, &rows, &error), &error);
         double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
         CHECK_TRUE(xyz != NULL);

@@ -78,8 +78,8 @@ static void count_entry(int32_t vertex, double weight, void *context) {
     ++*(int *)context;
 }
 
-/* Whether the limit curve ends at this vertex as it ends there: at corners, and across boundaries and creases, a chain's
- * curve has no curvature, and no freedom more. h: the chain's edge. */
+/* Whether the limit curve ends at this vertex as it ends there: at corners, and across boundaries and creases, a
+ * chain's curve has no curvature, and no freedom more. h: the chain's edge. */
 static int is_end_of_surface(const curvopt_mesh *m, int32_t v, int32_t h) {
     enum { CORNER = 1, CURVE = 3 }; /* entries of masks */
     int n_entries = 0;

@@ -1,9 +1,9 @@
 /* Chains of edges whose limit curves follow given curves.
  *
  * Inside regular parts the limit curve of a chain is a cubic B-spline whose knots are the limit points of its vertices.
- * These are held, on every level anew, those of the vertices in the middles of the coarser level's edges as well: as many
- * as the spline has freedoms, but two that an open chain has at its ends. So the limit points of the middles of its first
- * and last edges are held, too (libcurvopt/notes/122-a-chain-of-edges-on-a-curve.md).
+ * These are held, on every level anew, those of the vertices in the middles of the coarser level's edges as well: as
+ * many as the spline has freedoms, but two that an open chain has at its ends. So the limit points of the middles of
+ * its first and last edges are held, too (libcurvopt/notes/122-a-chain-of-edges-on-a-curve.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_CHAINS_H
@@ -15,10 +15,11 @@
 typedef struct co_chain {
     int32_t n; /* vertices on this level */
     int32_t is_closed;
-    int32_t *vertex;           /* [n] */
-    double step;               /* from one to the next, in those of the first level */
-    double turn;               /* what the curve's parameter grows by from there to there on average, if it is closed */
-    co_cubic_spline parameter; /* of the curve, over the first level's vertices; of a closed chain less turn times that */
+    int32_t *vertex; /* [n] */
+    double step;     /* from one to the next, in those of the first level */
+    double turn;     /* what the curve's parameter grows by from there to there on average, if it is closed */
+    co_cubic_spline
+        parameter; /* of the curve, over the first level's vertices; of a closed chain less turn times that */
     co_cubic_spline curve;
 } co_chain;
 

@@ -30,7 +30,7 @@ typedef struct co_constraints {
     co_surface_values values;    /* other points of the surface, and tangents; with pivots (pivots.h) their constraints
                                       are above, too */
     co_surface_values drawn;     /* those that springs draw, within what is held; none if freedom is NULL */
-    co_chains chains; /* what of them is held on this level is above, too: points of their vertices, and values */
+    co_chains chains;      /* what of them is held on this level is above, too: points of their vertices, and values */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */

@@ -39,11 +39,11 @@ static int32_t check_counts(const reader *r, curvopt_error *error) {
     const int64_t n_edges = c->n_vertices - (c->is_closed ? 0 : 1);
     const int32_t halvings = r->levels < 31 ? r->levels - 1 : 30;
     if ((n_edges << halvings) > CO_INTERPOLATION_MOST_TOUCHING)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
-                              "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer levels, "
-                              "or cut the chain in two that do not touch",
-                              r->number, (int)n_edges, (long long)(n_edges << halvings), r->levels,
-                              CO_INTERPOLATION_MOST_TOUCHING);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, r->number,
+            "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer levels, "
+            "or cut the chain in two that do not touch",
+            r->number, (int)n_edges, (long long)(n_edges << halvings), r->levels, CO_INTERPOLATION_MOST_TOUCHING);
     return CURVOPT_OK;
 }
 
@@ -51,9 +51,8 @@ static int32_t check_vertex(const reader *r, int32_t i, curvopt_error *error) {
     const co_constraints *c = r->constraints;
     const int32_t v = r->given->vertices[i];
     if (v < 0 || v >= r->mesh->info.n_vertices)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
-                              "chain %d has vertex %d; there are %d vertices", r->number, v,
-                              r->mesh->info.n_vertices);
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number, "chain %d has vertex %d; there are %d vertices",
+                              r->number, v, r->mesh->info.n_vertices);
     for (int32_t k = 0; k < i; k++)
         if (r->given->vertices[k] == v)
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number, "chain %d has vertex %d twice%s", r->number,
@@ -65,9 +64,9 @@ static int32_t check_vertex(const reader *r, int32_t i, curvopt_error *error) {
     if (r->vertex_owner[v] >= 0)
         return CURVOPT_OK;
     if (c->freedom[v] != CO_FREEDOM_ALL || (c->springs.stiffness && c->springs.stiffness[v] > 0))
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
-                              "chain %d goes through vertex %d, which has a constraint of its own: leave one of them out",
-                              r->number, v);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, r->number,
+            "chain %d goes through vertex %d, which has a constraint of its own: leave one of them out", r->number, v);
     return CURVOPT_OK;
 }
 

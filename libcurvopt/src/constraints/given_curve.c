@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { SAMPLES = 8 }; /* of a piece of the curve, among which the nearest one is looked for */
-enum { HALVINGS = 60 };
+enum { THIRDS = 40, NEWTON_STEPS = 3 };
 
 static double distance(const double a[3], const double b[3]) {
     double square = 0;
@@ -26,8 +26,8 @@ static int32_t measure(const curvopt_chain *chain, const co_given_curve *curve, 
                                   "chain %d: point %d of its curve is %g %g %g", curve->number, i, p[0], p[1], p[2]);
     }
     for (int32_t i = 1; i < n + curve->is_closed; i++)
-        curve->length[i] = curve->length[i - 1] +
-                           distance(chain->curve + 3 * (size_t)(i - 1), chain->curve + 3 * (size_t)(i % n));
+        curve->length[i] =
+            curve->length[i - 1] + distance(chain->curve + 3 * (size_t)(i - 1), chain->curve + 3 * (size_t)(i % n));
     if (!isfinite(curve->length[n - 1 + curve->is_closed]))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, curve->number, "chain %d: its curve is too long",
                               curve->number);
@@ -103,6 +103,24 @@ static double distance_at(const co_given_curve *curve, double t, const double x[
     return distance(jet, x);
 }
 
+/* From t, where Newton's method leads to a place whose tangent is at right angles to the way to x. Distances alone tell
+ * t to half of a double's digits. */
+static double find_foot(const co_given_curve *curve, double t, double low, double high, const double x[3]) {
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        double jet[9], slope = 0, bend = 0;
+        co_cubic_spline_at(&curve->spline, t, jet);
+        for (int c = 0; c < 3; c++) {
+            slope += (jet[c] - x[c]) * jet[3 + c];
+            bend += jet[3 + c] * jet[3 + c] + (jet[c] - x[c]) * jet[6 + c];
+        }
+        const double next = t - slope / bend;
+        if (!(bend > 0 && next >= low && next <= high))
+            return t;
+        t = next;
+    }
+    return t;
+}
+
 /* By thirds, between the neighbours of the nearest sample. */
 double co_given_curve_nearest(const co_given_curve *curve, const double x[3]) {
     const int32_t last = curve->n_samples - 1;
@@ -117,14 +135,17 @@ double co_given_curve_nearest(const co_given_curve *curve, const double x[3]) {
         low = at - (end - curve->sample[4 * (size_t)(last - 1)]);
     else if (curve->is_closed && best == last)
         high = at + curve->sample[4];
-    for (int k = 0; k < HALVINGS; k++) {
+    const double least = low, most = high;
+    for (int k = 0; k < THIRDS; k++) {
         const double third = (high - low) / 3;
         if (distance_at(curve, low + third, x) <= distance_at(curve, high - third, x))
             high -= third;
         else
             low += third;
     }
-    return (low + high) / 2;
+    const double foot = find_foot(curve, (low + high) / 2, least, most, x);
+    const int is_end = !curve->is_closed && (best == 0 || best == last);
+    return is_end && distance_at(curve, at, x) <= distance_at(curve, foot, x) ? at : foot;
 }
 
 double co_given_curve_parameter(const co_given_curve *curve, double at) {

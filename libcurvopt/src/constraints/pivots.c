@@ -224,10 +224,11 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
                               "entry %d: nothing that its %s depend%s on may move", f->number, what,
                               f->is_tangent ? "" : "s");
     if (other < 0)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                              "entry %d: its %s cannot be chosen freely beside what chains, constraints and the boundary hold "
-                              "near it: hold less, or subdivide the cage once",
-                              f->number, what);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, f->number,
+            "entry %d: its %s cannot be chosen freely beside what chains, constraints and the boundary hold "
+            "near it: hold less, or subdivide the cage once",
+            f->number, what);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                           "entry %d: its %s cannot be chosen freely beside entry %d%s: too few vertices may move "
                           "there, or both are the same; leave one of them out, or subdivide the cage once",

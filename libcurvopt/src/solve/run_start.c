@@ -170,7 +170,8 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         status = co_given_through_create(mesh, xyz, o, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = find_exceptions(r, mesh, error);
-    if (status == CURVOPT_OK && ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
+    if (status == CURVOPT_OK &&
+        ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
         status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);
