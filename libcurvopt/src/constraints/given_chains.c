@@ -36,14 +36,14 @@ static int32_t check_counts(const reader *r, curvopt_error *error) {
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
                               "chain %d has %d vertices, which are %s; %s chain needs %d", r->number, c->n_vertices,
                               c->vertices ? "given" : "NULL", c->is_closed ? "a closed" : "an open", least);
-    const int64_t n_edges = c->n_vertices - (c->is_closed ? 0 : 1);
-    const int32_t halvings = r->levels < 31 ? r->levels - 1 : 30;
-    if ((n_edges << halvings) > CO_INTERPOLATION_MOST_TOUCHING)
+    const int32_t n_edges = c->n_vertices - (c->is_closed ? 0 : 1), halvings = r->levels < 31 ? r->levels - 1 : 30;
+    const long long n_last = (long long)n_edges << halvings;
+    if (n_last > CO_INTERPOLATION_MOST_TOUCHING)
         return co_status_fail(
             error, CURVOPT_ERROR_ARGUMENT, r->number,
             "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer levels, "
             "or cut the chain in two that do not touch",
-            r->number, (int)n_edges, (long long)(n_edges << halvings), r->levels, CO_INTERPOLATION_MOST_TOUCHING);
+            r->number, n_edges, n_last, r->levels, CO_INTERPOLATION_MOST_TOUCHING);
     return CURVOPT_OK;
 }
 
