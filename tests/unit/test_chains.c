@@ -234,6 +234,46 @@ static void test_middles_yield_to_entries(void **state) {
     }
 }
 
+/* Across a boundary a chain's limit curve ends without curvature, and has no freedom that a middle could hold; along
+ * one it goes on. Of chains of a grid of 5 x 5 vertices, how many middles there are. */
+static void test_no_middles_where_a_surface_ends(void **state) {
+    (void)state;
+    static const int32_t chains[5][4] = {
+        {10, 11, 12, 13}, {11, 12, 13, 14}, {11, 12, 13, -1}, {11, 12, -1, -1}, {1, 2, 3, -1}};
+    static const int32_t middles[5] = {1, 1, 2, 1, 2};
+    static const double curve[6] = {-2, 0, 0.1, 6, 0, 0.1};
+    int32_t sizes[16], corners[64], n = 0;
+    double xyz[75];
+    curvopt_error error;
+    for (int i = 0; i < 25; i++) {
+        xyz[3 * i] = i % 5;
+        xyz[3 * i + 1] = i / 5;
+        xyz[3 * i + 2] = 0;
+        if (i % 5 == 4 || i >= 20)
+            continue;
+        const int32_t quad[4] = {i, i + 1, i + 6, i + 5};
+        memcpy(corners + (size_t)(4 * n), quad, sizeof quad);
+        sizes[n++] = 4;
+    }
+    cage c = cage_of(25, 16, sizes, corners, xyz);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    for (int k = 0; k < 5; k++) {
+        co_constraints held = {0};
+        curvopt_chain chain = {.vertices = chains[k], .curve = curve, .n_points = 2};
+        const curvopt_through through = {.struct_size = sizeof through, .chains = &chain, .n_chains = 1};
+        curvopt_options o;
+        curvopt_options_init(&o, sizeof o);
+        o.through = &through;
+        while (chain.n_vertices < 4 && chains[k][chain.n_vertices] >= 0)
+            chain.n_vertices++;
+        CHECK_OK(co_given_through_create(mesh, c.xyz, &o, &held, &error), &error);
+        CHECK_INT(held.values.n, middles[k]);
+        co_constraints_free(&held);
+    }
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_open_splines_are_cubics_where_values_are),
@@ -241,6 +281,7 @@ int main(void) {
         cmocka_unit_test(test_every_level_holds_the_chain_anew),
         cmocka_unit_test(test_rows_do_not_grow_with_the_chain),
         cmocka_unit_test(test_middles_yield_to_entries),
+        cmocka_unit_test(test_no_middles_where_a_surface_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
