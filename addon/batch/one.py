@@ -89,7 +89,7 @@ def _solve(
             )
         return job.solve(source.cage, request, show)
     except CurvoptError as error:
-        raise places.named(source.named(error)) from error
+        raise places.named(source.named(error), source.cage) from error
 
 
 def chosen_object(name: str | None) -> bpy.types.Object:

@@ -36,9 +36,9 @@ class Places:
     normals: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     names: tuple[str, ...] = ()
 
-    def named(self, error: BaseException) -> BaseException:
-        """The library's refusal with the names of what entries are of, and places for points that give way; other errors as
-        they are."""
+    def named(self, error: BaseException, cage: Cage) -> BaseException:
+        """The library's refusal with the names of what entries are of, and, for the vertex of `cage` that it blames among those
+        that depend on each other, the nearest place; other errors as they are."""
         if not isinstance(error, CurvoptError):
             return error
 
@@ -47,8 +47,10 @@ class Places:
             return self.names[index] if index < len(self.names) else found[0]
 
         text = re.sub(r"\bentry (\d+)", name, error.message)
-        if self.names:
-            text = re.sub(r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,", r"\1 places near each other", text)
+        if self.names and 0 <= error.element < len(cage.positions):
+            near = self.names[int(np.linalg.norm(self.points - cage.positions[error.element], axis=1).argmin())]
+            touch = r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,"
+            text = re.sub(touch, lambda found: f"{found[1]} places near each other, {near} among them,", text)
         return CurvoptError(error.code, error.element, text)
 
     def entries(self, cage: Cage) -> tuple[Through, ...]:

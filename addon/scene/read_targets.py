@@ -83,6 +83,8 @@ def _places_of(obj: bpy.types.Object, with_normals: bool, spacing: float, most: 
         for index, point in enumerate(_moved(read_positions(obj.data), world)):
             yield point, normals[index], f"vertex {index} of '{obj.name}'"
     else:
+        if any(len(spline.bezier_points) + len(spline.points) == 1 for spline in obj.data.splines):
+            raise CageError(f"Curve '{obj.name}' has a spline of one point, which is no line: delete it, or add a second point.")
         points, ends = _lines_of(obj)
         lines = (evenly(line, spacing, most) for line in polylines(_moved(points, world), ends))
         for index, point in enumerate(point for line in lines for point in line):

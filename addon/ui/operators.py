@@ -168,7 +168,7 @@ Edit Mode the selected vertices move, and all others stay"""
 
     def _fail(self, context: bpy.types.Context, error: BaseException) -> set[str]:
         if self._source is not None:
-            error = self._places.named(self._source.named(error))
+            error = self._places.named(self._source.named(error), self._source.cage)
         display.show(context, messages.failure_text(error), failed=True)
         return report_failure(self, error)
 

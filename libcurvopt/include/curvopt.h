@@ -411,6 +411,30 @@ typedef struct curvopt_constraints {
                               all are where they are */
 } curvopt_constraints;
 
+/* A chain of edges whose limit curve follows a curve: the cubic spline through n_points points, by the length of the
+ * polygon that joins them; open ends are not-a-knot, a closed curve goes on from its last point to the first one.
+ * Points that repeat the one before do not count; then there must be 2, or 3 if the curve is closed.
+ *
+ * On every level the limit points of the chain's vertices lie on the curve, those that subdivision has put in the
+ * middles of its edges as well, and of an open chain the middles of its first and last edges: where faces are quads and
+ * vertices have valence 4 the distance falls to about a sixteenth with each level. Each vertex of the input goes to the
+ * nearest place of the curve, from its limit point, or to a given parameter; between them the places follow a cubic
+ * spline of these parameters. All must grow, or fall, from vertex to vertex. What a boundary or a crease holds stays
+ * itself, also where a chain ends in it.
+ *
+ * Two chains may have vertices in common, whose places are then the same to 1e-6 of the input's size, but no edges. */
+typedef struct curvopt_chain {
+    const int32_t *vertices;  /* [n_vertices] each joined to the next by an edge; none twice */
+    const double *curve;      /* [3 n_points] */
+    const double *parameters; /* [n_vertices] in numbers of points: 1.25 is a quarter of the way from point 1 to point
+                                 2, measured by the polygon; 0 to n_points - 1, if the curve is closed to n_points.
+                                 NULL: nearest places */
+    int32_t n_vertices;       /* 2 at least, of a closed chain 3 */
+    int32_t n_points;
+    int32_t is_closed;       /* whether an edge joins the last vertex to the first; the curve must be closed, too */
+    int32_t is_curve_closed; /* an open chain may follow a part of a closed curve */
+} curvopt_chain;
+
 /* What the limit surface goes through: n entries, each of one of its points, at a vertex or inside a face. On every
  * level they are the same points of the surface; what is said of them holds exactly, to rounding, from the beginning of
  * the first level on, which vertices near them are moved for.
@@ -427,6 +451,9 @@ typedef struct curvopt_constraints {
  * them (libcurvopt/notes/87-through-limit-points.md). An entry that those near it, or other constraints, leave no
  * freedom for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark
  * limit surface, also where energies are those of a blend. No symmetries of the cage are used.
+ *
+ * Chains hold exactly, as entries of weight 1 do. No entry may hold a point of a chain's vertex or edge. Errors that
+ * begin with "chain" have its number as `element`. On one level a chain has at most 1 000 edges.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
@@ -451,6 +478,9 @@ typedef struct curvopt_through {
                                0: along u, 1: along v; ignored where there is no tangent */
     const double
         *weights; /* [n] 0: the entry does not count, to 1 (1 - 1e-9 counts as 1): it holds exactly; NULL: all 1 */
+    const curvopt_chain *chains; /* [n_chains] chains of edges that follow curves */
+    int32_t n_chains;
+    int32_t reserved; /* 0 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are

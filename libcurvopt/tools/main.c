@@ -424,7 +424,7 @@ static int load_held(arguments *a, pin_list *pins, through_list *through) {
 /* The file that an error is of: the library's sentences about what the surface goes through begin with an entry of its
  * file, or with these words. */
 static const char *blamed(const arguments *a, const curvopt_error *error) {
-    static const char *const begins[] = {"entry ", "what the surface goes through "};
+    static const char *const begins[] = {"entry ", "chain ", "what the surface goes through "};
     for (size_t k = 0; a->through && k < sizeof begins / sizeof *begins; k++)
         if (!strncmp(error->message, begins[k], strlen(begins[k])))
             return a->through;

@@ -9,10 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An entry that is being read. */
+/* An entry or a chain that is being read. */
 typedef struct entry {
     const json_document *document;
     const json_node *node;
+    const char *name; /* "entry" or "chain" */
     int32_t number;
     char *message;
     size_t size;
@@ -21,28 +22,45 @@ typedef struct entry {
 void through_free(through_list *list) {
     free(list->integers);
     free(list->reals);
+    for (int32_t i = 0; list->chains && i < list->given.n_chains; i++) {
+        free((void *)list->chains[i].vertices);
+        free((void *)list->chains[i].curve);
+        free((void *)list->chains[i].parameters);
+    }
+    free(list->chains);
     *list = (through_list){0};
 }
 
 static int fail(const entry *e, const char *what) {
-    snprintf(e->message, e->size, "entry %d, line %d: %s", (int)e->number, (int)e->node->line, what);
+    snprintf(e->message, e->size, "%s %d, line %d: %s", e->name, (int)e->number, (int)e->node->line, what);
     return 1;
 }
 
 static int fail_key(const entry *e, const char *key, const char *what) {
-    snprintf(e->message, e->size, "entry %d, line %d: \"%.40s\" %s", (int)e->number, (int)e->node->line, key, what);
+    snprintf(e->message, e->size, "%s %d, line %d: \"%.40s\" %s", e->name, (int)e->number, (int)e->node->line, key,
+             what);
     return 1;
 }
 
-/* Numbers of a list, as many as there must be. */
+/* Numbers of a list. */
+static int take_numbers(const entry *e, const json_node *list, const char *key, double *out) {
+    const json_node *node = e->document->node;
+    for (int32_t i = list->first, k = 0; i >= 0; i = node[i].next, k++) {
+        if (node[i].kind != JSON_NUMBER)
+            return fail_key(e, key, "has something else than numbers");
+        out[k] = node[i].number;
+    }
+    return 0;
+}
+
+/* As many as there must be. */
 static int take_reals(const entry *e, const json_node *list, int32_t n, const char *key, double *out) {
     const json_node *node = e->document->node;
     int good = list->kind == JSON_LIST && list->size == n;
-    for (int32_t i = good ? list->first : -1, k = 0; i >= 0; i = node[i].next, k++) {
+    for (int32_t i = good ? list->first : -1; i >= 0; i = node[i].next)
         good = good && node[i].kind == JSON_NUMBER;
-        out[k] = node[i].number;
-    }
-    return good ? 0 : fail_key(e, key, n == 2 ? "must be a list of two numbers" : "must be a list of three numbers");
+    return good ? take_numbers(e, list, key, out)
+                : fail_key(e, key, n == 2 ? "must be a list of two numbers" : "must be a list of three numbers");
 }
 
 /* A number that counts something. */
@@ -152,8 +170,8 @@ static int take_entry(const entry *e, const slot *to) {
 /* Arrays for n entries; 1 if memory is out. */
 static int make_room(int32_t n, through_list *out) {
     const size_t size = (size_t)n;
-    out->integers = calloc(5 * size, sizeof *out->integers);
-    out->reals = calloc(15 * size, sizeof *out->reals);
+    out->integers = calloc(5 * size + 1, sizeof *out->integers);
+    out->reals = calloc(15 * size + 1, sizeof *out->reals);
     if (!out->integers || !out->reals)
         return 1;
     for (size_t i = 0; i < 14 * size; i++)
@@ -193,24 +211,134 @@ static slot slot_of(const through_list *list, int32_t i) {
                   .weight = list->reals + 14 * n + k};
 }
 
+/* -------------------------------------------------------------------------------------------------- chains -- */
+
+static int take_flag(const entry *e, const char *key, int32_t *out) {
+    const json_node *value = member(e, key);
+    *out = value && value->kind == JSON_TRUE;
+    return value && value->kind != JSON_TRUE && value->kind != JSON_FALSE ? fail_key(e, key, "must be true or false")
+                                                                          : 0;
+}
+
+/* The list under a key, which has `least` elements. NULL with a message. */
+static const json_node *find_list(const entry *e, const char *key, int32_t least) {
+    const json_node *list = member(e, key);
+    if (list && list->kind == JSON_LIST && list->size >= least)
+        return list;
+    fail_key(e, key, least == 1 ? "must be a list of at least one point" : "must be a list of at least two vertices");
+    return NULL;
+}
+
+static int take_vertices(const entry *e, curvopt_chain *to) {
+    const json_node *node = e->document->node, *list = find_list(e, "vertices", 2);
+    int32_t *out = list ? calloc((size_t)list->size, sizeof *out) : NULL;
+    to->vertices = out;
+    to->n_vertices = list ? list->size : 0;
+    if (!out)
+        return list ? fail(e, "out of memory") : 1;
+    for (int32_t i = list->first, k = 0; i >= 0; i = node[i].next, k++)
+        if (take_count(e, &node[i], "vertices", &out[k]))
+            return 1;
+    return 0;
+}
+
+static int take_curve(const entry *e, curvopt_chain *to) {
+    const json_node *node = e->document->node, *list = find_list(e, "curve", 1);
+    double *out = list ? calloc(3 * (size_t)list->size, sizeof *out) : NULL;
+    to->curve = out;
+    to->n_points = list ? list->size : 0;
+    if (!out)
+        return list ? fail(e, "out of memory") : 1;
+    for (int32_t i = list->first, k = 0; i >= 0; i = node[i].next, k++) {
+        const entry at = {e->document, &node[i], e->name, e->number, e->message, e->size};
+        if (take_reals(&at, &node[i], 3, "curve", out + 3 * (size_t)k))
+            return 1;
+    }
+    return 0;
+}
+
+static int take_parameters(const entry *e, curvopt_chain *to) {
+    const json_node *list = member(e, "parameters");
+    if (!list)
+        return 0;
+    if (list->kind != JSON_LIST || list->size != to->n_vertices)
+        return fail_key(e, "parameters", "must be a list of as many numbers as there are vertices");
+    double *out = calloc((size_t)list->size, sizeof *out);
+    to->parameters = out;
+    return out ? take_numbers(e, list, "parameters", out) : fail(e, "out of memory");
+}
+
+static int take_chain(const entry *e, curvopt_chain *to) {
+    static const char *const known[] = {"vertices", "closed", "curve", "curve_closed", "parameters", NULL};
+    if (e->node->kind != JSON_OBJECT)
+        return fail(e, "an object was expected");
+    return check_keys(e, e->node, known) || take_flag(e, "closed", &to->is_closed) ||
+           take_flag(e, "curve_closed", &to->is_curve_closed) || take_vertices(e, to) || take_curve(e, to) ||
+           take_parameters(e, to);
+}
+
+/* ------------------------------------------------------------------------------------------------- the file -- */
+
+/* The lists of points and of chains; NULL where there is none. */
+static int find_lists(const json_document *d, const json_node **points, const json_node **chains, char *message,
+                      size_t size) {
+    static const char *const known[] = {"points", "chains", NULL};
+    const json_node *whole = &d->node[0];
+    const entry e = {.document = d, .node = whole, .name = "entry", .message = message, .size = size};
+    *points = whole->kind == JSON_LIST ? whole : NULL;
+    *chains = NULL;
+    if (whole->kind == JSON_OBJECT) {
+        if (check_keys(&e, whole, known)) {
+            snprintf(message, size, "only \"points\" and \"chains\" are known there");
+            return 1;
+        }
+        *points = json_member(d, whole, "points");
+        *chains = json_member(d, whole, "chains");
+    }
+    if ((*points && (*points)->kind != JSON_LIST) || (*chains && (*chains)->kind != JSON_LIST) ||
+        !((*points && (*points)->size > 0) || (*chains && (*chains)->size > 0))) {
+        snprintf(message, size,
+                 "a list with at least one entry was expected, or an object with lists \"points\" or "
+                 "\"chains\"");
+        return 1;
+    }
+    return 0;
+}
+
+static int take_lists(const json_document *d, const json_node *points, const json_node *chains, through_list *out,
+                      char *message, size_t size) {
+    entry e = {.document = d, .message = message, .size = size};
+    if (make_room(points ? points->size : 0, out) ||
+        (chains && !(out->chains = calloc((size_t)chains->size + 1, sizeof *out->chains)))) {
+        snprintf(message, size, "out of memory");
+        return 1;
+    }
+    e.name = "entry";
+    for (int32_t i = points ? points->first : -1; i >= 0; i = d->node[i].next, e.number++) {
+        const slot to = slot_of(out, e.number);
+        e.node = &d->node[i];
+        if (take_entry(&e, &to))
+            return 1;
+    }
+    e.name = "chain";
+    e.number = 0;
+    out->given.chains = out->chains;
+    out->given.n_chains = chains ? chains->size : 0;
+    for (int32_t i = chains ? chains->first : -1; i >= 0; i = d->node[i].next, e.number++) {
+        e.node = &d->node[i];
+        if (take_chain(&e, &out->chains[e.number]))
+            return 1;
+    }
+    return 0;
+}
+
 int through_parse(FILE *file, through_list *out, char *message, size_t size) {
     json_document d;
+    const json_node *points, *chains;
     *out = (through_list){0};
     if (json_read(file, &d, message, size))
         return 1;
-    int failed = d.node[0].kind != JSON_LIST || d.node[0].size == 0;
-    if (failed)
-        snprintf(message, size, "a list with at least one entry was expected");
-    else if (make_room(d.node[0].size, out)) {
-        snprintf(message, size, "out of memory");
-        failed = 1;
-    }
-    int32_t number = 0;
-    for (int32_t i = d.node[0].first; !failed && i >= 0; i = d.node[i].next, number++) {
-        const entry e = {.document = &d, .node = &d.node[i], .number = number, .message = message, .size = size};
-        const slot to = slot_of(out, number);
-        failed = take_entry(&e, &to);
-    }
+    int failed = find_lists(&d, &points, &chains, message, size) || take_lists(&d, points, chains, out, message, size);
     json_free(&d);
     if (failed)
         through_free(out);

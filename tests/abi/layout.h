@@ -76,7 +76,15 @@ AT(curvopt_options, through, 280);
 AT(curvopt_options, no_crossings, 288);
 AT(curvopt_options, reserved, 292);
 
-SIZE(curvopt_through, 96);
+SIZE(curvopt_chain, 40);
+AT(curvopt_chain, vertices, 0);
+AT(curvopt_chain, curve, 8);
+AT(curvopt_chain, parameters, 16);
+AT(curvopt_chain, n_vertices, 24);
+AT(curvopt_chain, n_points, 28);
+AT(curvopt_chain, is_closed, 32);
+AT(curvopt_chain, is_curve_closed, 36);
+SIZE(curvopt_through, 112);
 AT(curvopt_through, struct_size, 0);
 AT(curvopt_through, n, 4);
 AT(curvopt_through, vertices, 8);
@@ -90,6 +98,9 @@ AT(curvopt_through, normals, 64);
 AT(curvopt_through, tangents, 72);
 AT(curvopt_through, toward, 80);
 AT(curvopt_through, weights, 88);
+AT(curvopt_through, chains, 96);
+AT(curvopt_through, n_chains, 104);
+AT(curvopt_through, reserved, 108);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);

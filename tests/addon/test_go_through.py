@@ -63,12 +63,15 @@ def test_entries_of_a_face_that_is_no_quad():
 
 
 def test_refusals_have_the_names_of_places():
-    places = go_through.Places(np.zeros((2, 3)), np.zeros((2, 3)), ("empty 'A'", "empty 'B'"))
-    told = str(places.named(CurvoptError(1, 0, "entry 1: its point cannot be beside entry 0")))
+    cage = cage_of(*prism())
+    places = go_through.Places(cage.positions[[2, 7]] * 1.1, np.zeros((2, 3)), ("empty 'A'", "empty 'B'"))
+    told = str(places.named(CurvoptError(1, 0, "entry 1: its point cannot be beside entry 0"), cage))
     assert told == "empty 'B': its point cannot be beside empty 'A'"
     text = "the limit points of 9 vertices that touch each other, vertex 7 among them, do not move"
-    assert str(places.named(CurvoptError(1, 7, text))) == "9 places near each other do not move"
-    assert str(go_through.Places().named(CurvoptError(1, 7, text))) == text  # of pins
+    assert str(places.named(CurvoptError(1, 7, text), cage)) == "9 places near each other, empty 'B' among them, do not move"
+    assert str(places.named(CurvoptError(1, 2, text), cage)) == "9 places near each other, empty 'A' among them, do not move"
+    assert str(places.named(CurvoptError(1, -1, text), cage)) == text
+    assert str(go_through.Places().named(CurvoptError(1, 7, text), cage)) == text  # of pins
 
 
 def test_points_along_lines():

@@ -326,7 +326,8 @@ static void check_result(const state *s, const curvopt_result *result) {
 typedef struct wish {
     curvopt_through through;
     int32_t vertex[3], face[3], corner[3], freedom[3], toward[3];
-    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3];
+    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3], parameter[3];
+    curvopt_chain chain;
 } wish;
 
 static void any_vectors(reader *r, double *out, double unit) {
@@ -334,6 +335,22 @@ static void any_vectors(reader *r, double *out, double unit) {
         out[i] = (next(r) - 100) * unit;
     if (next(r) % 2)
         out[0] = out[1] = out[2] = (double)NAN;
+}
+
+/* Corners that follow each other, mostly of one face, on the places as a curve. */
+static void make_chain(reader *r, const state *s, wish *w) {
+    const int kind = next(r), from = next(r) % (s->n_corners - 2);
+    for (int k = 0; k < 3; k++)
+        w->parameter[k] = next(r) / 100.0;
+    w->chain = (curvopt_chain){.vertices = s->corners + from,
+                               .curve = w->place,
+                               .parameters = kind & 4 ? w->parameter : NULL,
+                               .n_vertices = 1 + kind / 8 % 3,
+                               .n_points = kind / 64,
+                               .is_closed = kind & 2,
+                               .is_curve_closed = kind & 16};
+    w->through.chains = &w->chain;
+    w->through.n_chains = kind & 1;
 }
 
 static void make_wish(reader *r, const state *s, wish *w) {
@@ -365,6 +382,7 @@ static void make_wish(reader *r, const state *s, wish *w) {
     for (int k = 0; k < 3; k++) /* by bits that are of nothing else: one, or all, or all but one are springs */
         w->weight[k] = has >> 5 & 1 << k ? 1 - 0.125 * (1 + k) : 1;
     w->through.weights = has & 16 ? w->weight : NULL;
+    make_chain(r, s, w);
 }
 
 static void call_minimize(reader *r, state *s) {

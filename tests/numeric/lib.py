@@ -118,7 +118,14 @@ class Through(C.Structure):
 
     _fields_ = [("struct_size", I32), ("n", I32)] + [(name, C.c_void_p) for name in (
         "vertices", "faces", "corners", "uv", "freedom", "directions", "places", "normals", "tangents", "toward",
-        "weights")]
+        "weights", "chains")] + [("n_chains", I32), ("reserved", I32)]
+
+
+class Chain(C.Structure):
+    """curvopt_chain; made by chain()"""
+
+    _fields_ = [(name, C.c_void_p) for name in ("vertices", "curve", "parameters")] + [(name, I32) for name in (
+        "n_vertices", "n_points", "is_closed", "is_curve_closed")]
 
 
 class LevelReport(C.Structure):
@@ -307,14 +314,24 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
 
 
 def through(vertices=None, faces=None, corners=None, uv=None, freedom=None, directions=None, places=None, normals=None,
-            tangents=None, toward=None, weights=None) -> Through:
-    """Points of the surface, as in curvopt.h: vertices [n] or faces [n] with uv [n, 2]; keeps the arrays alive."""
+            tangents=None, toward=None, weights=None, chains=()) -> Through:
+    """Points of the surface, as in curvopt.h: vertices [n] or faces [n] with uv [n, 2]; chains; keeps the arrays alive."""
     kept = [None if a is None else np.ascontiguousarray(a, kind) for a, kind in (
         (vertices, np.int32), (faces, np.int32), (corners, np.int32), (uv, float), (freedom, np.int32), (directions, float),
         (places, float), (normals, float), (tangents, float), (toward, np.int32),
         (weights, float))]
-    out = Through(C.sizeof(Through), next(len(a) for a in kept[:2] if a is not None),
-                  *(None if a is None else a.ctypes.data for a in kept))
+    array = (Chain * len(chains))(*chains)
+    out = Through(C.sizeof(Through), next((len(a) for a in kept[:2] if a is not None), 0),
+                  *(None if a is None else a.ctypes.data for a in kept), C.addressof(array), len(chains))
+    out.kept = kept, array, chains
+    return out
+
+
+def chain(vertices, curve, closed=False, curve_closed=False, parameters=None) -> Chain:
+    """A chain of edges [n] that follows the curve [m, 3]; keeps the arrays alive."""
+    kept = [None if a is None else np.ascontiguousarray(a, kind) for a, kind in (
+        (vertices, np.int32), (curve, float), (parameters, float))]
+    out = Chain(*(None if a is None else a.ctypes.data for a in kept), len(kept[0]), len(kept[1]), closed, curve_closed)
     out.kept = kept
     return out
 

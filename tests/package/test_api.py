@@ -73,6 +73,42 @@ def test_the_surface_goes_through_points_with_normals(cube):
     assert np.abs(point - corner.at).max() < 1e-12
 
 
+def test_a_chain_of_edges_follows_a_curve(cube):
+    """Round a cube's face: its vertices, and the middles of its edges on the second level, by the sampler."""
+    ring = cube.face_vertices[:4]
+    around = cube.positions[ring].mean(axis=0)
+    axes = cube.positions[ring[0]] - around, cube.positions[ring[1]] - around
+    turn = 2 * np.pi * np.arange(100)[:, None] / 100
+    curve = around + 0.9 * (np.cos(turn) * axes[0] + np.sin(turn) * axes[1])
+    chain = curvopt.Chain(ring, curve, closed=True)
+    for levels, faces in ((1, [0] * 4), (2, [0, 1, 2, 3])):
+        with curvopt.Sampler(curvopt.minimize(cube, levels=levels, chains=[chain]).cage) as surface:
+            corners = [[0, 0], [1, 0], [1, 1], [0, 1]] if levels == 1 else [[0, 0]] * 4
+            found = surface.jets(faces, [0] * 4, corners)[:, 0]
+            assert np.abs(found - curve[::25]).max() < 1e-12
+            if levels == 2:
+                middles = surface.jets(faces, [0] * 4, [[1.0, 0.0]] * 4)[:, 0]
+                assert np.abs(np.linalg.norm(middles - around, axis=1) - 0.9 * np.linalg.norm(axes[0])).max() < 1e-6
+
+
+@pytest.mark.parametrize("chain, sentence", [
+    (curvopt.Chain([0, -1], np.eye(3)), "chain 0: a vertex is -1"),
+    (curvopt.Chain([0, 1], np.eye(2)), "chain 0: curve has the shape (2, 2)"),
+    (curvopt.Chain([0, 1], [[0, 0, 0], [1, 0]]), "chain 0: curve and parameters must be numbers"),
+    (curvopt.Chain([0, 1], np.eye(3), parameters=[1]), "chain 0: parameters have the shape (1,); there are 2 vertices"),
+])  # fmt: skip
+def test_chains_that_cannot_be_read_are_refused(cube, chain, sentence):
+    with pytest.raises(ValueError) as error:
+        curvopt.minimize(cube, chains=[chain])
+    assert sentence in str(error.value)
+
+
+def test_the_library_names_a_chain_that_it_refuses(cube):
+    with pytest.raises(curvopt.CurvoptError) as error:
+        curvopt.minimize(cube, chains=[curvopt.Chain([0, 1], np.eye(3)), curvopt.Chain([0, 7], np.eye(3))])
+    assert "chain" in str(error.value)
+
+
 @pytest.mark.parametrize("entry, sentence", [
     (curvopt.Through(), "entry 0: either vertex or face"),
     (curvopt.Through(face=1), "entry 0: a face needs uv"),

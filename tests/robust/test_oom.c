@@ -11,6 +11,7 @@
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
 #include "hessian/surface_springs.h"
+#include "mesh/subdivide.h"
 #include "surface/basis_table.h"
 #include "surface/boundary_turning.h"
 #include "surface/substitution.h"
@@ -213,6 +214,38 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     return status;
 }
 
+/* What an open and a closed chain of edges add, a level on, too. */
+static int32_t chain_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    static const double curve[12] = {1.5, 0, 0, 0, 1.5, 0, -1.5, 0, 0, 0, -1.5, 0};
+    static const double parameters[4] = {0, 1, 2, 3};
+    const int32_t ring[4] = {0, 3, 6, 9}, open[2] = {1, 4};
+    const curvopt_chain chains[2] = {
+        {.vertices = ring, .curve = curve, .n_vertices = 4, .n_points = 4, .is_closed = 1, .is_curve_closed = 1},
+        {.vertices = open, .curve = curve, .parameters = parameters, .n_vertices = 2, .n_points = 4}};
+    const curvopt_through wanted = {.struct_size = sizeof wanted, .chains = chains, .n_chains = 2};
+    curvopt_options o;
+    co_constraints held = {0};
+    curvopt_mesh *fine = NULL;
+    co_sparse_rows rows = {0};
+    double xyz[3 * 12], finer[3 * 48];
+    curvopt_options_init(&o, sizeof o);
+    o.through = &wanted;
+    memcpy(xyz, c->xyz, sizeof xyz);
+    int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
+    if (status == CURVOPT_OK)
+        status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_subdivide(mesh, &fine, &rows, error);
+    if (status == CURVOPT_OK) {
+        co_sparse_rows_apply(&rows, xyz, finer);
+        status = co_constraints_subdivide(mesh, fine, &rows, finer, &held, error);
+    }
+    co_sparse_rows_free(&rows);
+    co_mesh_destroy(fine);
+    co_constraints_free(&held);
+    return status;
+}
+
 /* What springs of points and normals add: rows, springs, couplings. */
 static int32_t spring_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     const int32_t vertices[2] = {0, -1}, faces[2] = {0, 2};
@@ -371,6 +404,7 @@ static void test_held_limit_points_survive_every_failure(void **state) {
     fail_each(cage_torus(4, 3, 1, 0.45), limit_parts, 20);
     fail_each(cage_torus(4, 3, 1, 0.45), through_parts, 30);
     fail_each(cage_torus(4, 3, 1, 0.45), spring_parts, 30);
+    fail_each(cage_torus(4, 3, 1, 0.45), chain_parts, 50);
     fail_each(cage_tetrahedron(), limit_parts, 30);
 }
 

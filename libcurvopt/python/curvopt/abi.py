@@ -117,6 +117,16 @@ class CConstraints(C.Structure):
     ]
 
 
+class CChain(C.Structure):
+    """curvopt_chain"""
+
+    _fields_ = [
+        ("vertices", C.POINTER(C.c_int32)),
+        *((name, C.POINTER(C.c_double)) for name in "curve parameters".split()),
+        *((name, C.c_int32) for name in "n_vertices n_points is_closed is_curve_closed".split()),
+    ]
+
+
 class CThrough(C.Structure):
     """curvopt_through"""
 
@@ -128,6 +138,8 @@ class CThrough(C.Structure):
         *((name, C.POINTER(C.c_double)) for name in "directions places normals tangents".split()),
         ("toward", C.POINTER(C.c_int32)),
         ("weights", C.POINTER(C.c_double)),
+        ("chains", C.POINTER(CChain)),
+        *((name, C.c_int32) for name in "n_chains reserved".split()),
     ]
 
 
@@ -251,7 +263,8 @@ STRUCT_SIZES = {
     CMeshInfo: 48,
     CCreases: 48,
     CConstraints: 48,
-    CThrough: 96,
+    CChain: 40,
+    CThrough: 112,
     COptions: 296,
     CEnergies: 224,
     CProgress: 120,

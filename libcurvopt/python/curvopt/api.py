@@ -23,7 +23,7 @@ from .library import minimize as _minimize
 from .measure import Crossings, Deviation
 from .measure import crossings as _crossings
 from .measure import deviation as _deviation
-from .through import Through
+from .through import Chain, Through
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary
 
 Energy = "str | Mapping[str, float]"
@@ -167,7 +167,8 @@ def run_options(
     boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
     within: float = DEFAULTS.within, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     slide: bool = DEFAULTS.slide, no_crossings: bool = DEFAULTS.no_crossings, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
-    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] = (), **options: float,
+    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] = (),
+    chains: Sequence[Chain] = (), **options: float,
 ) -> COptions:  # fmt: skip
     """The options of minimize() as the library's struct."""
     if symmetry in SYMMETRIES and symmetry != "planes":
@@ -188,7 +189,7 @@ def run_options(
     return _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
         strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide),
-        no_crossings=int(no_crossings), scalars=scalars, through=through, **options,
+        no_crossings=int(no_crossings), scalars=scalars, through=through, chains=chains, **options,
     )  # fmt: skip
 
 
@@ -215,6 +216,7 @@ def minimize(
     places: object = None,
     left_out: Sequence[int] = (),
     through: Sequence[Through] = (),
+    chains: Sequence[Chain] = (),
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
     **options: float,
@@ -246,6 +248,7 @@ def minimize(
     left_out     faces that do not count and stay
     through      points of the surface, at vertices and inside faces, with places, normals and tangents (Through); no symmetries
                  are kept then
+    chains       chains of edges whose limit curves follow curves (Chain); no symmetries are kept then
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread
     options      further fields of curvopt_options by name, as numbers
@@ -260,7 +263,8 @@ def minimize(
         within=within, spontaneous_curvature=spontaneous_curvature, slide=slide, no_crossings=no_crossings,
         volume=volume, area=area, total_mean_curvature=total_mean_curvature,
         reduced_volume=reduced_volume, held=held,
-        weights=weights, limit_points=limit_points, places=places, left_out=left_out, through=through, **options,
+        weights=weights, limit_points=limit_points, places=places, left_out=left_out, through=through, chains=chains,
+        **options,
     )  # fmt: skip
     with _Mesh.of_cage(lib, cage) as mesh:
         with _minimize(mesh, cage.positions, raw, on_progress, _flag(cancel)) as result:
@@ -343,6 +347,6 @@ def library_version() -> str:
 
 
 __all__ = [
-    "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Creases", "Crossings", "Deviation", "Minimum", "Problem",
+    "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Chain", "Creases", "Crossings", "Deviation", "Minimum", "Problem",
     "Sampler", "Through", "cage", "crossings", "deviation", "energies", "library_version", "minimize", "refine",
 ]  # fmt: skip

@@ -36,7 +36,7 @@ from .abi import (
     COptions,
 )
 from .locate import LIBRARY_VARIABLE, library_candidates, missing_text, platform_name, platforms_here
-from .through import Through, struct_of
+from .through import Chain, Through, struct_of
 from .values import Creases, Held
 
 INT32_MAX = 2**31 - 1
@@ -184,10 +184,11 @@ class Library:
 
     def options(
         self, weights: Mapping[str, float], held: Held | None = None, holes: object = (),
-        scalars: Mapping[str, tuple[str, float]] | None = None, through: Sequence[Through] = (), **fields: float,
+        scalars: Mapping[str, tuple[str, float]] | None = None, through: Sequence[Through] = (),
+        chains: Sequence[Chain] = (), **fields: float,
     ) -> COptions:  # fmt: skip
         """The library's defaults with `weights` by term name and other fields of curvopt_options changed, with
-        vertices held, points that the surface goes `through`, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
+        vertices held, points that the surface goes `through`, `chains` on curves, and faces (k,) that are `holes`. `scalars`, by names of abi.SCALARS: the rule, of
         abi.SCALAR_RULES, and the value, 0 where the rule takes none.
 
         ValueError for an unknown name and for lengths that do not fit, CurvoptError for a value that the library
@@ -220,8 +221,8 @@ class Library:
             if places is not None:
                 where = (True, real_pointer(firmness), real_pointer(places))
             options.constraints = C.pointer(CConstraints(*pointers, vertices.size, *where))
-        if len(through):
-            options.points = struct_of(through)
+        if len(through) or len(chains):
+            options.points = struct_of(through, chains)
             options.through = C.pointer(options.points)
         if len(holes):
             faces = indices(holes, "holes")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the limit surface goes through: entries, and the library's struct of them."""
+"""What the limit surface goes through: entries and chains of edges, and the library's struct of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .abi import CThrough
+from .abi import CChain, CThrough
 
 _INT32_MAX = 2**31 - 1
 
@@ -40,6 +40,25 @@ class Through:
     weight: float = 1.0
 
 
+@dataclass(frozen=True)
+class Chain:
+    """A chain of edges whose limit curve follows a curve, the nearer the finer the level.
+
+    vertices (k,)    each joined to the next by an edge
+    curve (m, 3)     points, through which the curve is a cubic spline
+    closed           whether the chain goes on from its last vertex to the first; the curve must be closed, too
+    curve_closed     whether the curve goes on from its last point to the first; None: if the chain is closed
+    parameters (k,)  where on the curve each vertex is, in numbers of points, 1.25 a quarter of the way from point 1 to
+                     point 2; None: at the nearest place
+    """
+
+    vertices: Sequence[int]
+    curve: object
+    closed: bool = False
+    curve_closed: bool | None = None
+    parameters: object = None
+
+
 def _three(value: object, entry: int, name: str) -> np.ndarray:
     """Three numbers; NAN for None."""
     if value is None:
@@ -56,9 +75,9 @@ def _weight(value: object, entry: int) -> float:
     return float(value)
 
 
-def _count(value: object, entry: int, name: str) -> int:
+def _count(value: object, entry: int, name: str, of: str = "entry") -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _INT32_MAX:
-        raise ValueError(f"entry {entry}: {name} is {value!r}; it must be a whole number, 0 or more.")
+        raise ValueError(f"{of} {entry}: {name} is {value!r}; it must be a whole number, 0 or more.")
     return int(value)
 
 
@@ -85,8 +104,29 @@ def _freedom(entry: Through) -> int:
     return 2 if entry.plane is not None else 3 if entry.at is None else 0
 
 
-def struct_of(entries: Sequence[Through]) -> CThrough:
-    """The struct, which keeps its arrays. ValueError naming the entry where one cannot be read."""
+def _chain(chain: Chain, i: int) -> tuple[CChain, list[np.ndarray]]:
+    """The struct, and its arrays."""
+    vertices = np.array([_count(v, i, "a vertex", "chain") for v in chain.vertices], np.int32)
+    try:
+        curve = np.ascontiguousarray(chain.curve, float)
+        parameters = None if chain.parameters is None else np.ascontiguousarray(chain.parameters, float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"chain {i}: curve and parameters must be numbers: {error}.") from None
+    if curve.ndim != 2 or curve.shape[1] != 3:
+        raise ValueError(f"chain {i}: curve has the shape {curve.shape}; it must be (m, 3).")
+    if parameters is not None and parameters.shape != vertices.shape:
+        raise ValueError(f"chain {i}: parameters have the shape {parameters.shape}; there are {len(vertices)} vertices.")
+    reals = C.POINTER(C.c_double)
+    out = CChain(
+        vertices.ctypes.data_as(C.POINTER(C.c_int32)), curve.ctypes.data_as(reals),
+        None if parameters is None else parameters.ctypes.data_as(reals), len(vertices), len(curve), bool(chain.closed),
+        bool(chain.closed if chain.curve_closed is None else chain.curve_closed),
+    )  # fmt: skip
+    return out, [vertices, curve] + ([] if parameters is None else [parameters])
+
+
+def struct_of(entries: Sequence[Through], chains: Sequence[Chain] = ()) -> CThrough:
+    """The struct, which keeps its arrays. ValueError naming the entry or chain where one cannot be read."""
     for i, entry in enumerate(entries):
         _check(entry, i)
     on = list(enumerate(entries))
@@ -107,7 +147,7 @@ def struct_of(entries: Sequence[Through]) -> CThrough:
         "tangents": [_three(e.tangent, i, "tangent") for i, e in on],
     }
     uv = np.array([(np.nan, np.nan) if e.uv is None else e.uv for e in entries], float)
-    if uv.shape != (len(entries), 2):
+    if len(entries) and uv.shape != (len(entries), 2):
         raise ValueError("uv must be two numbers of each entry.")
     weights = np.array([_weight(e.weight, i) for i, e in on], float)
     arrays: dict[str, np.ndarray] = {name: np.array(numbers, np.int32) for name, numbers in integers.items()}
@@ -116,5 +156,8 @@ def struct_of(entries: Sequence[Through]) -> CThrough:
     for name, array in arrays.items():
         kind = C.c_int32 if array.dtype == np.int32 else C.c_double
         setattr(out, name, array.ctypes.data_as(C.POINTER(kind)))
-    out.arrays = arrays  # of Python's: pointers do not keep arrays alive
+    made = [_chain(chain, i) for i, chain in enumerate(chains)]
+    array = (CChain * len(made))(*(chain for chain, _ in made))
+    out.chains, out.n_chains = array, len(made)
+    out.arrays = arrays, array, made  # of Python's: pointers do not keep arrays alive
     return out

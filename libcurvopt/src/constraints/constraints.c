@@ -32,6 +32,7 @@ void co_constraints_free(co_constraints *constraints) {
     co_soft_constraints_free(&constraints->springs);
     co_surface_values_free(&constraints->values);
     co_surface_values_free(&constraints->drawn);
+    co_chains_free(&constraints->chains);
     free(constraints->left_out);
     *constraints = (co_constraints){0};
 }
@@ -142,6 +143,21 @@ void co_constraints_put_back(const co_constraints *constraints, int32_t v, doubl
     }
 }
 
+/* Where chains share a vertex the first one counts. */
+void co_constraints_hold_chains(const curvopt_mesh *m, co_constraints *constraints) {
+    for (int32_t k = constraints->chains.n - 1; k >= 0; k--) {
+        const co_chain *chain = &constraints->chains.item[k];
+        for (int32_t i = 0; i < chain->n; i++) {
+            const int32_t v = chain->vertex[i];
+            constraints->freedom[v] = CO_FREEDOM_NONE;
+            constraints->of_limit[v] = CO_OF_OWN_POINT;
+            co_chain_place(chain, i, constraints->anchor + 3 * (size_t)v);
+        }
+    }
+    if (constraints->chains.n)
+        co_chains_hold_middles(m, &constraints->chains, &constraints->values);
+}
+
 /* Child h of the finer cage comes from the face that corner h is in. */
 static int32_t subdivide_left_out(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
     if (!constraints->left_out)
@@ -163,7 +179,9 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     int32_t status = subdivide_left_out(m, constraints, error);
     if (!constraints->freedom || status != CURVOPT_OK)
         return status;
-    status = co_constraints_allocate(fine->info.n_vertices, &out, error);
+    status = co_chains_subdivide(m, &constraints->chains, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_allocate(fine->info.n_vertices, &out, error);
     if (status == CURVOPT_OK)
         status = co_soft_constraints_subdivide(m, fine, rows, &constraints->springs, error);
     if (status != CURVOPT_OK) {
@@ -174,9 +192,11 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     out.left_out = constraints->left_out;
     out.values = constraints->values;
     out.drawn = constraints->drawn;
+    out.chains = constraints->chains;
     co_surface_values_subdivide(m, &out.values);
     co_surface_values_subdivide(m, &out.drawn);
     constraints->values = constraints->drawn = (co_surface_values){0};
+    constraints->chains = (co_chains){0};
     constraints->springs = (co_soft_constraints){0};
     constraints->left_out = NULL;
     for (int32_t f = 0; f < m->info.n_faces; f++) {
@@ -196,6 +216,7 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
             co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
             co_soft_constraints_drop_beyond(&out.springs, v, xyz + 3 * (size_t)v);
         }
+    co_constraints_hold_chains(fine, &out);
     co_constraints_free(constraints);
     *constraints = out;
     return CURVOPT_OK;

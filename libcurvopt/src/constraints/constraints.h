@@ -2,6 +2,7 @@
 #ifndef CO_CONSTRAINTS_CONSTRAINTS_H
 #define CO_CONSTRAINTS_CONSTRAINTS_H
 
+#include "constraints/chains.h"
 #include "constraints/soft_constraints.h"
 #include "constraints/surface_values.h"
 
@@ -29,6 +30,7 @@ typedef struct co_constraints {
     co_surface_values values;    /* other points of the surface, and tangents; with pivots (pivots.h) their constraints
                                       are above, too */
     co_surface_values drawn;     /* those that springs draw, within what is held; none if freedom is NULL */
+    co_chains chains;      /* what of them is held on this level is above, too: points of their vertices, and values */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */
     uint8_t *left_out; /* [n_faces] whether a face is left out of the energy; its vertices are held. NULL: none is */
@@ -43,7 +45,9 @@ int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, co
 /* Faces that are left out of the energy, from face [n_faces]: those of 0 and more. ERROR_MEMORY. */
 int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, co_constraints *constraints,
                                  curvopt_error *error);
-/* ERROR_MEMORY. */
+/* Holds the limit points of the chains' vertices, and the middles of open ones' end edges. */
+void co_constraints_hold_chains(const curvopt_mesh *mesh, co_constraints *constraints);
+/* But for the chains: the copy is for the same level. ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);
 void co_constraints_free(co_constraints *constraints);
@@ -56,8 +60,9 @@ void co_constraints_put_back(const co_constraints *constraints, int32_t v, doubl
  * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of
  * its children inherit the constraint, at the places where subdivision puts them. Any other constrained vertex keeps
  * its point, line or plane, and is put back there; the surface comes closer to it with every level. Constrained limit
- * points stay where they are: they are points of the same surface. The children of
- * faces that are left out are left out. ERROR_MEMORY. */
+ * points stay where they are: they are points of the same surface. What chains hold is
+ * made anew, at places where the surface at xyz need not be yet. The children of faces that are left out are left out.
+ * ERROR_MEMORY. */
 int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                  double *xyz, co_constraints *constraints, curvopt_error *error);
 

@@ -253,17 +253,40 @@ static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, con
     return status;
 }
 
+int co_given_constraints_move_cage(const co_constraints *constraints) {
+    return constraints->values.n > 0 || constraints->chains.n > 0;
+}
+
+/* Boundaries and creases that are held keep their vertices; of each chain others must be left. */
+static int32_t check_chains(const co_constraints *given, const co_constraints *all, curvopt_error *error) {
+    for (int32_t k = 0; k < given->chains.n; k++) {
+        const co_chain *chain = &given->chains.item[k];
+        int32_t i = 0;
+        while (i < chain->n && all->of_limit[chain->vertex[i]] != CO_OF_OWN_POINT)
+            i++;
+        if (i == chain->n)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, k,
+                                  "chain %d: the boundary, a crease or left-out faces hold all of its vertices, vertex "
+                                  "%d first",
+                                  k, chain->vertex[0]);
+    }
+    return CURVOPT_OK;
+}
+
 int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, int32_t boundary,
                                    double *xyz, curvopt_error *error) {
     co_interpolation map = {0};
     co_constraints all = {0};
-    int32_t status = constraints->values.n ? co_constraints_all(m, constraints, boundary, &all, error)
-                                           : co_constraints_copy(m, constraints, &all, error);
+    const int moves_cage = co_given_constraints_move_cage(constraints);
+    int32_t status = moves_cage ? co_constraints_all(m, constraints, boundary, &all, error)
+                                : co_constraints_copy(m, constraints, &all, error);
+    if (status == CURVOPT_OK)
+        status = check_chains(constraints, &all, error);
     if (status == CURVOPT_OK)
         status = co_pivots_choose(m, &all, error);
     if (status == CURVOPT_OK)
         status = co_interpolation_of_all(m, &all, &map, error);
-    if (status == CURVOPT_OK && constraints->values.n) {
+    if (status == CURVOPT_OK && moves_cage) {
         status = move_cage(m, constraints, &all, &map, xyz, error);
     } else if (status == CURVOPT_OK) {
         status = put_positions(m, constraints, &all, &map, xyz, error);

@@ -12,9 +12,12 @@ int32_t co_given_constraints_create(const curvopt_mesh *mesh, const double *xyz,
  * constraint stands against options.within. */
 int32_t co_given_constraints_check_strength(const curvopt_constraints *given, const curvopt_options *options,
                                             curvopt_error *error);
+/* Whether there are constraints for which other vertices near them move, too. */
+int co_given_constraints_move_cage(const co_constraints *constraints);
 /* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be, without moving what
  * options.boundary holds for points and tangents of the surface. As co_interpolation_create, co_pivots_choose and
- * co_given_through_place. */
+ * co_given_through_place; ERROR_ARGUMENT also where nothing of a chain is left that boundary and creases do not hold.
+ */
 int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
                                    double *xyz, curvopt_error *error);
 

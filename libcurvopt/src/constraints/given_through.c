@@ -2,6 +2,7 @@
 #include "constraints/given_through.h"
 
 #include "base/memory.h"
+#include "constraints/given_chains.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -289,6 +290,12 @@ static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_e
     memcpy(out, from, (size_t)size);
     if (out->n < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: %d entries", out->n);
+    if (out->n_chains < 0 || (out->n_chains > 0 && !out->chains))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: %d chains, which are %s", out->n_chains,
+                              out->chains ? "given" : "NULL");
+    if (out->reserved)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: reserved is %d; it must be 0",
+                              out->reserved);
     return CURVOPT_OK;
 }
 
@@ -296,7 +303,7 @@ static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_e
 static int32_t read_entries(const curvopt_mesh *m, const curvopt_through *t, co_constraints *constraints,
                             curvopt_error *error) {
     co_surface_values *held = &constraints->values, *drawn = &constraints->drawn;
-    held->item = CO_NEW(co_surface_value, 3 * (size_t)t->n);
+    held->item = CO_NEW(co_surface_value, 3 * (size_t)t->n + 2 * (size_t)t->n_chains);
     drawn->item = CO_NEW(co_surface_value, 3 * (size_t)t->n);
     if (!held->item || !drawn->item)
         return co_status_no_memory(error);
@@ -317,13 +324,13 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
     if (!options->through)
         return CURVOPT_OK;
     int32_t status = take(options->through, &t, error);
-    if (status == CURVOPT_OK && t.n > 0)
+    if (status == CURVOPT_OK && (t.n > 0 || t.n_chains > 0))
         status = check_options(options, error);
-    if (status != CURVOPT_OK || t.n == 0)
+    if (status != CURVOPT_OK || (t.n == 0 && t.n_chains == 0))
         return status;
     const int has_freedom = constraints->freedom != NULL;
     status = read_entries(m, &t, constraints, error);
-    if (status == CURVOPT_OK && constraints->values.n + constraints->drawn.n > 0) {
+    if (status == CURVOPT_OK && constraints->values.n + constraints->drawn.n + t.n_chains > 0) {
         status = co_constraints_allocate(m->info.n_vertices, constraints, error);
         if (status == CURVOPT_OK && !has_freedom)
             memcpy(constraints->anchor, xyz, 3 * sizeof *xyz * (size_t)m->info.n_vertices);
@@ -332,6 +339,8 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
         status = find_places(m, xyz, &constraints->values, error);
     if (status == CURVOPT_OK && constraints->drawn.n)
         status = find_places(m, xyz, &constraints->drawn, error);
+    if (status == CURVOPT_OK && t.n_chains)
+        status = co_given_chains_create(m, xyz, &t, options->levels, constraints, error);
     if (status != CURVOPT_OK)
         co_constraints_free(constraints);
     return status;
@@ -392,6 +401,7 @@ int32_t co_given_through_place(const co_constraints *constraints, double *xyz, c
         i += is_pair;
     }
     for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++)
-        co_constraints_put_back(constraints, fs->item[i].pivot, xyz + 3 * (size_t)fs->item[i].pivot);
+        if (fs->item[i].pivot >= 0)
+            co_constraints_put_back(constraints, fs->item[i].pivot, xyz + 3 * (size_t)fs->item[i].pivot);
     return status;
 }

@@ -10,6 +10,9 @@
 #include <string.h>
 
 static const double LARGEST_SHIFT = 1e3; /* on a regular grid all of which is held: 9 */
+/* Part of the largest entry of a group's inverse below which entries are left out: they fall by .27 a vertex, and rows
+ * of a long chain would be as long as the chain. */
+static const double NEGLIGIBLE = 1e-17;
 
 /* A row that is being made: its entries follow each other from `first` on. */
 typedef struct row_end {
@@ -168,9 +171,28 @@ static int32_t measure_groups(int32_t n, const groups *g, int32_t *size) {
     return most;
 }
 
-/* One group after the other, of size [n] by their least members. dense, inverse: room for the largest one. */
+static double largest_of(size_t n, const double *value) {
+    double largest = 0;
+    for (size_t i = 0; i < n; i++)
+        largest = fmax(largest, fabs(value[i]));
+    return largest;
+}
+
+/* Row k of a group's inverse of `size` members, without what is below `least`; its end. */
+static size_t put_row(const groups *g, int32_t size, const double *row, double least, co_sparse_rows *inverse,
+                      size_t at) {
+    for (int32_t l = 0; l < size; l++)
+        if (fabs(row[l]) >= least) {
+            inverse->column[at] = g->members[l];
+            inverse->value[at++] = row[l];
+        }
+    return at;
+}
+
+/* One group after the other, of size [n] by their least members. dense, of_group: room for the largest one. Rows end
+ * at end [n], before the next one begins. */
 static int32_t fill_inverse(const co_interpolation *in, const groups *g, const int32_t *size, double *dense,
-                            double *of_group, co_sparse_rows *inverse, curvopt_error *error) {
+                            double *of_group, size_t *end, co_sparse_rows *inverse, curvopt_error *error) {
     const int32_t n = in->limit.n_rows;
     for (int32_t i = 0; i < n; i++)
         inverse->start[i + 1] = inverse->start[i] + (size_t)size[g->group[i]];
@@ -185,10 +207,10 @@ static int32_t fill_inverse(const co_interpolation *in, const groups *g, const i
         int32_t status = check_inverse(in, g, size[i], of_group, error);
         if (status != CURVOPT_OK)
             return status;
+        const double least = NEGLIGIBLE * largest_of((size_t)size[i] * (size_t)size[i], of_group);
         for (int32_t k = 0; k < size[i]; k++) {
-            const size_t to = inverse->start[g->members[k]];
-            memcpy(inverse->value + to, of_group + (size_t)k * (size_t)size[i], (size_t)size[i] * sizeof(double));
-            memcpy(inverse->column + to, g->members, (size_t)size[i] * sizeof *g->members);
+            const int32_t row = g->members[k];
+            end[row] = put_row(g, size[i], of_group + (size_t)k * (size_t)size[i], least, inverse, inverse->start[row]);
         }
     }
     return CURVOPT_OK;
@@ -214,9 +236,14 @@ static int32_t make_inverse(const co_interpolation *in, const groups *g, co_spar
                               most, CO_INTERPOLATION_MOST_TOUCHING);
     }
     double *dense = CO_NEW(double, 2 * square);
-    int32_t status = dense ? co_sparse_rows_allocate(inverse, n, n, n_entries, error) : co_status_no_memory(error);
-    if (dense && status == CURVOPT_OK)
-        status = fill_inverse(in, g, size, dense, dense + square, inverse, error);
+    size_t *end = CO_NEW(size_t, n);
+    int32_t status =
+        dense && end ? co_sparse_rows_allocate(inverse, n, n, n_entries, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = fill_inverse(in, g, size, dense, dense + square, end, inverse, error);
+    if (status == CURVOPT_OK)
+        co_sparse_rows_close_gaps(inverse, end);
+    free(end);
     free(size);
     free(dense);
     return status;

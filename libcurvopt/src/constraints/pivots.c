@@ -181,11 +181,12 @@ static void eliminate(const search *s, group *g, int32_t r, int32_t c) {
     }
 }
 
-/* The row without pivot that has the largest entry; -1: all have pivots. */
-static int32_t find_largest(const group *g) {
+/* The row without pivot that has the largest entry, of those that are optional or not; -1: all have pivots. */
+static int32_t find_largest(const search *s, const group *g, int is_optional) {
     int32_t r = -1;
     for (int32_t k = g->n_fixed; k < g->n_rows; k++)
-        if (g->pivot[k] < 0 && (r < 0 || g->largest[k] > g->largest[r]))
+        if (g->pivot[k] < 0 && s->values->item[g->value[k]].is_optional == is_optional &&
+            (r < 0 || g->largest[k] > g->largest[r]))
             r = k;
     return r;
 }
@@ -199,8 +200,9 @@ static int32_t find_others(const search *s, const group *g, int32_t r, int32_t *
     double most = LEAST_PART;
     *n = 0;
     for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
-        const int32_t number = s->values->item[g->value[k]].number;
-        if (number == own || fabs(part[k]) < LEAST_PART)
+        const co_surface_value *f = &s->values->item[g->value[k]];
+        const int32_t number = f->number;
+        if (f->is_optional || number == own || fabs(part[k]) < LEAST_PART)
             continue;
         *n += number != last;
         last = number;
@@ -222,14 +224,25 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
                               "entry %d: nothing that its %s depend%s on may move", f->number, what,
                               f->is_tangent ? "" : "s");
     if (other < 0)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                              "entry %d: its %s cannot be chosen freely beside what constraints and the boundary hold "
-                              "near it: hold less, or subdivide the cage once",
-                              f->number, what);
+        return co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, f->number,
+            "entry %d: its %s cannot be chosen freely beside what chains, constraints and the boundary hold "
+            "near it: hold less, or subdivide the cage once",
+            f->number, what);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                           "entry %d: its %s cannot be chosen freely beside entry %d%s: too few vertices may move "
                           "there, or both are the same; leave one of them out, or subdivide the cage once",
                           f->number, what, other, n > 1 ? " and others" : "");
+}
+
+/* Chooses pivots for rows of values, those that are optional or not. */
+static int32_t choose_rows(search *s, group *g, int is_optional, curvopt_error *error) {
+    for (int32_t r = find_largest(s, g, is_optional); r >= 0; r = find_largest(s, g, is_optional)) {
+        if (!(g->largest[r] > INDEPENDENT))
+            return is_optional ? CURVOPT_OK : refuse(s, g, r, error);
+        eliminate(s, g, r, g->column[r]);
+    }
+    return CURVOPT_OK;
 }
 
 /* The pivot of row r becomes that of its value, and the constraint is entered there. */
@@ -256,17 +269,13 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
         status = fill_group(s, &g, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
         eliminate(s, &g, k, s->column[-1 - g.value[k]]);
-    for (int32_t r = status == CURVOPT_OK ? find_largest(&g) : -1; r >= 0; r = find_largest(&g)) {
-        if (!(g.largest[r] > INDEPENDENT)) {
-            status = refuse(s, &g, r, error);
-            break;
-        }
-        eliminate(s, &g, r, g.column[r]);
-    }
+    for (int is_optional = 0; status == CURVOPT_OK && is_optional < 2; is_optional++)
+        status = choose_rows(s, &g, is_optional, error);
     for (int32_t k = 0; k < g.n_columns; k++)
         s->column[g.vertex[k]] = -1;
     for (int32_t k = g.n_fixed; status == CURVOPT_OK && k < g.n_rows; k++)
-        enter(s, &g, k);
+        if (g.pivot[k] >= 0)
+            enter(s, &g, k);
     group_free(&g);
     return status;
 }

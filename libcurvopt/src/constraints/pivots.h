@@ -7,7 +7,8 @@
 /* Chooses a pivot for each value of constraints->values, whose rows it makes, among the vertices that nothing
  * constrains, and enters the value's constraint there: freedom, direction, anchor, of_limit. Values that have
  * a vertex in common that could be a pivot are one group; in a group rows are eliminated with complete pivoting, after
- * those of limit points (of_limit) that the group depends on, whose pivots are their own vertices.
+ * those of limit points (of_limit) that the group depends on, whose pivots are their own vertices. Optional values
+ * come last, and stay without a pivot where nothing is left for them.
  *
  * ERROR_ARGUMENT, the element the number of the user's entry, where a value depends on nothing that may move, or
  * on no more than the others do. As co_surface_values_make_rows. */

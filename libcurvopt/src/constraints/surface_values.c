@@ -143,7 +143,7 @@ static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs,
 /* Rows from entries, which are added up where they are of one vertex. */
 static int32_t gather(const entry_list *list, int32_t n_vertices, co_sparse_rows *rows, curvopt_error *error) {
     const int32_t n = list->of->n;
-    size_t *end = CO_NEW(size_t, n), write = 0;
+    size_t *end = CO_NEW(size_t, n);
     int32_t status = end ? co_sparse_rows_allocate(rows, n, n_vertices, list->n, error) : co_status_no_memory(error);
     for (size_t k = 0; status == CURVOPT_OK && k < list->n; k++)
         rows->start[list->entry[k].row + 1]++;
@@ -160,15 +160,8 @@ static int32_t gather(const entry_list *list, int32_t n_vertices, co_sparse_rows
             rows->column[end[e->row]++] = e->column;
         rows->value[at] += e->value;
     }
-    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) { /* without the gaps that this has left */
-        const size_t first = rows->start[i], size = end[i] - first;
-        memmove(rows->column + write, rows->column + first, size * sizeof *rows->column);
-        memmove(rows->value + write, rows->value + first, size * sizeof *rows->value);
-        rows->start[i] = write;
-        write += size;
-    }
     if (status == CURVOPT_OK)
-        rows->start[n] = write;
+        co_sparse_rows_close_gaps(rows, end);
     free(end);
     return status;
 }

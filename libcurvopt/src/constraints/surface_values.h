@@ -18,7 +18,7 @@
 #include "mesh/mesh.h"
 
 typedef struct co_surface_value {
-    int32_t number;  /* of the user's entry that it is from */
+    int32_t number;  /* of the user's entry that it is from; of an optional one of the chain (chains.h) */
     int32_t vertex;  /* at its limit point; -1: inside a face */
     int32_t corner;  /* half-edge: it leaves the vertex; or the corner of a face that uv start from, a quad's first */
     double uv[2];    /* inside a face, as in curvopt_sampler_jets */
@@ -27,7 +27,8 @@ typedef struct co_surface_value {
     int32_t freedom; /* as in co_constraints */
     double direction[3]; /* unit: along the line, or normal to the plane */
     double anchor[3];    /* where it is held, or a point of the line or plane, in the user's units; of tangents 0 */
-    int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet */
+    int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet, or not held */
+    int32_t is_optional; /* whether it is not held where others leave it no freedom */
     double stiffness;    /* of a spring in place of that, as k_v of soft_constraints.h; 0: it is held exactly */
 } co_surface_value;
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_columns, size_t n_entries,
                                 curvopt_error *error) {
@@ -15,6 +16,18 @@ int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_
         return CURVOPT_OK;
     co_sparse_rows_free(rows);
     return co_status_no_memory(error);
+}
+
+void co_sparse_rows_close_gaps(co_sparse_rows *rows, const size_t *end) {
+    size_t write = 0;
+    for (int32_t i = 0; i < rows->n_rows; i++) {
+        const size_t first = rows->start[i], size = end[i] - first;
+        memmove(rows->column + write, rows->column + first, size * sizeof *rows->column);
+        memmove(rows->value + write, rows->value + first, size * sizeof *rows->value);
+        rows->start[i] = write;
+        write += size;
+    }
+    rows->start[rows->n_rows] = write;
 }
 
 void co_sparse_rows_free(co_sparse_rows *rows) {

@@ -19,6 +19,8 @@ typedef struct co_sparse_rows {
 /* Room for n_rows rows and n_entries entries, zeroed, to be filled by the caller. ERROR_MEMORY, and *rows is empty. */
 int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_columns, size_t n_entries,
                                 curvopt_error *error);
+/* Rows end at end [n_rows], before the next one begins: moves them together. */
+void co_sparse_rows_close_gaps(co_sparse_rows *rows, const size_t *end);
 void co_sparse_rows_free(co_sparse_rows *rows);
 /* out [3 n_rows] = rows * in [3 n_columns] */
 void co_sparse_rows_apply(const co_sparse_rows *rows, const double *in, double *out);

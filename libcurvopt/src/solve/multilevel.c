@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "mesh/subdivide.h"
 #include "solve/held_scalars.h"
 #include "solve/run_start.h"
@@ -77,6 +78,8 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
         co_sparse_rows_apply(&rows, r->at.xyz, xyz);
         status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     }
+    if (status == CURVOPT_OK && r->constraints.chains.n)
+        status = co_given_constraints_place(fine, &r->constraints, r->context.options->boundary, xyz, error);
     if (status == CURVOPT_OK)
         status = co_symmetry_subdivide(&r->at.symmetry, error);
     if (status == CURVOPT_OK)

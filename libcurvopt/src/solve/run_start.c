@@ -153,7 +153,8 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     const curvopt_options *o = r->context.options;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
-    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || r->constraints.values.n || r->constraints.drawn.n)
+    const co_constraints *c = &r->constraints;
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || c->values.n || c->drawn.n || c->chains.n)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
     return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
                               error);
@@ -169,7 +170,8 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         status = co_given_through_create(mesh, xyz, o, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = find_exceptions(r, mesh, error);
-    if (status == CURVOPT_OK && ((o->constraints && o->constraints->has_places) || r->constraints.values.n))
+    if (status == CURVOPT_OK &&
+        ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
         status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);

@@ -114,6 +114,11 @@ def test_refusals_name_what_is_meant(ball, targets):
 
     refused("There is no collection 'Nothing'", through="Nothing")
     refused("Collection 'Targets' has no empty, mesh or curve", through="Targets")
+    dot = bpy.data.objects.new("Dot", bpy.data.curves.new("Dot", "CURVE"))
+    dot.data.splines.new("POLY")
+    targets.objects.link(dot)
+    refused("Curve 'Dot' has a spline of one point", through="Targets")
+    bpy.data.objects.remove(dot)
     add_empty(targets, ball, AXES[0], AXES[0])
     refused("Go Through needs a Strength of 1", through="Targets", strength=0.5)
     refused("Go Through needs a Within of 0", through="Targets", within=0.5)
@@ -129,7 +134,7 @@ def test_too_many_for_the_cage(ball, targets, add):
     cloud = add(random / np.linalg.norm(random, axis=1)[:, None], [], name="Cloud")
     cloud.matrix_world = ball.matrix_world
     targets.objects.link(cloud)
-    with pytest.raises(RuntimeError, match="45 places near each other do not move independently: .* or subdivide the cage"):
+    with pytest.raises(RuntimeError, match="45 places near each other, vertex [0-9]+ of 'Cloud' among them, do not move independently: .* or subdivide the cage"):
         minimize(ball, through="Targets", resolution="REFINE")
     bpy.context.view_layer.objects.active = ball
     ball.modifiers.new("Once", "SUBSURF").levels = 1

@@ -1,0 +1,125 @@
+/* Chains of edges whose limit curves follow given curves. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "constraints/chains.h"
+
+#include "base/memory.h"
+#include "constraints/freedom.h"
+#include "mesh/crease.h"
+#include "surface/vertex_mask.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void co_chains_free(co_chains *chains) {
+    for (int32_t i = 0; i < chains->n; i++) {
+        free(chains->item[i].vertex);
+        co_cubic_spline_free(&chains->item[i].parameter);
+        co_cubic_spline_free(&chains->item[i].curve);
+    }
+    free(chains->item);
+    *chains = (co_chains){0};
+}
+
+int32_t co_chain_edges(const co_chain *chain) {
+    return chain->n - (chain->is_closed ? 0 : 1);
+}
+
+int32_t co_chains_find_edge(const curvopt_mesh *m, int32_t from, int32_t to) {
+    const int32_t first = m->vertex_corner[from];
+    for (int32_t h = first; h >= 0;) {
+        const int32_t before = co_mesh_prev(m, h);
+        if (co_mesh_destination(m, h) == to)
+            return h;
+        if (m->corner_vertex[before] == to)
+            return before;
+        h = co_mesh_rotate(m, h);
+        if (h == first)
+            return -1;
+    }
+    return -1;
+}
+
+/* Half-edge of edge i. */
+static int32_t edge_of(const curvopt_mesh *m, const co_chain *chain, int32_t i) {
+    return co_chains_find_edge(m, chain->vertex[i], chain->vertex[(i + 1) % chain->n]);
+}
+
+int32_t co_chains_subdivide(const curvopt_mesh *m, co_chains *chains, curvopt_error *error) {
+    for (int32_t k = 0; k < chains->n; k++) {
+        co_chain *chain = &chains->item[k];
+        const int32_t n_edges = co_chain_edges(chain);
+        int32_t *fine = CO_NEW(int32_t, chain->n + n_edges);
+        if (!fine)
+            return co_status_no_memory(error);
+        for (int32_t i = 0; i < chain->n; i++)
+            fine[2 * i] = chain->vertex[i];
+        for (int32_t i = 0; i < n_edges; i++)
+            fine[2 * i + 1] = m->info.n_vertices + m->edge[edge_of(m, chain, i)];
+        free(chain->vertex);
+        chain->vertex = fine;
+        chain->n += n_edges;
+        chain->step /= 2;
+    }
+    return CURVOPT_OK;
+}
+
+void co_chain_place(const co_chain *chain, double at, double place[3]) {
+    double parameter[3], jet[9];
+    const double number = at * chain->step;
+    co_cubic_spline_at(&chain->parameter, number, parameter);
+    co_cubic_spline_at(&chain->curve, parameter[0] + chain->turn * number, jet);
+    memcpy(place, jet, 3 * sizeof *place);
+}
+
+/* ---------------------------------------------------------------------------------- the middles at the ends -- */
+
+static void count_entry(int32_t vertex, double weight, void *context) {
+    (void)vertex;
+    (void)weight;
+    ++*(int *)context;
+}
+
+/* Whether the limit curve ends at this vertex as it ends there: at corners, and across boundaries and creases, a
+ * chain's curve has no curvature, and no freedom more. h: the chain's edge. */
+static int is_end_of_surface(const curvopt_mesh *m, int32_t v, int32_t h) {
+    enum { CORNER = 1, CURVE = 3 }; /* entries of masks */
+    int n_entries = 0;
+    co_vertex_mask_visit(m, v, count_entry, &n_entries);
+    return n_entries == CORNER || (n_entries == CURVE && !co_crease_is_infinite(co_crease_edge(m, h)));
+}
+
+static void add_middle(const curvopt_mesh *m, const co_chain *chain, int32_t number, int32_t edge, int32_t h,
+                       co_surface_values *values) {
+    static const double on_quad[4][2] = {{0.5, 0}, {1, 0.5}, {0.5, 1}, {0, 0.5}};
+    co_surface_value *f = &values->item[values->n++];
+    const int32_t first = m->face_start[m->corner_face[h]];
+    const int is_quad = co_mesh_face_size(m, m->corner_face[h]) == 4;
+    *f = (co_surface_value){.number = number,
+                            .vertex = -1,
+                            .corner = is_quad ? first : h,
+                            .uv = {is_quad ? on_quad[h - first][0] : 1, is_quad ? on_quad[h - first][1] : 0},
+                            .freedom = CO_FREEDOM_NONE,
+                            .pivot = -1,
+                            .is_optional = 1};
+    co_chain_place(chain, edge + 0.5, f->anchor);
+}
+
+void co_chains_hold_middles(const curvopt_mesh *m, const co_chains *chains, co_surface_values *values) {
+    int32_t n = 0;
+    for (int32_t i = 0; i < values->n; i++)
+        if (!values->item[i].is_optional)
+            values->item[n++] = values->item[i];
+    values->n = n;
+    co_sparse_rows_free(&values->rows);
+    for (int32_t k = 0; k < chains->n; k++) {
+        const co_chain *chain = &chains->item[k];
+        const int32_t last = co_chain_edges(chain) - 1;
+        if (chain->is_closed)
+            continue;
+        const int32_t first = edge_of(m, chain, 0), end = edge_of(m, chain, last);
+        const int has_first = !is_end_of_surface(m, chain->vertex[0], first);
+        if (has_first)
+            add_middle(m, chain, k, 0, first, values);
+        if (!is_end_of_surface(m, chain->vertex[last + 1], end) && !(has_first && last == 0))
+            add_middle(m, chain, k, last, end, values);
+    }
+}
