@@ -237,7 +237,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
             forward_invariants(&state, s->eps4, &value);
         }
         accumulate(t, i, third, &state, &value, sums);
-        if (third && !s->gradient)
+        if (third && s->jump)
             sums[CO_SUM_JUMP] += umbilic_jump(&state, &value, s->eps4, t->weight[i] * state.J);
         if (s->volume) {
             if (!plane)
