@@ -12,8 +12,10 @@
 
 /* ------------------------------------------------------------------------------- terms and errors of patches -- */
 
-/* A patch's terms are work of about so many steps (co_thread_pool_if_worth). */
-enum { STEPS_OF_TERMS = 16 };
+/* A patch's terms are work of 16 steps or so. */
+static co_thread_pool *pool_for_terms(const co_assembly *a) {
+    return co_thread_pool_if_worth(a->threads, 16 * (size_t)a->patches.n_patches);
+}
 
 /* What store_terms() is about. */
 typedef struct stored_terms {
@@ -47,8 +49,7 @@ static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
 static void store_terms(const co_assembly *a, const co_element_batches *l, double area, int third,
                         co_patch_terms *out) {
     stored_terms s = {.batches = l, .area = area, .third = third, .out = out};
-    const size_t n = (size_t)l->n_blocks, steps = STEPS_OF_TERMS * CO_BLOCK_FACES * n;
-    co_thread_pool_for(co_thread_pool_if_worth(a->threads, steps), n, store_terms_of_blocks, &s);
+    co_thread_pool_for(pool_for_terms(a), (size_t)l->n_blocks, store_terms_of_blocks, &s);
 }
 
 /* Sums of terms over patches, chunk by chunk (ordered_sum.h). */
@@ -107,8 +108,7 @@ static void compare_terms_of_patches(void *context, size_t begin, size_t end) {
 static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other, const co_values *values) {
     compared_terms c = {
         .measure = measure_of(a, every_term, other, values), .other = other, .estimates = &a->estimates};
-    const size_t n = (size_t)a->patches.n_patches;
-    co_thread_pool_for(co_thread_pool_if_worth(a->threads, STEPS_OF_TERMS * n), n, compare_terms_of_patches, &c);
+    co_thread_pool_for(pool_for_terms(a), (size_t)a->patches.n_patches, compare_terms_of_patches, &c);
 }
 
 void co_adaptive_quadrature_by_face(const co_assembly *a, int32_t n_faces, double *energy) {
@@ -203,8 +203,8 @@ typedef struct errors {
 } errors;
 
 /* A patch's change of the objective. */
-static co_quadrature_change change_of_objective(const co_quadrature_weights *w,
-                                                const double weight_of_x[CURVOPT_N_TERMS], const patch_comparison *s) {
+static co_quadrature_change change_of_objective(const co_quadrature_weights *w, const double *weight_of_x,
+                                                const patch_comparison *s) {
     co_quadrature_change c = {.all = co_quadrature_error_difference(w, s->used, s->finest),
                               .first = co_quadrature_error_difference(w, s->used, s->before),
                               .last = co_quadrature_error_difference(w, s->before, s->finest)};
