@@ -282,6 +282,58 @@ static void test_a_third_rule_is_compared_where_errors_are_largest(void **state)
     problem_free(&p);
 }
 
+/* Sums of each patch that is in some batches; counts how often each is in. */
+static void sums_of(co_assembly *a, const co_element_batches *l, double (*sums)[CO_N_SUMS], int *times) {
+    co_values values;
+    curvopt_error error;
+    CHECK_OK(co_assembly_evaluate_batches(a, l, 1, &values, &error), &error);
+    for (int32_t b = 0; b < l->n_blocks; b++)
+        for (int32_t k = 0; k < l->block[b].n_used; k++) {
+            const int32_t patch = co_element_batches_patch(l, b, k);
+            times[patch]++;
+            for (int i = 0; i < CO_N_SUMS; i++)
+                sums[patch][i] = co_element_batches_sum(l, b, k, i);
+        }
+}
+
+/* Blocks of some patches have these alone, whatever rules the others have, and the same bits for each as blocks of all.
+ */
+static void test_blocks_can_be_of_some_patches(void **state) {
+    (void)state;
+    problem p = problem_of(bumpy_cube(0.1), CURVOPT_TERM_MVS);
+    enum { MOST = 64 };
+    co_assembly *a = p.assembly;
+    const int32_t n = a->patches.n_patches;
+    uint8_t rule[MOST], only[MOST];
+    double all_sums[MOST][CO_N_SUMS], some_sums[MOST][CO_N_SUMS];
+    int in_all[MOST] = {0}, in_some[MOST] = {0}, resolved, changed;
+    co_element_batches all, some;
+    co_element_batches_spec spec = {
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule, .step = 2};
+    curvopt_error error;
+    CHECK_BETWEEN(n, 12, MOST);
+    resolve(&p, 1e-1, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    for (int32_t i = 0; i < n; i++)
+        rule[i] = (uint8_t)(i % 2), only[i] = i % 3 == 0;
+    CHECK_OK(co_element_batches_create(&spec, &all, &error), &error);
+    for (int32_t i = 0; i < n; i++)
+        if (!only[i] && i % 2)
+            rule[i] = CO_FINEST_RULE; /* two steps from it there are no tables */
+    spec.only = only;
+    CHECK_OK(co_element_batches_create(&spec, &some, &error), &error);
+    sums_of(a, &all, all_sums, in_all);
+    sums_of(a, &some, some_sums, in_some);
+    for (int32_t i = 0; i < n; i++) {
+        CHECK_INT(in_all[i], 1);
+        CHECK_INT(in_some[i], only[i]);
+        for (int s = 0; only[i] && s < CO_N_SUMS; s++)
+            CHECK_TRUE(all_sums[i][s] == some_sums[i][s]);
+    }
+    co_element_batches_free(&all);
+    co_element_batches_free(&some);
+    problem_free(&p);
+}
+
 /* The term `area` is off by the same part as the area, not by as many times that as there are patches; and third-order
  * terms, which have the area for a factor, have its finest rule's part in their claim. */
 static void test_errors_of_the_area_are_in_all_that_has_it(void **state) {
@@ -397,6 +449,7 @@ int main(void) {
         cmocka_unit_test(test_a_missed_tolerance_may_be_acceptable),
         cmocka_unit_test(test_all_terms_take_finer_rules_than_the_objective),
         cmocka_unit_test(test_a_third_rule_is_compared_where_errors_are_largest),
+        cmocka_unit_test(test_blocks_can_be_of_some_patches),
         cmocka_unit_test(test_errors_of_the_area_are_in_all_that_has_it),
         cmocka_unit_test(test_third_order_terms_get_the_best_area),
         cmocka_unit_test(test_rules_become_coarser_again),

@@ -63,18 +63,21 @@ static void run(const co_element_kernel *kernel, const faces *in, int third, int
             for (int32_t p = 0; p < n; p++)
                 points[co_lane_place((size_t)l, (size_t)n, lanes) + (size_t)p * lanes] = f * n + p;
         }
-        co_element_block block = {.table = in->table,
-                                  .n_used = n_used,
-                                  .points = points,
-                                  .xyz = in->xyz,
-                                  .eps4 = 1e-6,
-                                  .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4},
-                                  .third = third,
-                                  .gradient = 1,
-                                  .area_gradient = 1,
-                                  .sums = sums,
-                                  .gradients = gradients,
-                                  .work = work};
+        co_element_block block = {
+            .table = in->table,
+            .n_used = n_used,
+            .points = points,
+            .xyz = in->xyz,
+            .eps4 = 1e-6,
+            .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4, .mean = 0.1, .volume = 0.05},
+            .third = third,
+            .volume = 1,
+            .jump = 1,
+            .gradient = 1,
+            .area_gradient = 1,
+            .sums = sums,
+            .gradients = gradients,
+            .work = work};
         kernel->run(&block);
         for (int32_t l = 0; l < n_used; l++) {
             const double *sum = sums + co_lane_place((size_t)l, CO_N_SUMS, lanes);
@@ -160,7 +163,13 @@ static void run_second(const co_element_kernel *kernel, const faces *in, int thi
                                     .xyz = in->xyz,
                                     .before = before,
                                     .eps4 = 1e-6,
-                                    .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4},
+                                    .integrand = {.area = 0.2,
+                                                  .h2 = 0.3,
+                                                  .f1 = 0.5,
+                                                  .f3 = 0.7,
+                                                  .x = 0.4,
+                                                  .mean = exact ? 0.1 : 0,
+                                                  .volume = exact ? 0.05 : 0},
                                     .third = third,
                                     .exact = exact,
                                     .matrix = matrix,
@@ -310,7 +319,8 @@ static void test_gradient_is_the_slope_of_the_sums(void **state) {
             double scale = largest(&at.gradients[3][0][0][0], MOST_POINTS * 6);
             double *x = &in.xyz[3 * (3 * in.table->n_points + point) + i % 3], slope[2] = {0, 0};
             static const double weight[CO_N_SUMS] = {
-                [CO_INT_AREA] = 0.2, [CO_INT_H2] = 0.3, [CO_INT_F1] = 0.5, [CO_INT_F3] = 0.7, [CO_INT_X] = 0.4};
+                [CO_INT_AREA] = 0.2, [CO_INT_H2] = 0.3,   [CO_INT_F1] = 0.5,     [CO_INT_F3] = 0.7,
+                [CO_INT_X] = 0.4,    [CO_INT_MEAN] = 0.1, [CO_INT_VOLUME] = 0.05};
             *x += h;
             run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &plus);
             *x -= 2 * h;
@@ -364,7 +374,7 @@ static double jump_of_cubic(const cubic *c, const co_basis_table *t, const doubl
 }
 
 /* Sum of a kernel over the first of its lanes. */
-static double jump_by(const co_element_kernel *kernel, const co_basis_table *t, const double *xyz, double eps,
+static double jump_by(const co_element_kernel *kernel, const co_basis_table *t, const double *xyz, double eps, int jump,
                       int gradient) {
     const size_t lanes = (size_t)kernel->lanes, n = (size_t)t->n_points;
     double sums[CO_N_SUMS * CO_BLOCK_FACES], gradients[MOST_POINTS * 3 * CO_BLOCK_FACES];
@@ -380,6 +390,7 @@ static double jump_by(const co_element_kernel *kernel, const co_basis_table *t, 
                                     .eps4 = pow(height * eps, 4),
                                     .integrand = {.x = 1},
                                     .third = 1,
+                                    .jump = jump,
                                     .gradient = gradient,
                                     .sums = sums,
                                     .gradients = gradients,
@@ -408,8 +419,9 @@ static void test_jumps_at_umbilics_are_their_definition(void **state) {
             const co_element_kernel *kernel = co_element_kernel_select(names[i]);
             if (!kernel)
                 continue;
-            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 0), wanted, 1e-6 * wanted);
-            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 1), 0, 0);
+            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 1, 0), wanted, 1e-6 * wanted);
+            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 1, 1), wanted, 1e-6 * wanted);
+            CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 0, 0), 0, 0);
         }
         if (k == 0)
             inside = wanted;

@@ -16,10 +16,18 @@
 #include <unistd.h>
 #endif
 
+/* A thread that waits looks for so long before it sleeps: most passes follow each other sooner than a thread falls
+ * asleep and wakes. Half as long after each time in vain, and twice as long after each with success, between these
+ * limits: where other programs use the processors, the thread that it waits for does not run meanwhile
+ * (libcurvopt/notes/32-waiting-threads.md). */
+static const double LOOKING_SECONDS = 1e-4, LEAST_LOOKING_SECONDS = 2e-6;
+enum { LOOKS_AT_A_TIME = 32 };
+
 typedef struct worker {
     co_thread_pool *pool;
     int32_t number; /* 1 .. n_workers; 0 is the calling thread */
     pthread_t thread;
+    double looking; /* seconds for which it looks for the next task before it sleeps */
 } worker;
 
 struct co_thread_pool {
@@ -28,6 +36,7 @@ struct co_thread_pool {
     int is_started;     /* or the start was tried */
     int is_ending;      /* set with the last task_number */
     int may_look;       /* each thread has a processor */
+    double looking;     /* seconds for which the caller looks for the end of a task before it sleeps */
     atomic_int is_busy; /* a task runs */
     pthread_mutex_t mutex;
     pthread_cond_t begins, ends; /* of a task */
@@ -65,6 +74,7 @@ int32_t co_thread_pool_create(int32_t n_threads, co_thread_pool **out, curvopt_e
     const int32_t n_processors = co_thread_pool_processors();
     p->n_threads = n_threads > 0 ? n_threads : n_processors;
     p->may_look = p->n_threads <= n_processors;
+    p->looking = LOOKING_SECONDS;
     p->worker = CO_NEW(worker, p->n_threads - 1);
     if (!p->worker)
         goto no_worker;
@@ -89,11 +99,6 @@ int32_t co_thread_pool_size(const co_thread_pool *p) {
     return p ? p->n_threads : 1;
 }
 
-/* A thread that waits looks for so long before it sleeps: most passes follow each other sooner than a thread falls
- * asleep and wakes (libcurvopt/notes/32-waiting-threads.md). */
-static const double LOOKING_SECONDS = 1e-4;
-enum { LOOKS_AT_A_TIME = 32 };
-
 static inline void relax(void) {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
@@ -110,22 +115,26 @@ static int has_ended(const co_thread_pool *p) {
     return atomic_load_explicit(&p->n_running, memory_order_acquire) == 0;
 }
 
-/* Until the task after number `last`, or where that is NULL the end of the present one; for a while at most. Threads
+/* Until the task after number `last`, or where that is NULL the end of the present one; for *seconds at most. Threads
  * without a processor of their own would take it from each other, and do not look. */
-static void look(const co_thread_pool *p, const unsigned *last) {
+static void look(const co_thread_pool *p, const unsigned *last, double *seconds) {
     if (!p->may_look)
         return;
-    for (const double begin = co_clock_seconds(); co_clock_seconds() - begin < LOOKING_SECONDS;)
+    for (const double begin = co_clock_seconds(); co_clock_seconds() - begin < *seconds;)
         for (int k = 0; k < LOOKS_AT_A_TIME; k++) {
-            if (last ? is_next(p, *last) : has_ended(p))
+            if (last ? is_next(p, *last) : has_ended(p)) {
+                *seconds = *seconds < LOOKING_SECONDS / 2 ? 2 * *seconds : LOOKING_SECONDS;
                 return;
+            }
             relax();
         }
+    *seconds = *seconds > 2 * LEAST_LOOKING_SECONDS ? *seconds / 2 : LEAST_LOOKING_SECONDS;
 }
 
 /* Waits for the task after number `last`, and returns its number. */
-static unsigned next_task(co_thread_pool *p, unsigned last) {
-    look(p, &last);
+static unsigned next_task(worker *me, unsigned last) {
+    co_thread_pool *p = me->pool;
+    look(p, &last, &me->looking);
     pthread_mutex_lock(&p->mutex);
     while (!is_next(p, last))
         pthread_cond_wait(&p->begins, &p->mutex);
@@ -137,7 +146,7 @@ static void *work(void *argument) {
     worker *me = argument;
     co_thread_pool *p = me->pool;
     for (unsigned number = 0;;) {
-        number = next_task(p, number);
+        number = next_task(me, number);
         if (p->is_ending)
             return NULL;
         p->task(p->context, me->number, p->n_workers + 1);
@@ -159,7 +168,7 @@ static void start(co_thread_pool *p) {
 #endif
     while (p->n_workers < p->n_threads - 1) {
         worker *w = &p->worker[p->n_workers];
-        *w = (worker){.pool = p, .number = p->n_workers + 1};
+        *w = (worker){.pool = p, .number = p->n_workers + 1, .looking = LOOKING_SECONDS};
         if (pthread_create(&w->thread, NULL, work, w) != 0)
             break;
         p->n_workers++;
@@ -180,7 +189,7 @@ static void begin(co_thread_pool *p) {
 }
 
 static void wait_for_workers(co_thread_pool *p) {
-    look(p, NULL);
+    look(p, NULL, &p->looking);
     pthread_mutex_lock(&p->mutex);
     while (!has_ended(p))
         pthread_cond_wait(&p->ends, &p->mutex);

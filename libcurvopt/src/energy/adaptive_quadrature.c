@@ -12,6 +12,11 @@
 
 /* ------------------------------------------------------------------------------- terms and errors of patches -- */
 
+/* A patch's terms are work of 16 steps or so. */
+static co_thread_pool *pool_for_terms(const co_assembly *a) {
+    return co_thread_pool_if_worth(a->threads, 16 * (size_t)a->patches.n_patches);
+}
+
 /* What store_terms() is about. */
 typedef struct stored_terms {
     const co_element_batches *batches;
@@ -44,7 +49,7 @@ static void store_terms_of_blocks(void *context, size_t begin, size_t end) {
 static void store_terms(const co_assembly *a, const co_element_batches *l, double area, int third,
                         co_patch_terms *out) {
     stored_terms s = {.batches = l, .area = area, .third = third, .out = out};
-    co_thread_pool_for(a->threads, (size_t)l->n_blocks, store_terms_of_blocks, &s);
+    co_thread_pool_for(pool_for_terms(a), (size_t)l->n_blocks, store_terms_of_blocks, &s);
 }
 
 /* Sums of terms over patches, chunk by chunk (ordered_sum.h). */
@@ -103,7 +108,7 @@ static void compare_terms_of_patches(void *context, size_t begin, size_t end) {
 static void compare_terms(co_assembly *a, int every_term, const co_patch_terms *other, const co_values *values) {
     compared_terms c = {
         .measure = measure_of(a, every_term, other, values), .other = other, .estimates = &a->estimates};
-    co_thread_pool_for(a->threads, (size_t)a->patches.n_patches, compare_terms_of_patches, &c);
+    co_thread_pool_for(pool_for_terms(a), (size_t)a->patches.n_patches, compare_terms_of_patches, &c);
 }
 
 void co_adaptive_quadrature_by_face(const co_assembly *a, int32_t n_faces, double *energy) {
@@ -198,12 +203,13 @@ typedef struct errors {
 } errors;
 
 /* A patch's change of the objective. */
-static co_quadrature_change change_of_objective(const co_quadrature_weights *w, const patch_comparison *s) {
+static co_quadrature_change change_of_objective(const co_quadrature_weights *w, const double *weight_of_x,
+                                                const patch_comparison *s) {
     co_quadrature_change c = {.all = co_quadrature_error_difference(w, s->used, s->finest),
                               .first = co_quadrature_error_difference(w, s->used, s->before),
                               .last = co_quadrature_error_difference(w, s->before, s->finest)};
     for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        c.jump += w->term[t] * co_functional_weight_of_x(t) * s->finest->jump;
+        c.jump += w->term[t] * weight_of_x[t] * s->finest->jump;
     return c;
 }
 
@@ -215,17 +221,20 @@ static co_quadrature_change change_of(double used, double before, double finest,
 /* Sums over patches begin .. end - 1. */
 static errors errors_of_patches(const co_assembly *a, const co_quadrature_weights *w, size_t begin, size_t end) {
     errors e = {0};
+    double weight_of_x[CURVOPT_N_TERMS];
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        weight_of_x[t] = co_functional_weight_of_x(t);
     for (size_t p = begin; p < end; p++) {
         const int area = CURVOPT_SCALAR_AREA;
         const patch_comparison s = comparison_of(&a->estimates, p);
-        const co_quadrature_change objective = change_of_objective(w, &s);
+        const co_quadrature_change objective = change_of_objective(w, weight_of_x, &s);
         const co_quadrature_change surface =
             change_of(s.used->number[area], s.before->number[area], s.finest->number[area], 0);
         co_quadrature_error_add(&e.objective, a->tuning, &objective);
         co_quadrature_error_add(&e.area, a->tuning, &surface);
         for (int t = 0; t < CURVOPT_N_TERMS; t++) {
-            const co_quadrature_change term = change_of(s.used->term[t], s.before->term[t], s.finest->term[t],
-                                                        co_functional_weight_of_x(t) * s.finest->jump);
+            const co_quadrature_change term =
+                change_of(s.used->term[t], s.before->term[t], s.finest->term[t], weight_of_x[t] * s.finest->jump);
             co_quadrature_error_add(&e.term[t], a->tuning, &term);
         }
     }
@@ -302,16 +311,16 @@ static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvo
     co_quadrature_estimates *e = &a->estimates;
     co_element_batches finest;
     co_values values;
-    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
-    if (!rule)
-        return co_status_no_memory(error);
     divide_by_costs(a, &a->batches, &a->finer_batches);
     double threshold = threshold_of(a, is_refinable, a->tuning->quadrature_two_rules * e->sum);
-    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
         e->has_third_rule[p] = is_refinable(a, p) && !(e->error_per_cost[p] < threshold);
-        rule[p] = (uint8_t)(a->rule[p] + 2 * e->has_third_rule[p]);
-    }
-    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
+    co_element_batches_spec spec = {.patches = &a->patches,
+                                    .cache = a->cache,
+                                    .lanes = a->kernel->lanes,
+                                    .rule = a->rule,
+                                    .only = e->has_third_rule,
+                                    .step = 2};
     int32_t status = co_element_batches_create(&spec, &finest, error);
     if (status == CURVOPT_OK)
         status = co_assembly_evaluate_batches(a, &finest, third, &values, error);
@@ -320,7 +329,6 @@ static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvo
     if (status == CURVOPT_OK)
         co_quadrature_estimates_use_best_area(e, (size_t)a->patches.n_patches, area);
     co_element_batches_free(&finest);
-    free(rule);
     return status;
 }
 

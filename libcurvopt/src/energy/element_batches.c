@@ -39,6 +39,10 @@ static int32_t bin_of(const co_element_batches_spec *s, int32_t p) {
     return co_patches_kind(s->patches, s->patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
 }
 
+static int is_in(const co_element_batches_spec *s, int32_t p) {
+    return !s->only || s->only[p];
+}
+
 /* Patches sorted into bins, stably. */
 typedef struct sorted_patches {
     int32_t n_bins;
@@ -49,11 +53,13 @@ typedef struct sorted_patches {
 
 static void sort_into_bins(const co_element_batches_spec *s, sorted_patches *d) {
     for (int32_t p = 0; p < s->patches->n_patches; p++)
-        d->start[bin_of(s, p) + 1]++;
+        if (is_in(s, p))
+            d->start[bin_of(s, p) + 1]++;
     for (int32_t k = 0; k < d->n_bins; k++)
         d->start[k + 1] += d->start[k];
     for (int32_t p = 0; p < s->patches->n_patches; p++)
-        d->order[d->start[bin_of(s, p)]++] = p;
+        if (is_in(s, p))
+            d->order[d->start[bin_of(s, p)]++] = p;
     for (int32_t k = d->n_bins; k > 0; k--)
         d->start[k] = d->start[k - 1];
     d->start[0] = 0;
@@ -69,6 +75,8 @@ int32_t co_element_batches_make_tables(const co_element_batches_spec *s, curvopt
     uint8_t *is_there = CO_NEW(uint8_t, s->patches->n_kinds * CO_N_RULES);
     int32_t status = is_there ? CURVOPT_OK : co_status_no_memory(error);
     for (int32_t p = 0; status == CURVOPT_OK && p < s->patches->n_patches; p++) {
+        if (!is_in(s, p))
+            continue;
         int32_t bin = bin_of(s, p);
         if (!is_there[bin])
             status = table_of(s, bin, &table, error);

@@ -57,6 +57,7 @@ typedef struct co_element_batches_spec {
     co_basis_table_cache *cache; /* tables are taken from here, and made here */
     int32_t lanes;               /* lanes of the kernel */
     const uint8_t *rule;         /* [n_patches] */
+    const uint8_t *only;         /* [n_patches] whether a patch is in a block; NULL: all are */
     int step;                    /* added to every patch's rule; the result is at least 0, the coarsest */
     int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
 } co_element_batches_spec;

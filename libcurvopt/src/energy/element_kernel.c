@@ -6,6 +6,7 @@
 #include "energy/kernel_gauss_newton.h"
 #include "energy/kernel_plane.h"
 #include "energy/kernel_products.h"
+#include "energy/kernel_rows.h"
 #include "energy/kernel_umbilic.h"
 #include "energy/kernel_volume.h"
 
@@ -18,53 +19,6 @@ typedef struct block {
     lane (*G)[3];
     lane (*G_area)[3];
 } block;
-
-/* Where a sample's rows begin. `mixed` is a constant where this is called: of co_basis_table. */
-CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
-    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
-}
-/* Entry i of some rows. */
-CO_SIMD_INLINE lane entry(const double *rows, int mixed, int32_t i) {
-    return mixed ? ((const lane *)(const void *)rows)[i] : lane_all(rows[i]);
-}
-
-CO_SIMD_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, lane (*P)[3]) {
-    for (int l = 0; l < CO_LANES; l++) {
-        const double *origin = xyz + 3 * (size_t)points[l];
-        for (int32_t p = 0; p < n; p++) {
-            const double *x = xyz + 3 * (size_t)points[p * CO_LANES + l];
-            for (int c = 0; c < 3; c++)
-                P[p][c][l] = x[c] - origin[c];
-        }
-    }
-}
-
-/* S [first..last] of one sample from its rows; a coordinate at a time, so that the sums stay in registers. */
-CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
-                         lane S[CO_JET][3]) {
-    for (int c = 0; c < 3; c++) {
-        lane sum[CO_JET];
-        for (int k = first; k <= last; k++)
-            sum[k] = lane_all(0);
-        for (int32_t p = 0; p < n_points; p++)
-            for (int k = first; k <= last; k++)
-                sum[k] += entry(rows, mixed, p * CO_JET + k) * P[p][c];
-        for (int k = first; k <= last; k++)
-            S[k][c] = sum[k];
-    }
-}
-
-/* The transpose: G becomes rows^T S_bar, or that much more (`more`, a constant where this is called). */
-CO_SIMD_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
-                                   int last, int more, lane (*G)[3]) {
-    for (int32_t p = 0; p < n_points; p++)
-        for (int c = 0; c < 3; c++) {
-            lane sum = more ? G[p][c] : lane_all(0);
-            for (int k = first; k <= last; k++)
-                sum += entry(rows, mixed, p * CO_JET + k) * S_bar[k][c];
-            G[p][c] = sum;
-        }
-}
 
 CO_SIMD_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
                                  int last, lane (*G)[3]) {
@@ -129,10 +83,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value = {0};
-        if (plane || s->volume)
-            jets(rows, mixed, t->n_points, b->P, 0, last_read, S);
-        else
-            jets(rows, mixed, t->n_points, b->P, 1, last_read, S);
+        jets(rows, mixed, t->n_points, b->P, first, last_read, S);
         if (plane)
             plane_forward(&plane_of_block, w, S);
         forward_second(S, &state, &value);
@@ -141,9 +92,11 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
             forward_invariants(&state, s->eps4, &value);
         }
         accumulate(t, i, third, &state, &value, sums);
-        if (third && !s->gradient)
+        if (third && s->jump)
             sums[CO_SUM_JUMP] += umbilic_jump(&state, &value, s->eps4, t->weight[i] * state.J);
         if (s->volume) {
+            if (!plane)
+                jets(rows, mixed, t->n_points, b->P, 0, 0, S);
             from_origin(S[0], offset, place);
             sums[CO_INT_VOLUME] += volume_value(place, state.n, t->area_weight[i] * state.J);
         }

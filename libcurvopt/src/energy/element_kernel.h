@@ -22,7 +22,7 @@ static inline size_t co_lane_place(size_t face, size_t n, size_t lanes) {
 
 /* Results per face beside the integrals: least and mean |S_u x S_v| over the samples, without the rings' scaling; and
  * the integral of |F1 F3| over the samples at whose distance from an umbilic X jumps (kernel_umbilic.h), which is
- * summed with third-order integrals if no gradient is wanted, else 0. */
+ * summed with third-order integrals if it is wanted, else 0. */
 enum { CO_SUM_MIN_JACOBIAN = CO_N_INTEGRALS, CO_SUM_MEAN_JACOBIAN, CO_SUM_JUMP, CO_N_SUMS };
 
 /* An evaluation of one block. Unused lanes repeat a used face, and the caller ignores them; parts without a face are
@@ -38,6 +38,7 @@ typedef struct co_element_block {
     int gradient;           /* the gradient of the integral of `integrand` is wanted */
     int area_gradient;      /* the area's gradient is wanted, too */
     int volume;             /* the volume is wanted */
+    int jump;               /* CO_SUM_JUMP is wanted */
     int first_order;        /* area and volume alone are wanted, which need first derivatives only */
     co_cancel *cancel;      /* leaves samples out; NULL: never */
     double *sums;           /* [parts][CO_N_SUMS][L] out */

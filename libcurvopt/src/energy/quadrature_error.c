@@ -7,18 +7,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-double co_quadrature_error_difference(const co_quadrature_weights *weights, const co_patch_terms *x,
-                                      const co_patch_terms *y) {
-    double sum = 0;
-    for (int t = 0; t < CURVOPT_N_TERMS; t++)
-        if (weights->term[t] > 0)
-            sum += weights->term[t] * (x->term[t] - y->term[t]);
-    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
-        if (weights->number[s] != 0)
-            sum += weights->number[s] * (x->number[s] - y->number[s]);
-    return sum;
-}
-
 /* No difference is no part, also of nothing: a flat surface has no energy. */
 static double part_of(double difference, double whole) {
     return difference == 0 ? 0 : fabs(difference / whole);
@@ -36,13 +24,6 @@ double co_quadrature_error_relative(const co_quadrature_error_measure *m, const 
             worst = difference;
     }
     return worst;
-}
-
-void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning, const co_quadrature_change *c) {
-    const double last = fabs(c->last), largest = fmax(last, fabs(c->first));
-    const double at_umbilics = fmin(tuning->quadrature_jump * c->jump, tuning->quadrature_agreement * largest);
-    sum->net += c->all;
-    sum->finest += fmax(tuning->quadrature_reference * last, at_umbilics);
 }
 
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other) {

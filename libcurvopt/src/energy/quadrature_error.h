@@ -7,6 +7,7 @@
 #include "energy/functional.h"
 #include "energy/marking.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* A patch's contributions to every term and to the numbers of the whole surface. */
@@ -31,9 +32,18 @@ typedef struct co_quadrature_error_measure {
     double more;          /* in the objective, beside the terms */
 } co_quadrature_error_measure;
 
-/* Difference x - y of the objective. */
-double co_quadrature_error_difference(const co_quadrature_weights *weights, const co_patch_terms *x,
-                                      const co_patch_terms *y);
+/* Difference x - y of the objective. Inline, as co_quadrature_error_add() is: both are called for every patch. */
+static inline double co_quadrature_error_difference(const co_quadrature_weights *weights, const co_patch_terms *x,
+                                                    const co_patch_terms *y) {
+    double sum = 0;
+    for (int t = 0; t < CURVOPT_N_TERMS; t++)
+        if (weights->term[t] > 0)
+            sum += weights->term[t] * (x->term[t] - y->term[t]);
+    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
+        if (weights->number[s] != 0)
+            sum += weights->number[s] * (x->number[s] - y->number[s]);
+    return sum;
+}
 /* |x - y| relative to the whole: the objective's, or the worst term's. */
 double co_quadrature_error_relative(const co_quadrature_error_measure *measure, const co_patch_terms *x,
                                     const co_patch_terms *y);
@@ -53,10 +63,22 @@ typedef struct co_quadrature_change {
     double jump;  /* what the finest may miss at umbilics: `jump` by it, times the weight of X */
 } co_quadrature_change;
 
+/* fmax(), which is a call: the other number where one is not. */
+static inline double co_quadrature_larger(double x, double y) {
+    return x >= y || isnan(y) ? x : y;
+}
+
 /* Adds a patch. The finest rule's error is a part of what the last step to it changed (quadrature_reference,
  * base/tuning.h), or, if that is more, a part of the jump (quadrature_jump), but no more than a multiple of the
  * largest change (quadrature_agreement), so that what is no umbilic counts little. */
-void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning, const co_quadrature_change *change);
+static inline void co_quadrature_error_add(co_quadrature_error *sum, const co_tuning *tuning,
+                                           const co_quadrature_change *c) {
+    const double last = fabs(c->last), largest = co_quadrature_larger(last, fabs(c->first));
+    const double jump = tuning->quadrature_jump * c->jump, most = tuning->quadrature_agreement * largest;
+    const double at_umbilics = jump <= most || isnan(most) ? jump : most; /* fmin() */
+    sum->net += c->all;
+    sum->finest += co_quadrature_larger(tuning->quadrature_reference * last, at_umbilics);
+}
 void co_quadrature_error_join(co_quadrature_error *sum, const co_quadrature_error *other);
 /* The error that is claimed: |net| and the finest rules' own. */
 double co_quadrature_error_claimed(const co_quadrature_error *sum);
