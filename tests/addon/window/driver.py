@@ -3,8 +3,7 @@
 and never for fixed times. For drive.py, campaign.py and pictures.py.
 
 While a run is on, no operator is called under `temp_override`: Blender reads the override's dictionary without Python's
-lock whenever any thread holds it, and crashes at times (3.4; a file that is loaded). Blender 3.4 also crashes at times
-where a timer makes a file's objects anew and starts Live in the same turn of its event loop: some turns lie between."""
+lock whenever any thread holds it, and crashes at times (3.4; a file that is loaded)."""
 
 import os
 import subprocess
