@@ -116,8 +116,8 @@ static int is_near(const co_repulsion *r) {
     return 1;
 }
 
-/* Whether a look at these very points, as thorough as the one that is due, found no crossing. Where a level's last steps
- * were none, or one was taken back, up to three looks are due at the same points. */
+/* Whether a look at these very points, as thorough as the one that is due, found no crossing. Where a level's last
+ * steps were none, or one was taken back, up to three looks are due at the same points. */
 static int is_clear_here(const co_repulsion *r) {
     return r->clear_look >= (r->is_thorough ? CO_LOOK_THOROUGH : CO_LOOK_CURSORY) &&
            memcmp(r->clear, r->pieces.points, 3 * sizeof *r->clear * (size_t)r->pieces.patches.n_points) == 0;
