@@ -1028,7 +1028,7 @@ typedef struct curvopt_summary {
                                     the last levels brought; an estimate, no bound. NAN: unknown, as after one level */
     double clearance;            /* with options.no_crossings: least distance of parts of the result that face each
                                     other, at 25 points of each face; in units of the cage. NAN: nothing is as close as
-                                    the repulsion reaches, or without the option */
+                                    the repulsion reaches, nothing can move, or without the option */
     int32_t n_touching;          /* with options.no_crossings: pairs of faces of the input whose surfaces in the result
                                     are as close, and hold it (curvopt_result_get_touching) */
     int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */

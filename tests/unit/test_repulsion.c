@@ -177,6 +177,27 @@ static void test_crossings_are_infinite(void **state) {
     end(&s);
 }
 
+/* Where a look found no crossing there is no second one, unless it is to be more thorough. */
+static void test_a_second_look_at_the_same_points(void **state) {
+    (void)state;
+    setting s;
+    begin(&s, close_tori(), 0, 0.15);
+    co_repulsion *r = &s.repulsion;
+    CHECK_TRUE(isfinite(value(&s, NULL)));
+    r->is_thorough = 1;
+    r->clearance = -1; /* a look writes it */
+    CHECK_TRUE(isfinite(value(&s, NULL)) && r->clearance > 0);
+    r->clearance = -1;
+    CHECK_TRUE(isfinite(value(&s, NULL)) && r->clearance == -1);
+    for (int v = 48; v < s.v.c.n_vertices; v++)
+        s.v.z[3 * v] -= 0.2;
+    CHECK_TRUE(!isfinite(value(&s, NULL))); /* no look was there */
+    memcpy(r->clear, r->pieces.points, 3 * sizeof *r->clear * (size_t)r->pieces.patches.n_points);
+    r->clear_look = CO_LOOK_CURSORY; /* as if that had found none */
+    CHECK_TRUE(!isfinite(value(&s, NULL)));
+    end(&s);
+}
+
 /* Positions that stand in place of a vertex may move by less than it does: then, too, there is a look for crossings. */
 static void test_crossings_of_substituted_vertices(void **state) {
     (void)state;
@@ -279,6 +300,7 @@ int main(void) {
         cmocka_unit_test(test_gradient_is_its_differences),
         cmocka_unit_test(test_hessian_of_parallel_sheets),
         cmocka_unit_test(test_crossings_are_infinite),
+        cmocka_unit_test(test_a_second_look_at_the_same_points),
         cmocka_unit_test(test_crossings_of_substituted_vertices),
         cmocka_unit_test(test_crossings_of_the_first_cage),
         cmocka_unit_test(test_rows_of_pieces),

@@ -116,8 +116,16 @@ static int is_near(const co_repulsion *r) {
     return 1;
 }
 
+/* Whether a look at these very points, as thorough as the one that is due, found no crossing. Where a level's last
+ * steps were none, or one was taken back, up to three looks are due at the same points. */
+static int is_clear_here(const co_repulsion *r) {
+    return r->clear_look >= (r->is_thorough ? CO_LOOK_THOROUGH : CO_LOOK_CURSORY) &&
+           memcmp(r->clear, r->pieces.points, 3 * sizeof *r->clear * (size_t)r->pieces.patches.n_points) == 0;
+}
+
 static void remember(co_repulsion *r) {
     memcpy(r->clear, r->pieces.points, 3 * sizeof *r->clear * (size_t)r->pieces.patches.n_points);
+    r->clear_look = r->is_thorough ? CO_LOOK_THOROUGH : CO_LOOK_CURSORY;
     r->clearance = r->reach;
     for (size_t k = 0; k < r->facings.n; k++)
         r->clearance = fmin(r->clearance, r->facings.pair[k].distance);
@@ -129,7 +137,7 @@ static int look(co_repulsion *r, const double *x, int wants_crossings) {
     int crosses = 0;
     co_facings_free(&r->facings);
     co_pieces_place(&r->pieces, x, r->threads, NULL);
-    const int is_wanted = wants_crossings && (r->is_thorough || !is_near(r));
+    const int is_wanted = wants_crossings && !is_clear_here(r) && (r->is_thorough || !is_near(r));
     int32_t status = co_near_patches_create(&r->pieces, &r->neighbours, r->reach, r->threads, &near, NULL);
     if (status == CURVOPT_OK && is_wanted)
         crosses = crosses_anew(r, &near);

@@ -28,6 +28,9 @@ typedef struct co_repulsion_exceptions {
     int32_t failed;      /* status: memory is out, in a look of any level */
 } co_repulsion_exceptions;
 
+/* How crossings are looked for. */
+typedef enum co_look { CO_LOOK_NONE, CO_LOOK_CURSORY, CO_LOOK_THOROUGH } co_look;
+
 typedef struct co_repulsion {
     const curvopt_mesh *mesh;            /* the caller's; NULL: there is no repulsion */
     co_repulsion_exceptions *exceptions; /* the caller's */
@@ -39,6 +42,7 @@ typedef struct co_repulsion {
     double weight;            /* 0 at first */
     double *area;             /* [n_pieces] in parts of the whole, at first */
     double *clear;            /* [3 n_points] the patches' points where crossings were looked for last */
+    co_look clear_look;       /* how they were looked for there */
     double clearance;         /* least distance of what faces each other there, at most reach; 0: none
                                  were looked at */
     double *row;              /* work: weights of a patch's points */

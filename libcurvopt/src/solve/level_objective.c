@@ -366,9 +366,10 @@ static int32_t hold(co_level_objective *o, const co_constraints *constraints, co
     return status;
 }
 
+/* Where nothing can move, nothing comes to cross: such are cages whose vertices are in few places. */
 static int32_t create_repulsion(co_level_objective *o, curvopt_error *error) {
     const co_substitution interpolated = {o->interpolation.vertex, &o->interpolation.cage};
-    if (!o->run->options->no_crossings)
+    if (!o->run->options->no_crossings || co_level_objective_n(o) == 0)
         return CURVOPT_OK;
     return co_repulsion_create(o->mesh, &interpolated, o->positions, o->run->tuning->repulsion_reach * o->edge,
                                o->run->exceptions, o->run->tables->threads, &o->repulsion, error);

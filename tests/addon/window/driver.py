@@ -2,9 +2,10 @@
 """Driving a Blender with a real window from inside: events, clicks, screenshots, and generators that wait on conditions
 and never for fixed times. For drive.py, campaign.py and pictures.py.
 
-While a run is on, no operator is called under `temp_override`: Blender reads the override's dictionary without Python's
-lock whenever any thread holds it, and crashes at times (3.4; a file that is loaded). Blender 3.4 also crashes at times
-where a timer makes a file's objects anew and starts Live in the same turn of its event loop: some turns lie between."""
+While a run is on, no operator is called under `temp_override`. Operators run without Python's lock, and Blender reads the
+override's dictionary (BPY_context_member_get) without it, too, whenever any thread holds it: PyC_IsInterpreterActive asks
+whether there is a current thread state, which before Python 3.12 is that of whichever thread. The thread's memory is damaged,
+and Blender crashes at times, there or later; so does Blender 3.4 without the add-on, beside a thread that makes strings."""
 
 import os
 import subprocess
