@@ -872,7 +872,7 @@ typedef struct curvopt_deviation {
                               cancelled */
     double bound;          /* no point of either surface is farther from the other one. At most 1.2 max, unless that is
                               below 1e-9 size or 1e-4 of a face at an extraordinary vertex; larger also if cancelled,
-                              or if 400 000 parts of the surfaces did not do */
+                              or if 20 million steps of Newton's method did not do */
     double size;           /* root mean square distance of the first cage's vertices from their centroid */
     double point[3];       /* the point of the first surface, */
     double other_point[3]; /* and that of the second, whose distance is max; both NAN, and max 0, if it was cancelled

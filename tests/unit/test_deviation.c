@@ -3,6 +3,7 @@
 #include "check.h"
 
 #include "measure/correspondence.h"
+#include "measure/deviation.h"
 #include "measure/deviation_bound.h"
 
 static curvopt_deviation measure(const cage *a, const cage *b, int32_t threads) {
@@ -51,7 +52,7 @@ static void test_nearest_on_piece_is_least_of_a_grid(void **state) {
         const double x[3] = {0.1 * (double)(seed % 11), 0.07 * (double)(seed % 13), 0.3};
         double uv[2] = {0.5, 0.5}, at[3], least = 1e300;
         piece_of(seed, 0.2, piece);
-        const double got = co_nearest_on_piece(piece, x, whole, whole, uv, at);
+        const double got = co_nearest_on_piece(piece, x, whole, whole, uv, at, NULL);
         for (int k = 0; k <= 100; k++)
             for (int i = 0; i <= 100; i++) {
                 co_bezier_point(piece, i / 100.0, k / 100.0, y);
@@ -78,7 +79,7 @@ static void test_oriented_boxes(void **state) {
                 piece[3 * k + 1] = 0;
         }
         const co_oriented_box box = co_oriented_box_of(piece);
-        const double distance = co_nearest_on_piece(piece, x, whole, whole, uv, at);
+        const double distance = co_nearest_on_piece(piece, x, whole, whole, uv, at, NULL);
         CHECK_BETWEEN(sqrt(co_oriented_box_distance_squared(&box, x)), 0, distance * (1 + 1e-12));
         for (int k = 0; k <= 100; k++) {
             co_bezier_point(piece, k / 10 * 0.1, k % 10 * 0.1, y);
@@ -93,6 +94,7 @@ static void test_oriented_boxes(void **state) {
 static void test_bound_of_a_part(void **state) {
     static const double whole[2] = {0, 1};
     double a[CO_BEZIER], b[CO_BEZIER], part[CO_BEZIER], x[3], at[3];
+    int32_t n_steps = 0;
     (void)state;
     for (uint64_t seed = 1; seed < 40; seed++) {
         const double side = seed % 2 ? 0.25 : 0.0625, u[2] = {0.3, 0.3 + side}, v[2] = {0.4, 0.4 + side};
@@ -101,13 +103,13 @@ static void test_bound_of_a_part(void **state) {
         piece_of(seed + 100, 0.3, b);
         co_bezier_part(a, u, v, part);
         co_bezier_point(part, 0.5, 0.5, x);
-        co_nearest_on_piece(b, x, whole, whole, uv, at);
-        const double bound = co_deviation_bound(part, b, uv);
+        co_nearest_on_piece(b, x, whole, whole, uv, at, NULL);
+        const double bound = co_deviation_bound(part, b, uv, &n_steps);
         for (int k = 0; k <= 20; k++)
             for (int i = 0; i <= 20; i++) {
                 double near[2] = {uv[0], uv[1]};
                 co_bezier_point(part, i / 20.0, k / 20.0, x);
-                largest = fmax(largest, co_nearest_on_piece(b, x, whole, whole, near, at));
+                largest = fmax(largest, co_nearest_on_piece(b, x, whole, whole, near, at, NULL));
             }
         CHECK_TRUE(bound >= largest * (1 - 1e-12));
         if (side < 0.1)
@@ -134,6 +136,36 @@ static void test_translation_and_units(void **state) {
     CHECK_NEAR(big.size, 8 * d.size, 1e-12);
     cage_free(&a);
     cage_free(&b);
+}
+
+/* With few steps of Newton's method the bound is larger, and still one. */
+static void test_few_steps(void **state) {
+    cage of[2] = {cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), cage_torus(8, 6, 1, 0.4)};
+    curvopt_mesh *mesh[2];
+    co_surface_pieces pieces[2];
+    co_nearest nearest[2];
+    co_thread_pool *pool;
+    co_deviation few, many;
+    curvopt_error error;
+    (void)state;
+    CHECK_OK(co_thread_pool_create(1, &pool, &error), &error);
+    for (int k = 0; k < 2; k++) {
+        mesh[k] = cage_mesh(&of[k]);
+        CHECK_OK(co_pieces_create(mesh[k], of[k].xyz, 1e-3, pool, NULL, &pieces[k], &error), &error);
+        CHECK_OK(co_nearest_create(&pieces[k], NULL, &nearest[k], &error), &error);
+    }
+    CHECK_OK(co_deviation_measure(nearest, 20000000, pool, NULL, &many, &error), &error);
+    CHECK_OK(co_deviation_measure(nearest, many.n_steps / 3, pool, NULL, &few, &error), &error);
+    CHECK_TRUE(few.n_parts >= 96 && few.n_steps <= many.n_steps / 3 && few.n_parts < many.n_parts);
+    CHECK_TRUE(few.bound >= many.max && few.bound > many.bound);
+    CHECK_BETWEEN(many.bound, many.max, 1.2 * many.max);
+    for (int k = 0; k < 2; k++) {
+        co_nearest_free(&nearest[k]);
+        co_pieces_free(&pieces[k]);
+        curvopt_mesh_destroy(mesh[k]);
+        cage_free(&of[k]);
+    }
+    co_thread_pool_destroy(pool);
 }
 
 static void test_same_surface(void **state) {
@@ -225,15 +257,11 @@ static void test_cancelled_bound_still_holds(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_are_parts),
-        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
-        cmocka_unit_test(test_oriented_boxes),
-        cmocka_unit_test(test_bound_of_a_part),
-        cmocka_unit_test(test_translation_and_units),
-        cmocka_unit_test(test_same_surface),
-        cmocka_unit_test(test_corresponding_cages),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_cancelled_bound_still_holds),
+        cmocka_unit_test(test_parts_are_parts), cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_oriented_boxes),  cmocka_unit_test(test_few_steps),
+        cmocka_unit_test(test_bound_of_a_part), cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),    cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_refusals),        cmocka_unit_test(test_cancelled_bound_still_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Parts that a measurement looks at; 4 us each on one 2-GHz core (notes/110-deviation-with-a-bound.md). */
-enum { MOST_PARTS = 400000 };
+/* Steps of Newton's method that a measurement takes; .1 us each on one 2-GHz core
+ * (notes/110-deviation-with-a-bound.md). */
+enum { MOST_STEPS = 20000000 };
 /* Of an extraordinary patch: how small the tip is at which its rings end. The coarse one is fine enough where tips are
  * TIP_PART of the largest distance, the other one for surfaces that are nearly the same. */
 #define TIP        2e-5
@@ -143,7 +144,7 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
     if (status == CURVOPT_OK)
         status = cut_into_pieces(&s, pool, cancel, error);
     if (status == CURVOPT_OK)
-        status = co_deviation_measure(s.nearest, MOST_PARTS, pool, cancel, &found, error);
+        status = co_deviation_measure(s.nearest, MOST_STEPS, pool, cancel, &found, error);
     if (status == CURVOPT_OK)
         status = co_correspondence_farthest(s.mesh, s.xyz, &farthest, error);
     if (status == CURVOPT_OK && distances)

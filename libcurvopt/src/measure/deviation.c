@@ -9,14 +9,15 @@
 
 /* A part of one surface that may be far from the other one. */
 typedef struct item {
-    double upper;  /* bound of its distance */
-    double lower;  /* distance of one of its points */
-    double u, v;   /* corner of least parameters on the piece */
-    double side;   /* in the piece's parameters */
-    int32_t piece; /* -1 - p: what patch p has from ring `ring` on, at its tip */
-    int32_t ring;  /* counted from 0 */
-    int32_t hint;  /* part of the other surface where the nearest point was */
-    int32_t of;    /* 0, 1: the surface that it is part of */
+    double upper;    /* bound of its distance */
+    double lower;    /* distance of one of its points */
+    double u, v;     /* corner of least parameters on the piece */
+    double side;     /* in the piece's parameters */
+    int32_t piece;   /* -1 - p: what patch p has from ring `ring` on, at its tip */
+    int32_t ring;    /* counted from 0 */
+    int32_t hint;    /* part of the other surface where the nearest point was */
+    int32_t of;      /* 0, 1: the surface that it is part of */
+    int32_t n_steps; /* of Newton's method that its bound took */
 } item;
 
 typedef struct search {
@@ -69,6 +70,7 @@ static void bound_tip(const search *s, item *it) {
     co_nearest_find(&s->surface[!it->of], own->tip[own->tip_of[patch]].at, it->hint, &near);
     it->lower = near.distance;
     it->hint = near.part;
+    it->n_steps = near.n_steps;
     it->upper = fmin(it->upper, near.distance + rings_radius(own, patch, it->ring));
     const co_surface_pieces *other = s->surface[!it->of].pieces;
     if (near.piece < 0)
@@ -87,9 +89,11 @@ static void bound_part(const search *s, item *it) {
         radius = fmax(radius, co_distance_squared(part + 3 * k, middle));
     it->lower = near.distance;
     it->hint = near.part;
+    it->n_steps = near.n_steps;
     it->upper = fmin(it->upper, near.distance + sqrt(radius));
     if (near.piece >= 0) {
-        const double bound = co_deviation_bound(part, co_pieces_bezier(other->pieces, near.piece), near.uv);
+        const double *piece = co_pieces_bezier(other->pieces, near.piece);
+        const double bound = co_deviation_bound(part, piece, near.uv, &it->n_steps);
         it->upper = fmin(it->upper, bound);
     }
 }
@@ -141,13 +145,16 @@ static int32_t start(search *s, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Takes over the largest distance of the present items, and whose it is. */
+/* Takes over the largest distance of the present items, and whose it is; and their work. */
 static void take_largest(search *s, co_deviation *out) {
-    for (size_t k = 0; k < s->n_now; k++)
+    out->n_parts += s->n_now;
+    for (size_t k = 0; k < s->n_now; k++) {
+        out->n_steps += (size_t)s->now[k].n_steps;
         if (s->now[k].lower > out->max) {
             out->max = s->now[k].lower;
             s->farthest = s->now[k];
         }
+    }
 }
 
 /* Keeps an item that is not cut, if its bound is among the largest. */
@@ -250,20 +257,27 @@ int32_t co_deviation_glimpse(const co_nearest surface[2], co_thread_pool *pool, 
     return status;
 }
 
+/* Whether the present items may be looked at, if they take as many steps each as those before; the first ones always.
+ */
+static int is_affordable(const search *s, size_t budget, const co_deviation *out) {
+    const double steps_of_part = out->n_parts ? (double)out->n_steps / (double)out->n_parts : 0;
+    return (double)out->n_steps + steps_of_part * (double)s->n_now <= (double)budget &&
+           !(out->n_parts && co_cancel_is_requested(s->cancel));
+}
+
 static int32_t find_largest(const co_nearest surface[2], size_t budget, co_thread_pool *pool,
                             const curvopt_cancel *cancel, co_deviation *out, curvopt_error *error) {
     search s = {.surface = surface, .cancel = cancel};
     const double floor = CO_DEVIATION_FLOOR * surface[0].pieces->size;
     int32_t status = start(&s, error);
-    while (status == CURVOPT_OK && s.n_now) {
+    while (status == CURVOPT_OK && s.n_now && is_affordable(&s, budget, out)) {
         co_thread_pool_for(pool, s.n_now, bound_items, &s);
-        out->n_parts += s.n_now;
         take_largest(&s, out);
-        const int give_up = out->n_parts > budget || co_cancel_is_requested(cancel);
         const double ratio = out->n_parts < CO_DEVIATION_FEW ? CO_DEVIATION_CLOSE : CO_DEVIATION_RATIO;
-        const double enough = give_up ? (double)INFINITY : fmax(ratio * out->max, floor);
-        status = next_items(&s, enough, out, error);
+        status = next_items(&s, fmax(ratio * out->max, floor), out, error);
     }
+    if (status == CURVOPT_OK)
+        status = next_items(&s, (double)INFINITY, out, error);
     if (status == CURVOPT_OK)
         climb(&s, &s.farthest, out);
     for (int k = 0; status == CURVOPT_OK && k < s.n_promising && !co_cancel_is_requested(cancel); k++)

@@ -34,6 +34,7 @@ typedef struct co_deviation {
     double bound;       /* no point of either surface is farther from the other one */
     double point[2][3]; /* where `max` was found: a point of the first surface, and one of the second */
     size_t n_parts;     /* parts that were looked at */
+    size_t n_steps;     /* of Newton's method for nearest points, for these */
 } co_deviation;
 
 /* Largest distance of the patches' middles and tips, of both surfaces: at most `max`, at the price of one generation.
@@ -41,8 +42,9 @@ typedef struct co_deviation {
 int32_t co_deviation_glimpse(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
                              double *out, curvopt_error *error);
 
-/* Of surface[0] and surface[1], with the same bits for any number of threads. After `budget` parts, or when cancelled,
- * the bound stays as it is, and may be more than CO_DEVIATION_RATIO times the largest distance. ERROR_MEMORY. */
+/* Of surface[0] and surface[1], with the same bits for any number of threads. Before more than `budget` steps, or when
+ * cancelled, the bound stays as it is, and may be more than CO_DEVIATION_RATIO times the largest distance.
+ * ERROR_MEMORY. */
 int32_t co_deviation_measure(const co_nearest surface[2], size_t budget, co_thread_pool *pool,
                              const curvopt_cancel *cancel, co_deviation *out, curvopt_error *error);
 

@@ -90,14 +90,14 @@ static double distance_of_nets(const double a[CO_BEZIER], const double b[CO_BEZI
     return sqrt(largest);
 }
 
-double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], const double uv[2]) {
+double co_deviation_bound(const double a[CO_BEZIER], const double b[CO_BEZIER], const double uv[2], int32_t *n_steps) {
     static const double whole[2] = {0, 1};
     static const int corner[4] = {0, 9, 36, 45};
     double at[4][2], point[3], part[CO_BEZIER], largest = 0;
     for (int i = 0; i < 4; i++) {
         at[i][0] = uv[0];
         at[i][1] = uv[1];
-        largest = fmax(largest, co_nearest_on_piece(b, a + corner[i], whole, whole, at[i], point));
+        largest = fmax(largest, co_nearest_on_piece(b, a + corner[i], whole, whole, at[i], point, n_steps));
     }
     const double of_nets = distance_of_nets(a, b, at);
     cut_to(b, at, part);

@@ -216,7 +216,7 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
         if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->near->box[b], x) < w->reach * w->reach))
             continue;
         begin_at(co_pieces_bezier(w->pieces, b), x, at);
-        const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y);
+        const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y, NULL);
         minimum kind = distance < w->reach ? kind_of(w, b, at, x) : NO_MINIMUM;
         for (int h = 0; h < n_halves && kind == MINIMUM_OF_TWO; h++)
             if (co_distance_squared(halves[h], y) <= SAME * SAME * w->reach * w->reach)

@@ -44,12 +44,13 @@ static void newton_step(const co_bezier_jet *j, const double r[3], const double 
 }
 
 double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], const double u[2], const double v[2],
-                           double uv[2], double at[3]) {
+                           double uv[2], double at[3], int32_t *n_steps) {
     co_bezier_jet jet;
     double best = INFINITY, moved = 1, from[2] = {clamped(uv[0], u), clamped(uv[1], v)}, step[2] = {0};
     uv[0] = from[0];
     uv[1] = from[1];
-    for (int k = 0; k < NEWTON_STEPS; k++) {
+    int k = 0;
+    for (; k < NEWTON_STEPS; k++) {
         co_bezier_at(piece, uv[0], uv[1], &jet);
         const double r[3] = {jet.s[0] - x[0], jet.s[1] - x[1], jet.s[2] - x[2]}, d = co_dot3(r, r);
         if (!(d < best)) { /* too far, or done: half the way */
@@ -76,6 +77,8 @@ double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], con
     }
     uv[0] = from[0];
     uv[1] = from[1];
+    if (n_steps)
+        *n_steps += k;
     return sqrt(best);
 }
 
@@ -192,8 +195,10 @@ static void try_part(const co_nearest *s, const double x[3], int32_t k, co_surfa
         const double u[2] = {part->u, (double)part->u + part->side}, v[2] = {part->v, (double)part->v + part->side};
         found.uv[0] = (u[0] + u[1]) / 2;
         found.uv[1] = (v[0] + v[1]) / 2;
-        found.distance = co_nearest_on_piece(co_pieces_bezier(s->pieces, part->piece), x, u, v, found.uv, found.at);
+        found.distance =
+            co_nearest_on_piece(co_pieces_bezier(s->pieces, part->piece), x, u, v, found.uv, found.at, &best->n_steps);
     }
+    found.n_steps = best->n_steps;
     if (found.distance < best->distance)
         *best = found;
 }
@@ -205,6 +210,7 @@ void co_nearest_find(const co_nearest *s, const double x[3], int32_t hint, co_su
     } stack[CO_BOX_TREE_DEPTH];
     int depth = 0;
     out->distance = INFINITY;
+    out->n_steps = 0;
     if (hint >= 0)
         try_part(s, x, hint, out);
     stack[depth].node = 0;

@@ -30,9 +30,10 @@ typedef struct co_nearest {
 typedef struct co_surface_point {
     double at[3];
     double distance;
-    double uv[2];  /* parameters on its piece */
-    int32_t piece; /* as in co_part */
-    int32_t part;  /* the part it was found on */
+    double uv[2];    /* parameters on its piece */
+    int32_t piece;   /* as in co_part */
+    int32_t part;    /* the part it was found on */
+    int32_t n_steps; /* of Newton's method that it took to find it */
 } co_surface_point;
 
 /* The pieces must stay where they are. cancel may be NULL. ERROR_MEMORY, CO_CANCELLED. */
@@ -41,8 +42,9 @@ int32_t co_nearest_create(const co_surface_pieces *pieces, const curvopt_cancel 
 void co_nearest_free(co_nearest *nearest);
 /* The surface's point nearest to x; `hint` is a part where to look first, or -1. */
 void co_nearest_find(const co_nearest *nearest, const double x[3], int32_t hint, co_surface_point *out);
-/* The same on one piece, u in [u[0], u[1]] and v in [v[0], v[1]], by Newton's method from uv; returns the distance. */
+/* The same on one piece, u in [u[0], u[1]] and v in [v[0], v[1]], by Newton's method from uv; returns the distance, and
+ * adds to *n_steps, unless that is NULL. */
 double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], const double u[2], const double v[2],
-                           double uv[2], double at[3]);
+                           double uv[2], double at[3], int32_t *n_steps);
 
 #endif
