@@ -413,7 +413,8 @@ typedef struct curvopt_constraints {
 
 /* A chain of edges whose limit curve follows a curve: the cubic spline through n_points points, by the length of the
  * polygon that joins them; open ends are not-a-knot, a closed curve goes on from its last point to the first one.
- * Points that repeat the one before do not count; then there must be 2, or 3 if the curve is closed.
+ * Points that repeat the one before, to 1e-6 of the polygon's length, do not count, nor does the last one of a closed
+ * curve if it repeats the first; then there must be 2, or 3 if the curve is closed.
  *
  * On every level the limit points of the chain's vertices lie on the curve, those that subdivision has put in the
  * middles of its edges as well, and of an open chain the middles of its first and last edges: where faces are quads and
