@@ -296,7 +296,7 @@ def test_what_chains_stand_against_is_refused():
             lib.minimize(mesh, **({"levels": 1, "symmetry": NONE, "through": lib.through(chains=[good])} | more))
         assert sentence in str(error.value)
     for sentence, through in (
-        ("chain 0 holds the point of entry 1", lib.through([20, 2], chains=[good])),
+        ("chain 0 holds the point of entry 1: leave the entry out; where on its curve", lib.through([20, 2], chains=[good])),
         ("chain 0 holds the point of entry 0", lib.through(None, [0], uv=[[0, 0.3]], chains=[good])),
         ("chain 1 has the edge from vertex 0 to vertex 1, as chain 0 has", lib.through(chains=[good, lib.chain([0, 1], curve(TURN))])),
     ):

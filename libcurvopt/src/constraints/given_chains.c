@@ -237,7 +237,8 @@ static int32_t check_entry(const reader *r, const co_surface_value *f, curvopt_e
     if (owner < 0 || f->is_tangent)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, owner,
-                          "chain %d holds the point of entry %d: leave one of them out, or give the chain parameters",
+                          "chain %d holds the point of entry %d: leave the entry out; where on its curve a chain has its "
+                          "vertices its parameters say",
                           owner, f->number);
 }
 
