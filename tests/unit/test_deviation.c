@@ -245,16 +245,11 @@ static void test_cancelled_bound_still_holds(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_are_parts),
-        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
-        cmocka_unit_test(test_oriented_boxes),
-        cmocka_unit_test(test_oriented_boxes_of_lines),
-        cmocka_unit_test(test_bound_of_a_part),
-        cmocka_unit_test(test_translation_and_units),
-        cmocka_unit_test(test_same_surface),
-        cmocka_unit_test(test_corresponding_cages),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_cancelled_bound_still_holds),
+        cmocka_unit_test(test_parts_are_parts), cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_oriented_boxes),  cmocka_unit_test(test_oriented_boxes_of_lines),
+        cmocka_unit_test(test_bound_of_a_part), cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),    cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_refusals),        cmocka_unit_test(test_cancelled_bound_still_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
