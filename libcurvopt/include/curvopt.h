@@ -413,7 +413,8 @@ typedef struct curvopt_constraints {
 
 /* A chain of edges whose limit curve follows a curve: the cubic spline through n_points points, by the length of the
  * polygon that joins them; open ends are not-a-knot, a closed curve goes on from its last point to the first one.
- * Points that repeat the one before do not count; then there must be 2, or 3 if the curve is closed.
+ * Points that repeat the one before, to 1e-6 of the polygon's length, do not count, nor does the last one of a closed
+ * curve if it repeats the first; then there must be 2, or 3 if the curve is closed.
  *
  * On every level the limit points of the chain's vertices lie on the curve, those that subdivision has put in the
  * middles of its edges as well, and of an open chain the middles of its first and last edges: where faces are quads and
@@ -884,7 +885,8 @@ typedef struct curvopt_deviation {
  * left out of energies. The cages need not have the same faces: matching is by nearest points.
  *   threads: as in the options. cancel may be NULL; a cancelled measurement is OK, with a larger bound.
  *   distances [n_vertices of the other]: how far the limit points of the other cage's vertices are from the first
- *     surface; NAN for isolated vertices, and where it was cancelled before. May be NULL.
+ *     surface, near extraordinary vertices up to 2.5 % of max or 1e-5 of a face too large; NAN for isolated vertices,
+ *     and where it was cancelled before. May be NULL.
  * `bound` holds up to rounding, by convex hulls of control nets, or where one cage is the other one subdivided and
  * moved, by how far its vertices have moved; only the extent of the tips at extraordinary vertices,
  * 1 % of max or 2e-5 of a face, is an estimate. ERROR_ARGUMENT, ERROR_TOPOLOGY (vertices of 16383 faces),

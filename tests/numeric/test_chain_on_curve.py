@@ -165,6 +165,18 @@ def test_vertices_are_where_the_splines_of_scipy_are():
         assert np.abs(points.limits(result.mesh)[on] - wanted).max() < 1e-9
 
 
+@pytest.mark.parametrize("is_closed", [True, False])
+def test_points_that_repeat_others_to_rounding_do_not_count(is_closed):
+    """A last point beside the first one of a closed curve, or at the end of an open one, and one in the middle."""
+    mesh, chain, curve, _ = ring()
+    points_of = curve(TURN[::10])
+    step = 1e-7 * np.array([0.3, -0.5, 0.8])
+    more = np.vstack([points_of[:9], points_of[8] + step, points_of[9:], points_of[0 if is_closed else -1] + step])
+    on = chain if is_closed else chain[2:6]
+    found = [points.limits(run(mesh, 1, [lib.chain(on, c, is_closed, is_closed)]).mesh)[on] for c in (points_of, more)]
+    assert np.abs(found[1] - found[0]).max() < 1e-6
+
+
 def test_middles_of_end_edges_of_an_open_chain_are_on_its_curve():
     mesh, chain, curve, _ = helix()
     parameters = np.array([5, 40, 70, 105, 142, 180.0])
@@ -284,7 +296,7 @@ def test_what_chains_stand_against_is_refused():
             lib.minimize(mesh, **({"levels": 1, "symmetry": NONE, "through": lib.through(chains=[good])} | more))
         assert sentence in str(error.value)
     for sentence, through in (
-        ("chain 0 holds the point of entry 1", lib.through([20, 2], chains=[good])),
+        ("chain 0 holds the point of entry 1: leave the entry out; where on its curve", lib.through([20, 2], chains=[good])),
         ("chain 0 holds the point of entry 0", lib.through(None, [0], uv=[[0, 0.3]], chains=[good])),
         ("chain 1 has the edge from vertex 0 to vertex 1, as chain 0 has", lib.through(chains=[good, lib.chain([0, 1], curve(TURN))])),
     ):

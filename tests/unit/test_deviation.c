@@ -90,6 +90,26 @@ static void test_oriented_boxes(void **state) {
     }
 }
 
+/* Pieces that are one line but for rounding, whose normals are nothing but rounding. */
+static void test_oriented_boxes_of_lines(void **state) {
+    double piece[CO_BEZIER], y[3];
+    (void)state;
+    for (int seed = 1; seed < 200; seed++) {
+        const double direction[3] = {sin(1.3 * seed), cos(2.7 * seed), sin(0.77 * seed + 1)}, x[3] = {1, 2, -1};
+        double least = INFINITY;
+        for (int k = 0; k < 16; k++)
+            for (int c = 0; c < 3; c++)
+                piece[3 * k + c] = 0.1 * c + (k % 4 / 3.0 + 0.7 * (k / 4) / 3.0) * direction[c];
+        const co_oriented_box box = co_oriented_box_of(piece);
+        for (int k = 0; k <= 400; k++) {
+            co_bezier_point(piece, k / 400.0, k / 400.0, y);
+            least = fmin(least, sqrt(co_distance_squared(x, y)));
+            CHECK_NEAR(co_oriented_box_distance_squared(&box, y), 0, 1e-28);
+        }
+        CHECK_BETWEEN(sqrt(co_oriented_box_distance_squared(&box, x)), 0, least * (1 + 1e-12));
+    }
+}
+
 /* The bound holds at all points of a grid, and is close for small parts. */
 static void test_bound_of_a_part(void **state) {
     static const double whole[2] = {0, 1};
@@ -257,11 +277,17 @@ static void test_cancelled_bound_still_holds(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_are_parts), cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
-        cmocka_unit_test(test_oriented_boxes),  cmocka_unit_test(test_few_steps),
-        cmocka_unit_test(test_bound_of_a_part), cmocka_unit_test(test_translation_and_units),
-        cmocka_unit_test(test_same_surface),    cmocka_unit_test(test_corresponding_cages),
-        cmocka_unit_test(test_refusals),        cmocka_unit_test(test_cancelled_bound_still_holds),
+        cmocka_unit_test(test_parts_are_parts),
+        cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
+        cmocka_unit_test(test_oriented_boxes),
+        cmocka_unit_test(test_oriented_boxes_of_lines),
+        cmocka_unit_test(test_few_steps),
+        cmocka_unit_test(test_bound_of_a_part),
+        cmocka_unit_test(test_translation_and_units),
+        cmocka_unit_test(test_same_surface),
+        cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_cancelled_bound_still_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

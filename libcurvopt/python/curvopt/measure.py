@@ -18,7 +18,8 @@ class Deviation:
 
     No point of either is farther from the other one than `bound`, which is at most 1.2 `max` (curvopt.h says when it is
     not). `size`: RMS radius of the first cage. `point` (3,) of the first surface and `other_point` (3,) are `max` apart.
-    `distances` (n,) of the limit points of the other cage's vertices from the first surface; NAN of isolated ones."""
+    `distances` (n,) of the limit points of the other cage's vertices from the first surface, at poles up to
+    2.5 % of max too large; NAN of isolated ones."""
 
     max: float
     rms: float

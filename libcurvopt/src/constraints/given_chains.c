@@ -236,9 +236,11 @@ static int32_t check_entry(const reader *r, const co_surface_value *f, curvopt_e
         owner = r->edge_owner[r->mesh->edge[h[k - 1]]] >= 0 ? r->edge_owner[r->mesh->edge[h[k - 1]]] : owner;
     if (owner < 0 || f->is_tangent)
         return CURVOPT_OK;
-    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, owner,
-                          "chain %d holds the point of entry %d: leave one of them out, or give the chain parameters",
-                          owner, f->number);
+    return co_status_fail(
+        error, CURVOPT_ERROR_ARGUMENT, owner,
+        "chain %d holds the point of entry %d: leave the entry out; where on its curve a chain has its "
+        "vertices its parameters say",
+        owner, f->number);
 }
 
 static int32_t read_chains(reader *r, const curvopt_through *t, curvopt_error *error) {

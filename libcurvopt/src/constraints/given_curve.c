@@ -9,6 +9,9 @@
 
 enum { SAMPLES = 8 }; /* of a piece of the curve, among which the nearest one is looked for */
 enum { THIRDS = 40, NEWTON_STEPS = 3 };
+/* Step, in parts of the polygon's length, up to which a point repeats the one before, as the last point of a closed
+ * curve repeats the first one but for rounding: the direction of such a step would be the spline's there. */
+static const double SAME_POINT = 1e-6;
 
 static double distance(const double a[3], const double b[3]) {
     double square = 0;
@@ -37,10 +40,13 @@ static int32_t measure(const curvopt_chain *chain, const co_given_curve *curve, 
 /* knot [n_points + 1] and value [3 (n_points + 1)] are room. */
 static int32_t make_spline(const curvopt_chain *chain, co_given_curve *curve, double *knot, double *value,
                            curvopt_error *error) {
+    const int32_t last = curve->n_points - 1 + curve->is_closed;
     int32_t n = 0;
-    for (int32_t i = 0; i < curve->n_points + curve->is_closed; i++) {
-        if (n > 0 && curve->length[i] <= knot[n - 1])
+    for (int32_t i = 0; i <= last; i++) {
+        const int repeats = n > 0 && curve->length[i] - knot[n - 1] <= SAME_POINT * curve->length[last];
+        if (repeats && (i < last || n == 1))
             continue;
+        n -= repeats; /* the last one counts, not the one that it repeats */
         knot[n] = curve->length[i];
         memcpy(value + 3 * (size_t)n++, chain->curve + 3 * (size_t)(i % curve->n_points), 3 * sizeof *value);
     }

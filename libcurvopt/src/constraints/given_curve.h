@@ -10,7 +10,7 @@ typedef struct co_given_curve {
     int32_t number; /* of the chain */
     int32_t n_points, is_closed;
     double *length;         /* [n_points + 1] */
-    co_cubic_spline spline; /* by these, without points that repeat the one before */
+    co_cubic_spline spline; /* by these, without points that repeat others */
     double *sample;         /* [4][n_samples] parameter, point; for the nearest place */
     int32_t n_samples;
 } co_given_curve;

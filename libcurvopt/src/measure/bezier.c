@@ -210,6 +210,10 @@ static void cross(const double a[3], const double b[3], double out[3]) {
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+/* Least sine of the angle between a piece's mean directions: below, rounding tilts their normal by more than 1e-13, and
+ * of a piece that is one line by any angle; a box along such axes does not hold the piece. */
+static const double LEAST_SINE = 1e-3;
+
 co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
     co_oriented_box box = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const double *p = piece, *q = piece + 9, *r = piece + 36, *s = piece + 45; /* corners */
@@ -220,7 +224,7 @@ co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
     }
     cross(u, v, normal);
     const double length = sqrt(co_dot3(u, u)), area = sqrt(co_dot3(normal, normal));
-    if (length > 0 && area > 0) {
+    if (length > 0 && area > LEAST_SINE * length * sqrt(co_dot3(v, v))) {
         for (int c = 0; c < 3; c++) {
             box.axis[0][c] = u[c] / length;
             box.axis[2][c] = normal[c] / area;

@@ -53,8 +53,8 @@ static inline double co_distance_squared(const double a[3], const double b[3]) {
     const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
     return co_dot3(d, d);
 }
-/* The box round a piece's control points along its mean direction by u and its normal; where these are 0, along x, y
- * and z. */
+/* The box round a piece's control points along its mean direction by u and its normal; where these are 0, or the mean
+ * directions by u and v nearly the same, along x, y and z. */
 co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]);
 static inline double co_oriented_box_distance_squared(const co_oriented_box *box, const double x[3]) {
     const double r[3] = {x[0] - box->centre[0], x[1] - box->centre[1], x[2] - box->centre[2]};
