@@ -105,25 +105,14 @@ static int32_t read_vertices(const reader *r, curvopt_error *error) {
 
 /* ------------------------------------------------------------------------------------- places on its curve -- */
 
-typedef struct point_sum {
-    const double *xyz;
-    double at[3];
-} point_sum;
-
-static void add_point(int32_t vertex, double weight, void *context) {
-    point_sum *sum = context;
-    for (int c = 0; c < 3; c++)
-        sum->at[c] += weight * sum->xyz[3 * (size_t)vertex + (size_t)c];
-}
-
 /* The curve's parameter for vertex i. */
 static int32_t find_parameter(const reader *r, const co_given_curve *curve, int32_t i, double *t,
                               curvopt_error *error) {
     const int32_t most = curve->n_points - (curve->is_closed ? 0 : 1);
     if (!r->given->parameters) {
-        point_sum sum = {.xyz = r->xyz};
-        co_vertex_mask_visit(r->mesh, r->chain->vertex[i], add_point, &sum);
-        *t = co_given_curve_nearest(curve, sum.at);
+        double at[3];
+        co_vertex_mask_point(r->mesh, r->chain->vertex[i], r->xyz, at);
+        *t = co_given_curve_nearest(curve, at);
         return CURVOPT_OK;
     }
     const double at = r->given->parameters[i];

@@ -40,17 +40,6 @@ static int32_t read_direction(const curvopt_constraints *from, int32_t i, one *c
     return CURVOPT_OK;
 }
 
-typedef struct point_sum {
-    const double *xyz;
-    double *at;
-} point_sum;
-
-static void add_point(int32_t vertex, double weight, void *context) {
-    const point_sum *sum = context;
-    for (int k = 0; k < 3; k++)
-        sum->at[k] += weight * sum->xyz[3 * (size_t)vertex + (size_t)k];
-}
-
 /* Where the constraint is: given, or where the vertex or its limit point is. */
 static int32_t read_place(const curvopt_mesh *m, const double *xyz, const curvopt_constraints *from, int32_t i, one *c,
                           curvopt_error *error) {
@@ -64,7 +53,7 @@ static int32_t read_place(const curvopt_mesh *m, const double *xyz, const curvop
                                     given[1], given[2]);
     }
     if (c->of_limit)
-        co_vertex_mask_visit(m, c->vertex, add_point, &(point_sum){xyz, c->place});
+        co_vertex_mask_point(m, c->vertex, xyz, c->place);
     else
         memcpy(c->place, xyz + 3 * (size_t)c->vertex, sizeof c->place);
     return CURVOPT_OK;

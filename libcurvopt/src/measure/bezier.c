@@ -184,15 +184,16 @@ void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v) {
     *v = cone_of((const double(*)[3])along_v, 12);
 }
 
+static void cross(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
 co_cone co_cone_product(const co_cone *u, const co_cone *v) {
     co_cone out = {.angle = CO_PI};
-    double sine = 0;
-    for (int c = 0; c < 3; c++) {
-        const int d = (c + 1) % 3, e = (c + 2) % 3;
-        out.axis[c] = u->axis[d] * v->axis[e] - u->axis[e] * v->axis[d];
-        sine += out.axis[c] * out.axis[c];
-    }
-    sine = sqrt(sine);
+    cross(u->axis, v->axis, out.axis);
+    const double sine = sqrt(co_dot3(out.axis, out.axis));
     const double a = co_sin_pi(u->angle / CO_PI), b = co_sin_pi(v->angle / CO_PI),
                  cosine = fabs(co_dot3(u->axis, v->axis));
     const double between = CO_PI * co_angle_over_pi(sine, cosine);
@@ -202,12 +203,6 @@ co_cone co_cone_product(const co_cone *u, const co_cone *v) {
         out.axis[c] /= sine;
     out.angle = asin(fmin(1, sqrt(a * a + 2 * a * b * cosine + b * b) / sine));
     return out;
-}
-
-static void cross(const double a[3], const double b[3], double out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /* Least sine of the angle between a piece's mean directions: below, rounding tilts their normal by more than 1e-13, and

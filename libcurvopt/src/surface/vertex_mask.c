@@ -69,6 +69,22 @@ void co_vertex_mask_visit(const curvopt_mesh *m, int32_t v, co_vertex_mask_fn vi
     }
 }
 
+typedef struct point_sum {
+    const double *xyz;
+    double *at;
+} point_sum;
+
+static void add_point(int32_t vertex, double weight, void *context) {
+    const point_sum *sum = context;
+    for (int c = 0; c < 3; c++)
+        sum->at[c] += weight * sum->xyz[3 * (size_t)vertex + (size_t)c];
+}
+
+void co_vertex_mask_point(const curvopt_mesh *m, int32_t v, const double *xyz, double out[3]) {
+    out[0] = out[1] = out[2] = 0;
+    co_vertex_mask_visit(m, v, add_point, &(point_sum){xyz, out});
+}
+
 size_t co_vertex_mask_most(const curvopt_mesh *m, int32_t v) {
     const ring r = ring_of(m, v);
     return (size_t)r.n_corners + (size_t)r.n_faces + 3;
