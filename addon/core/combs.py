@@ -9,14 +9,16 @@ import numpy as np
 
 from ..binding import library
 from ..binding.values import Cage, rms_radius
+from . import sections
 from .edges import EdgeTable, Places
+from .surface_points import Net
 
 _NUDGE = 1e-3  # of an edge, away from its end where derivatives do not exist there
 _UU, _UV, _VV = 3, 4, 5  # in a jet
 
 
 @dataclass(frozen=True)
-class Choice:
+class OnEdges:
     """Which edges have combs: `pairs` (p, 2) of vertices, or None for all; with `loops`, those that go on from them, too.
     `teeth` on each edge, one of them at its end; at curvature 1 / r, r the RMS radius of the cage, `length` r long."""
 
@@ -27,21 +29,45 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class OnSections:
+    """Combs on the sections by `count` planes at right angles to the unit vector `normal`, at equal distances over the whole
+    surface. `teeth` on the mean length of an edge; `length` as of OnEdges."""
+
+    normal: tuple[float, float, float]
+    count: int
+    teeth: int
+    length: float
+
+
+Choice = OnEdges | OnSections
+
+
+@dataclass(frozen=True)
 class Combs:
-    """On each of e edges k points of its curve, both ends among them, `feet`, and the `tips` of the teeth, (e, k, 3)."""
+    """Points of curves, `feet` (n, 3), with the `tips` (n, 3) of teeth, NAN where there is none. `links` (l, 2): points that follow
+    one another on a curve; `teeth` (t,): the points whose tooth is drawn."""
 
     feet: np.ndarray
     tips: np.ndarray
+    links: np.ndarray
+    teeth: np.ndarray
 
     def lines(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """points (2 e k, 3) float32, feet first; pairs of them by name: the "curves", the "teeth", and the "crests" through
-        the tips."""
-        e, k = self.feet.shape[:2]
-        number = np.arange(e * k, dtype=np.int32).reshape(e, k)
-        along = np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2)
-        teeth = np.stack([number.ravel(), number.ravel() + e * k], -1)
-        points = np.concatenate([self.feet.reshape(-1, 3), self.tips.reshape(-1, 3)])
-        return points.astype(np.float32), {"curves": along, "teeth": teeth.astype(np.int32), "crests": along + np.int32(e * k)}
+        """points (2 n, 3) float32, feet first; pairs of them by name: the "curves", the "teeth", and the "crests" through the
+        tips."""
+        n, is_there = len(self.feet), np.isfinite(self.tips).all(axis=1)
+        teeth, crests = self.teeth[is_there[self.teeth]], self.links[is_there[self.links].all(axis=1)]
+        pairs = {"curves": self.links, "teeth": np.stack([teeth, teeth + n], -1), "crests": crests + n}
+        points = np.concatenate([self.feet, np.where(is_there[:, None], self.tips, self.feet)])
+        return points.astype(np.float32), {name: part.astype(np.int32) for name, part in pairs.items()}
+
+
+def is_same(one: Choice | None, other: Choice | None) -> bool:
+    """Whether they choose the same combs."""
+    if type(one) is not type(other) or not isinstance(one, OnEdges):
+        return one == other
+    pairs = (one.pairs is None) == (other.pairs is None) and (one.pairs is None or np.array_equal(one.pairs, other.pairs))
+    return pairs and (one.loops, one.teeth, one.length) == (other.loops, other.teeth, other.length)
 
 
 def curvature_vectors(jets: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -55,8 +81,8 @@ def curvature_vectors(jets: np.ndarray, along: np.ndarray) -> np.ndarray:
         return (second - first * (first * second).sum(axis=1, keepdims=True) / square) / square
 
 
-def combs(sampler: library.Sampler, cage: Cage, table: EdgeTable, choice: Choice) -> Combs:
-    """The combs of a cage's surface."""
+def on_edges(sampler: library.Sampler, cage: Cage, table: EdgeTable, choice: OnEdges) -> Combs:
+    """Combs on edges of a cage as curves of its surface: of each edge `teeth` + 1 points, one after the other."""
     edges = np.arange(len(table.edges)) if choice.pairs is None else table.chosen(choice.pairs)
     if choice.loops:
         edges = table.loops(edges)
@@ -69,9 +95,23 @@ def combs(sampler: library.Sampler, cage: Cage, table: EdgeTable, choice: Choice
     if bad.size:  # at poles
         near = table.places(side[bad], np.clip(t[bad], _NUDGE, 1 - _NUDGE))
         vectors[bad] = np.nan_to_num(curvature_vectors(jets_at(sampler, near), near.along), nan=0.0, posinf=0.0, neginf=0.0)
-    scale = choice.length * rms_radius(cage.positions) ** 2
-    shape = len(edges), choice.teeth + 1, 3
-    return Combs(jets[:, 0].reshape(shape), (jets[:, 0] - scale * vectors).reshape(shape))
+    number = np.arange(len(t)).reshape(-1, choice.teeth + 1)
+    links = np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2)
+    return Combs(jets[:, 0], _tips(jets[:, 0], vectors, cage, choice.length), links, number.ravel())
+
+
+def on_sections(sampler: library.Sampler, cage: Cage, table: EdgeTable, net: Net, choice: OnSections) -> Combs:
+    """Combs on plane sections. `net`: of the surface, with vertices that its quads share."""
+    normal = np.array(choice.normal)
+    found = sections.curves(sampler, net, net.points.jets_of(sampler)[:, 0], normal, choice.count)
+    feet, vectors = found.jets[:, 0], sections.curvature_vectors(found.jets, normal)
+    ends = cage.positions[table.edges]
+    mean_edge = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean()
+    return Combs(feet, _tips(feet, vectors, cage, choice.length), found.links, sections.spaced(found, mean_edge / choice.teeth))
+
+
+def _tips(feet: np.ndarray, vectors: np.ndarray, cage: Cage, length: float) -> np.ndarray:
+    return feet - length * rms_radius(cage.positions) ** 2 * vectors
 
 
 def jets_at(sampler: library.Sampler, places: Places) -> np.ndarray:

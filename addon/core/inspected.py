@@ -13,11 +13,11 @@ import numpy as np
 
 from ..binding import library, measure
 from ..binding.values import Cage
-from . import colours, curvature
-from .combs import Choice, Combs, combs
+from . import colours, combs, curvature
+from .combs import Choice, Combs
 from .edges import EdgeTable
 from .messages import UserError
-from .surface_points import SurfacePoints, grids, lattice, levels_for, parameters, triangles, unit
+from .surface_points import Net, grid_net, lattice_net, levels_for, unit
 
 MOST_FACES = 200_000
 _MOST_SIDE = 32  # points along an edge
@@ -33,17 +33,6 @@ class Subject:
     original: np.ndarray | None = None
     choice: Choice | None = None
     number: int = 0
-
-
-@dataclass(frozen=True)
-class Net:
-    """Points of a surface; for each of its quads (q,) face, corner and the parameters of its corners (q, 4, 2)."""
-
-    points: SurfacePoints
-    triangles: np.ndarray
-    face: np.ndarray
-    corner: np.ndarray
-    uv: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -65,20 +54,6 @@ class Inspected:
 def side_for(n_patches: int, wanted: int) -> int:
     """Quads along an edge of each of `n_patches`, 1 .. 32, for about `wanted` of them, but not more if that is possible."""
     return int(np.clip(np.sqrt(wanted / max(n_patches, 1)), 1, _MOST_SIDE))
-
-
-def grid_net(sizes: np.ndarray, side: int) -> Net:
-    """A grid on each patch: exact where derivatives jump, as at creases."""
-    points = grids(sizes, side)
-    first = points.quads[:, 0]
-    return Net(points, triangles(points.quads), points.face[first], points.corner[first], points.uv[points.quads])
-
-
-def lattice_net(mesh: library.Mesh, levels: int) -> Net:
-    """The vertices of the subdivided cage, of which the library measures distances."""
-    levels = levels if mesh.info().all_quads else max(levels, 1)
-    points = lattice(mesh, levels)
-    return Net(points, triangles(points.quads), *parameters(mesh.faces()[0], levels))
 
 
 class Sampling:
@@ -107,7 +82,7 @@ class Sampling:
                 values = self._distances(subject, net, cancel)
             elif subject.quantity and not by_distance:
                 values = getattr(curvature.of_jets(jets), subject.quantity)
-            found = combs(sampler, cage, self._table, subject.choice) if subject.choice is not None else None
+            found = self._combs(sampler, subject, wanted)
         span = None if values is None else colours.value_range(subject.quantity, values)
         tints = None if values is None else colours.colours(subject.quantity, values, *span)
         points = np.ascontiguousarray(jets[:, 0], np.float32)
@@ -123,15 +98,21 @@ class Sampling:
         self._mesh = library.Mesh.of_cage(self._lib, cage)
         self._of, self._table = cage, EdgeTable.of_faces(cage.face_sizes, cage.face_vertices)
 
-    def _net(self, by_distance: bool, wanted: int) -> Net:
+    def _net(self, is_shared: bool, wanted: int) -> Net:
         sizes = self._of.face_sizes
-        if by_distance:
+        if is_shared:
             key = True, levels_for(len(sizes), wanted)
         else:
             key = False, side_for(int(np.where(sizes == 4, 1, sizes).sum()), wanted)
         if key not in self._nets:
-            self._nets[key] = lattice_net(self._mesh, key[1]) if by_distance else grid_net(sizes, key[1])
+            self._nets[key] = lattice_net(self._mesh, key[1]) if is_shared else grid_net(sizes, key[1])
         return self._nets[key]
+
+    def _combs(self, sampler: library.Sampler, subject: Subject, wanted: int) -> Combs | None:
+        choice = subject.choice
+        if isinstance(choice, combs.OnSections):
+            return combs.on_sections(sampler, subject.cage, self._table, self._net(True, wanted), choice)
+        return None if choice is None else combs.on_edges(sampler, subject.cage, self._table, choice)
 
     def _distances(self, subject: Subject, net: Net, cancel: library.Cancel | None) -> np.ndarray:
         """Of the net's points (n,) from the original's surface."""

@@ -45,6 +45,17 @@ class SurfacePoints:
         return jets
 
 
+@dataclass(frozen=True)
+class Net:
+    """What is drawn: points of a surface; for each of its quads (q,) face, corner and the parameters of its corners (q, 4, 2)."""
+
+    points: SurfacePoints
+    triangles: np.ndarray
+    face: np.ndarray
+    corner: np.ndarray
+    uv: np.ndarray
+
+
 def lattice(mesh: library.Mesh, levels: int) -> SurfacePoints:
     """The quads of `mesh` subdivided `levels` times, at least once if it has other faces than quads. Neighbouring faces
     share the points of their common edge."""
@@ -83,6 +94,20 @@ def grids(sizes: np.ndarray, side: int, faces: np.ndarray | None = None) -> Surf
     uv = np.tile(grid, (patches, 1))
     inside = uv + _NUDGE / side * (0.5 - uv)
     return SurfacePoints(quads, face, np.repeat(corner, n).astype(np.int32), uv, inside)
+
+
+def grid_net(sizes: np.ndarray, side: int) -> Net:
+    """A grid on each patch: exact where derivatives jump, as at creases."""
+    points = grids(sizes, side)
+    first = points.quads[:, 0]
+    return Net(points, triangles(points.quads), points.face[first], points.corner[first], points.uv[points.quads])
+
+
+def lattice_net(mesh: library.Mesh, levels: int) -> Net:
+    """The vertices of the subdivided cage, of which the library measures distances."""
+    levels = levels if mesh.info().all_quads else max(levels, 1)
+    points = lattice(mesh, levels)
+    return Net(points, triangles(points.quads), *parameters(mesh.faces()[0], levels))
 
 
 def parameters(sizes: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from mathutils import Matrix, Vector
 
 from ..binding import library
 from ..core import colours, messages
-from ..core.combs import Choice
+from ..core.combs import Choice, OnEdges, OnSections, is_same
 from ..core.inspected import Inspected, Subject, is_alike
 from ..core.inspector import Inspector
 from ..core.probe import Probe
@@ -40,11 +40,16 @@ _KINDS = (
     ("PLAIN", "Plain", "The surface, without stripes and colours"),
     ("NOTHING", "Nothing", "Blender's own picture of the object, with combs and probe only"),
 )  # fmt: skip
-_COMB_EDGES = (
+_COMB_CURVES = (
     ("SELECTED", "Selected Edges", "The edges that are selected in Edit Mode"),
     ("LOOPS", "Their Loops", "The edge loops of the selected edges"),
     ("ALL", "All Edges", "All edges of the cage"),
+    ("X", "Sections across X", "The curves in which planes across the object's X axis cut the surface"),
+    ("Y", "Sections across Y", "The curves in which planes across the object's Y axis cut the surface"),
+    ("Z", "Sections across Z", "The curves in which planes across the object's Z axis cut the surface"),
 )
+
+_BY_SELECTION, AXES = ("SELECTED", "LOOPS"), ("X", "Y", "Z")
 
 
 def _changed(_self: object, _context: bpy.types.Context) -> None:
@@ -87,16 +92,21 @@ class CURVOPT_PG_inspect(bpy.types.PropertyGroup):
         update=_changed,
     )
     combs: bpy.props.BoolProperty(
-        name="Combs", description="Curvature combs on the curves that edges of the cage become on the surface: teeth away from "
-        "where the curve bends to, as long as it is curved", default=False, update=_changed,
+        name="Combs", description="Curvature combs, on the curves that edges of the cage become on the surface or on plane sections: "
+        "teeth away from where the curve bends to, as long as it is curved", default=False, update=_changed,
     )
-    comb_edges: bpy.props.EnumProperty(name="On", description="Which edges have combs", items=_COMB_EDGES, default="LOOPS", update=_changed)
+    comb_curves: bpy.props.EnumProperty(name="On", description="Which curves have combs", items=_COMB_CURVES, default="LOOPS", update=_changed)
+    comb_sections: bpy.props.IntProperty(
+        name="Sections", description="Number of planes, at equal distances over the whole surface", default=5, min=1, soft_max=20, max=100,
+        update=_changed,
+    )
     comb_length: bpy.props.FloatProperty(
         name="Length", description="Length of a tooth where the curve is curved as a circle of the cage's RMS radius, in these radii",
         default=0.1, min=0.0, soft_max=2.0, max=100.0, update=_changed,
     )
     comb_teeth: bpy.props.IntProperty(
-        name="Teeth", description="Teeth on each edge of the cage", default=8, min=1, soft_max=32, max=200, update=_changed
+        name="Teeth", description="Teeth on each edge of the cage; of a section, on the mean length of an edge", default=8, min=1,
+        soft_max=32, max=200, update=_changed,
     )
     probe: bpy.props.BoolProperty(
         name="Probe", description="Under the mouse: the two radii of curvature, the normal, the energy per area, and how both sides "
@@ -170,10 +180,7 @@ class Session:
             quantity = {"CURVATURE": settings.quantity, "DISTANCE": colours.DISTANCE}.get(settings.kind, "")
             if settings.kind == "DISTANCE" and seen.original is None:
                 quantity, message = "", f"The original of '{obj.name}' is not known: it is no result, and has no shape keys."
-            choice = None
-            if settings.combs:
-                pairs = None if settings.comb_edges == "ALL" else seen.selected
-                choice = Choice(pairs, settings.comb_edges == "LOOPS", settings.comb_teeth, settings.comb_length)
+            choice = _choice(settings, seen, obj)
             if self._target is None or self._target[0] != obj.name:
                 self._shown, self._since = None, self._count
             self._aim(Subject(seen.cage, quantity, seen.original if quantity == colours.DISTANCE else None, choice))
@@ -188,7 +195,7 @@ class Session:
     ) -> watched.Seen:
         session, view = live.current(), _live_view(obj)
         if view is None:
-            by_selection = settings.combs and settings.comb_edges != "ALL"
+            by_selection = settings.combs and settings.comb_curves in _BY_SELECTION
             return self._watched.look(context, obj, thorough, by_selection, settings.kind == "DISTANCE")
         cage = replace(session.source.cage, positions=view.snapshot.cage.astype(np.float64))
         frame, pairs = handles.frame_of(obj, session.source), watched.selected_pairs(obj, session.source.layout)
@@ -269,6 +276,17 @@ def _looks(settings: CURVOPT_PG_inspect, obj: bpy.types.Object | None) -> object
     return Looks(kind, light.normalized(), settings.width, settings.in_front and shows_cage, label, quantity)
 
 
+def _choice(settings: CURVOPT_PG_inspect, seen: watched.Seen, obj: bpy.types.Object) -> Choice | None:
+    """The combs that are wanted."""
+    if not settings.combs:
+        return None
+    if settings.comb_curves in AXES:
+        axis = (obj.matrix_world.inverted() @ seen.frame).to_3x3().transposed().col[AXES.index(settings.comb_curves)].normalized()
+        return OnSections(tuple(axis), settings.comb_sections, settings.comb_teeth, settings.comb_length)
+    pairs = seen.selected if settings.comb_curves in _BY_SELECTION else None
+    return OnEdges(pairs, settings.comb_curves == "LOOPS", settings.comb_teeth, settings.comb_length)
+
+
 def _energy(scene: bpy.types.Scene) -> str:
     """The energy that is chosen; of an empty mix Willmore."""
     try:
@@ -279,13 +297,8 @@ def _energy(scene: bpy.types.Scene) -> str:
 
 def _is_same(one: Subject, other: Subject) -> bool:
     """Whether there is nothing new to sample."""
-    a, b = one.choice, other.choice
-    if (a is None) != (b is None) or one.quantity != other.quantity or (one.original is None) != (other.original is None):
+    if not is_same(one.choice, other.choice) or one.quantity != other.quantity or (one.original is None) != (other.original is None):
         return False
-    if a is not None:
-        pairs = (a.pairs is None) == (b.pairs is None) and (a.pairs is None or np.array_equal(a.pairs, b.pairs))
-        if not pairs or (a.loops, a.teeth, a.length) != (b.loops, b.teeth, b.length):
-            return False
     places = np.array_equal(one.cage.positions, other.cage.positions, equal_nan=True)
     originals = one.original is None or np.array_equal(one.original, other.original)
     return places and originals and is_alike(one.cage, other.cage)

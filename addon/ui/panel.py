@@ -251,7 +251,8 @@ class CURVOPT_PT_inspect(_Tab, bpy.types.Panel):
         column.prop(settings, "in_front")
         column.prop(settings, "combs")
         if settings.combs:
-            for name in ("comb_edges", "comb_length", "comb_teeth"):
+            by_planes = settings.comb_curves in inspect.AXES
+            for name in ("comb_curves", *(("comb_sections",) if by_planes else ()), "comb_length", "comb_teeth"):
                 column.prop(settings, name)
         column.prop(settings, "probe")
         icon = "ERROR"

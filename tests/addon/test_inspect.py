@@ -9,7 +9,7 @@ import pytest
 import shapes
 from addon.binding import library
 from addon.binding.values import Cage, Creases
-from addon.core import combs, density, inspected, inspector, probe, surface_points
+from addon.core import combs, density, inspected, inspector, probe, sections, surface_points
 from addon.core.edges import EdgeTable
 from test_surface import jets_of, torus_point
 
@@ -139,14 +139,14 @@ def test_curvature_vectors_are_those_of_circles():
 def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
     """Against differences of the curve alone, at poles, too."""
     cage = cage_of(*shapes.prism())
-    choice = combs.Choice(np.array([[0, 1], [1, 4], [2, 9]]), loops=False, teeth=6, length=0.5)
+    choice = combs.OnEdges(np.array([[0, 1], [1, 4], [2, 9]]), loops=False, teeth=6, length=0.5)
     found = taken(cage, choice=choice).combs
-    assert found.feet.shape == found.tips.shape == (2, 7, 3)
+    all_feet, all_tips = found.feet.reshape(2, 7, 3), found.tips.reshape(2, 7, 3)
     table, h = EdgeTable.of_faces(cage.face_sizes, cage.face_vertices), 1e-4
     t = np.linspace(0, 1, 7)[1:-1]
     radius = np.sqrt(((cage.positions - cage.positions.mean(0)) ** 2).sum(1).mean())
     with library.Mesh.of_cage(library.load(), cage) as mesh:
-        for edge, feet, tips in zip(table.chosen(choice.pairs), found.feet, found.tips):
+        for edge, feet, tips in zip(table.chosen(choice.pairs), all_feet, all_tips):
             places = [table.places(np.full(5, table.first[edge]), t + shift) for shift in (-h, 0, h)]
             before, now, after = (mesh.jets(cage.positions, p.face, p.corner, p.uv)[:, 0] for p in places)
             assert feet[1:-1] == pytest.approx(now, abs=1e-12)
@@ -159,17 +159,82 @@ def test_combs_stand_on_the_edges_and_show_the_curvature_of_their_curves():
             assert np.einsum("ij,ij->i", teeth, first)[curved] == pytest.approx(0 * t[curved], abs=1e-6)
     assert np.isfinite(found.tips).all()
     torus = cage_of(*shapes.torus())
-    loop = combs.Choice(np.array([[0, 1]]), loops=True, teeth=2, length=0.5)
-    assert taken(torus, choice=loop).combs.feet.shape == (4, 3, 3)
-    assert taken(torus, choice=combs.Choice(None, False, 1, 0.5)).combs.feet.shape == (64, 2, 3)
-    nothing = combs.Choice(np.empty((0, 2), np.int32), loops=True, teeth=3, length=0.5)
-    assert taken(torus, choice=nothing).combs.feet.shape == (0, 4, 3)
+    loop = combs.OnEdges(np.array([[0, 1]]), loops=True, teeth=2, length=0.5)
+    assert taken(torus, choice=loop).combs.feet.shape == (4 * 3, 3)
+    assert taken(torus, choice=combs.OnEdges(None, False, 1, 0.5)).combs.feet.shape == (64 * 2, 3)
+    nothing = combs.OnEdges(np.empty((0, 2), np.int32), loops=True, teeth=3, length=0.5)
+    assert taken(torus, choice=nothing).combs.feet.shape == (0, 3)
     points, pairs = found.lines()
     assert points.shape == (28, 3) and {name: len(part) for name, part in pairs.items()} == {"curves": 12, "teeth": 14, "crests": 12}
     ends = {name: points[part] for name, part in pairs.items()}
-    assert ends["teeth"].reshape(2, 7, 2, 3) == pytest.approx(np.stack([found.feet, found.tips], 2), abs=1e-6)
-    for name, part in (("curves", found.feet), ("crests", found.tips)):
+    assert ends["teeth"].reshape(2, 7, 2, 3) == pytest.approx(np.stack([all_feet, all_tips], 2), abs=1e-6)
+    for name, part in (("curves", all_feet), ("crests", all_tips)):
         assert ends[name].reshape(2, 6, 2, 3) == pytest.approx(np.stack([part[:, :-1], part[:, 1:]], 2), abs=1e-6)
+
+
+def test_sections_of_a_torus_are_circles_with_their_curvature():
+    """Across the axis two circles at each height, and along it, through the axis, two meridians: exactly in the planes."""
+    torus = round_torus()
+    found = taken(torus, wanted=13_000, choice=combs.OnSections((0.0, 0.0, 1.0), count=4, teeth=1, length=0.5)).combs
+    heights = 0.7 * np.array([-0.75, -0.25, 0.25, 0.75])
+    off = np.abs(found.feet[:, 2, None] - heights)
+    assert off.min(axis=1) == pytest.approx(0, abs=1e-5)  # of the torus' extent, by points of the net
+    assert all(np.ptp(found.feet[off.argmin(axis=1) == k, 2]) < 1e-12 for k in range(4))
+    ring, pipe = np.hypot(*found.feet[:, :2].T), np.sqrt(0.49 - found.feet[:, 2] ** 2)
+    assert np.abs(ring - 2.0) == pytest.approx(pipe, abs=2e-4)
+    radius = np.sqrt(((torus.positions - torus.positions.mean(0)) ** 2).sum(1).mean())
+    teeth = found.tips - found.feet
+    outwards = np.concatenate([found.feet[:, :2] / ring[:, None], 0 * ring[:, None]], axis=1)
+    assert teeth == pytest.approx(0.5 * radius**2 / ring[:, None] * outwards, abs=4e-3 * radius)
+    assert set(np.bincount(found.links.ravel(), minlength=len(found.feet))) == {2}  # closed
+    table = EdgeTable.of_faces(torus.face_sizes, torus.face_vertices)
+    mean_edge = np.linalg.norm(np.diff(torus.positions[table.edges], axis=1), axis=2).mean()
+    for circle in (2.0 + 0.7 * np.sqrt(1 - 0.75**2), 2.0 - 0.7 * np.sqrt(1 - 0.25**2)):  # two of each
+        assert (np.abs(ring[found.teeth] - circle) < 1e-3).sum() == pytest.approx(2 * 2 * np.pi * circle / mean_edge, abs=2)
+    across = taken(torus, wanted=13_000, choice=combs.OnSections((0.0, 1.0, 0.0), count=1, teeth=2, length=0.5)).combs
+    pipe = np.hypot(np.abs(across.feet[:, 0]) - 2.0, across.feet[:, 2])
+    assert pipe == pytest.approx(0.7, abs=2e-4) and np.abs(across.feet[:, 1]).max() < 1e-5
+    assert np.linalg.norm(across.tips - across.feet, axis=1) == pytest.approx(0.5 * radius**2 / 0.7, rel=5e-3)
+
+
+def test_sections_show_the_curvature_of_their_curves():
+    """Of a surface with poles, against circles through three points of the section alone."""
+    cage = cage_of(*shapes.prism())
+    normal = np.array([0.48, 0.6, 0.64])
+    found = taken(cage, wanted=40_000, choice=combs.OnSections(tuple(normal), count=3, teeth=5, length=1.0)).combs
+    heights, radius = found.feet @ normal, np.sqrt(((cage.positions - cage.positions.mean(0)) ** 2).sum(1).mean())
+    assert len(np.unique(np.round(heights, 11))) == 3
+    around = [[] for _ in found.feet]
+    for one, other in found.links.tolist():
+        around[one].append(other)
+        around[other].append(one)
+    ends = np.array(around)
+    a, b = found.feet[ends[:, 0]] - found.feet, found.feet[ends[:, 1]] - found.feet
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, a - b))
+    good = np.minimum(la, lb) > 0.3 * np.maximum(la, lb)
+    bend = 2 * np.linalg.norm(np.cross(a, b), axis=1) / (la * lb * lc)
+    shown = np.linalg.norm(found.tips - found.feet, axis=1) / radius**2
+    off = np.abs(shown - bend)[good] * radius
+    assert good.mean() > 0.5 and np.median(off) < 0.03 and np.quantile(off, 0.95) < 0.2  # curvature is 2 to 6; chords are long
+    assert (np.einsum("ij,ij->i", found.tips - found.feet, normal[None] + 0 * a) ** 2).max() < 1e-16  # in the plane
+    inwards = np.einsum("ij,ij->i", found.tips - found.feet, a / la[:, None] ** 2 + b / lb[:, None] ** 2)[good & (bend * radius > 0.1)]
+    assert (inwards < 0).all()
+
+
+def test_sections_meet_saddles_poles_and_planes():
+    saddle = np.array([[True, False, True, False]])
+    assert {frozenset(pair) for pair in sections.pieces(saddle, np.array([True])).tolist()} == {frozenset((0, 1)), frozenset((2, 3))}
+    assert {frozenset(pair) for pair in sections.pieces(saddle, np.array([False])).tolist()} == {frozenset((0, 3)), frozenset((1, 2))}
+    assert sections.pieces(np.array([[True, True, False, False]]), np.array([True])).tolist() == [[1, 3]]
+    points, faces = shapes.grid(3)
+    flat = cage_of(np.asarray(points) * (1, 1, 0), faces)
+    choice = combs.OnSections((0.0, 0.0, 1.0), count=2, teeth=3, length=0.5)
+    points, pairs = taken(flat, choice=choice).combs.lines()
+    assert points.shape == (0, 3) and all(len(part) == 0 for part in pairs.values())  # the plane itself is no curve
+    found = taken(flat, choice=combs.OnSections((1.0, 0.0, 0.0), count=2, teeth=3, length=0.5)).combs
+    assert found.tips == pytest.approx(found.feet, abs=1e-9) and len(found.teeth)
+    cube = taken(cage_of(*shapes.cube()), choice=combs.OnSections((1.0, 0.0, 0.0), count=1, teeth=3, length=0.5)).combs
+    assert np.isfinite(cube.tips).all() and cube.feet[:, 0] == pytest.approx(0, abs=1e-12)
 
 
 PERSPECTIVE = np.array([[1.5, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -1.02, -0.202], [0, 0, -1, 0]])  # the eye at 0, along -z

@@ -185,13 +185,17 @@ def test_colours_and_combs_are_those_of_the_settings(torus, inspect, settings):
     assert seen.subject.quantity == "K" and seen.tints is not None
     settings.quantity = "H"
     assert inspect.settle().span != seen.span
-    settings.kind, settings.combs, settings.comb_edges, settings.comb_teeth = "ZEBRA", True, "ALL", 3
+    settings.kind, settings.combs, settings.comb_curves, settings.comb_teeth = "ZEBRA", True, "ALL", 3
     seen = inspect.settle()
-    assert seen.tints is None and seen.combs.feet.shape == (64, 4, 3)
+    assert seen.tints is None and seen.combs.feet.shape == (64 * 4, 3)
     settings.comb_teeth = 5
-    assert inspect.settle().combs.feet.shape == (64, 6, 3)
-    settings.comb_edges = "SELECTED"
-    assert len(inspect.settle().combs.feet) == sum(edge.select for edge in torus.data.edges)
+    assert inspect.settle().combs.feet.shape == (64 * 6, 3)
+    settings.comb_curves = "SELECTED"
+    assert len(inspect.settle().combs.feet) == 6 * sum(edge.select for edge in torus.data.edges)
+    settings.comb_curves, settings.comb_sections = "Z", 3
+    seen = inspect.settle()
+    heights = seen.combs.feet @ np.array(seen.subject.choice.normal)
+    assert seen.subject.choice.count == 3 and len(np.unique(np.round(heights, 5))) == 3
     assert hasattr(bpy.types, "CURVOPT_PT_inspect")
     settings.kind = "DISTANCE"
     inspect.settle()

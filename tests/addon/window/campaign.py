@@ -126,7 +126,7 @@ def inspect(chance):
     """On, three times of four, with any settings; the mouse over the middle for the probe."""
     chosen = bpy.context.window_manager.curvopt_inspect
     chosen.kind = chance.choice(["ZEBRA", "ISOPHOTES", "CURVATURE", "DISTANCE", "NOTHING"])
-    chosen.combs, chosen.comb_edges = chance.random() < 0.5, chance.choice(["SELECTED", "LOOPS", "ALL"])
+    chosen.combs, chosen.comb_curves = chance.random() < 0.5, chance.choice(["SELECTED", "LOOPS", "ALL", "X"])
     chosen.probe, chosen.in_front = chance.random() < 0.5, chance.random() < 0.5
     chosen.is_on = chance.random() < 0.75
     region = viewport()[1]

@@ -368,7 +368,13 @@ def inspect():
         yield from turns(3)
     yield from settled()
     screenshot("20_combs")
-    chosen.combs = chosen.probe = False
+    chosen.probe, chosen.comb_curves, chosen.comb_sections, chosen.comb_length = False, "Z", 9, 0.06
+    view.view_rotation = Euler((1.1, 0, 0)).to_quaternion()
+    yield is_shown
+    yield from settled()
+    screenshot("26_sections")
+    view.view_rotation = Euler((1.35, 0, 0)).to_quaternion()
+    chosen.combs = False
     assert invoke() == {"RUNNING_MODAL"}
     yield lambda: not state().running
     chosen.kind = "DISTANCE"

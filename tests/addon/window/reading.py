@@ -290,7 +290,7 @@ def it_draws_what_live_pulls_in_place_of_the_clay():
 @check
 def objects_that_go_modes_and_files_do_no_harm():
     yield from begin()
-    yield from switch_on("CURVATURE", combs=True, comb_edges="ALL", probe=True)
+    yield from switch_on("CURVATURE", combs=True, comb_curves="ALL", probe=True)
     bpy.ops.object.mode_set(mode="SCULPT")
     yield lambda: "Sculpt Mode" in session().message
     yield from drawn()
