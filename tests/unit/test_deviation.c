@@ -40,7 +40,7 @@ static void test_parts_are_parts(void **state) {
         const double s = k % 3 * 0.4, t = k / 3 * 0.3;
         co_bezier_point(part, s, t, x);
         co_bezier_point(piece, u[0] + s * (u[1] - u[0]), v[0] + t * (v[1] - v[0]), y);
-        CHECK_NEAR(co_distance_squared(x, y), 0, 1e-28);
+        CHECK_NEAR(co_distance3_squared(x, y), 0, 1e-28);
     }
 }
 
@@ -56,10 +56,10 @@ static void test_nearest_on_piece_is_least_of_a_grid(void **state) {
         for (int k = 0; k <= 100; k++)
             for (int i = 0; i <= 100; i++) {
                 co_bezier_point(piece, i / 100.0, k / 100.0, y);
-                least = fmin(least, sqrt(co_distance_squared(x, y)));
+                least = fmin(least, sqrt(co_distance3_squared(x, y)));
             }
         CHECK_BETWEEN(got, least - 1e-3, least + 1e-12);
-        CHECK_NEAR(sqrt(co_distance_squared(x, at)), got, 1e-14);
+        CHECK_NEAR(sqrt(co_distance3_squared(x, at)), got, 1e-14);
     }
 }
 
@@ -103,7 +103,7 @@ static void test_oriented_boxes_of_lines(void **state) {
         const co_oriented_box box = co_oriented_box_of(piece);
         for (int k = 0; k <= 400; k++) {
             co_bezier_point(piece, k / 400.0, k / 400.0, y);
-            least = fmin(least, sqrt(co_distance_squared(x, y)));
+            least = fmin(least, sqrt(co_distance3_squared(x, y)));
             CHECK_NEAR(co_oriented_box_distance_squared(&box, y), 0, 1e-28);
         }
         CHECK_BETWEEN(sqrt(co_oriented_box_distance_squared(&box, x)), 0, least * (1 + 1e-12));

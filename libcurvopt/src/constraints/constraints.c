@@ -2,6 +2,7 @@
 #include "constraints/constraints.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
 
@@ -132,7 +133,7 @@ static int is_constrained_face(const curvopt_mesh *m, const co_constraints *cons
 void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]) {
     const double *anchor = constraints->anchor + 3 * (size_t)v, *d = constraints->direction + 3 * (size_t)v;
     double off[3] = {x[0] - anchor[0], x[1] - anchor[1], x[2] - anchor[2]};
-    double along = off[0] * d[0] + off[1] * d[1] + off[2] * d[2];
+    double along = co_dot3(off, d);
     for (int c = 0; c < 3; c++) {
         if (constraints->freedom[v] == CO_FREEDOM_NONE)
             x[c] = anchor[c];
@@ -330,7 +331,7 @@ static void add_corner(const curvopt_mesh *m, const double *xyz, double radius, 
 }
 
 static double make_unit(double d[3]) {
-    double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double length = co_length3(d);
     for (int c = 0; c < 3 && length > 0; c++)
         d[c] /= length;
     return length;
@@ -349,11 +350,6 @@ static int shape_freedom(const curvopt_mesh *m, int32_t v, vertex_frame *frame, 
 /* Sine of the angle from which on a constraint lets a vertex change the shape and not only slide. */
 static const double TRANSVERSAL = 0.1;
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-    for (int c = 0; c < 3; c++)
-        out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-}
-
 /* What a constraint leaves of the shape's motion, into *freedom and direction, which begin as that motion: the
  * constraint's directions that are nearest to it. */
 static void restrict_motion(int held, const double along[3], int *freedom, double direction[3]) {
@@ -365,7 +361,7 @@ static void restrict_motion(int held, const double along[3], int *freedom, doubl
         memcpy(direction, along, 3 * sizeof *direction);
         return;
     }
-    double cosine = direction[0] * along[0] + direction[1] * along[1] + direction[2] * along[2];
+    double cosine = co_dot3(direction, along);
     double sine = co_freedom_sine(direction, along);
     if (held == CO_FREEDOM_LINE) {
         double part = *freedom == CO_FREEDOM_LINE ? fabs(cosine) : sine;
@@ -376,7 +372,7 @@ static void restrict_motion(int held, const double along[3], int *freedom, doubl
             direction[c] -= cosine * along[c];
         *freedom = make_unit(direction) > TRANSVERSAL ? CO_FREEDOM_LINE : CO_FREEDOM_NONE;
     } else if (sine > TRANSVERSAL) { /* where two planes meet */
-        cross(direction, along, other);
+        co_cross3(direction, along, other);
         make_unit(other);
         memcpy(direction, other, sizeof other);
         *freedom = CO_FREEDOM_LINE;

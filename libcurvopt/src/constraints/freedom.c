@@ -1,6 +1,8 @@
 /* The directions in which a constraint lets a vertex move. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "constraints/freedom.h"
 
+#include "base/vec3.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -8,8 +10,9 @@
 static const double SAME_DIRECTION = 1e-9;
 
 double co_freedom_sine(const double a[3], const double b[3]) {
-    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    return sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+    double c[3];
+    co_cross3(a, b, c);
+    return co_length3(c);
 }
 
 int co_freedom_same_direction(const double a[3], const double b[3]) {

@@ -2,6 +2,7 @@
 #include "constraints/given_constraints.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "constraints/given_through.h"
 #include "constraints/interpolation.h"
 #include "constraints/pivots.h"
@@ -31,7 +32,7 @@ static int32_t read_direction(const curvopt_constraints *from, int32_t i, one *c
                               c->vertex);
     double *d = c->direction;
     memcpy(d, from->directions + 3 * (size_t)i, 3 * sizeof *d);
-    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double length = co_length3(d);
     if (!(length > 0) || !isfinite(length))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "constraint %d on vertex %d has the direction %g %g %g",
                               i, c->vertex, d[0], d[1], d[2]);

@@ -2,6 +2,7 @@
 #include "constraints/given_curve.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,13 +14,6 @@ enum { THIRDS = 40, NEWTON_STEPS = 3 };
  * curve repeats the first one but for rounding: the direction of such a step would be the spline's there. */
 static const double SAME_POINT = 1e-6;
 
-static double distance(const double a[3], const double b[3]) {
-    double square = 0;
-    for (int c = 0; c < 3; c++)
-        square += (a[c] - b[c]) * (a[c] - b[c]);
-    return sqrt(square);
-}
-
 static int32_t measure(const curvopt_chain *chain, const co_given_curve *curve, curvopt_error *error) {
     const int32_t n = curve->n_points;
     for (int32_t i = 0; i < n; i++) {
@@ -30,7 +24,7 @@ static int32_t measure(const curvopt_chain *chain, const co_given_curve *curve, 
     }
     for (int32_t i = 1; i < n + curve->is_closed; i++)
         curve->length[i] =
-            curve->length[i - 1] + distance(chain->curve + 3 * (size_t)(i - 1), chain->curve + 3 * (size_t)(i % n));
+            curve->length[i - 1] + co_distance3(chain->curve + 3 * (size_t)(i - 1), chain->curve + 3 * (size_t)(i % n));
     if (!isfinite(curve->length[n - 1 + curve->is_closed]))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, curve->number, "chain %d: its curve is too long",
                               curve->number);
@@ -106,7 +100,7 @@ void co_given_curve_free(co_given_curve *curve) {
 static double distance_at(const co_given_curve *curve, double t, const double x[3]) {
     double jet[9];
     co_cubic_spline_at(&curve->spline, t, jet);
-    return distance(jet, x);
+    return co_distance3(jet, x);
 }
 
 /* From t, where Newton's method leads to a place whose tangent is at right angles to the way to x. Distances alone tell
@@ -132,7 +126,7 @@ double co_given_curve_nearest(const co_given_curve *curve, const double x[3]) {
     const int32_t last = curve->n_samples - 1;
     int32_t best = 0;
     for (int32_t i = 1; i <= last; i++)
-        if (distance(curve->sample + 4 * (size_t)i + 1, x) < distance(curve->sample + 4 * (size_t)best + 1, x))
+        if (co_distance3(curve->sample + 4 * (size_t)i + 1, x) < co_distance3(curve->sample + 4 * (size_t)best + 1, x))
             best = i;
     const double at = curve->sample[4 * (size_t)best], end = curve->sample[4 * (size_t)last];
     double low = best > 0 ? curve->sample[4 * (size_t)(best - 1)] : at,

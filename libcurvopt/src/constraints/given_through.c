@@ -2,6 +2,7 @@
 #include "constraints/given_through.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "constraints/given_chains.h"
 #include "surface/vertex_mask.h"
 
@@ -29,18 +30,9 @@ typedef struct entry {
     double weight;
 } entry;
 
-static double dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3]) {
-    for (int c = 0; c < 3; c++)
-        out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-}
-
 /* A unit vector from number i of an array; `what` names it. */
 static int32_t read_unit(const double *from, const entry *e, const char *what, double out[3], curvopt_error *error) {
-    const double *d = from + 3 * (size_t)e->number, length = sqrt(dot(d, d));
+    const double *d = from + 3 * (size_t)e->number, length = co_length3(d);
     if (!(length > 0) || !isfinite(length))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, e->number, "entry %d has the %s %g %g %g", e->number, what,
                               d[0], d[1], d[2]);
@@ -158,7 +150,7 @@ static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *err
         status = read_unit(t->tangents, e, "tangent", e->tangent, error);
     if (status != CURVOPT_OK || !e->has_normal || !e->has_tangent)
         return status;
-    const double part = dot(e->normal, e->tangent);
+    const double part = co_dot3(e->normal, e->tangent);
     if (fabs(part) > RIGHT_ANGLE)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, e->number,
                               "entry %d has a tangent that is not at right angles to its normal: the cosine is %.3g",
@@ -232,17 +224,17 @@ static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *va
     const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
     const int32_t first = i + (is_pair && fs->item[i + 1].freedom == CO_FREEDOM_LINE), second = 2 * i + 1 - first;
     const double *t = value + 3 * (size_t)first;
-    double *along = fs->item[first].along, length = sqrt(dot(t, t)), rest[3];
+    double *along = fs->item[first].along, length = co_length3(t), rest[3];
     int status = length > 0 && isfinite(1 / length) ? CURVOPT_OK : no_tangent_plane(&fs->item[first], error);
     for (int k = 0; status == CURVOPT_OK && k < 2; k++)
         along[k] /= length;
     if (!is_pair || status != CURVOPT_OK)
         return status;
-    const double *other = value + 3 * (size_t)second, part = dot(other, t) / length;
+    const double *other = value + 3 * (size_t)second, part = co_dot3(other, t) / length;
     for (int c = 0; c < 3; c++)
         rest[c] = other[c] - part * t[c] / length;
-    length = sqrt(dot(rest, rest));
-    if (!(length > LEAST_SINE * sqrt(dot(other, other))))
+    length = co_length3(rest);
+    if (!(length > LEAST_SINE * co_length3(other)))
         return no_tangent_plane(&fs->item[second], error);
     for (int k = 0; k < 2; k++)
         fs->item[second].along[k] = (fs->item[second].along[k] - part * along[k]) / length;
@@ -349,7 +341,7 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
 /* ------------------------------------------------------------------------------------ the first level -- */
 
 static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *error) {
-    const double length = sqrt(dot(d, d));
+    const double length = co_length3(d);
     if (!(length > 0))
         return no_tangent_plane(f, error);
     for (int c = 0; c < 3; c++)
@@ -359,7 +351,7 @@ static int32_t make_unit(const co_surface_value *f, double d[3], curvopt_error *
 
 /* Refuses to turn unit vector `now` to goal or -goal, between which nothing decides at a right angle. */
 static int32_t check_turn(const co_surface_value *f, const double now[3], const double goal[3], curvopt_error *error) {
-    if (fabs(dot(now, goal)) > LEAST_COSINE)
+    if (fabs(co_dot3(now, goal)) > LEAST_COSINE)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                           "entry %d: the surface begins at right angles to the normal or tangent that it is to have "
@@ -374,7 +366,7 @@ static int32_t check_tangents(const co_surface_values *fs, int32_t i, int is_pai
     double now[3];
     int32_t status = CURVOPT_OK;
     if (is_pair) {
-        cross(xyz + 3 * (size_t)f->pivot, xyz + 3 * (size_t)fs->item[i + 1].pivot, now);
+        co_cross3(xyz + 3 * (size_t)f->pivot, xyz + 3 * (size_t)fs->item[i + 1].pivot, now);
         status = make_unit(f, now, error);
         if (status == CURVOPT_OK)
             status = check_turn(f, now, fs->item[i + (f->freedom == CO_FREEDOM_LINE)].direction, error);

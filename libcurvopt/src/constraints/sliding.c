@@ -2,6 +2,7 @@
 #include "constraints/sliding.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/crease.h"
 
 #include <math.h>
@@ -359,7 +360,7 @@ void co_sliding_tangents(const co_sliding *s, int32_t n_vertices, double *tangen
             double jet[3][3];
             co_spline_curve_at(&c->track, c->place[i], jet);
             const double *d = jet[1];
-            double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            double length = co_length3(d);
             for (int a = 0; a < 3 && c->role[i] == CO_SLIDE_SLIDES && length > 0; a++)
                 tangent[3 * (size_t)c->vertex[i] + (size_t)a] = d[a] / length;
         }
@@ -435,7 +436,7 @@ void co_sliding_measure(co_sliding *s, const double *xyz) {
                 co_spline_curve_at(&c->track, t, on);
                 for (int a = 0; a < 3; a++)
                     on[0][a] -= jet[0][a];
-                longest = fmax(longest, sqrt(on[0][0] * on[0][0] + on[0][1] * on[0][1] + on[0][2] * on[0][2]));
+                longest = fmax(longest, co_length3(on[0]));
             }
         c->deviation = c->deviation_before + longest;
     }

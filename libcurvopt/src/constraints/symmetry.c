@@ -8,6 +8,7 @@
 #include "constraints/symmetry.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "linalg/small_dense.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
@@ -64,15 +65,11 @@ static int32_t grow(search *s, curvopt_error *error) {
 
 /* ------------------------------------------------------------------------------------------- combinatorics -- */
 
-static double distance(const double *a, const double *b) {
-    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
-}
-
 /* Whether the motion takes vertex v to vertex w. */
 static int goes_to(const search *s, const double matrix[9], int32_t v, int32_t w) {
     double at[3];
     co_small_dense_apply_3(matrix, s->x + 3 * (size_t)v, at);
-    return distance(at, s->x + 3 * (size_t)w) <= s->tolerance;
+    return co_distance3(at, s->x + 3 * (size_t)w) <= s->tolerance;
 }
 
 /* The image of a half-edge whose corner goes to `to`. A mirrored face runs the other way round, so that the edge that
@@ -96,8 +93,8 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
            co_mesh_face_size(m, m->corner_face[h]) == co_mesh_face_size(m, m->corner_face[to]) &&
            (m->twin[h] < 0) == (m->twin[edge] < 0) && leaves_out(s, h) == leaves_out(s, to) &&
            fabs(s->length[v] - s->length[w]) <= s->tolerance &&
-           fabs(distance(s->x + 3 * (size_t)v, s->x + 3 * (size_t)v_next) -
-                distance(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
+           fabs(co_distance3(s->x + 3 * (size_t)v, s->x + 3 * (size_t)v_next) -
+                co_distance3(s->x + 3 * (size_t)w, s->x + 3 * (size_t)w_next)) <= 2 * s->tolerance &&
            co_crease_alike(co_crease_edge(m, h), co_crease_edge(m, edge)) &&
            co_crease_alike(co_crease_vertex(m, v), co_crease_vertex(m, w)) &&
            (!s->constraints->freedom || (s->constraints->freedom[v] == s->constraints->freedom[w] &&
@@ -192,7 +189,7 @@ static int keeps_anchor(const search *s, int32_t v, int32_t w, const double matr
         wanted[c] = (to[c] - s->centroid[c]) / s->radius;
     }
     co_small_dense_apply_3(matrix, at, image);
-    return distance(image, wanted) <= s->tolerance;
+    return co_distance3(image, wanted) <= s->tolerance;
 }
 
 /* Whether `map` is the motion, and keeps the constraints' directions and places. */
@@ -395,7 +392,7 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
     for (size_t i = 0; i < 3 * n; i++)
         s->x[i] = (xyz[i] - centroid[i % 3]) / radius;
     for (size_t v = 0; v < n; v++)
-        s->length[v] = distance(s->x + 3 * v, (const double[3]){0, 0, 0});
+        s->length[v] = co_length3(s->x + 3 * v);
     return CURVOPT_OK;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -111,7 +112,7 @@ static const double NEAR = 0.25;
 static int is_near(const co_repulsion *r) {
     const double most = NEAR * r->clearance;
     for (size_t i = 0; i < 3 * (size_t)r->pieces.patches.n_points; i += 3)
-        if (!(co_distance_squared(r->pieces.points + i, r->clear + i) < most * most))
+        if (!(co_distance3_squared(r->pieces.points + i, r->clear + i) < most * most))
             return 0;
     return 1;
 }

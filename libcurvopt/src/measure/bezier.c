@@ -3,6 +3,7 @@
 
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <string.h>
@@ -153,7 +154,7 @@ static co_cone cone_of(const double direction[][3], int n) {
     co_cone cone = {.angle = CO_PI};
     double unit[12][3], least = 1;
     for (int k = 0; k < n; k++) {
-        const double length = sqrt(co_dot3(direction[k], direction[k]));
+        const double length = co_length3(direction[k]);
         if (!(length > 0))
             return cone;
         for (int c = 0; c < 3; c++) {
@@ -161,7 +162,7 @@ static co_cone cone_of(const double direction[][3], int n) {
             cone.axis[c] += unit[k][c];
         }
     }
-    const double length = sqrt(co_dot3(cone.axis, cone.axis));
+    const double length = co_length3(cone.axis);
     if (!(length > 0))
         return cone;
     for (int c = 0; c < 3; c++)
@@ -184,16 +185,10 @@ void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v) {
     *v = cone_of((const double(*)[3])along_v, 12);
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 co_cone co_cone_product(const co_cone *u, const co_cone *v) {
     co_cone out = {.angle = CO_PI};
-    cross(u->axis, v->axis, out.axis);
-    const double sine = sqrt(co_dot3(out.axis, out.axis));
+    co_cross3(u->axis, v->axis, out.axis);
+    const double sine = co_length3(out.axis);
     const double a = co_sin_pi(u->angle / CO_PI), b = co_sin_pi(v->angle / CO_PI),
                  cosine = fabs(co_dot3(u->axis, v->axis));
     const double between = CO_PI * co_angle_over_pi(sine, cosine);
@@ -217,14 +212,14 @@ co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
         u[c] = q[c] - p[c] + s[c] - r[c];
         v[c] = r[c] - p[c] + s[c] - q[c];
     }
-    cross(u, v, normal);
-    const double length = sqrt(co_dot3(u, u)), area = sqrt(co_dot3(normal, normal));
-    if (length > 0 && area > LEAST_SINE * length * sqrt(co_dot3(v, v))) {
+    co_cross3(u, v, normal);
+    const double length = co_length3(u), area = co_length3(normal);
+    if (length > 0 && area > LEAST_SINE * length * co_length3(v)) {
         for (int c = 0; c < 3; c++) {
             box.axis[0][c] = u[c] / length;
             box.axis[2][c] = normal[c] / area;
         }
-        cross(box.axis[2], box.axis[0], box.axis[1]);
+        co_cross3(box.axis[2], box.axis[0], box.axis[1]);
     }
     for (int k = 0; k < 3; k++) {
         double low = co_dot3(piece, box.axis[k]), high = low;

@@ -7,6 +7,8 @@
 #ifndef CO_MEASURE_BEZIER_H
 #define CO_MEASURE_BEZIER_H
 
+#include "base/vec3.h"
+
 enum { CO_BEZIER = 48 };
 
 /* Position and derivatives at a point. */
@@ -46,13 +48,6 @@ void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v);
  * patch intersections", CAGD 5, 1988, section 4); angle pi where there is none. */
 co_cone co_cone_product(const co_cone *u, const co_cone *v);
 
-static inline double co_dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-static inline double co_distance_squared(const double a[3], const double b[3]) {
-    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    return co_dot3(d, d);
-}
 /* The box round a piece's control points along its mean direction by u and its normal; where these are 0, or the mean
  * directions by u and v nearly the same, along x, y and z. */
 co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]);

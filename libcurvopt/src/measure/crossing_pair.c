@@ -3,6 +3,7 @@
 
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <string.h>
@@ -95,7 +96,7 @@ static co_cone join(const co_cone *a, const co_cone *b, double sign) {
         turned[c] = sign * b->axis[c];
         out.axis[c] = a->axis[c] + turned[c];
     }
-    length = sqrt(co_dot3(out.axis, out.axis));
+    length = co_length3(out.axis);
     if (!(length > 1e-3))
         return out;
     for (int c = 0; c < 3; c++)
@@ -171,7 +172,7 @@ static double sine_between(const co_bezier_jet *a, const co_bezier_jet *b) {
             const int d = (c + 1) % 3, e = (c + 2) % 3;
             n[k][c] = j->u[d] * j->v[e] - j->u[e] * j->v[d];
         }
-        length[k] = sqrt(co_dot3(n[k], n[k]));
+        length[k] = co_length3(n[k]);
         if (!(length[k] > DEGENERATE * (co_dot3(j->u, j->u) + co_dot3(j->v, j->v))))
             return 0;
     }

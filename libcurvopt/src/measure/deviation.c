@@ -2,6 +2,7 @@
 #include "measure/deviation.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "measure/deviation_bound.h"
 
 #include <math.h>
@@ -36,7 +37,7 @@ static double rings_radius(const co_surface_pieces *s, int32_t patch, int32_t ri
     double largest = tip->radius * tip->radius;
     for (int32_t k = s->first[patch] + CO_RING_CELLS * ring; k < s->first[patch + 1]; k++)
         for (int i = 0; i < 16; i++)
-            largest = fmax(largest, co_distance_squared(co_pieces_bezier(s, k) + 3 * (size_t)i, tip->at));
+            largest = fmax(largest, co_distance3_squared(co_pieces_bezier(s, k) + 3 * (size_t)i, tip->at));
     return sqrt(largest);
 }
 
@@ -52,11 +53,11 @@ static double distance_of_fans(const co_surface_pieces *a, int32_t p, const co_s
     const int closed = co_fan_type_of(one) == CO_FAN_CLOSED || co_fan_type_of(one) == CO_FAN_CONE;
     const int32_t *of_a = a->patches.points + a->patches.start[p], *of_b = b->patches.points + b->patches.start[q];
     for (int32_t turn = 0; turn < (closed ? n : 1); turn++) {
-        double largest = co_distance_squared(a->points + 3 * (size_t)of_a[0], b->points + 3 * (size_t)of_b[0]);
+        double largest = co_distance3_squared(a->points + 3 * (size_t)of_a[0], b->points + 3 * (size_t)of_b[0]);
         for (int32_t i = 1; i < co_fan_n_points(one) && largest < least; i++) {
             const int32_t k = closed ? 1 + (i - 1 + CO_FAN_SECTOR_POINTS * turn) % (CO_FAN_SECTOR_POINTS * n) : i;
             const double *x = a->points + 3 * (size_t)of_a[i], *y = b->points + 3 * (size_t)of_b[k];
-            largest = fmax(largest, co_distance_squared(x, y));
+            largest = fmax(largest, co_distance3_squared(x, y));
         }
         least = fmin(least, largest);
     }
@@ -86,7 +87,7 @@ static void bound_part(const search *s, item *it) {
     co_bezier_point(part, 0.5, 0.5, middle);
     co_nearest_find(other, middle, it->hint, &near);
     for (size_t k = 0; k < 16; k++)
-        radius = fmax(radius, co_distance_squared(part + 3 * k, middle));
+        radius = fmax(radius, co_distance3_squared(part + 3 * k, middle));
     it->lower = near.distance;
     it->hint = near.part;
     it->n_steps = near.n_steps;

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "measure/deviation_bound.h"
 
+#include "base/vec3.h"
+
 #include <math.h>
 
 /* Second derivatives uu, uv, vv over a piece: a vector in the middle of the control net, the largest distance from it,
@@ -32,7 +34,7 @@ static spread second_derivatives(const double piece[CO_BEZIER]) {
             for (int c = 0; c < 3; c++)
                 out.middle[w][c] += net[k][c] / n;
         for (int k = 0; k < n; k++) {
-            out.radius[w] = fmax(out.radius[w], co_distance_squared(net[k], out.middle[w]));
+            out.radius[w] = fmax(out.radius[w], co_distance3_squared(net[k], out.middle[w]));
             out.length[w] = fmax(out.length[w], co_dot3(net[k], net[k]));
         }
         out.radius[w] = sqrt(out.radius[w]);
@@ -55,7 +57,7 @@ static double second_of_difference(const spread *a, int which, const spread *b, 
     }
     for (int w = 0; w < 3; w++)
         bound += fabs(square[w]) * b->radius[w] + twist[w] * b->length[w];
-    return bound + sqrt(co_dot3(middle, middle));
+    return bound + co_length3(middle);
 }
 
 /* The part of b that the corners' parameters uv span, and these in its own parameters. */
@@ -85,8 +87,8 @@ static double distance_of_nets(const double a[CO_BEZIER], const double b[CO_BEZI
     co_bezier_part(b, range[0], range[1], part);
     for (int j = 0; j < 4; j++)
         for (int i = 0; i < 4; i++)
-            largest = fmax(largest,
-                           co_distance_squared(a + 12 * j + 3 * i, part + (swapped ? 12 * i + 3 * j : 12 * j + 3 * i)));
+            largest = fmax(
+                largest, co_distance3_squared(a + 12 * j + 3 * i, part + (swapped ? 12 * i + 3 * j : 12 * j + 3 * i)));
     return sqrt(largest);
 }
 

@@ -4,6 +4,7 @@
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "measure/nearest.h"
 
 #include <math.h>
@@ -78,7 +79,7 @@ static void bound_along(const work *w, int32_t b, near_piece *out) {
         double *axis = out->along[k], low = INFINITY, high = -INFINITY;
         for (int c = 0; c < 3; c++)
             axis[c] = along->axis[c] - part * normal->axis[c];
-        const double most = w->reach * co_sin_pi(normal->angle / CO_PI) * sqrt(co_dot3(axis, axis));
+        const double most = w->reach * co_sin_pi(normal->angle / CO_PI) * co_length3(axis);
         for (int i = 0; i < 16; i++) {
             const double x = co_dot3(net + 3 * (size_t)i, axis);
             low = fmin(low, x);
@@ -147,7 +148,7 @@ static void begin_at(const double piece[CO_BEZIER], const double x[3], double uv
     for (int k = 0; k < 9; k++) {
         const double u = 1.0 / 6 + k % 3 / 3.0, v = 1.0 / 6 + k / 3 / 3.0;
         co_bezier_point(piece, u, v, at);
-        const double square = co_distance_squared(at, x);
+        const double square = co_distance3_squared(at, x);
         if (square < best) {
             best = square;
             uv[0] = u;
@@ -175,9 +176,9 @@ static int side_of(const double uv[2]) {
 static minimum kind_of(const work *w, int32_t b, const double uv[2], const double x[3]) {
     co_bezier_jet jet;
     co_bezier_at(co_pieces_bezier(w->pieces, b), uv[0], uv[1], &jet);
-    const double r[3] = {jet.s[0] - x[0], jet.s[1] - x[1], jet.s[2] - x[2]}, length = sqrt(co_dot3(r, r));
-    const double along[2] = {fabs(co_dot3(r, jet.u)) - NORMAL * length * sqrt(co_dot3(jet.u, jet.u)),
-                             fabs(co_dot3(r, jet.v)) - NORMAL * length * sqrt(co_dot3(jet.v, jet.v))};
+    const double r[3] = {jet.s[0] - x[0], jet.s[1] - x[1], jet.s[2] - x[2]}, length = co_length3(r);
+    const double along[2] = {fabs(co_dot3(r, jet.u)) - NORMAL * length * co_length3(jet.u),
+                             fabs(co_dot3(r, jet.v)) - NORMAL * length * co_length3(jet.v)};
     if (along[0] <= 0 && along[1] <= 0)
         return MINIMUM;
     const int side = side_of(uv);
@@ -219,7 +220,7 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
         const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y, NULL);
         minimum kind = distance < w->reach ? kind_of(w, b, at, x) : NO_MINIMUM;
         for (int h = 0; h < n_halves && kind == MINIMUM_OF_TWO; h++)
-            if (co_distance_squared(halves[h], y) <= SAME * SAME * w->reach * w->reach)
+            if (co_distance3_squared(halves[h], y) <= SAME * SAME * w->reach * w->reach)
                 kind = MINIMUM;
         if (kind == MINIMUM_OF_TWO && n_halves < 8)
             memcpy(halves[n_halves++], y, sizeof y);

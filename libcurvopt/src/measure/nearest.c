@@ -2,6 +2,7 @@
 #include "measure/nearest.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -86,8 +87,8 @@ double co_nearest_on_piece(const double piece[CO_BEZIER], const double x[3], con
 static int is_flat(const double bezier[CO_BEZIER]) {
     double second[3];
     co_bezier_second(bezier, second);
-    const double diagonal = co_distance_squared(bezier, bezier + 45),
-                 other = co_distance_squared(bezier + 9, bezier + 36);
+    const double diagonal = co_distance3_squared(bezier, bezier + 45),
+                 other = co_distance3_squared(bezier + 9, bezier + 36);
     return (second[0] + second[2]) / 8 <= FLAT * sqrt(fmin(diagonal, other));
 }
 
@@ -188,7 +189,7 @@ static void try_part(const co_nearest *s, const double x[3], int32_t k, co_surfa
     co_surface_point found = {.piece = part->piece, .part = k};
     if (part->piece < 0) {
         const co_tip *tip = &s->pieces->tip[-1 - part->piece];
-        found.distance = sqrt(co_distance_squared(x, tip->at));
+        found.distance = co_distance3(x, tip->at);
         for (int c = 0; c < 3; c++)
             found.at[c] = tip->at[c];
     } else {

@@ -3,6 +3,7 @@
 
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/similarity.h"
 #include "surface/stam.h"
 
@@ -123,7 +124,7 @@ static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const rin
             double *bezier = s->bezier + CO_BEZIER * (size_t)piece;
             co_bezier_from_bspline(spline, bezier);
             for (size_t k = 0; k < 16 && ring + 1 == t->n_rings; k++)
-                tip->radius = fmax(tip->radius, 2 * sqrt(co_distance_squared(bezier + 3 * k, tip->at)));
+                tip->radius = fmax(tip->radius, 2 * co_distance3(bezier + 3 * k, tip->at));
         }
     }
 }

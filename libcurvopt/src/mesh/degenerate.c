@@ -2,10 +2,10 @@
 #include "mesh/degenerate.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/ring.h"
 #include "mesh/similarity.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 typedef struct search {
@@ -18,10 +18,6 @@ typedef struct search {
         *point)[3]; /* [2 largest valence + 1] of a fan, relative to its vertex: edges' other ends, means of faces */
 } search;
 
-static double length_of(const double d[3]) {
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
-
 static void difference(const search *s, int32_t to, int32_t from, double d[3]) {
     for (size_t c = 0; c < 3; c++)
         d[c] = s->xyz[3 * (size_t)to + c] - s->xyz[3 * (size_t)from + c];
@@ -29,7 +25,7 @@ static void difference(const search *s, int32_t to, int32_t from, double d[3]) {
 
 static int is_near(const search *s, const double a[3], const double b[3]) {
     const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    return length_of(d) <= s->tolerance;
+    return co_length3(d) <= s->tolerance;
 }
 
 /* Whether there are edges of length 0 at all. */
@@ -39,7 +35,7 @@ static int mark_faces(search *s) {
     for (int32_t h = 0; h < m->info.n_corners; h++) {
         double d[3];
         difference(s, co_mesh_destination(m, h), m->corner_vertex[h], d);
-        if (length_of(d) <= s->tolerance)
+        if (co_length3(d) <= s->tolerance)
             any = s->face[m->corner_face[h]] = 1;
     }
     return any;
@@ -78,11 +74,11 @@ static int32_t collect(search *s, int32_t h, int32_t fan) {
 static int are_collinear(const search *s, int32_t n) {
     const double *far = s->point[0];
     for (int32_t i = 1; i < n; i++)
-        far = length_of(s->point[i]) > length_of(far) ? s->point[i] : far;
-    double length = length_of(far);
+        far = co_length3(s->point[i]) > co_length3(far) ? s->point[i] : far;
+    double length = co_length3(far);
     for (int32_t i = 0; length > s->tolerance && i < n; i++) {
         const double *p = s->point[i];
-        double along = (p[0] * far[0] + p[1] * far[1] + p[2] * far[2]) / (length * length);
+        double along = co_dot3(p, far) / (length * length);
         const double foot[3] = {along * far[0], along * far[1], along * far[2]};
         if (!is_near(s, p, foot))
             return 0;

@@ -2,6 +2,7 @@
 #include "mesh/mesh.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -331,7 +332,7 @@ static double triangle_area(const double *a, const double *b, const double *c) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
     }
-    return sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]) / 2;
+    return co_length3(normal) / 2;
 }
 
 /* The area of a face; to area [n_vertices], if it is not NULL, its vertices' parts of it are added. */

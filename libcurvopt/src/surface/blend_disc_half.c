@@ -4,6 +4,7 @@
 
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/crease.h"
 #include "mesh/ring.h"
 #include "surface/blend_fit_half.h"
@@ -169,11 +170,6 @@ static void point_of(const limit_row *row, const double (*place)[3], double at[3
             at[c] += row->weight[k] * place[row->index[k]][c];
 }
 
-static double distance(const double a[3], const double b[3]) {
-    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
-
 /* The coefficients of P at the positions, each as it multiplies its function. */
 static void coefficients(const finder *f, const co_blend_disc_fit *fit, double p[CO_BLEND_FIT_FUNCTIONS][3]) {
     memset(p, 0, CO_BLEND_FIT_FUNCTIONS * sizeof *p);
@@ -204,7 +200,7 @@ static double misfit_at(const finder *f, const co_blend_disc_fit *fit, double p[
     const double *here = place[co_blend_fit_half_index(fit->width, s, x, y)],
                  *right = place[co_blend_fit_half_index(fit->width, s, x + 1, y)],
                  *above = place[co_blend_fit_half_index(fit->width, s, x, y + 1)];
-    return distance(image, at) / fmin(distance(here, right), distance(here, above));
+    return co_distance3(image, at) / fmin(co_distance3(here, right), co_distance3(here, above));
 }
 
 /* The largest of these, the vertex itself left out, which stays where it is. */
@@ -230,7 +226,7 @@ static int is_even(const finder *f, const half_disc *d) {
             const int32_t sector = side ? d->n_sectors : 0;
             const int32_t a = f->column[co_blend_fit_half_index(d->width, k ? sector : 0, k, 0)];
             const int32_t b = f->column[co_blend_fit_half_index(d->width, sector, k + 1, 0)];
-            const double length = distance(f->xyz + 3 * (size_t)a, f->xyz + 3 * (size_t)b);
+            const double length = co_distance3(f->xyz + 3 * (size_t)a, f->xyz + 3 * (size_t)b);
             shortest = fmin(shortest, length);
             longest = fmax(longest, length);
         }

@@ -5,6 +5,7 @@
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "mesh/crease.h"
 #include "surface/blend_fit_cut.h"
 #include "surface/blend_fit_half.h"
@@ -228,10 +229,6 @@ void co_boundary_turning_free(co_boundary_turning *turning) {
 
 /* ------------------------------------------------------------------------------------------------ turning -- */
 
-static double dot(const double *a, const double *b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* int kappa_g ds = int c''.m / |c'| dt with m the unit normal to the curve in the surface, inwards; with e the
  * derivative across, m = +- (|c'|^2 e - (c'.e) c') / (|c'| |c' x e|). The direction of t does not matter. */
 static double side_turning(const co_boundary_turning_table *t, const int32_t *index, const double *points) {
@@ -245,9 +242,9 @@ static double side_turning(const co_boundary_turning_table *t, const int32_t *in
                     d[r][c] +=
                         row[p] * (points[3 * (size_t)index[p] + (size_t)c] - points[3 * (size_t)index[0] + (size_t)c]);
         }
-        double along = dot(d[ALONG], d[ALONG]), skew = dot(d[ALONG], d[ACROSS]);
-        double area = sqrt(along * dot(d[ACROSS], d[ACROSS]) - skew * skew);
-        double bend = along * dot(d[ALONG_TWICE], d[ACROSS]) - dot(d[ALONG], d[ALONG_TWICE]) * skew;
+        double along = co_dot3(d[ALONG], d[ALONG]), skew = co_dot3(d[ALONG], d[ACROSS]);
+        double area = sqrt(along * co_dot3(d[ACROSS], d[ACROSS]) - skew * skew);
+        double bend = along * co_dot3(d[ALONG_TWICE], d[ACROSS]) - co_dot3(d[ALONG], d[ALONG_TWICE]) * skew;
         sum += inward * t->weight[s] * bend / (along * area);
     }
     return sum;
@@ -262,7 +259,7 @@ static double corner_angle(int k, const int32_t *index, const double *points) {
         for (int c = 0; c < 3; c++)
             for (int i = 0; i < 2; i++)
                 d[i][c] += basis[p][1 + i] * points[3 * (size_t)index[p] + (size_t)c];
-    double cosine = dot(d[0], d[1]) / sqrt(dot(d[0], d[0]) * dot(d[1], d[1]));
+    double cosine = co_dot3(d[0], d[1]) / sqrt(co_dot3(d[0], d[0]) * co_dot3(d[1], d[1]));
     return co_arc_cosine(fmax(-1, fmin(1, k % 2 ? -cosine : cosine)));
 }
 
