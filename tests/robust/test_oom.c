@@ -12,7 +12,7 @@
 #include "hessian/blend_disc_hessian.h"
 #include "hessian/surface_springs.h"
 #include "mesh/subdivide.h"
-#include "surface/basis_table.h"
+#include "surface/basis_table_cache.h"
 #include "surface/boundary_turning.h"
 #include "surface/substitution.h"
 

@@ -1,6 +1,8 @@
 /* Quadrature points and basis rows of kinds of faces. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "check.h"
-#include "surface/basis_table.h"
+#include "surface/basis_point.h"
+#include "surface/basis_table_cache.h"
+#include "surface/face_rule.h"
 #include "surface/gauss_legendre.h"
 #include "surface/patches.h"
 
@@ -183,8 +185,7 @@ static void test_point_rows_sum_like_the_tables(void **state) {
             double rows[MOST_POINTS * CO_JET], weight[CO_JET];
             int32_t n = valence == 4 ? 16 : 6 * valence + 1;
             curvopt_error error;
-            CHECK_OK(co_basis_table_point(&limit_tables, valence, places[i][0], places[i][1], rows, weight, &error),
-                     &error);
+            CHECK_OK(co_basis_point(&limit_tables, valence, places[i][0], places[i][1], rows, weight, &error), &error);
             for (int k = 0; k < CO_JET; k++) {
                 double sum = 0, size = 0;
                 for (int32_t p = 0; p < n; p++) {
@@ -202,7 +203,7 @@ static void test_derivatives_at_the_extraordinary_vertex_do_not_exist(void **sta
     co_basis_table_cache limit_tables = {.surface = CURVOPT_SURFACE_LIMIT}; /* of which single points keep nothing */
     double rows[31 * CO_JET], weight[CO_JET], sum = 0;
     curvopt_error error;
-    CHECK_OK(co_basis_table_point(&limit_tables, 5, 0, 0, rows, weight, &error), &error);
+    CHECK_OK(co_basis_point(&limit_tables, 5, 0, 0, rows, weight, &error), &error);
     for (int32_t p = 0; p < 31; p++) {
         sum += rows[p * CO_JET];
         for (int k = 1; k < CO_JET; k++)
@@ -244,7 +245,7 @@ static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
     co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &cache);
     for (int s = 0; s < GAUSS * GAUSS; s++) {
         double u = (double)node[s % GAUSS], v = (double)node[s / GAUSS];
-        CHECK_OK(co_basis_table_point(&cache, kind, u, v, rows, weight, &error), &error);
+        CHECK_OK(co_basis_point(&cache, kind, u, v, rows, weight, &error), &error);
         for (int32_t p = 0; p < table->n_points; p++)
             CHECK_NEAR(rows[table->support[p] * CO_JET], table->rows[(s * table->n_points + p) * CO_JET], 1e-14);
     }
@@ -267,8 +268,8 @@ static void test_points_of_discs_of_width_1(void **state) {
             co_basis_table_cache cache;
             curvopt_error error;
             co_basis_table_cache_create(surface, &cache);
-            CHECK_OK(co_basis_table_point(&cache, VALENCE, u, v, plain, weight, &error), &error);
-            CHECK_OK(co_basis_table_point(&cache, kind, u, v, disc, weight, &error), &error);
+            CHECK_OK(co_basis_point(&cache, VALENCE, u, v, plain, weight, &error), &error);
+            CHECK_OK(co_basis_point(&cache, kind, u, v, disc, weight, &error), &error);
             for (int k = 0; k < (u + v > 0 ? CO_JET : 1); k++) {
                 double sum = 0, size = 0;
                 for (int32_t p = 0; p < all; p++) {

@@ -5,6 +5,7 @@
 #include "check.h"
 #include "energy/element_kernel.h"
 #include "mesh/fan.h"
+#include "surface/basis_table_cache.h"
 #include "surface/basis_table_mixed.h"
 
 #include <stdlib.h>

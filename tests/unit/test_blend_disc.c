@@ -2,7 +2,8 @@
 #include "cages.h"
 #include "check.h"
 #include "mesh/crease.h"
-#include "surface/basis_table.h"
+#include "surface/basis_table_cache.h"
+#include "surface/face_rule.h"
 #include "surface/patches.h"
 
 /* Patches with wide blends; frees the cage. */

@@ -1,7 +1,8 @@
 /* Wide half discs at poles on boundaries. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
-#include "surface/basis_table.h"
+#include "surface/basis_point.h"
+#include "surface/basis_table_cache.h"
 #include "surface/blend_disc_half.h"
 #include "surface/blend_fit_half.h"
 #include "surface/patches.h"
@@ -248,7 +249,7 @@ static void test_rows_along_the_curve_are_its_own(void **state) {
     CHECK_TRUE(rows != NULL);
     for (int i = 1; i < 5; i++) {
         double basis[4][4];
-        CHECK_OK(co_basis_table_point(&cache, kind, 0.2 * i, 0, rows, weight, &error), &error);
+        CHECK_OK(co_basis_point(&cache, kind, 0.2 * i, 0, rows, weight, &error), &error);
         co_bspline_cubic(0.2 * i, basis);
         for (int32_t p = 12; p < n; p++)
             CHECK_NEAR(rows[p * CO_JET], 0, 1e-14);

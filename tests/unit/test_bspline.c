@@ -85,12 +85,9 @@ static void test_product_of_jets_follows_leibniz(void **state) {
     const double cube[4] = {1 / 8.0, 3 / 4.0, 3, 6}, square[4] = {1 / 4.0, 1, 2, 0};
     const double line[4] = {4 / 3.0, 1, 0, 0}, fifth[4] = {1 / 32.0, 5 / 16.0, 5 / 2.0, 15};
     const double line_square[4] = {16 / 9.0, 8 / 3.0, 2, 0};
-    double jet[CO_JET], expected[CO_JET];
-    double a[CO_JET], b[CO_JET], product[CO_JET];
-    co_jet_of_product(cube, line, jet);
-    co_jet_store(jet, a);
-    co_jet_of_product(square, line, jet);
-    co_jet_store(jet, b);
+    double a[CO_JET], b[CO_JET], product[CO_JET], expected[CO_JET];
+    co_jet_of_product(cube, line, a);
+    co_jet_of_product(square, line, b);
     co_jet_multiply(a, b, product);
     co_jet_of_product(fifth, line_square, expected);
     for (int k = 0; k < CO_JET; k++)

@@ -3,7 +3,7 @@
 #include "check.h"
 #include "cpu_time.h"
 #include "mesh/mesh.h"
-#include "surface/basis_table.h"
+#include "surface/basis_table_cache.h"
 
 #include <pthread.h>
 #include <stdlib.h>

@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "energy/element_kernel.h"
+#include "surface/basis_table_cache.h"
 #include "surface/stam.h"
 
 #include <stdlib.h>

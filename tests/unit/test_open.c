@@ -4,7 +4,8 @@
 #include "constraints/constraints.h"
 #include "energy/admissibility.h"
 #include "mesh/crease.h"
-#include "surface/basis_table.h"
+#include "surface/basis_point.h"
+#include "surface/basis_table_cache.h"
 #include "surface/boundary_turning.h"
 
 #include <math.h>
@@ -78,11 +79,11 @@ static void test_vertex_limits_of_creases_and_corners(void **state) {
     curvopt_error error;
     for (int32_t n = 1; n <= 5; n++) {
         int32_t crease = co_fan_make(CO_FAN_CREASE, n, 0), corner = co_fan_make(CO_FAN_CORNER, n, n - 1);
-        CHECK_OK(co_basis_table_point(&limit_tables, crease, 0, 0, rows, weight, &error), &error);
+        CHECK_OK(co_basis_point(&limit_tables, crease, 0, 0, rows, weight, &error), &error);
         CHECK_NEAR(rows[0], 2.0 / 3, 1e-15);
         CHECK_NEAR(rows[CO_JET * co_fan_index(crease, 0, 1, 0)], 1.0 / 6, 1e-15);
         CHECK_NEAR(rows[CO_JET * co_fan_index(crease, n, 1, 0)], 1.0 / 6, 1e-15);
-        CHECK_OK(co_basis_table_point(&limit_tables, corner, 0, 0, rows, weight, &error), &error);
+        CHECK_OK(co_basis_point(&limit_tables, corner, 0, 0, rows, weight, &error), &error);
         CHECK_NEAR(rows[0], 1, 1e-15);
     }
 }

@@ -20,6 +20,7 @@
 #include "energy/quadrature_error.h"
 #include "energy/spontaneous_curvature.h"
 #include "surface/boundary_turning.h"
+#include "surface/face_rule.h"
 #include "surface/substitution.h"
 
 /* The finest rule of a patch: there are finer ones to compare it with. */

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "surface/basis_table_mixed.h"
+#include "surface/face_rule.h"
 
 #include <stdlib.h>
 #include <string.h>

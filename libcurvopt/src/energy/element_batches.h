@@ -11,6 +11,7 @@
 #define CO_ENERGY_ELEMENT_BATCHES_H
 
 #include "energy/element_kernel.h"
+#include "surface/basis_table_cache.h"
 #include "surface/patches.h"
 
 typedef struct co_block {

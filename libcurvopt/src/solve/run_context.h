@@ -6,7 +6,7 @@
 #include "base/tuning.h"
 #include "energy/spontaneous_curvature.h"
 #include "hessian/repulsion.h"
-#include "surface/basis_table.h"
+#include "surface/basis_table_cache.h"
 
 /* The size of the result, where nothing of the cage is held: one number, over which the others count. */
 typedef struct co_run_size {

@@ -5,10 +5,8 @@
 
 #include "base/cancel.h"
 #include "base/thread_pool.h"
+#include "surface/blend_fit.h"
 #include "surface/stam.h"
-
-/* Rules grow finer with their number; which face gets which is decided by assembly.h. */
-enum { CO_N_RULES = 8 };
 
 /* Derivatives are with respect to the face's parameters; round a smooth extraordinary vertex and where there is a blend
  * to its map (chart.h); at other fans to the cell's own parameters, which range over 0..1. Energies do not care. */
@@ -29,36 +27,17 @@ typedef struct co_basis_table {
     double *masks;          /* [3][n_points] limit position and tangents at the vertex, for `plane`; else NULL */
 } co_basis_table;
 
-/* Builds the table of a surface, a kind of face and a rule 0 .. CO_N_RULES - 1. Time and memory grow like samples times
- * points. ERROR_MEMORY. */
-int32_t co_basis_table_create(int32_t surface, int32_t kind, int32_t rule, co_basis_table **out, curvopt_error *error);
+/* What a table is made with. */
+typedef struct co_table_making {
+    const co_blend_fit *polynomial; /* that of the kind's vertex (blend_fit.h), on surfaces that have one */
+    co_thread_pool *threads;        /* NULL: the calling thread alone */
+    co_cancel *cancel;              /* NULL: none */
+} co_table_making;
+
+/* Builds the table of a kind of face on a surface, which is co_blend_fit_surface's of the kind, with a rule
+ * (face_rule.h). Time and memory grow like samples times points. ERROR_MEMORY, CO_CANCELLED. */
+int32_t co_basis_table_make(int32_t surface, int32_t kind, int32_t rule, const co_table_making *making,
+                            co_basis_table **out, curvopt_error *error);
 void co_basis_table_destroy(co_basis_table *table);
-
-/* The tables and fits made so far for a surface. They are searched one by one: a cage has few kinds of faces. */
-typedef struct co_basis_table_cache {
-    int32_t surface;         /* curvopt_surface */
-    co_thread_pool *threads; /* fill tables; NULL until replaced: the calling thread alone */
-    co_cancel *cancel;       /* ends the making of tables; NULL until replaced */
-    void (*made)(void *); /* told, with `user`, of each table that was made; may raise the flag. NULL until replaced */
-    void *user;
-    int32_t n_tables;
-    struct co_cached_table *table; /* [n_tables] in the order in which they were made */
-    int32_t n_fits;
-    struct co_cached_fit *fit; /* [n_fits] polynomials, in the order in which they were fitted */
-} co_basis_table_cache;
-
-void co_basis_table_cache_create(int32_t surface, co_basis_table_cache *cache);
-void co_basis_table_cache_free(co_basis_table_cache *cache);
-/* The table of a kind and rule, built if it is not there yet. It stays the cache's and lives as long. ERROR_MEMORY,
- * and CO_CANCELLED where it would have to be built. */
-int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule, const co_basis_table **out,
-                                 curvopt_error *error);
-
-/* Rows at any point (u, v) of a patch: rows [co_patches_size(kind)][CO_JET] over all of its points, derivatives with
- * respect to u and v. weight [CO_JET] is filled on the extraordinary patches of `plane`, with the blend's jet. At (0,
- * 0) of an extraordinary patch derivatives are NAN. On `limit` they are the limit's, also where a table has a blend.
- * ERROR_MEMORY. */
-int32_t co_basis_table_point(co_basis_table_cache *cache, int32_t kind, double u, double v, double *rows,
-                             double *weight, curvopt_error *error);
 
 #endif

@@ -20,11 +20,6 @@ void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[
     out[9] = a[0] * b[9] + 3 * (a[2] * b[5] + a[5] * b[2]) + a[9] * b[0];
 }
 
-void co_jet_store(const double jet[CO_JET], double out[CO_JET]) {
-    for (int k = 0; k < CO_JET; k++)
-        out[k] = jet[k];
-}
-
 void co_bspline_cubic(double t, double basis[4][4]) {
     double s = 1 - t;
     const double b[4][4] = {

@@ -20,8 +20,6 @@ static const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 void co_jet_of_product(const double f[4], const double g[4], double jet[CO_JET]);
 /* out = a b, by Leibniz' rule; out may be neither. */
 void co_jet_multiply(const double a[CO_JET], const double b[CO_JET], double out[CO_JET]);
-/* Rounds a jet to double. */
-void co_jet_store(const double jet[CO_JET], double out[CO_JET]);
 
 /* Uniform cubic B-splines on one segment, t in 0..1: basis[i][k] is the k-th derivative of the i-th of the four. */
 void co_bspline_cubic(double t, double basis[4][4]);

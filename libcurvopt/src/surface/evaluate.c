@@ -8,6 +8,7 @@
 #include "surface/evaluate.h"
 
 #include "base/memory.h"
+#include "surface/basis_point.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -134,7 +135,7 @@ static int32_t flatten(const co_sampler *s, int32_t p, const double *weight, dou
 static int32_t sample_patch(co_sampler *s, int32_t p, const double st[2], double *out, curvopt_error *error) {
     double weight[CO_JET];
     int32_t kind = s->patches.kind[p];
-    int32_t status = co_basis_table_point(&s->tables, kind, st[0], st[1], s->rows, weight, error);
+    int32_t status = co_basis_point(&s->tables, kind, st[0], st[1], s->rows, weight, error);
     if (status != CURVOPT_OK)
         return status;
     const int32_t *index = s->patches.points + s->patches.start[p];

@@ -2,7 +2,7 @@
 #ifndef CO_SURFACE_EVALUATE_H
 #define CO_SURFACE_EVALUATE_H
 
-#include "surface/basis_table.h"
+#include "surface/basis_table_cache.h"
 #include "surface/patches.h"
 
 /* A surface made ready to be sampled: its patches are made once, linear in the cage. */

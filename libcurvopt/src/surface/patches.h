@@ -79,6 +79,10 @@ static inline int32_t co_patches_own_size(int32_t kind) {
         return co_fan_n_points(co_fan_at_vertex(kind));
     return kind == CO_FAN_REGULAR || co_fan_is_wide(kind) ? CO_RING_REGULAR : co_fan_n_points(kind);
 }
+/* Whether a patch is one piece, not rings round an extraordinary vertex. */
+static inline int co_patches_is_one_piece(int32_t kind) {
+    return co_patches_own_size(kind) == CO_RING_REGULAR; /* no fan has as many */
+}
 /* Number of all points of a patch: on a disc its sector's coefficients come after the others. */
 static inline int32_t co_patches_size(int32_t kind) {
     return co_patches_own_size(kind) + (co_fan_is_wide(kind) ? CO_BLEND_DISC_TERMS : 0);
@@ -92,7 +96,7 @@ static inline int co_patches_is_of_curve(int32_t kind, int32_t i) {
 /* Whether the surface on a patch of a disc can depend on own point i. */
 static inline int co_patches_own_is_used(int32_t kind, int32_t i) {
     const int32_t fan = co_fan_at_vertex(kind);
-    return co_patches_own_size(kind) == CO_RING_REGULAR || co_patches_is_of_curve(kind, i) ||
+    return co_patches_is_one_piece(kind) || co_patches_is_of_curve(kind, i) ||
            (co_stam_in_support(fan, i) && (co_fan_is_half(kind) || co_stam_in_window(fan, CO_STAM_WINDOW, i)));
 }
 /* Index of a kind in `kinds`. */

@@ -3,6 +3,7 @@
 #include "surface/place_rows.h"
 
 #include "base/memory.h"
+#include "surface/basis_point.h"
 #include "surface/evaluate.h"
 
 #include <stdlib.h>
@@ -64,8 +65,8 @@ static int32_t visit_place(work *w, const co_face_place *place, int32_t i, co_pl
     double st[2], weight[CO_JET];
     co_patches *p = &w->patches;
     const int32_t at = find_patch(p, place, st);
-    int32_t status = at < 0 ? CURVOPT_ERROR_ARGUMENT
-                            : co_basis_table_point(&w->tables, p->kind[at], st[0], st[1], w->jets, weight, error);
+    int32_t status =
+        at < 0 ? CURVOPT_ERROR_ARGUMENT : co_basis_point(&w->tables, p->kind[at], st[0], st[1], w->jets, weight, error);
     if (at < 0)
         return co_status_fail(error, status, i, "u = %g, v = %g is not on face %d", place->uv[0], place->uv[1],
                               place->face);

@@ -199,11 +199,8 @@ static void blend_generators(const double w[CO_JET], const double rest[CO_JET], 
 
 /* All is taken to the chart first: there the coordinates' own jets are 1 and 0, and nothing cancels any more. */
 static void find_generators(const co_ring_cell *cell, double s, double t, generators g, co_chart *chart) {
-    double exact[16][CO_JET], blend[CO_JET];
     double basis[16][CO_JET], w[CO_JET], rest[CO_JET], chi[2][CO_JET];
-    co_bspline_bicubic(s, t, exact);
-    for (int i = 0; i < 16; i++)
-        co_jet_store(exact[i], basis[i]);
+    co_bspline_bicubic(s, t, basis);
     if (cell->polynomial || cell->chart)
         map_jets(cell, basis, chi);
     chart->jacobian = 1;
@@ -221,12 +218,11 @@ static void find_generators(const co_ring_cell *cell, double s, double t, genera
         memcpy(g[1], basis, sizeof basis);
         return;
     }
-    co_ring_cell_blend(cell, CO_BLEND_POLYNOMIAL, s, t, blend);
-    co_jet_store(blend, w);
+    co_ring_cell_blend(cell, CO_BLEND_POLYNOMIAL, s, t, w);
     if (cell->chart)
         co_chart_apply(chart, w);
     for (int k = 0; k < CO_JET; k++)
-        rest[k] = k ? -w[k] : (1 - blend[0]);
+        rest[k] = k ? -w[k] : 1 - w[0];
     blend_generators(w, rest, basis, chi, cell->polynomial->has_cusp, g);
     if (is_half(cell)) {
         const co_ring_cell_place place = place_of(cell);
