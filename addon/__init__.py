@@ -26,6 +26,7 @@ core/               everything that works on arrays                       (no bp
     live            a surface that follows the hand: a worker that stays
     targets         handles that were moved -> what is held, and where
     go_through      places in space -> points of the surface that go there
+    guides          curves that chains of edges follow
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
     inspected       a surface as Inspect draws it
