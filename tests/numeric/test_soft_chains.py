@@ -20,12 +20,13 @@ from osd import osd_jets
 
 NONE, FREE_SPACING = 1, 2
 WEIGHT = 0.8
-STIFFNESS = springs.STIFFNESS["willmore"] * WEIGHT / (1 - WEIGHT)
+STIFFNESS = springs.STIFFNESS["mvs"] * WEIGHT / (1 - WEIGHT)
+TIGHT = dict(tolerance=1e-7, decrement_tolerance=1e-13)
 
 
 class Drawn:
-    """A chain of a torus of 12 by 7 faces, and its curve: open, six vertices in a row on a helix; or closed, a meridian of seven
-    on a circle that is wider. `at` are places [k, 3] for parameters [k] along the chain, in edges of the input."""
+    """A chain of a torus of 12 by 7 faces, and its curve: open, six vertices in a row on a helix with waves; or closed, a meridian
+    of seven on a circle that is wider. `at` are places [k, 3] for parameters [k] along the chain, in edges of the input."""
 
     def __init__(self, is_closed: bool) -> None:
         self.mesh, self.is_closed = torus_cage(12, 7, 0.4), is_closed
@@ -36,7 +37,7 @@ class Drawn:
             curve = middle + 0.5 * np.column_stack([np.cos(chains.TURN), 0 * chains.TURN, sign * np.sin(chains.TURN)])
             self.parameters = 200 * np.arange(7) / 7 + np.array([0, 3, -2, 4, 1, 0, -3.0])
         else:
-            curve = chains.helix()[2]
+            curve = chains.helix()[2] + np.outer(0.1 * np.sin(np.linspace(0, 12.4, 200)), [0, 0, 1])
             self.vertices, self.parameters = [7 * i for i in range(6)], np.array([5, 40, 70, 105, 142, 180.0])
         self.curve, spline, n = curve, chains.by_length(curve, is_closed), len(self.vertices)
         if not is_closed:
@@ -53,7 +54,7 @@ class Drawn:
 
     def run(self, weight: float | None = WEIGHT, levels: int = 1, **more) -> lib.Result:
         through = lib.through(chains=[self.given()], chain_weights=None if weight is None else [weight])
-        return lib.minimize(self.mesh, levels=levels, symmetry=NONE, spacing=FREE_SPACING, through=through, **more)
+        return lib.minimize(self.mesh, "mvs", levels=levels, symmetry=NONE, spacing=FREE_SPACING, through=through, **more)
 
     def rule(self, pieces: int) -> tuple[np.ndarray, np.ndarray]:
         """Parameters and weights of the quadrature, with so many edges of a level for one of the input."""
@@ -78,7 +79,7 @@ def test_forces_balance(is_closed, capsys):
     """At the end the energy's gradient, by the public evaluation, is what the chain draws with, by B-splines; and the report says
     what the springs add."""
     drawn = Drawn(is_closed)
-    result = drawn.run(tolerance=1e-7, decrement_tolerance=1e-13)
+    result = drawn.run(**TIGHT)
     u, weights = drawn.rule(1)
     along = u.astype(int)
     if is_closed:
@@ -88,12 +89,12 @@ def test_forces_balance(is_closed, capsys):
     found, size = result.mesh.xyz, springs.radius(drawn.mesh)
     off = (rows @ found - drawn.at(u)) / size
     pull = STIFFNESS / size * np.einsum("k,kv,kc->vc", weights, rows, off)
-    _, gradient = lib.Problem(drawn.mesh, lib.options("willmore", tolerance=1e-7)).evaluate(found, gradient=True)
+    _, gradient = lib.Problem(drawn.mesh, lib.options("mvs", tolerance=1e-7)).evaluate(found, gradient=True)
     share, total = np.linalg.norm(gradient + pull) / np.linalg.norm(pull), STIFFNESS / 2 * weights @ (off ** 2).sum(axis=1)
     with capsys.disabled():
         print(f"\n  {'closed' if is_closed else 'open'}: {result.verdict}; of the chain's forces {share:.1e} is left")
-    assert result.verdict == "minimum" and share <= 1e-3
-    assert abs(result.summary.spring_energy - total) <= 1e-8 * total > 1e-6
+    assert result.verdict == "minimum" and share <= 1e-3 and total > 1
+    assert abs(result.summary.spring_energy - total) <= 1e-8 * total
 
 
 @pytest.mark.parametrize("is_closed", [False, True])
@@ -102,7 +103,7 @@ def test_a_chain_is_as_stiff_on_every_level(is_closed):
     drawn = Drawn(is_closed)
     n = 7 if is_closed else 5
     u, fine = (np.arange(200 * n) + 0.5) / 200, np.full(200 * n, 1 / 200)
-    for levels, most in ((1, 0.1), (2, 0.03), (3, 0.008)):
+    for levels, most in ((2, 0.2), (3, 0.02)) if lib.LONG else ((2, 0.2),):  # it is coarse where the distance is of the grid's own
         result, size = drawn.run(levels=levels), springs.radius(drawn.mesh)
 
         def total(at: np.ndarray, weights: np.ndarray) -> float:
@@ -116,20 +117,19 @@ def test_a_chain_is_as_stiff_on_every_level(is_closed):
 
 @pytest.mark.parametrize("is_closed", [False, True])
 def test_a_large_weight_tends_to_what_holds_exactly(is_closed, capsys):
-    """Distances of limit points from their places, and how far the energy is below that of the exact result, fall like 1 - w."""
+    """Distances of limit points from their places fall like 1 - w; the energy is below that of the exact result."""
     drawn, found = Drawn(is_closed), []
-    tight = dict(tolerance=1e-7, decrement_tolerance=1e-13)
-    exact, places = drawn.run(None, **tight), drawn.at(np.arange(len(drawn.vertices)))
+    exact, places = drawn.run(None, **TIGHT), drawn.at(np.arange(len(drawn.vertices)))
     assert exact.verdict == "minimum" and np.abs(points.limits(exact.mesh)[drawn.vertices] - places).max() < 1e-9
-    for softness in (1e-2, 1e-3, 1e-4):
-        result = drawn.run(1 - softness, **tight)
+    for softness in (1e-4, 1e-5, 1e-6):
+        result = drawn.run(1 - softness, **TIGHT)
         assert result.verdict == "minimum"
-        off = np.linalg.norm(points.limits(result.mesh)[drawn.vertices] - places, axis=1).max()
-        found.append((off, exact.summary.end.objective - result.summary.end.objective))
+        found.append(np.linalg.norm(points.limits(result.mesh)[drawn.vertices] - places, axis=1).max())
+        assert result.summary.end.objective < exact.summary.end.objective
     ratios = np.array(found[:-1]) / found[1:]
     with capsys.disabled():
-        print(f"\n  distances, and energy below the exact result's:\n{np.array(found)}\n{ratios}")
-    assert (ratios > 8.5).all() and (ratios < 11).all()
+        print(f"\n  {'closed' if is_closed else 'open'}: distances {np.array(found)}, ratios {ratios}")
+    assert (ratios > 9).all() and (ratios < 11).all()
     assert np.array_equal(drawn.run(1 - 1e-12).mesh.xyz, drawn.run(1.0).mesh.xyz)
 
 
@@ -143,7 +143,7 @@ def test_chains_may_contradict_each_other_and_other_constraints():
     entries = dict(vertices=[14, 50], places=[[springs.NAN] * 3] * 2)
 
     def run(given: list[lib.Chain], weights: list[float]) -> np.ndarray:
-        result = lib.minimize(drawn.mesh, levels=2, symmetry=NONE, spacing=FREE_SPACING, decrement_tolerance=1e-12,
+        result = lib.minimize(drawn.mesh, "mvs", levels=1, symmetry=NONE, spacing=FREE_SPACING, **TIGHT,
                               constraints=lib.constraints([7]), through=lib.through(**entries, chains=given, chain_weights=weights))
         assert result.verdict == "minimum"
         limits = points.limits(result.mesh)
@@ -155,7 +155,7 @@ def test_chains_may_contradict_each_other_and_other_constraints():
 
 def test_a_weight_of_0_holds_nothing():
     drawn = Drawn(False)
-    free = lib.minimize(drawn.mesh, levels=1, symmetry=NONE, spacing=FREE_SPACING)
+    free = lib.minimize(drawn.mesh, "mvs", levels=1, symmetry=NONE, spacing=FREE_SPACING)
     none = drawn.run(0.0)
     assert np.array_equal(free.mesh.xyz, none.mesh.xyz) and none.summary.spring_energy == 0
 

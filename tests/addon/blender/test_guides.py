@@ -9,7 +9,9 @@ from mathutils import Matrix, Vector
 from mathutils.geometry import interpolate_bezier
 from runs import minimize, positions
 
-TURNED = Matrix.Translation((3, 1, -2)) @ Matrix.Rotation(0.7, 4, (1.0, 2.0, 0.5)) @ Matrix.Diagonal((1.5, 0.8, 1.2, 1))
+RIGID = Matrix.Translation((3, 1, -2)) @ Matrix.Rotation(0.7, 4, (1.0, 2.0, 0.5))
+SCALE = (1.5, 0.8, 1.2)
+TURNED = RIGID @ Matrix.Diagonal((*SCALE, 1))
 
 
 @pytest.fixture
@@ -70,12 +72,13 @@ def along(circle, n=400):
 
 
 def surface_points(obj, vertices):
-    """The points [k, 3] of Blender's limit surface that belong to vertices, in the original's world."""
+    """The points [k, 3] of Blender's limit surface that belong to vertices of a result, where the original is: the scale is in
+    its vertices, and it stands beside it."""
     modifier = next(m for m in obj.modifiers if m.type == "SUBSURF")
     modifier.levels, modifier.use_limit_surface, modifier.quality = 1, True, 10
     bpy.context.view_layer.update()
     mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    return np.array([TURNED @ mesh.vertices[v].co for v in vertices])
+    return np.array([RIGID @ mesh.vertices[v].co for v in vertices])
 
 
 def group_of(obj, name="Ring"):
@@ -220,7 +223,7 @@ def test_loose_vertices_and_empties_beside_a_chain(ball, targets):
     mesh.vertices.add(1)
     mesh.vertices[98].co = (5, 5, 5)
     result = minimize(ball, through="Targets", max_iterations=3)
-    assert np.allclose(positions(result)[98], (5, 5, 5))
+    assert np.allclose(positions(result)[98], 5 * np.array(SCALE))
     assign(ball, "Ring", [98])
     with pytest.raises(RuntimeError, match="has vertex 98, which has no face: take it out of the group"):
         minimize(ball, through="Targets")
