@@ -113,6 +113,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             sentence.label(text=line)
         column.prop(settings, "rim")
         column.operator_menu_enum("curvopt.mark_rim", "rim")
+        column.operator("curvopt.new_guide")
         column.prop(settings, "boundary")
         if settings.boundary != "FREE":  # then nothing is held that could slide
             column.prop(settings, "slide")

@@ -242,3 +242,75 @@ def test_a_mirror_modifier_is_refused(add, targets):
     add_circle(targets)
     with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, with which the surface cannot go through places"):
         minimize(half, through="Targets")
+
+
+@pytest.fixture
+def selected(ball):
+    """Selects vertices of the ball in Edit Mode, with one more edge that has no face."""
+
+    def select(vertices):
+        if bpy.context.mode == "EDIT_MESH":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.context.view_layer.objects.active = ball
+        for part_of in (ball.data.vertices, ball.data.edges, ball.data.polygons):
+            part_of.foreach_set("select", [False] * len(part_of))
+        for vertex in vertices:
+            ball.data.vertices[vertex].select = True
+        bpy.ops.object.mode_set(mode="EDIT")
+
+    yield select
+    if bpy.context.mode == "EDIT_MESH":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_a_new_guide_is_on_the_surface_and_is_followed(ball, selected):
+    """Twice: a closed and an open one. A run that is drawn to them keeps the surface; once the curve is moved, the chain goes along."""
+    ring = group_of(ball)
+    ball.vertex_groups.clear()
+    selected(ring)
+    assert bpy.ops.curvopt.new_guide() == {"FINISHED"}
+    guide = bpy.data.objects["Guide"]
+    spline = guide.data.splines[0]
+    assert bpy.context.scene.curvopt.through == "Guides" == guide.users_collection[0].name and spline.use_cyclic_u
+    points = np.array([v.co[:] for v in ball.data.vertices])
+    above = [int(v) for v in np.flatnonzero((np.abs(points[:, 0]) < 1e-6) & (points[:, 2] > 0.3) & (np.abs(points[:, 1]) < 0.75))]
+    selected(above)
+    assert bpy.ops.curvopt.new_guide() == {"FINISHED"}
+    other = bpy.data.objects["Guide.001"]
+    assert not other.data.splines[0].use_cyclic_u and len(other.data.splines[0].bezier_points) == 5
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert group_of(ball, "Guide") == ring and sorted(group_of(ball, "Guide.001")) == above
+    for curve, vertices in ((guide, ring), (other, above)):
+        knots = np.array([curve.matrix_world @ knot.co for knot in curve.data.splines[0].bezier_points])
+        modifier = ball.modifiers.new("Surface", "SUBSURF")
+        at = surface_points(ball, vertices)  # in the ball's own space
+        ball.modifiers.remove(modifier)
+        at = np.array([TURNED @ RIGID.inverted() @ Vector(p) for p in at])
+        assert np.linalg.norm(knots[:, None] - at, axis=2).min(axis=0).max() < 1e-6
+    bpy.data.objects.remove(other)
+    for knot in spline.bezier_points:
+        knot.co.z += 0.1
+    result = minimize(ball, through="Guides")
+    assert distances(surface_points(result, ring), along(guide)).max() < 2e-5
+
+
+def test_no_new_guide_without_a_chain(ball, selected):
+    """A sentence, and nothing is made."""
+
+    def refused(vertices, match):
+        selected(vertices)
+        with pytest.raises(RuntimeError, match=match):
+            bpy.ops.curvopt.new_guide()
+        assert not bpy.data.curves and len(bpy.data.meshes) == 1 and len(ball.vertex_groups) == 1
+        assert bpy.context.scene.curvopt.through == "" and "Guides" not in bpy.data.collections
+
+    refused([], "No vertex is selected: select the vertices of a chain of edges")
+    refused(range(98), "The selection branches at vertex 0, .* select the vertices of one chain")
+    refused([5], "The selection has vertex 5 alone")
+    selected([0])
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert not bpy.ops.curvopt.new_guide.poll()
+    ball.data.vertices.add(1)
+    refused([98], "Vertex 98, which has no face, is selected")
+    ball.modifiers.new("Mirror", "MIRROR")
+    refused([0, 1], "has a Mirror modifier, with which no curve can be followed")
