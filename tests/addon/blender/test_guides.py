@@ -312,5 +312,7 @@ def test_no_new_guide_without_a_chain(ball, selected):
     assert not bpy.ops.curvopt.new_guide.poll()
     ball.data.vertices.add(1)
     refused([98], "Vertex 98, which has no face, is selected")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ball.data.transform(Matrix.Translation((5, 0, 0)))
     ball.modifiers.new("Mirror", "MIRROR")
     refused([0, 1], "has a Mirror modifier, with which no curve can be followed")

@@ -463,7 +463,7 @@ def animation():
 def everything():
     acts = (
         preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide,
-        go_through, live, inspect, animation,
+        go_through, guides, live, inspect, animation,
     )  # fmt: skip
     wanted = os.environ.get("CURVOPT_ACTS", "").split()
     try:
