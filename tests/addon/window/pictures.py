@@ -355,10 +355,10 @@ def guides():
         in_viewport(bpy.ops.object.mode_set, mode="OBJECT")
     ring, arch = bpy.data.objects["Guide"], bpy.data.objects["Guide.001"]
     for knot in ring.data.splines[0].bezier_points:
-        knot.co *= 1.15
-        knot.co.z += 0.25 * np.cos(3 * np.arctan2(knot.co.y, knot.co.x))
-    for knot in arch.data.splines[0].bezier_points:
         knot.co *= 1.2
+        knot.co.z += 0.2 * np.cos(3 * np.arctan2(knot.co.y, knot.co.x))
+    for knot in arch.data.splines[0].bezier_points:
+        knot.co *= 1.1
     for guide in (ring, arch):
         guide.data.bevel_depth = 0.012
     settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "REFINE", "AUTO"
@@ -372,7 +372,7 @@ def guides():
         copy.location = guide.location + result.location - ball.location
         bpy.context.scene.collection.objects.link(copy)
     view.view_perspective, view.view_rotation = "PERSP", Euler((1.2, 0, 0)).to_quaternion()
-    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 8
+    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 7
     view.view_location += Vector((0.9, 0, 0.3))
     viewport()[0].spaces.active.overlay.show_cursor = False
     yield from open_sidebar_tab()
