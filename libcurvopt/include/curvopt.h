@@ -454,11 +454,11 @@ typedef struct curvopt_chain {
  * freedom for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark
  * limit surface, also where energies are those of a blend. No symmetries of the cage are used.
  *
- * Chains of weight 1 hold exactly, as entries do. No entry of weight 1 may hold a point of such a chain's vertex or edge.
- * Those that have vertices in common hold at most 1 000 limit points together on the last level. A chain of a weight
- * below 1 is drawn by springs: w / (1 - w) * half of the stiffness of a sphere, times the integral of (distance / size
- * of the input)^2 between limit curve and curve along it, where each edge of the input has the length 1. It may have
- * vertices and edges in common with others. Errors that begin with "chain" have its number as `element`.
+ * Chains of weight 1 hold exactly, as entries do. No entry of weight 1 may hold a point of such a chain's vertex or
+ * edge. Those that have vertices in common hold at most 1 000 limit points together on the last level. A chain of a
+ * weight below 1 is drawn by springs: w / (1 - w) * half of the stiffness of a sphere, times the integral of (distance
+ * / size of the input)^2 between limit curve and curve along it, where each edge of the input has the length 1. It may
+ * have vertices and edges in common with others. Errors that begin with "chain" have its number as `element`.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that

@@ -224,7 +224,8 @@ static int32_t chain_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
         {.vertices = ring, .curve = curve, .n_vertices = 4, .n_points = 4, .is_closed = 1, .is_curve_closed = 1},
         {.vertices = open, .curve = curve, .parameters = parameters, .n_vertices = 2, .n_points = 4},
         {.vertices = open, .curve = curve, .n_vertices = 2, .n_points = 4}};
-    const curvopt_through wanted = {.struct_size = sizeof wanted, .chains = chains, .n_chains = 3, .chain_weights = weights};
+    const curvopt_through wanted = {
+        .struct_size = sizeof wanted, .chains = chains, .n_chains = 3, .chain_weights = weights};
     curvopt_options o;
     co_constraints held = {0};
     curvopt_mesh *fine = NULL;

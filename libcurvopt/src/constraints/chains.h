@@ -25,7 +25,8 @@ typedef struct co_chain {
     co_cubic_spline
         parameter; /* of the curve, over the first level's vertices; of a closed chain less turn times that */
     co_cubic_spline curve;
-    double stiffness; /* of springs for each of the first level's edges, as in co_surface_value; 0: it is held exactly */
+    double
+        stiffness; /* of springs for each of the first level's edges, as in co_surface_value; 0: it is held exactly */
 } co_chain;
 
 typedef struct co_chains {

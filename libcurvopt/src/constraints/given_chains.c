@@ -45,11 +45,11 @@ static int32_t check_counts(const reader *r, curvopt_error *error) {
     const int32_t more = c->is_closed ? 0 : ENDS, most = CO_INTERPOLATION_MOST_TOUCHING - more;
     const long long n_last = (long long)n_edges << halvings;
     if (n_last > most && r->weight == 1)
-        return co_status_fail(
-            error, CURVOPT_ERROR_ARGUMENT, r->number,
-            "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer levels, a weight below 1, "
-            "or two chains that do not touch",
-            r->number, n_edges, n_last, r->levels, most);
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
+                              "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer "
+                              "levels, a weight below 1, "
+                              "or two chains that do not touch",
+                              r->number, n_edges, n_last, r->levels, most);
     r->n_points[r->number] = r->weight == 1 ? (int32_t)n_last + more : 0;
     return CURVOPT_OK;
 }
