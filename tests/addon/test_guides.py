@@ -4,7 +4,12 @@
 import numpy as np
 import pytest
 import shapes
-from addon.core import guides
+from addon.binding.library import CurvoptError
+from addon.binding.through import Chain, Through
+from addon.binding.values import Cage
+from addon.core import guides, messages
+from addon.core.go_through import Places
+from addon.core.job import Request
 from addon.core.surface_points import face_edges
 
 
@@ -53,3 +58,20 @@ def test_curves():
         guides.followed([1, 2, 3], True, line, False, 1.0)
     with pytest.raises(ValueError, match="is at no place"):
         guides.followed([1, 2, 3], False, line * np.nan, False, 1.0)
+
+
+def test_refusals_have_the_names_of_curves():
+    cage, places = Cage(np.empty((0, 3)), np.empty(0, np.int32), np.empty(0, np.int32)), Places(chain_names=("A", "B"))
+    text = "chain 1 wants vertex 24 0.03 away from where chain 0 wants it: give both parameters at which their curves meet"
+    told = messages.failure_text(places.named(CurvoptError(1, -1, text), cage))
+    assert told == "The chain of 'B' wants vertex 24 0.03 away from where the chain of 'A' wants it: let the curves meet there, or set a Weight below 1."
+    assert str(Places().named(CurvoptError(1, -1, text), cage)) == text
+
+
+@pytest.mark.parametrize("request_, told", [
+    (Request(), ""), (Request(through=(Through(vertex=1, at="here"),)), "through 1 place, "),
+    (Request(chains=(Chain([0, 1], np.eye(3)),) * 2), "along 2 curves, "),
+    (Request(through=(Through(vertex=1, at="here", weight=0.5),), chains=(Chain([0, 1], np.eye(3), weight=0.5),)), "near 1 place, near 1 curve, "),
+])  # fmt: skip
+def test_the_message_says_what_it_goes_through(request_, told):
+    assert messages.through_text(request_) == told

@@ -160,6 +160,16 @@ def test_a_weight_of_0_holds_nothing():
     assert np.array_equal(free.mesh.xyz, none.mesh.xyz) and none.summary.spring_energy == 0
 
 
+def test_callers_of_before_have_no_weights_of_chains():
+    """A struct without the member, whatever is behind it."""
+    drawn = Drawn(False)
+    through = lib.through(chains=[drawn.given()], chain_weights=[WEIGHT])
+    through.struct_size = 112
+    old = lib.minimize(drawn.mesh, levels=1, symmetry=NONE, spacing=FREE_SPACING, max_iterations=2, through=through)
+    new = lib.minimize(drawn.mesh, levels=1, symmetry=NONE, spacing=FREE_SPACING, max_iterations=2, through=lib.through(chains=[drawn.given()]))
+    assert np.array_equal(old.mesh.xyz, new.mesh.xyz) and old.summary.spring_energy == 0
+
+
 @pytest.mark.parametrize("weight", [-0.1, 1.1, float("nan"), float("inf")])
 def test_weights_are_from_0_to_1(weight):
     with pytest.raises(lib.CurvoptError, match="chain 0 has the weight .*; it must be 0 to 1"):
