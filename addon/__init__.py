@@ -26,6 +26,7 @@ core/               everything that works on arrays                       (no bp
     live            a surface that follows the hand: a worker that stays
     targets         handles that were moved -> what is held, and where
     go_through      places in space -> points of the surface that go there
+    guides          curves that chains of edges follow
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
     inspected       a surface as Inspect draws it
@@ -47,6 +48,7 @@ scene/              between Blender's data and arrays
     watched         the cage of an object as it is shown now
     handles         empties to drag, and vertices that were moved
     write_edit      a result -> the mesh that is edited
+    write_guide     a curve along selected edges, which they follow
 ui/                 what the user sees and presses
     properties      settings of the sidebar
     reports         failures as reports
@@ -57,6 +59,7 @@ ui/                 what the user sees and presses
     adjust          the operator that writes a result and can be adjusted
     adjust_edit     the same in Edit Mode
     mark_rim        the operator that marks edges as rims
+    new_guide       the operator that makes a curve for a chain of edges
     operators       the modal operator, Finish, Cancel
     inspect_view    stripes, combs and readings on the object itself      (needs a GPU)
     live_view       a surface that follows the hand, in the viewports     (needs a GPU)
@@ -92,7 +95,7 @@ bl_info = {
 }
 
 _REGISTERED_IN_ORDER = (
-    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.operators", "ui.live",
+    "ui.properties", "scene.amount", "ui.adjust", "ui.adjust_edit", "ui.mark_rim", "ui.new_guide", "ui.operators", "ui.live",
     "ui.inspect", "ui.analysis", "ui.menus", "ui.panel",
 )  # fmt: skip
 

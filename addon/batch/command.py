@@ -94,8 +94,13 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     parser.add_argument(
         "--through", metavar="COLLECTION", default="",
-        help="go through the empties of this collection, the vertices of its meshes, and points along its curves",
+        help="go through the empties of this collection, the vertices of its meshes, and points along its curves; a curve that has "
+        "the name of a vertex group is followed by the chain of edges of that group",
     )  # fmt: skip
+    parser.add_argument(
+        "--through-weight", type=_weight, default=1.0, metavar="W",
+        help="how firmly, 0.01 to 1. 1: exactly; less: springs draw the surface there (default %(default)g)",
+    )
     parser.add_argument(
         "--through-normals", action="store_true",
         help="with the Z axes of the empties and the meshes' attribute curvopt_normal as normals of the surface",
@@ -144,6 +149,17 @@ def _energy(text: str) -> str:
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
     return text
+
+
+def _weight(text: str) -> float:
+    """0.01 .. 1"""
+    try:
+        weight = float(text)
+    except ValueError:
+        weight = 0.0
+    if not 0.01 <= weight <= 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no weight: it must be 0.01 to 1")
+    return weight
 
 
 def _symmetry(text: str) -> str:

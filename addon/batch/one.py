@@ -53,8 +53,9 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         )  # fmt: skip
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
-        places = read_targets.read_targets(bpy.context, options.through, options.through_normals, source)
-        request = replace(request, through=places.entries(source.cage))
+        weight = options.through_weight
+        places = read_targets.read_targets(bpy.context, options.through, options.through_normals, source, weight)
+        request = replace(request, through=places.entries(source.cage), chains=places.chains)
         with _progress_on_terminal() as show:
             solution = _solve(source, request, places, show)
         new = write_result.add_result(bpy.context, source, request, solution)

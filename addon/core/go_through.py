@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places in space that the surface is to go through, and which points of the surface go there. No bpy.
+"""Places in space that the surface is to go through, and which points of the surface go there; chains of edges on curves. No bpy.
 
 The point of the surface that goes to a place is the one that is nearest to it on the original: a vertex' own if it is near
 that, else one inside a face.
@@ -10,12 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from ..binding import library
 from ..binding.library import CurvoptError
-from ..binding.through import Through
+from ..binding.through import Chain, Through
 from ..binding.values import Cage
 from . import surface_points
 
@@ -30,11 +31,15 @@ _EDGE = 1e-6  # of a patch: derivatives need not exist at its corners
 
 @dataclass(frozen=True)
 class Places:
-    """points (k, 3); normals (k, 3) of the surface there, NAN where it is free; and what each is of, for people."""
+    """points (k, 3); normals (k, 3) of the surface there, NAN where it is free; and what each is of, for people. `weight`, 0 to 1,
+    says how firmly. Of the cage also `chains`, on curves of those names."""
 
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     normals: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     names: tuple[str, ...] = ()
+    weight: float = 1.0
+    chains: tuple[Chain, ...] = ()
+    chain_names: tuple[str, ...] = ()
 
     def named(self, error: BaseException, cage: Cage) -> BaseException:
         """The library's refusal with the names of what entries are of, and, for the vertex of `cage` that it blames among those
@@ -42,11 +47,12 @@ class Places:
         if not isinstance(error, CurvoptError):
             return error
 
-        def name(found: re.Match) -> str:
+        def name(names: tuple[str, ...], found: re.Match) -> str:
             index = int(found[1])
-            return self.names[index] if index < len(self.names) else found[0]
+            return names[index] if index < len(names) else found[0]
 
-        text = re.sub(r"\bentry (\d+)", name, error.message)
+        text = re.sub(r"\bentry (\d+)", partial(name, self.names), error.message)
+        text = re.sub(r"\bchain (\d+)", partial(name, tuple(f"the chain of '{of}'" for of in self.chain_names)), text)
         if self.names and 0 <= error.element < len(cage.positions):
             near = self.names[int(np.linalg.norm(self.points - cage.positions[error.element], axis=1).argmin())]
             touch = r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,"
@@ -69,7 +75,8 @@ class Places:
         uv = np.where(middle[:, None], _INSIDE, uv)
         return tuple(
             Through(vertex=None if v < 0 else int(v), face=int(f) if v < 0 else None, uv=tuple(p) if v < 0 else None,
-                    corner=int(c) if v < 0 else 0, at=place, normal=normal if np.isfinite(normal).all() else None)
+                    corner=int(c) if v < 0 else 0, at=place, normal=normal if np.isfinite(normal).all() else None,
+                    weight=self.weight)
             for v, f, c, p, place, normal in zip(vertex, face, corner, uv, self.points, self.normals)
         )  # fmt: skip
 

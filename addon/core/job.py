@@ -16,7 +16,7 @@ import numpy as np
 
 from ..binding import library, measure
 from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, COptions
-from ..binding.through import Through
+from ..binding.through import Chain, Through
 from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
 from .crop import Crop
 from .energy import label_of, weights_of
@@ -40,7 +40,7 @@ class Request:
     energy; their vertices are held. `keeps_volume` holds the volume inside the whole surface, or between it and a boundary
     that stays. `refined` of the levels were not asked for: `freed` added them. Of `marked` edges of
     the boundary the marks count, and are in `boundary` and `held`; unless `refinable`, on one level only. `records` the way of the run.
-    `through` are points of the cage's surface and where they go."""
+    `through` are points of the cage's surface and where they go, `chains` its chains of edges on curves."""
 
     energy: str = DEFAULTS.energy
     levels: int = DEFAULTS.levels
@@ -57,6 +57,7 @@ class Request:
     within: float = DEFAULTS.within
     records: bool = False
     through: tuple[Through, ...] = ()
+    chains: tuple[Chain, ...] = ()
 
     @property
     def label(self) -> str:
@@ -264,7 +265,7 @@ def options_of(lib: library.Library, request: Request) -> COptions:
     return lib.options(
         weights_of(request.energy), request.held, levels=request.levels, boundary=BOUNDARIES.index(request.boundary),
         holes=request.holes, symmetry=symmetry, symmetry_planes=planes, strength=request.strength, scalars=scalars,
-        within=request.within, through=request.through, **request.options,
+        within=request.within, through=request.through, chains=request.chains, **request.options,
     )  # fmt: skip
 
 

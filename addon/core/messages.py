@@ -86,12 +86,20 @@ def _report(request: Request, solution: Solution, of_what: str, counted: str, re
     kept = f", {order} symmetries kept" if order > 1 else ""
     near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     near += f"stayed within {number_text(request.within)} of the original, " if request.within > 0 else ""
-    near += f"through {_counted(len(request.through), 'place', 'places')}, " if request.through else ""
+    near += through_text(request)
     return (
         f"{request.label}{of_what} {change}, {near}{_STOP_WORDS[solution.stop]} "
         f"({counted}{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
     )
+
+
+def through_text(request: Request) -> str:
+    """What the surface goes through, and what follows curves, with a comma behind each; empty for nothing."""
+    drawn = [one.weight < 1 for one in (*request.through, *request.chains)]
+    word = "near" if any(drawn) else "through"
+    text = f"{word} {_counted(len(request.through), 'place', 'places')}, " if request.through else ""
+    return text + (f"{'near' if any(drawn) else 'along'} {_counted(len(request.chains), 'curve', 'curves')}, " if request.chains else "")
 
 
 def refined_text(request: Request) -> str:
@@ -249,7 +257,22 @@ _IN_BLENDER = (
     ("spontaneous_curvature is", "Spontaneous Curvature is"),
     ("neither willmore nor mean_curvature has a weight", "neither Willmore nor Mean curvature is minimized"),
     ("what the surface goes through cannot be had with a strength below 1", GO_THROUGH_STRENGTH),
+    ("what the surface goes through cannot be had with symmetries that are kept", "Go Through needs the Symmetry Automatic, or None"),
     ("what the surface goes through cannot be had with a distance that the surface stays within", "Go Through needs a Within of 0"),
+    (
+        ": leave the entry out; where on its curve a chain has its vertices its parameters say",
+        ": move it away from the chain, or take it out of the collection",
+    ),
+    ("give both parameters at which their curves meet", "let the curves meet there, or set a Weight below 1"),
+    (
+        "give its vertices parameters, a curve that is as long as the chain, or a chain nearer to it",
+        "let the curve run beside the chain, on one side from the first vertex to the last and beyond, or mark fewer vertices",
+    ),
+    ("follow each other smoothly: give parameters that are more even", "follow each other smoothly: let the curve run nearer to the chain"),
+    ("has a constraint of its own: leave one of them out", "is pinned: take it off the pins or out of the vertex group"),
+    (", weights below 1, or chains that do not touch", ", a Weight below 1, or chains that do not touch"),
+    (", a weight below 1, or two chains that do not touch", ", a Weight below 1, or two curves for two chains that do not touch"),
+    ("the boundary, a crease or left-out faces hold all of its vertices", "Boundary or creases hold all of its vertices"),
     ("nothing that its point depends on may move", "the surface is held there by Boundary, creases or pins"),
     ("or refine the cage once", "or subdivide the cage once"),
     ("hold less, or use more levels", "choose another Boundary, fewer pins, or Refine"),

@@ -262,16 +262,21 @@ def _read_vertices(obj: bpy.types.Object, pin: str, group: str) -> Held:
 def _read_group(obj: bpy.types.Object, name: str) -> Held:
     if not name:
         raise CageError(f"No vertex group of object '{obj.name}' is chosen: choose one first, or set Pin to Nothing.")
-    group = obj.vertex_groups.get(name)
-    if group is None:
+    if obj.vertex_groups.get(name) is None:
         raise CageError(f"Object '{obj.name}' has no vertex group '{name}': choose another one.")
-    weighted = ((v.index, g) for v in obj.data.vertices for g in v.groups)
-    held = [(vertex, g.weight) for vertex, g in weighted if g.group == group.index and g.weight > 0]
+    held = group_weights(obj, name)
     if not held:
         raise CageError(
             f"Vertex group '{name}' of object '{obj.name}' pins nothing: give some vertices a weight above 0."
         )
     return Held(*map(np.array, zip(*held)))
+
+
+def group_weights(obj: bpy.types.Object, name: str) -> list[tuple[int, float]]:
+    """Vertices of the mesh that a vertex group of the object has with weights above 0, and these."""
+    index = obj.vertex_groups[name].index
+    weighted = ((v.index, g) for v in obj.data.vertices for g in v.groups)
+    return [(vertex, g.weight) for vertex, g in weighted if g.group == index and g.weight > 0]
 
 
 def read_positions(mesh: bpy.types.Mesh) -> np.ndarray:

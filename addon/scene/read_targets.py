@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a collection says the surface is to go through: empties, vertices of meshes, points along curves."""
+"""What a collection says the surface is to go through: empties, vertices of meshes, points along curves; and which chains of edges
+follow which curves."""
 
 from __future__ import annotations
 
@@ -9,23 +10,28 @@ from itertools import islice
 import bpy
 import numpy as np
 
+from ..binding.through import Chain
+from ..core import guides
 from ..core.go_through import Places, evenly, polylines
 from ..core.surface_points import face_edges
 from .modifiers import CageError
-from .read_cage import Source, read_edges, read_positions
+from .read_cage import Source, group_weights, read_edges, read_positions
 
 NORMAL = "curvopt_normal"  # attribute of a mesh's points, FLOAT_VECTOR: the surface's normals there
 _KINDS = ("EMPTY", "MESH", "CURVE")
+_MOST_DRAWN = 10_000  # places of a weight below 1, for which no vertex has to move: one second of looking for the nearest points
+_FINEST = 12  # resolution of curves that are evaluated, at least; what Blender gives to new ones
 _EDGES_APART = 1.5  # of a curve's points: where they are an edge apart, those of a row may hang on each other
 
 # A place and its normal in the world, and a name.
 _Place = tuple[np.ndarray, np.ndarray, str]
 
 
-def read_targets(context: bpy.types.Context, name: str, with_normals: bool, source: Source) -> Places:
+def read_targets(context: bpy.types.Context, name: str, with_normals: bool, source: Source, weight: float = 1.0) -> Places:
     """Places in the frame of `source`. Of the collection's objects, those of its collections too, an empty is a place, and
     `with_normals` its Z axis is the surface's normal there; of a mesh the vertices are, with normals by its attribute
-    curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. Modifiers and shape keys do
+    curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. A curve that has the name of a vertex group of the
+    source is followed by the chain of edges between the group's vertices instead. All as firmly as `weight` says. Modifiers and shape keys do
     not count. The source's own object and results of it are left out, and what Blender does not evaluate: it excludes its
     collection, or has it disabled in viewports. Nothing for no name. CageError if there is no such collection, nothing in
     it, or more than the cage can go through."""
@@ -36,26 +42,74 @@ def read_targets(context: bpy.types.Context, name: str, with_normals: bool, sour
     collection = bpy.data.collections.get(name)
     if collection is None:
         raise CageError(f"There is no collection '{name}': choose another at Go Through, or none.")
-    most = len(source.cage.positions)
+    most = len(source.cage.positions) if weight == 1 else _MOST_DRAWN
     spacing = max(_EDGES_APART * _mean_edge(source), 1e-30)
     depsgraph = context.evaluated_depsgraph_get()
     objects = [obj for obj in collection.all_objects if _counts(obj, source, depsgraph)]
-    found = list(islice((place for obj in objects for place in _places_of(obj, with_normals, spacing, most)), most + 1))
-    if not found:
+    cage = bpy.data.objects[source.name, None]
+    followed = [obj for obj in objects if obj.type == "CURVE" and obj.name in cage.vertex_groups]
+    chains = tuple(_chain_of(obj, cage, source, weight) for obj in followed)
+    places = (place for obj in objects if obj not in followed for place in _places_of(obj, with_normals, spacing, most))
+    found = list(islice(places, most + 1))
+    if not found and not chains:
         raise CageError(
             f"Collection '{name}' has no empty, mesh or curve that the surface could go through. What is excluded from the "
             "view layer or disabled in viewports does not count."
         )
+    if len(found) > most and weight < 1:
+        raise CageError(f"Collection '{name}' has more than {most} places: take some out.")
     if len(found) > most:
         raise CageError(
             f"Collection '{name}' has more places than '{source.name}' has vertices, {most}, and one vertex has to move for each: "
-            "take some out, or subdivide the cage."
+            "take some out, set a Weight below 1, or subdivide the cage."
         )
-    frame = np.array(source.frame, np.float64)
     points = np.array([place[0] for place in found]).reshape(-1, 3)
     normals = np.array([place[1] for place in found]).reshape(-1, 3)
-    turn = frame[:3, :3]  # rigid: its transpose goes back
-    return Places((points - frame[:3, 3]) @ turn, normals @ turn, tuple(place[2] for place in found))
+    turn = np.array(source.frame, np.float64)[:3, :3]
+    names = tuple(place[2] for place in found)
+    return Places(_in_frame(points, source), normals @ turn, names, weight, chains, tuple(obj.name for obj in followed))
+
+
+def _in_frame(points: np.ndarray, source: Source) -> np.ndarray:
+    """Points (k, 3) of the world in the source's frame, which is rigid: its transpose goes back."""
+    frame = np.array(source.frame, np.float64)
+    return (points - frame[:3, 3]) @ frame[:3, :3]
+
+
+def _chain_of(obj: bpy.types.Object, cage: bpy.types.Object, source: Source, weight: float) -> Chain:
+    """The chain of edges of the cage's vertex group of that name, on the curve. CageError."""
+    group = f"Vertex group '{obj.name}' of object '{cage.name}', whose chain of edges is to follow the curve of that name,"
+    members = np.array([vertex for vertex, _ in group_weights(cage, obj.name)], int)
+    if not len(members):
+        raise CageError(f"{group} has no vertex with a weight above 0: assign those of a chain of edges, or rename the curve.")
+    used = source.layout.in_cage(members)
+    if (used < 0).any():
+        raise CageError(f"{group} has vertex {members[used < 0][0]}, which has no face: take it out of the group.")
+    edges = source.layout.kept[face_edges(source.cage.face_sizes, source.cage.face_vertices)]  # in numbers of the mesh
+    try:
+        chain, is_closed = guides.ordered(members, edges)
+    except ValueError as error:
+        raise CageError(f"{group} {error}: assign the vertices of one chain.") from error
+    points, is_curve_closed = _line_of(obj)
+    try:
+        line = _in_frame(_moved(points, np.array(obj.matrix_world, np.float64)), source)
+        return guides.followed(source.layout.in_cage(chain).tolist(), is_closed, line, is_curve_closed, weight)
+    except ValueError as error:
+        raise CageError(f"Curve '{obj.name}' {error}.") from error
+
+
+def _line_of(obj: bpy.types.Object) -> tuple[np.ndarray, bool]:
+    """Points (k, 3) along a curve of one spline, in its own space, and whether it is closed; then the last one repeats the first."""
+    n = len(obj.data.splines)
+    if n != 1:
+        told = "has no spline: draw one" if not n else f"has {n} splines: give each a curve of its own (Separate)"
+        raise CageError(f"Curve '{obj.name}', which a chain of edges is to follow, {told}, or rename it.")
+    _check_splines(obj)
+    points, ends = _lines_of(obj)
+    lines = list(polylines(points, ends))
+    if not lines:
+        raise CageError(f"Curve '{obj.name}' has too few points for its kind: add some, or change its kind (Set Spline Type).")
+    return lines[0], obj.data.splines[0].use_cyclic_u
 
 
 def _counts(obj: bpy.types.Object, source: Source, depsgraph: bpy.types.Depsgraph) -> bool:
@@ -83,12 +137,16 @@ def _places_of(obj: bpy.types.Object, with_normals: bool, spacing: float, most: 
         for index, point in enumerate(_moved(read_positions(obj.data), world)):
             yield point, normals[index], f"vertex {index} of '{obj.name}'"
     else:
-        if any(len(spline.bezier_points) + len(spline.points) == 1 for spline in obj.data.splines):
-            raise CageError(f"Curve '{obj.name}' has a spline of one point, which is no line: delete it, or add a second point.")
+        _check_splines(obj)
         points, ends = _lines_of(obj)
         lines = (evenly(line, spacing, most) for line in polylines(_moved(points, world), ends))
         for index, point in enumerate(point for line in lines for point in line):
             yield point, free, f"point {index} along '{obj.name}'"
+
+
+def _check_splines(obj: bpy.types.Object) -> None:
+    if any(len(spline.bezier_points) + len(spline.points) == 1 for spline in obj.data.splines):
+        raise CageError(f"Curve '{obj.name}' has a spline of one point, which is no line: delete it, or add a second point.")
 
 
 def _moved(points: np.ndarray, world: np.ndarray) -> np.ndarray:
@@ -121,6 +179,9 @@ def _lines_of(obj: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
         for key in data.shape_keys.key_blocks if data.shape_keys else ():
             key.value = 0
         data.bevel_depth = data.extrude = 0
+        data.resolution_u = max(data.resolution_u, _FINEST)
+        for spline in data.splines:
+            spline.resolution_u = max(spline.resolution_u, _FINEST)
         data.bevel_object, data.fill_mode = None, "FULL" if data.dimensions == "3D" else "NONE"
         mesh = shape.to_mesh()  # None without splines
         points, ends = (np.empty((0, 3)), np.empty((0, 2), int)) if mesh is None else (read_positions(mesh), read_edges(mesh))

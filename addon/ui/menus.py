@@ -109,6 +109,7 @@ def _in_edit_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
 def _in_edge_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     menu.layout.separator()
     menu.layout.operator_menu_enum("curvopt.mark_rim", "rim")
+    menu.layout.operator("curvopt.new_guide")
 
 
 def _in_vertex_context_menu(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -144,8 +144,10 @@ Edit Mode the selected vertices move, and all others stay"""
         held = read_cage.read_held(obj, values["pin"], values["vertex_group"], values["pin_surface"])
         request, cage = self._source.fitted(properties.request_of(values, held)), self._source.cage
         marks = read_marks.read_marks(obj.data, self._source)
-        self._places = read_targets.read_targets(context, values["through"], values["through_normals"], self._source)
-        request = replace(job.with_marks(cage, request, *marks), through=self._places.entries(cage))
+        weight = properties.strength_of(values["through_weight"])
+        self._places = read_targets.read_targets(context, values["through"], values["through_normals"], self._source, weight)
+        request = job.with_marks(cage, request, *marks)
+        request = replace(request, through=self._places.entries(cage), chains=self._places.chains)
         self._request = job.freed(cage, request)
         placement.check_outcome(self._outcome, self._request, obj)
 

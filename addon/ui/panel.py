@@ -98,6 +98,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop_search(settings, "through", bpy.data, "collections")
         if settings.through:
             column.prop(settings, "through_normals")
+            column.prop(settings, "through_weight", slider=True)
             for line in _lines(context, GO_THROUGH_STRENGTH) if settings.strength < 1 else ():
                 column.label(text=line)
         column.prop(settings, "outcome")
@@ -112,6 +113,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             sentence.label(text=line)
         column.prop(settings, "rim")
         column.operator_menu_enum("curvopt.mark_rim", "rim")
+        column.operator("curvopt.new_guide")
         column.prop(settings, "boundary")
         if settings.boundary != "FREE":  # then nothing is held that could slide
             column.prop(settings, "slide")

@@ -189,13 +189,19 @@ class RunSettings:
         "between them a spring pulls the vertex back, whatever the size, the levels and the number of vertices",
     )
     through: bpy.props.StringProperty(
-        name="Go Through", description="A collection: the surface goes exactly through its empties, the vertices of its "
+        name="Go Through", description="A collection: the surface goes through its empties, the vertices of its "
         "meshes, and points along its curves, one and a half edges apart. Of the surface, the points that are "
-        "nearest to them go there. Needs a Strength of 1; does not count in Edit Mode and Live",
+        "nearest to them go there. If a curve has the name of a vertex group, the chain of edges of that group follows the curve. "
+        "Needs a Strength of 1; does not count in Edit Mode and Live",
     )
     through_normals: bpy.props.BoolProperty(
         name="Normals", description="The surface is perpendicular to the Z axes of the empties, and to the vectors that "
         "meshes have in an attribute curvopt_normal of their vertices", default=False,
+    )
+    through_weight: bpy.props.FloatProperty(
+        name="Weight", description="How firmly the surface goes through them. 1: exactly; less: springs draw it there, and it stays "
+        "fairer. For places that were measured, or drawn by hand, and for curves that cross without meeting", default=1.0,
+        min=0.01, max=1.0, subtype="FACTOR",
     )
     outcome: bpy.props.EnumProperty(
         name="Result", description="Where the result goes", items=OUTCOMES, default="NEW"

@@ -423,7 +423,8 @@ typedef struct curvopt_constraints {
  * spline of these parameters. All must grow, or fall, from vertex to vertex. What a boundary or a crease holds stays
  * itself, also where a chain ends in it.
  *
- * Two chains may have vertices in common, whose places are then the same to 1e-6 of the input's size, but no edges. */
+ * Two chains may have vertices in common, whose places are then the same to 1e-6 of the input's size, but no edges.
+ * Chains that springs draw (curvopt_through.chain_weights) may be anywhere. */
 typedef struct curvopt_chain {
     const int32_t *vertices;  /* [n_vertices] each joined to the next by an edge; none twice */
     const double *curve;      /* [3 n_points] */
@@ -453,8 +454,11 @@ typedef struct curvopt_chain {
  * freedom for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark
  * limit surface, also where energies are those of a blend. No symmetries of the cage are used.
  *
- * Chains hold exactly, as entries of weight 1 do. No entry may hold a point of a chain's vertex or edge. Errors that
- * begin with "chain" have its number as `element`. On one level a chain has at most 1 000 edges.
+ * Chains of weight 1 hold exactly, as entries do. No entry of weight 1 may hold a point of such a chain's vertex or
+ * edge. Those that have vertices in common hold at most 1 000 limit points together on the last level. A chain of a
+ * weight below 1 is drawn by springs: w / (1 - w) * half of the stiffness of a sphere, times the integral of (distance
+ * / size of the input)^2 between limit curve and curve along it, where each edge of the input has the length 1. It may
+ * have vertices and edges in common with others. Errors that begin with "chain" have its number as `element`.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
@@ -481,7 +485,8 @@ typedef struct curvopt_through {
         *weights; /* [n] 0: the entry does not count, to 1 (1 - 1e-9 counts as 1): it holds exactly; NULL: all 1 */
     const curvopt_chain *chains; /* [n_chains] chains of edges that follow curves */
     int32_t n_chains;
-    int32_t reserved; /* 0 */
+    int32_t reserved;            /* 0 */
+    const double *chain_weights; /* [n_chains] as `weights`, of chains; NULL: all 1 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are

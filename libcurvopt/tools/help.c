@@ -113,7 +113,7 @@ static const char help_of_constraints[] =
     "                          \"curve\": [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], \"curve_closed\": true}]}\n"
     "                       parameters: where on the curve each vertex is, in numbers of its points; without it at "
     "the\n"
-    "                       nearest place\n"
+    "                       nearest place; weight: as of points\n"
     "                       `-` reads standard input; symmetries are not kept\n"
     "  --volume V, --area A, --total-mean-curvature M\n"
     "                       hold this number of the whole surface: keep for the input's, or a value in units of the\n"

@@ -27,6 +27,7 @@ void through_free(through_list *list) {
         free((void *)list->chains[i].curve);
         free((void *)list->chains[i].parameters);
     }
+    free((void *)list->given.chain_weights);
     free(list->chains);
     *list = (through_list){0};
 }
@@ -146,9 +147,9 @@ static int take_frame(const entry *e, const slot *to) {
                : fail(e, "inside a face \"to\" must be \"u\" or \"v\"");
 }
 
-static int take_weight(const entry *e, const slot *to) {
+static int take_weight(const entry *e, double *to) {
     const json_node *weight = member(e, "weight");
-    *to->weight = weight ? weight->number : 1;
+    *to = weight ? weight->number : 1;
     if (weight && !(weight->kind == JSON_NUMBER && weight->number >= 0 && weight->number <= 1))
         return fail_key(e, "weight", "must be a number, 0 to 1");
     return 0;
@@ -160,7 +161,7 @@ static int take_entry(const entry *e, const slot *to) {
     if (e->node->kind != JSON_OBJECT)
         return fail(e, "an object was expected");
     if (check_keys(e, e->node, known) || take_location(e, to) || take_point(e, to) || take_frame(e, to) ||
-        take_weight(e, to))
+        take_weight(e, to->weight))
         return 1;
     if (*to->freedom == 3 && isnan(*to->normal) && isnan(*to->tangent))
         return fail(e, "holds nothing: give \"at\", \"line\", \"plane\", \"normal\" or \"tangent\"");
@@ -268,13 +269,13 @@ static int take_parameters(const entry *e, curvopt_chain *to) {
     return out ? take_numbers(e, list, "parameters", out) : fail(e, "out of memory");
 }
 
-static int take_chain(const entry *e, curvopt_chain *to) {
-    static const char *const known[] = {"vertices", "closed", "curve", "curve_closed", "parameters", NULL};
+static int take_chain(const entry *e, curvopt_chain *to, double *to_weight) {
+    static const char *const known[] = {"vertices", "closed", "curve", "curve_closed", "parameters", "weight", NULL};
     if (e->node->kind != JSON_OBJECT)
         return fail(e, "an object was expected");
     return check_keys(e, e->node, known) || take_flag(e, "closed", &to->is_closed) ||
            take_flag(e, "curve_closed", &to->is_curve_closed) || take_vertices(e, to) || take_curve(e, to) ||
-           take_parameters(e, to);
+           take_parameters(e, to) || take_weight(e, to_weight);
 }
 
 /* ------------------------------------------------------------------------------------------------- the file -- */
@@ -308,8 +309,15 @@ static int find_lists(const json_document *d, const json_node **points, const js
 static int take_lists(const json_document *d, const json_node *points, const json_node *chains, through_list *out,
                       char *message, size_t size) {
     entry e = {.document = d, .message = message, .size = size};
-    if (make_room(points ? points->size : 0, out) ||
-        (chains && !(out->chains = calloc((size_t)chains->size + 1, sizeof *out->chains)))) {
+    const size_t room = chains ? (size_t)chains->size + 1 : 1;
+    double *weights = NULL;
+    int failed = make_room(points ? points->size : 0, out);
+    if (!failed) {
+        out->given.chain_weights = weights = calloc(room, sizeof *weights);
+        out->chains = calloc(room, sizeof *out->chains);
+        failed = !weights || !out->chains;
+    }
+    if (failed) {
         snprintf(message, size, "out of memory");
         return 1;
     }
@@ -326,7 +334,7 @@ static int take_lists(const json_document *d, const json_node *points, const jso
     out->given.n_chains = chains ? chains->size : 0;
     for (int32_t i = chains ? chains->first : -1; i >= 0; i = d->node[i].next, e.number++) {
         e.node = &d->node[i];
-        if (take_chain(&e, &out->chains[e.number]))
+        if (take_chain(&e, &out->chains[e.number], &weights[e.number]))
             return 1;
     }
     return 0;

@@ -28,6 +28,7 @@ typedef struct through_list {
  *     "curve": [[X, Y, Z], ...]        points of the curve that its limit curve follows
  *     "curve_closed": true             the curve goes on from the last one to the first
  *     "parameters": [T, ...]           where on it each vertex is, in numbers of these points; without: at the nearest
+ *     "weight": W                      as of entries
  * Numbers of vertices, faces, corners, entries and chains count from 0. Nonzero with a sentence in message [size],
  * which names the entry or chain, if that cannot be done, or if there is none. */
 int through_parse(FILE *file, through_list *out, char *message, size_t size);

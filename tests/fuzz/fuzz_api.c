@@ -326,7 +326,7 @@ static void check_result(const state *s, const curvopt_result *result) {
 typedef struct wish {
     curvopt_through through;
     int32_t vertex[3], face[3], corner[3], freedom[3], toward[3];
-    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3], parameter[3];
+    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3], parameter[3], chain_weight;
     curvopt_chain chain;
 } wish;
 
@@ -349,6 +349,8 @@ static void make_chain(reader *r, const state *s, wish *w) {
                                .n_points = kind / 64,
                                .is_closed = kind & 2,
                                .is_curve_closed = kind & 16};
+    w->chain_weight = kind & 32 ? 0.25 * (kind / 8 % 4) : 1;
+    w->through.chain_weights = kind & 4 ? &w->chain_weight : NULL;
     w->through.chains = &w->chain;
     w->through.n_chains = kind & 1;
 }

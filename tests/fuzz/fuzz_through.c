@@ -27,6 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         for (int32_t i = 0; i < t->n_chains; i++) {
             const curvopt_chain *c = &t->chains[i];
             FUZZ_CHECK(c->n_vertices > 1 && c->n_points > 0 && c->curve);
+            FUZZ_CHECK(t->chain_weights[i] >= 0 && t->chain_weights[i] <= 1);
             FUZZ_CHECK(c->vertices[0] >= 0 && c->vertices[c->n_vertices - 1] >= 0);
             FUZZ_CHECK(!isnan(c->curve[3 * c->n_points - 1]));
             FUZZ_CHECK(!c->parameters || !isnan(c->parameters[c->n_vertices - 1]));

@@ -95,6 +95,7 @@ def test_a_chain_of_edges_follows_a_curve(cube):
     (curvopt.Chain([0, -1], np.eye(3)), "chain 0: a vertex is -1"),
     (curvopt.Chain([0, 1], np.eye(2)), "chain 0: curve has the shape (2, 2)"),
     (curvopt.Chain([0, 1], [[0, 0, 0], [1, 0]]), "chain 0: curve and parameters must be numbers"),
+    (curvopt.Chain([0, 1], np.eye(3), weight=1.5), "chain 0: weight is 1.5; it must be 0 to 1"),
     (curvopt.Chain([0, 1], np.eye(3), parameters=[1]), "chain 0: parameters have the shape (1,); there are 2 vertices"),
 ])  # fmt: skip
 def test_chains_that_cannot_be_read_are_refused(cube, chain, sentence):

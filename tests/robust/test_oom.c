@@ -214,15 +214,18 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     return status;
 }
 
-/* What an open and a closed chain of edges add, a level on, too. */
+/* What an open and a closed chain of edges add, and one that springs draw, a level on, too. */
 static int32_t chain_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     static const double curve[12] = {1.5, 0, 0, 0, 1.5, 0, -1.5, 0, 0, 0, -1.5, 0};
     static const double parameters[4] = {0, 1, 2, 3};
     const int32_t ring[4] = {0, 3, 6, 9}, open[2] = {1, 4};
-    const curvopt_chain chains[2] = {
+    const double weights[3] = {1, 1, 0.5};
+    const curvopt_chain chains[3] = {
         {.vertices = ring, .curve = curve, .n_vertices = 4, .n_points = 4, .is_closed = 1, .is_curve_closed = 1},
-        {.vertices = open, .curve = curve, .parameters = parameters, .n_vertices = 2, .n_points = 4}};
-    const curvopt_through wanted = {.struct_size = sizeof wanted, .chains = chains, .n_chains = 2};
+        {.vertices = open, .curve = curve, .parameters = parameters, .n_vertices = 2, .n_points = 4},
+        {.vertices = open, .curve = curve, .n_vertices = 2, .n_points = 4}};
+    const curvopt_through wanted = {
+        .struct_size = sizeof wanted, .chains = chains, .n_chains = 3, .chain_weights = weights};
     curvopt_options o;
     co_constraints held = {0};
     curvopt_mesh *fine = NULL;

@@ -182,6 +182,48 @@ static void test_every_level_holds_the_chain_anew(void **state) {
     tear_down(&s);
 }
 
+/* Springs of a chain: none of its points is held, all are on the circle, and their stiffnesses add up to that of its
+ * edges on the first level, on every one: with middles of end edges or without. */
+static void test_a_drawn_chain_is_as_stiff_on_every_level(void **state) {
+    (void)state;
+    const double weight = 0.75;
+    for (int is_closed = 0; is_closed < 2; is_closed++) {
+        setting s;
+        curvopt_error error;
+        const int n_edges = is_closed ? 12 : 4;
+        set_up(&s, 12, 5, is_closed ? 12 : 5, is_closed);
+        s.through.chain_weights = &weight;
+        CHECK_OK(co_given_through_create(s.mesh, s.cage.xyz, &s.options, &s.held, &error), &error);
+        for (int level = 1; level <= 3; level++) {
+            const int n = n_edges * (1 << (level - 1)) + (is_closed ? 0 : 3);
+            double sum = 0;
+            curvopt_mesh *fine;
+            co_sparse_rows rows;
+            CHECK_INT(s.held.values.n, 0);
+            CHECK_INT(s.held.drawn.n, n);
+            for (int k = 0; k < n; k++) {
+                const co_surface_value *f = &s.held.drawn.item[k];
+                CHECK_TRUE(f->is_optional && f->stiffness > 0 && off_circle(f->anchor) < 1e-8);
+                sum += f->stiffness;
+            }
+            CHECK_NEAR(sum, 3.0 * n_edges, 1e-12 * n_edges);
+            for (int32_t v = 0; v < s.mesh->info.n_vertices; v++)
+                CHECK_INT(s.held.freedom[v], CO_FREEDOM_ALL);
+            CHECK_OK(co_subdivide(s.mesh, &fine, &rows, &error), &error);
+            double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
+            CHECK_TRUE(xyz != NULL);
+            co_sparse_rows_apply(&rows, s.cage.xyz, xyz);
+            CHECK_OK(co_constraints_subdivide(s.mesh, fine, &rows, xyz, &s.held, &error), &error);
+            co_sparse_rows_free(&rows);
+            curvopt_mesh_destroy(s.mesh);
+            free(s.cage.xyz);
+            s.mesh = fine;
+            s.cage.xyz = xyz;
+        }
+        tear_down(&s);
+    }
+}
+
 /* Entries of the inverse fall by .27 from vertex to vertex: rows of 61 chain vertices and the three rows of neighbours
  * are left of 200 and theirs, and the map there and back is the identity. */
 static void test_rows_do_not_grow_with_the_chain(void **state) {
@@ -279,6 +321,7 @@ int main(void) {
         cmocka_unit_test(test_open_splines_are_cubics_where_values_are),
         cmocka_unit_test(test_periodic_splines_come_to_a_sine_with_order_4),
         cmocka_unit_test(test_every_level_holds_the_chain_anew),
+        cmocka_unit_test(test_a_drawn_chain_is_as_stiff_on_every_level),
         cmocka_unit_test(test_rows_do_not_grow_with_the_chain),
         cmocka_unit_test(test_middles_yield_to_entries),
         cmocka_unit_test(test_no_middles_where_a_surface_ends),

@@ -50,6 +50,7 @@ class Chain:
     curve_closed     whether the curve goes on from its last point to the first; None: if the chain is closed
     parameters (k,)  where on the curve each vertex is, in numbers of points, 1.25 a quarter of the way from point 1 to
                      point 2; None: at the nearest place
+    weight           0 to 1: how firmly. 1: exactly; less: springs draw the limit curve to the curve; 0: not at all
     """
 
     vertices: Sequence[int]
@@ -57,6 +58,7 @@ class Chain:
     closed: bool = False
     curve_closed: bool | None = None
     parameters: object = None
+    weight: float = 1.0
 
 
 def _three(value: object, entry: int, name: str) -> np.ndarray:
@@ -69,9 +71,9 @@ def _three(value: object, entry: int, name: str) -> np.ndarray:
     return out
 
 
-def _weight(value: object, entry: int) -> float:
+def _weight(value: object, entry: int, of: str = "entry") -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value <= 1:
-        raise ValueError(f"entry {entry}: weight is {value!r}; it must be 0 to 1.")
+        raise ValueError(f"{of} {entry}: weight is {value!r}; it must be 0 to 1.")
     return float(value)
 
 
@@ -159,5 +161,7 @@ def struct_of(entries: Sequence[Through], chains: Sequence[Chain] = ()) -> CThro
     made = [_chain(chain, i) for i, chain in enumerate(chains)]
     array = (CChain * len(made))(*(chain for chain, _ in made))
     out.chains, out.n_chains = array, len(made)
-    out.arrays = arrays, array, made  # of Python's: pointers do not keep arrays alive
+    chain_weights = np.array([_weight(chain.weight, i, "chain") for i, chain in enumerate(chains)], float)
+    out.chain_weights = chain_weights.ctypes.data_as(C.POINTER(C.c_double))
+    out.arrays = arrays, array, made, chain_weights  # of Python's: pointers do not keep arrays alive
     return out

@@ -9,14 +9,25 @@
 #include <stdlib.h>
 #include <string.h>
 
+void co_chain_free(co_chain *chain) {
+    free(chain->vertex);
+    co_cubic_spline_free(&chain->parameter);
+    co_cubic_spline_free(&chain->curve);
+    *chain = (co_chain){0};
+}
+
 void co_chains_free(co_chains *chains) {
-    for (int32_t i = 0; i < chains->n; i++) {
-        free(chains->item[i].vertex);
-        co_cubic_spline_free(&chains->item[i].parameter);
-        co_cubic_spline_free(&chains->item[i].curve);
-    }
+    for (int32_t i = 0; i < chains->n; i++)
+        co_chain_free(&chains->item[i]);
     free(chains->item);
     *chains = (co_chains){0};
+}
+
+int co_chains_hold_any(const co_chains *chains) {
+    int holds = 0;
+    for (int32_t k = 0; k < chains->n; k++)
+        holds |= chains->item[k].stiffness == 0;
+    return holds;
 }
 
 int32_t co_chain_edges(const co_chain *chain) {
@@ -87,39 +98,114 @@ static int is_end_of_surface(const curvopt_mesh *m, int32_t v, int32_t h) {
     return n_entries == CORNER || (n_entries == CURVE && !co_crease_is_infinite(co_crease_edge(m, h)));
 }
 
-static void add_middle(const curvopt_mesh *m, const co_chain *chain, int32_t number, int32_t edge, int32_t h,
+static void add_middle(const curvopt_mesh *m, const co_chain *chain, int32_t edge, int32_t h, double stiffness,
                        co_surface_values *values) {
     static const double on_quad[4][2] = {{0.5, 0}, {1, 0.5}, {0.5, 1}, {0, 0.5}};
     co_surface_value *f = &values->item[values->n++];
     const int32_t first = m->face_start[m->corner_face[h]];
     const int is_quad = co_mesh_face_size(m, m->corner_face[h]) == 4;
-    *f = (co_surface_value){.number = number,
+    *f = (co_surface_value){.number = chain->number,
                             .vertex = -1,
                             .corner = is_quad ? first : h,
                             .uv = {is_quad ? on_quad[h - first][0] : 1, is_quad ? on_quad[h - first][1] : 0},
                             .freedom = CO_FREEDOM_NONE,
                             .pivot = -1,
-                            .is_optional = 1};
+                            .is_optional = 1,
+                            .stiffness = stiffness};
     co_chain_place(chain, edge + 0.5, f->anchor);
 }
 
-void co_chains_hold_middles(const curvopt_mesh *m, const co_chains *chains, co_surface_values *values) {
+/* Half-edges of the first and the last edge of a chain if their middles count, else -1; of a single edge that counts
+ * the second is -1. */
+static void find_end_edges(const curvopt_mesh *m, const co_chain *chain, int32_t h[2]) {
+    const int32_t last = co_chain_edges(chain) - 1;
+    h[0] = h[1] = -1;
+    if (chain->is_closed)
+        return;
+    const int32_t first = edge_of(m, chain, 0), end = edge_of(m, chain, last);
+    if (!is_end_of_surface(m, chain->vertex[0], first))
+        h[0] = first;
+    if (!is_end_of_surface(m, chain->vertex[last + 1], end) && !(h[0] >= 0 && last == 0))
+        h[1] = end;
+}
+
+/* Takes what is of chains off. */
+static void drop(co_surface_values *values) {
     int32_t n = 0;
     for (int32_t i = 0; i < values->n; i++)
         if (!values->item[i].is_optional)
             values->item[n++] = values->item[i];
     values->n = n;
     co_sparse_rows_free(&values->rows);
+}
+
+void co_chains_hold_middles(const curvopt_mesh *m, const co_chains *chains, co_surface_values *values) {
+    drop(values);
     for (int32_t k = 0; k < chains->n; k++) {
         const co_chain *chain = &chains->item[k];
-        const int32_t last = co_chain_edges(chain) - 1;
-        if (chain->is_closed)
+        int32_t h[2];
+        if (chain->stiffness > 0)
             continue;
-        const int32_t first = edge_of(m, chain, 0), end = edge_of(m, chain, last);
-        const int has_first = !is_end_of_surface(m, chain->vertex[0], first);
-        if (has_first)
-            add_middle(m, chain, k, 0, first, values);
-        if (!is_end_of_surface(m, chain->vertex[last + 1], end) && !(has_first && last == 0))
-            add_middle(m, chain, k, last, end, values);
+        find_end_edges(m, chain, h);
+        for (int end = 0; end < 2; end++)
+            if (h[end] >= 0)
+                add_middle(m, chain, end == 0 ? 0 : co_chain_edges(chain) - 1, h[end], 0, values);
     }
+}
+
+/* ------------------------------------------------------------------------------------------------- springs -- */
+
+static void add_vertex(const curvopt_mesh *m, const co_chain *chain, int32_t i, double stiffness,
+                       co_surface_values *values) {
+    co_surface_value *f = &values->item[values->n++];
+    *f = (co_surface_value){.number = chain->number,
+                            .vertex = chain->vertex[i],
+                            .corner = m->vertex_corner[chain->vertex[i]],
+                            .freedom = CO_FREEDOM_NONE,
+                            .pivot = -1,
+                            .is_optional = 1,
+                            .stiffness = stiffness};
+    co_chain_place(chain, i, f->anchor);
+}
+
+/* Quadrature over the chain's parameter: by Simpson's rule on end edges whose middles count, on all others by the
+ * trapezoidal rule. */
+static void draw(const curvopt_mesh *m, const co_chain *chain, co_surface_values *values) {
+    const double whole = chain->stiffness * chain->step; /* of an edge */
+    const int32_t n_edges = co_chain_edges(chain);
+    int32_t h[2];
+    find_end_edges(m, chain, h);
+    for (int32_t i = 0; i < chain->n; i++) {
+        double stiffness = 0;
+        for (int32_t edge = i - 1; edge <= i; edge++) { /* a closed chain's have no middles */
+            const int has_middle = (edge == 0 && h[0] >= 0) || (edge == n_edges - 1 && h[1] >= 0);
+            const int exists = chain->is_closed || (edge >= 0 && edge < n_edges);
+            stiffness += exists ? whole / (has_middle ? 6 : 2) : 0;
+        }
+        add_vertex(m, chain, i, stiffness, values);
+    }
+    for (int end = 0; end < 2; end++)
+        if (h[end] >= 0)
+            add_middle(m, chain, end == 0 ? 0 : n_edges - 1, h[end], whole * 2 / 3, values);
+}
+
+int32_t co_chains_draw(const curvopt_mesh *m, const co_chains *chains, co_surface_values *values,
+                       curvopt_error *error) {
+    size_t n = 0;
+    drop(values);
+    for (int32_t k = 0; k < chains->n; k++)
+        n += chains->item[k].stiffness > 0 ? (size_t)chains->item[k].n + 2 : 0;
+    if (!n)
+        return CURVOPT_OK;
+    co_surface_value *item = CO_NEW(co_surface_value, (size_t)values->n + n);
+    if (!item)
+        return co_status_no_memory(error);
+    if (values->n)
+        memcpy(item, values->item, (size_t)values->n * sizeof *item);
+    free(values->item);
+    values->item = item;
+    for (int32_t k = 0; k < chains->n; k++)
+        if (chains->item[k].stiffness > 0)
+            draw(m, &chains->item[k], values);
+    return CURVOPT_OK;
 }

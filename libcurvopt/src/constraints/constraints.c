@@ -145,18 +145,20 @@ void co_constraints_put_back(const co_constraints *constraints, int32_t v, doubl
 }
 
 /* Where chains share a vertex the first one counts. */
-void co_constraints_hold_chains(const curvopt_mesh *m, co_constraints *constraints) {
+int32_t co_constraints_hold_chains(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
     for (int32_t k = constraints->chains.n - 1; k >= 0; k--) {
         const co_chain *chain = &constraints->chains.item[k];
-        for (int32_t i = 0; i < chain->n; i++) {
+        for (int32_t i = 0; chain->stiffness == 0 && i < chain->n; i++) {
             const int32_t v = chain->vertex[i];
             constraints->freedom[v] = CO_FREEDOM_NONE;
             constraints->of_limit[v] = CO_OF_OWN_POINT;
             co_chain_place(chain, i, constraints->anchor + 3 * (size_t)v);
         }
     }
-    if (constraints->chains.n)
-        co_chains_hold_middles(m, &constraints->chains, &constraints->values);
+    if (!constraints->chains.n)
+        return CURVOPT_OK;
+    co_chains_hold_middles(m, &constraints->chains, &constraints->values);
+    return co_chains_draw(m, &constraints->chains, &constraints->drawn, error);
 }
 
 /* Child h of the finer cage comes from the face that corner h is in. */
@@ -217,10 +219,12 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
             co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
             co_soft_constraints_drop_beyond(&out.springs, v, xyz + 3 * (size_t)v);
         }
-    co_constraints_hold_chains(fine, &out);
+    status = co_constraints_hold_chains(fine, &out, error);
     co_constraints_free(constraints);
     *constraints = out;
-    return CURVOPT_OK;
+    if (status != CURVOPT_OK)
+        co_constraints_free(constraints);
+    return status;
 }
 
 /* Adds the next row: vertices of faces with a marked one. face [n_faces] is work space. */

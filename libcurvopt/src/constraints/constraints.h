@@ -45,8 +45,9 @@ int32_t co_constraints_pull_back(const curvopt_mesh *mesh, const double *xyz, co
 /* Faces that are left out of the energy, from face [n_faces]: those of 0 and more. ERROR_MEMORY. */
 int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, co_constraints *constraints,
                                  curvopt_error *error);
-/* Holds the limit points of the chains' vertices, and the middles of open ones' end edges. */
-void co_constraints_hold_chains(const curvopt_mesh *mesh, co_constraints *constraints);
+/* Holds the limit points of the chains' vertices, and the middles of open ones' end edges; or draws them by springs.
+ * ERROR_MEMORY. */
+int32_t co_constraints_hold_chains(const curvopt_mesh *mesh, co_constraints *constraints, curvopt_error *error);
 /* But for the chains: the copy is for the same level. ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);

@@ -15,6 +15,8 @@
 /* Distance, in parts of the cage's radius, up to which two chains hold the same point of a vertex that both have. */
 static const double SAME_PLACE = 1e-6;
 
+enum { ENDS = 3 }; /* limit points that an open chain holds more than it has edges: a vertex, and two middles */
+
 typedef struct reader {
     const curvopt_mesh *mesh;
     const double *xyz;
@@ -24,6 +26,9 @@ typedef struct reader {
     co_constraints *constraints;
     int32_t *vertex_owner; /* [n_vertices] the chain that holds the vertex' point; -1 */
     int32_t *edge_owner;   /* [n_edges] the chain of an edge; -1 */
+    int32_t *group;        /* [n_chains] one of those that the chain hangs together with by vertices */
+    int32_t *n_points;     /* [n_chains] limit points that it holds on the last level, without those of others */
+    double weight;         /* of the present one. Below 1 springs draw it, and it owns nothing */
     double radius;
 } reader;
 
@@ -37,13 +42,15 @@ static int32_t check_counts(const reader *r, curvopt_error *error) {
                               "chain %d has %d vertices, which are %s; %s chain needs %d", r->number, c->n_vertices,
                               c->vertices ? "given" : "NULL", c->is_closed ? "a closed" : "an open", least);
     const int32_t n_edges = c->n_vertices - (c->is_closed ? 0 : 1), halvings = r->levels < 31 ? r->levels - 1 : 30;
+    const int32_t more = c->is_closed ? 0 : ENDS, most = CO_INTERPOLATION_MOST_TOUCHING - more;
     const long long n_last = (long long)n_edges << halvings;
-    if (n_last > CO_INTERPOLATION_MOST_TOUCHING)
-        return co_status_fail(
-            error, CURVOPT_ERROR_ARGUMENT, r->number,
-            "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer levels, "
-            "or cut the chain in two that do not touch",
-            r->number, n_edges, n_last, r->levels, CO_INTERPOLATION_MOST_TOUCHING);
+    if (n_last > most && r->weight == 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
+                              "chain %d has %d edges, which become %lld on level %d; there can be %d: use fewer "
+                              "levels, a weight below 1, "
+                              "or two chains that do not touch",
+                              r->number, n_edges, n_last, r->levels, most);
+    r->n_points[r->number] = r->weight == 1 ? (int32_t)n_last + more : 0;
     return CURVOPT_OK;
 }
 
@@ -61,7 +68,7 @@ static int32_t check_vertex(const reader *r, int32_t i, curvopt_error *error) {
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
                               "chain %d goes through vertex %d, where a crease fades or ends, or there is no surface",
                               r->number, v);
-    if (r->vertex_owner[v] >= 0)
+    if (r->vertex_owner[v] >= 0 || r->weight < 1)
         return CURVOPT_OK;
     if (c->freedom[v] != CO_FREEDOM_ALL || (c->springs.stiffness && c->springs.stiffness[v] > 0))
         return co_status_fail(
@@ -78,6 +85,8 @@ static int32_t take_edge(const reader *r, int32_t i, curvopt_error *error) {
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
                               "chain %d goes from vertex %d to vertex %d, but no edge does", r->number, a, b);
     int32_t *owner = &r->edge_owner[r->mesh->edge[h]];
+    if (r->weight < 1)
+        return CURVOPT_OK;
     if (*owner >= 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
                               "chain %d has the edge from vertex %d to vertex %d, as chain %d has", r->number, a, b,
@@ -91,8 +100,12 @@ static int32_t read_vertices(const reader *r, curvopt_error *error) {
     int32_t status = check_counts(r, error);
     if (status != CURVOPT_OK)
         return status;
-    *r->chain = (co_chain){
-        .n = c->n_vertices, .is_closed = c->is_closed != 0, .vertex = CO_NEW(int32_t, c->n_vertices), .step = 1};
+    *r->chain = (co_chain){.number = r->number,
+                           .n = c->n_vertices,
+                           .is_closed = c->is_closed != 0,
+                           .vertex = CO_NEW(int32_t, c->n_vertices),
+                           .step = 1,
+                           .stiffness = r->weight < 1 ? r->weight / (1 - r->weight) : 0};
     if (!r->chain->vertex)
         return co_status_no_memory(error);
     memcpy(r->chain->vertex, c->vertices, (size_t)c->n_vertices * sizeof *c->vertices);
@@ -182,9 +195,36 @@ static int32_t read_curve(const reader *r, curvopt_error *error) {
 
 /* --------------------------------------------------------------------------------------- beside other things -- */
 
+static int32_t root_of(const reader *r, int32_t k) {
+    while (r->group[k] != k)
+        k = r->group[k];
+    return k;
+}
+
+/* Enters the present chain into the group of another one, with which it has a vertex in common. */
+static void join(const reader *r, int32_t other) {
+    const int32_t into = root_of(r, other), from = root_of(r, r->number);
+    r->n_points[into]--; /* counted twice */
+    if (into != from) {
+        r->group[from] = into;
+        r->n_points[into] += r->n_points[from];
+    }
+}
+
+/* More limit points hang together on the last level than can be held. */
+static int32_t check_group(const reader *r, curvopt_error *error) {
+    const int32_t n = r->n_points[root_of(r, r->number)];
+    if (n <= CO_INTERPOLATION_MOST_TOUCHING)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number,
+                          "chain %d, with the chains that it hangs together with by vertices, holds %d limit points on "
+                          "level %d; there can be %d: use fewer levels, weights below 1, or chains that do not touch",
+                          r->number, n, r->levels, CO_INTERPOLATION_MOST_TOUCHING);
+}
+
 /* Enters what the chain holds, or compares it with what one before holds. */
 static int32_t take_vertices(const reader *r, curvopt_error *error) {
-    for (int32_t i = 0; i < r->chain->n; i++) {
+    for (int32_t i = 0; r->weight == 1 && i < r->chain->n; i++) {
         const int32_t v = r->chain->vertex[i];
         double place[3], square = 0, *anchor = r->constraints->anchor + 3 * (size_t)v;
         co_chain_place(r->chain, i, place);
@@ -195,12 +235,14 @@ static int32_t take_vertices(const reader *r, curvopt_error *error) {
                                   "chain %d wants vertex %d %g away from where chain %d wants it: give both parameters "
                                   "at which their curves meet",
                                   r->number, v, sqrt(square), r->vertex_owner[v]);
-        if (r->vertex_owner[v] < 0) {
-            memcpy(anchor, place, sizeof place);
-            r->vertex_owner[v] = r->number;
+        if (r->vertex_owner[v] >= 0) {
+            join(r, r->vertex_owner[v]);
+            continue;
         }
+        memcpy(anchor, place, sizeof place);
+        r->vertex_owner[v] = r->number;
     }
-    return CURVOPT_OK;
+    return check_group(r, error);
 }
 
 /* Half-edges of the edges that a place inside a face is on, of which there are at most two. */
@@ -232,17 +274,39 @@ static int32_t check_entry(const reader *r, const co_surface_value *f, curvopt_e
         owner, f->number);
 }
 
+static int32_t read_weight(reader *r, const curvopt_through *t, curvopt_error *error) {
+    r->weight = t->chain_weights ? co_constraint_weight(t->chain_weights[r->number]) : 1;
+    if (r->weight >= 0 && r->weight <= 1)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, r->number, "chain %d has the weight %g; it must be 0 to 1",
+                          r->number, r->weight);
+}
+
+/* Reads the present chain, which does not count if its weight is 0. */
+static int32_t read_chain(reader *r, const curvopt_through *t, curvopt_error *error) {
+    co_chains *chains = &r->constraints->chains;
+    r->chain = &chains->item[chains->n++];
+    r->group[r->number] = r->number;
+    int32_t status = read_weight(r, t, error);
+    if (status == CURVOPT_OK)
+        status = read_vertices(r, error);
+    if (status == CURVOPT_OK)
+        status = read_curve(r, error);
+    if (status == CURVOPT_OK)
+        status = take_vertices(r, error);
+    if (status == CURVOPT_OK && r->weight == 0) {
+        co_chain_free(r->chain);
+        chains->n--;
+    }
+    return status;
+}
+
 static int32_t read_chains(reader *r, const curvopt_through *t, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     for (int32_t k = 0; status == CURVOPT_OK && k < t->n_chains; k++) {
         r->number = k;
         r->given = &t->chains[k];
-        r->chain = &r->constraints->chains.item[k];
-        status = read_vertices(r, error);
-        if (status == CURVOPT_OK)
-            status = read_curve(r, error);
-        if (status == CURVOPT_OK)
-            status = take_vertices(r, error);
+        status = read_chain(r, t, error);
     }
     for (int32_t i = 0; status == CURVOPT_OK && i < r->constraints->values.n; i++)
         status = check_entry(r, &r->constraints->values.item[i], error);
@@ -258,19 +322,22 @@ int32_t co_given_chains_create(const curvopt_mesh *m, const double *xyz, const c
                 .constraints = constraints,
                 .vertex_owner = CO_NEW(int32_t, m->info.n_vertices),
                 .edge_owner = CO_NEW(int32_t, m->info.n_edges),
+                .group = CO_NEW(int32_t, t->n_chains),
+                .n_points = CO_NEW(int32_t, t->n_chains),
                 .radius = co_similarity_mesh_frame(m, xyz, centroid)};
     constraints->chains.item = CO_NEW(co_chain, t->n_chains);
-    int32_t status =
-        r.vertex_owner && r.edge_owner && constraints->chains.item ? CURVOPT_OK : co_status_no_memory(error);
+    const int has_room = r.vertex_owner && r.edge_owner && r.group && r.n_points && constraints->chains.item;
+    int32_t status = has_room ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
-        constraints->chains.n = t->n_chains;
         memset(r.vertex_owner, 0xff, (size_t)m->info.n_vertices * sizeof *r.vertex_owner);
         memset(r.edge_owner, 0xff, (size_t)m->info.n_edges * sizeof *r.edge_owner);
         status = read_chains(&r, t, error);
     }
     if (status == CURVOPT_OK)
-        co_constraints_hold_chains(m, constraints);
+        status = co_constraints_hold_chains(m, constraints, error);
     free(r.vertex_owner);
     free(r.edge_owner);
+    free(r.group);
+    free(r.n_points);
     return status;
 }

@@ -244,7 +244,7 @@ static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, con
 }
 
 int co_given_constraints_move_cage(const co_constraints *constraints) {
-    return constraints->values.n > 0 || constraints->chains.n > 0;
+    return constraints->values.n > 0 || co_chains_hold_any(&constraints->chains);
 }
 
 /* Boundaries and creases that are held keep their vertices; of each chain others must be left. */
@@ -254,11 +254,11 @@ static int32_t check_chains(const co_constraints *given, const co_constraints *a
         int32_t i = 0;
         while (i < chain->n && all->of_limit[chain->vertex[i]] != CO_OF_OWN_POINT)
             i++;
-        if (i == chain->n)
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, k,
+        if (chain->stiffness == 0 && i == chain->n)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, chain->number,
                                   "chain %d: the boundary, a crease or left-out faces hold all of its vertices, vertex "
                                   "%d first",
-                                  k, chain->vertex[0]);
+                                  chain->number, chain->vertex[0]);
     }
     return CURVOPT_OK;
 }

@@ -333,7 +333,8 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
         status = find_places(m, xyz, &constraints->drawn, error);
     if (status == CURVOPT_OK && t.n_chains)
         status = co_given_chains_create(m, xyz, &t, options->levels, constraints, error);
-    if (status != CURVOPT_OK)
+    const int holds_nothing = constraints->values.n + constraints->drawn.n + constraints->chains.n == 0;
+    if (status != CURVOPT_OK || (!has_freedom && holds_nothing))
         co_constraints_free(constraints);
     return status;
 }

@@ -28,8 +28,9 @@ typedef struct co_surface_value {
     double direction[3]; /* unit: along the line, or normal to the plane */
     double anchor[3];    /* where it is held, or a point of the line or plane, in the user's units; of tangents 0 */
     int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet, or not held */
-    int32_t is_optional; /* whether it is not held where others leave it no freedom */
-    double stiffness;    /* of a spring in place of that, as k_v of soft_constraints.h; 0: it is held exactly */
+    int32_t
+        is_optional;  /* whether it is a chain's, made anew on each level; not held where others leave it no freedom */
+    double stiffness; /* of a spring in place of that, as k_v of soft_constraints.h; 0: it is held exactly */
 } co_surface_value;
 
 typedef struct co_surface_values {

@@ -78,7 +78,7 @@ static int32_t subdivide(co_run *r, curvopt_error *error) {
         co_sparse_rows_apply(&rows, r->at.xyz, xyz);
         status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     }
-    if (status == CURVOPT_OK && r->constraints.chains.n)
+    if (status == CURVOPT_OK && co_chains_hold_any(&r->constraints.chains))
         status = co_given_constraints_place(fine, &r->constraints, r->context.options->boundary, xyz, error);
     if (status == CURVOPT_OK)
         status = co_symmetry_subdivide(&r->at.symmetry, error);

@@ -175,6 +175,30 @@ def test_through_a_collection(batch, cage_file, torus):
     assert code == 1 and "There is no collection 'Nothing'" in lines[-1]
 
 
+def test_near_a_collection(batch, cage_file, torus):
+    """Drawn to two empties over each other it goes through one at most; weights that are none."""
+    targets = bpy.data.collections.new("Targets")
+    bpy.context.scene.collection.children.link(targets)
+    for height in (0.6, 0.9):
+        empty = bpy.data.objects.new("Place", None)
+        targets.objects.link(empty)
+        empty.location = (1.0, 0.1, height)
+    bpy.context.view_layer.objects.active = torus
+    save_again(cage_file)
+    common = ["--energy", "willmore", "--levels", "1", "--output", "out.blend", "--through", "Targets"]
+    assert batch(*common, "--through-weight", "0.2")[:2] == (0, [])
+    bpy.ops.wm.open_mainfile(filepath=str(cage_file.parent / "out.blend"))
+    result = bpy.data.objects["Torus Willmore"]
+    modifier = next(m for m in result.modifiers if m.type == "SUBSURF")
+    modifier.levels, modifier.use_limit_surface, modifier.quality = 5, True, 10
+    shown = result.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    far = [(shown.closest_point_on_mesh(place)[1] - Vector(place)).length for place in ((1.0, 0.1, 0.6), (1.0, 0.1, 0.9))]
+    assert max(far) > 0.05
+    for weight in ("0", "2", "nan", "much"):
+        code, lines, _ = batch(*common, "--through-weight", weight)
+        assert code == 2 and f"'{weight}' is no weight: it must be 0.01 to 1" in lines[-1]
+
+
 def test_strength_keeps_the_surface_near_and_the_default_is_the_minimum(batch, cage_file):
     reports = []
     for arguments in ([], ["--strength", "1"], ["--strength", "0.3"]):

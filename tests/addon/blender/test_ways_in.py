@@ -46,7 +46,7 @@ def test_object_menu_and_add_menu_lead_here(part):
 def test_menus_of_edit_mode_lead_here(part):
     for name in ("clean", "vertices", "context_menu"):
         assert drawn_by(getattr(bpy.types, f"VIEW3D_MT_edit_mesh_{name}"), part) == ["curvopt.minimize"]
-    assert drawn_by(bpy.types.VIEW3D_MT_edit_mesh_edges, part) == ["curvopt.mark_rim"]
+    assert drawn_by(bpy.types.VIEW3D_MT_edit_mesh_edges, part) == ["curvopt.mark_rim", "curvopt.new_guide"]
 
 
 def test_every_control_has_a_tooltip(part):

@@ -327,6 +327,60 @@ def go_through():
     settings.through = ""
 
 
+def select(obj, vertices):
+    """Select vertices of a mesh in Edit Mode."""
+    for elements in (obj.data.vertices, obj.data.edges, obj.data.polygons):
+        elements.foreach_set("select", [False] * len(elements))
+    for vertex in vertices:
+        obj.data.vertices[int(vertex)].select = True
+    in_viewport(bpy.ops.object.mode_set, mode="EDIT")
+
+
+def guides():
+    """A ball with two guides by New Guide, one of them bent up and down, and the result beside it, among copies of them."""
+    setup()
+    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    points, faces = shapes.quad_sphere()
+    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
+    ball.data.from_pydata(points.tolist(), [], faces)
+    bpy.context.scene.collection.objects.link(ball)
+    ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
+    bpy.context.view_layer.objects.active = ball
+    ball.select_set(True)
+    x, y, z = np.abs(points).T
+    for chain in (z < 1e-6, (x < 1e-6) & (y < 0.75) & (points[:, 2] > 0.3)):
+        select(ball, np.flatnonzero(chain))
+        in_viewport(bpy.ops.curvopt.new_guide)
+        in_viewport(bpy.ops.object.mode_set, mode="OBJECT")
+    ring, arch = bpy.data.objects["Guide"], bpy.data.objects["Guide.001"]
+    for knot in ring.data.splines[0].bezier_points:
+        knot.co *= 1.2
+        knot.co.z += 0.2 * np.cos(3 * np.arctan2(knot.co.y, knot.co.x))
+    for knot in arch.data.splines[0].bezier_points:
+        knot.co *= 1.1
+    for guide in (ring, arch):
+        guide.data.bevel_depth = 0.012
+    settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "REFINE", "AUTO"
+    settings.levels = 2
+    assert invoke() == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    print(state().message, flush=True)
+    result = bpy.context.object
+    for guide in (ring, arch):
+        copy = guide.copy()
+        copy.location = guide.location + result.location - ball.location
+        bpy.context.scene.collection.objects.link(copy)
+    view.view_perspective, view.view_rotation = "PERSP", Euler((1.2, 0, 0)).to_quaternion()
+    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 7
+    view.view_location += Vector((0.9, 0, 0.3))
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    yield from open_sidebar_tab()
+    yield from settled()
+    screenshot("27_guides")
+    settings.through = ""
+
+
 def inspect():
     """A bumpy bottle with zebra stripes on it; combs on two rings, and the probe; how far a fairer one is from it."""
     setup()
@@ -415,7 +469,7 @@ def animation():
 def everything():
     acts = (
         preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide,
-        go_through, live, inspect, animation,
+        go_through, guides, live, inspect, animation,
     )  # fmt: skip
     wanted = os.environ.get("CURVOPT_ACTS", "").split()
     try:
