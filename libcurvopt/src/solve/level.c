@@ -308,6 +308,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
     const co_level_facts facts = {.is_last = is_last,
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
+                                  .has_third = l->objective.assembly.functional.has_third,
                                   .has_hessian = l->hessian.exists,
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,
