@@ -16,7 +16,7 @@ static void start_near(const co_level_facts *f, const co_tuning *t, co_level_sch
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     double tolerance = f->decrement_tolerance;
     int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
-    double coarse = is_quick && !f->has_third ? t->quick_settled : t->coarse_settled;
+    double coarse = is_quick && f->is_first && !f->has_third ? t->quick_settled : t->coarse_settled;
     co_level_schedule s = {
         .starts = f->is_near ? f->stops_short : !f->is_on_normals,
         .options = {.tuning = t,
