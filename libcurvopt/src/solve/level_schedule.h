@@ -22,7 +22,7 @@ enum { CO_LEVEL_SCHEDULE_ROUNDS = 5 };
 
 /* What a schedule depends on. */
 typedef struct co_level_facts {
-    int is_first;        /* of the run's levels */
+    int is_first; /* of the run's levels */
     int is_last;
     int is_final;        /* what is found is the run's result */
     int is_on_normals;   /* only the shape may change */
