@@ -83,9 +83,8 @@
     X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature of levels before the last one", "25")       \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
-    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in quick_steps or in slow_steps", "59")   \
-    X(double, quick_settled, 1e-2, 1e-8, 1, "of the energy",                                                           \
-      "settled: less in quick_steps, on the first of several levels; second order", "58")                              \
+    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the last level",    \
+      "59")                                                                                                            \
     X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
       "59")                                                                                                            \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \

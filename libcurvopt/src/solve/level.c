@@ -305,11 +305,9 @@ static double value(void *context) {
 static co_level_schedule schedule_of(const co_level *l, const co_level_prospect *prospect) {
     const curvopt_options *o = l->objective.run->options;
     int is_last = l->motion != CO_MOTION_SLIDE && co_run_context_is_last(l->objective.run, l->number);
-    const co_level_facts facts = {.is_first = l->number == 1,
-                                  .is_last = is_last,
+    const co_level_facts facts = {.is_last = is_last,
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
-                                  .has_third = l->objective.assembly.functional.has_third,
                                   .has_hessian = l->hessian.exists,
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,

@@ -16,14 +16,13 @@ static void start_near(const co_level_facts *f, const co_tuning *t, co_level_sch
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     double tolerance = f->decrement_tolerance;
     int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
-    double coarse = is_quick && f->is_first && !f->has_third ? t->quick_settled : t->coarse_settled;
     co_level_schedule s = {
         .starts = f->is_near ? f->stops_short : !f->is_on_normals,
         .options = {.tuning = t,
                     .max_iterations = f->max_iterations,
                     .gradient_tolerance = f->gradient_tolerance,
                     .decrement_tolerance = f->is_final ? tolerance : fmax(tolerance, t->coarse_decrement),
-                    .settled_decrease = f->is_final ? t->final_settled * tolerance : coarse,
+                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->coarse_settled,
                     .settled_steps = is_quick ? t->quick_steps : t->slow_steps,
                     .max_step = f->max_step,
                     .memory = t->lbfgs_memory,

@@ -22,11 +22,9 @@ enum { CO_LEVEL_SCHEDULE_ROUNDS = 5 };
 
 /* What a schedule depends on. */
 typedef struct co_level_facts {
-    int is_first; /* of the run's levels */
-    int is_last;
+    int is_last;         /* of the run's levels */
     int is_final;        /* what is found is the run's result */
     int is_on_normals;   /* only the shape may change */
-    int has_third;       /* the function has third derivatives */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
     int is_near;         /* the level starts near its minimum, with a matrix that was good there */
