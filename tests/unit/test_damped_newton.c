@@ -7,7 +7,7 @@
 #include "optimize/step_control.h"
 
 /* Functions of two variables, their second derivatives, and a record of what the method did. */
-typedef enum shape { ROSENBROCK, SADDLE, QUARTIC, FLAT } shape;
+typedef enum shape { ROSENBROCK, SADDLE, QUARTIC, FLAT, ROUND } shape;
 
 typedef struct problem {
     shape shape;
@@ -25,6 +25,7 @@ typedef struct problem {
     double longest;           /* step that was evaluated */
     int wrong_before;         /* calls of assemble whose `before` is not what it must be */
     int rejected;             /* the last step was */
+    double seen;              /* part of ROUND's curvature that the matrix has */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
     int evaluations, reports, never_positive;
@@ -48,6 +49,10 @@ static double value_of(problem *p, const double *x, double *g) {
     case FLAT:
         g[0] = g[1] = 0;
         return 0;
+    case ROUND:
+        g[0] = x[0];
+        g[1] = x[1];
+        return 1 + 0.5 * (x[0] * x[0] + x[1] * x[1]);
     default:
         g[0] = 4 * x[0] * x[0] * x[0];
         g[1] = 2e6 * x[1];
@@ -114,6 +119,10 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
         p->G[0] = 3 * x[0] * x[0];
         p->H[1] = p->G[1] = 0;
         p->H[2] = p->G[2] = 1;
+        break;
+    case ROUND:
+        p->H[0] = p->H[2] = p->G[0] = p->G[2] = p->seen;
+        p->H[1] = p->G[1] = 0;
         break;
     default:
         p->H[0] = p->G[0] = 12 * x[0] * x[0];
@@ -327,6 +336,25 @@ static void test_rejected_step_has_not_converged(void **state) {
     CHECK_INT(end.iterations, 1);
 }
 
+/* By a matrix that has a half or a third of the function's curvature: of a step that is small enough to be the last, as
+ * much as leads to the end. Otherwise it would lead as far beyond, or nowhere. */
+static void test_small_steps_are_shortened(void **state) {
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        problem p = {.shape = ROUND, .seen = k ? 0.33 : 0.52};
+        double x[2], value;
+        co_method_options o = usual;
+        o.decrement_tolerance = 1e-2;
+        co_outcome end = run(&p, o, 0.05, -0.02, x, &value);
+        CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_INT(end.iterations, 1);
+        CHECK_INT(end.evaluations, 2);
+        CHECK_INT(p.factorized, 1);
+        CHECK_NEAR(x[0], 0, 1e-8);
+        CHECK_NEAR(x[1], 0, 1e-8);
+    }
+}
+
 static void test_ends(void **state) {
     (void)state;
     double x[2], value;
@@ -377,6 +405,7 @@ int main(void) {
         cmocka_unit_test(test_rejected_step_is_no_settled_one),
         cmocka_unit_test(test_rejected_step_has_not_converged),
         cmocka_unit_test(test_damping),
+        cmocka_unit_test(test_small_steps_are_shortened),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -135,6 +135,26 @@ static int is_small(const solver *s, const co_iterate *now) {
     return s->control.predicted <= s->options->decrement_tolerance * fabs(now->value);
 }
 
+/* Where the matrix is wrong in a soft direction, small steps overshoot, however small they are, and a shift that holds
+ * them back makes all others stiff. Of a step in s->trial that brought too little so much as is least on the parabola
+ * through its slope and both values, if that is better (Nocedal, Yuan, "Combining trust region and line search
+ * techniques", 1998). The gain ratio of what is in s->trial. */
+static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
+    const double slope = co_vector_dot(s->f->n, s->direction, now->gradient);
+    const double part = -0.5 * slope / (s->trial.value - now->value - slope);
+    if (!(part > 0 && part < 1))
+        return gain_ratio;
+    exchange(&s->trial, &s->other);
+    try_step(s, now, part);
+    if (!(s->trial.value < fmin(s->other.value, now->value))) {
+        exchange(&s->trial, &s->other);
+        return gain_ratio;
+    }
+    s->control.length *= part;
+    s->control.predicted = part * (part * (slope + s->control.predicted) - slope);
+    return (now->value - s->trial.value) / s->control.predicted;
+}
+
 /* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. */
 static search find_step(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
@@ -155,6 +175,8 @@ static search find_step(solver *s, const co_iterate *now) {
         }
         try_step(s, now, 1);
         double gain_ratio = (now->value - s->trial.value) / s->control.predicted;
+        if (is_small(s, now) && gain_ratio < t->newton_good)
+            gain_ratio = shorten(s, now, gain_ratio);
         if (gain_ratio > t->newton_accept) {
             if (!is_small(s, now))
                 gain_ratio = lengthen(s, now, gain_ratio, least);
