@@ -12,10 +12,12 @@
 
 enum { MOST_THREADS = 7, MOST_PIECES = 1000 };
 
-/* Thread that did each piece; every one but thread `quick` waits before its first, -1: none does. */
+/* Thread that did each piece; every one but thread `quick` waits before its first until that one has taken three
+ * quarters of all, -1: none does. */
 typedef struct dealing {
     co_work_sharing deal[MOST_THREADS];
     int32_t n, quick;
+    atomic_int n_quick; /* pieces that it has taken */
     int done_by[MOST_PIECES];
     atomic_int times[MOST_PIECES];
 } dealing;
@@ -24,13 +26,14 @@ static void take_pieces(void *context, int32_t thread, int32_t n_threads) {
     dealing *d = context;
     co_work_sharing_thread me = {.thread = thread, .n_threads = n_threads};
     int32_t k;
-    if (d->quick >= 0 && thread != d->quick)
-        nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+    while (d->quick >= 0 && thread != d->quick && atomic_load(&d->n_quick) < 3 * d->n / 4)
+        nanosleep(&(struct timespec){.tv_nsec = 100000}, NULL);
     while ((k = co_work_sharing_next(d->deal, d->n, &me)) >= 0) {
         if (k >= d->n)
             abort();
         atomic_fetch_add(&d->times[k], 1);
         d->done_by[k] = thread;
+        atomic_fetch_add(&d->n_quick, thread == d->quick);
     }
 }
 
@@ -41,6 +44,7 @@ static void deal_out(int32_t n, int threads, int quick, dealing *d) {
     co_work_sharing_start(d->deal, threads);
     d->n = n;
     d->quick = quick;
+    atomic_store(&d->n_quick, 0);
     for (int k = 0; k < MOST_PIECES; k++)
         atomic_store(&d->times[k], 0);
     co_thread_pool_run(pool, take_pieces, d);
