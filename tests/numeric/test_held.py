@@ -322,3 +322,13 @@ def test_what_is_not_symmetric_is_named():
     assert "vertex 0 and its partner 4 differ" in refusal(mesh_from_faces(cube, quads), constraints=held)
     lines = lib.constraints([0, 4], [1, 1], [[1, 1, 0], [1, 1, 0]])
     assert "but not the directions" in refusal(mesh_from_faces(cube, quads), constraints=lines)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.5])
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_one_pin_leaves_the_size_to_the_input(energy, weight):
+    """A surface that goes through one point alone could be as small as it likes: it keeps the input's area."""
+    mesh = perturbed(read_obj(lib.ROOT / "blend_files" / "obj" / "sphere_cube.obj"), 0.05, 3)
+    result = pinned(mesh, weight, (6,), energy, levels=2)
+    assert result.summary.end.area == pytest.approx(result.summary.start.area, rel=1e-4)
+    assert result.verdict == "minimum" and moved(result, mesh, (6,)) == pytest.approx(0, abs=1e-9 if weight == 1 else 1e-4)

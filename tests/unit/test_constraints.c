@@ -299,6 +299,47 @@ static void test_a_cage_that_cannot_move_is_refused(void **state) {
     cage_free(&c);
 }
 
+/* On a grid in the plane z = 0, vertex 4 i + j at (i, j, 0): with `weight` each. */
+static void expect_dilation(int is_allowed, int32_t n, const int32_t *vertices, const int32_t *freedom,
+                            const double *directions, const double *weight, int32_t boundary) {
+    cage c = grid();
+    curvopt_mesh *mesh = cage_mesh(&c);
+    const curvopt_constraints given = {
+        .n = n, .vertices = vertices, .freedom = freedom, .directions = directions, .weights = weight};
+    co_constraints held, all;
+    curvopt_error error;
+    CHECK_OK(co_given_constraints_create(mesh, c.xyz, &given, &held, &error), &error);
+    CHECK_OK(co_constraints_all(mesh, &held, boundary, &all, &error), &error);
+    CHECK_INT(co_constraints_allow_dilation(mesh, c.xyz, &all, 1), is_allowed);
+    co_constraints_free(&all);
+    co_constraints_free(&held);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+static void test_what_leaves_a_cage_its_size(void **state) {
+    (void)state;
+    const int32_t v[3] = {0, 5, 10}, corner[3] = {0, 3, 12}; /* on the diagonal; (0, 0), (0, 3), (3, 0) */
+    const int32_t line[3] = {1, 1, 1}, plane[3] = {2, 2, 2}, point_and_line[2] = {0, 1};
+    const double up[9] = {0, 0, 1, 0, 0, 1, 0, 0, 1}, along_x[9] = {1, 0, 0, 1, 0, 0, 1, 0, 0};
+    const double across[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, diagonal[9] = {1, 1, 0, 1, 1, 0, 1, 1, 0};
+    const double soft[3] = {0.5, 0.5, 0.5};
+    expect_dilation(1, 1, v, NULL, NULL, NULL, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(1, 1, v + 2, NULL, NULL, soft, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(0, 2, v, NULL, NULL, NULL, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(0, 2, v, NULL, NULL, soft, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(1, 3, corner, plane, up, NULL, CURVOPT_BOUNDARY_FREE);      /* in one plane */
+    expect_dilation(0, 3, corner, plane, along_x, NULL, CURVOPT_BOUNDARY_FREE); /* in two planes side by side */
+    expect_dilation(1, 3, corner, plane, across, NULL,
+                    CURVOPT_BOUNDARY_FREE); /* in three planes with one common point */
+    expect_dilation(0, 3, corner, line, along_x, NULL, CURVOPT_BOUNDARY_FREE); /* two lines side by side */
+    expect_dilation(1, 3, v, line, diagonal, NULL, CURVOPT_BOUNDARY_FREE);     /* one line, thrice */
+    expect_dilation(0, 3, v, line, across, NULL, CURVOPT_BOUNDARY_FREE);       /* lines that do not meet */
+    expect_dilation(1, 2, v, point_and_line, diagonal, NULL, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(0, 2, v, point_and_line, across + 3, NULL, CURVOPT_BOUNDARY_FREE);
+    expect_dilation(0, 1, v, NULL, NULL, NULL, CURVOPT_BOUNDARY_POSITION);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bad_constraints_are_refused),
@@ -310,6 +351,7 @@ int main(void) {
         cmocka_unit_test(test_constraints_leave_what_is_nearest_to_the_shape),
         cmocka_unit_test(test_boundaries_move_across_themselves),
         cmocka_unit_test(test_a_cage_that_cannot_move_is_refused),
+        cmocka_unit_test(test_what_leaves_a_cage_its_size),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

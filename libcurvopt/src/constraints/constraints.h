@@ -90,6 +90,10 @@ int32_t co_constraints_all(const curvopt_mesh *mesh, const co_constraints *const
 int32_t co_constraints_to_normals(const curvopt_mesh *mesh, const co_constraints *all, const double *xyz,
                                   co_constraints *out, curvopt_error *error);
 
+/* Whether constraints leave a cage its size: from some point it can be enlarged, and what is held, or drawn by springs,
+ * stays where it is to be. With all of them (co_constraints_all), at xyz, where they hold; `radius`: of the input. */
+int co_constraints_allow_dilation(const curvopt_mesh *mesh, const double *xyz, const co_constraints *all,
+                                  double radius);
 /* Whether a vertex may move. */
 int co_constraints_allow_motion(const curvopt_mesh *mesh, const co_constraints *constraints);
 /* ERROR_ARGUMENT: none may. */

@@ -89,6 +89,7 @@ static int32_t make_run(curvopt_solver *s, co_run **out, curvopt_error *error) {
         return co_status_no_memory(error);
     r->context = (co_run_context){.options = &s->options, .tuning = s->tuning, .tables = &s->tables};
     r->started = co_clock_seconds();
+    r->is_live = 1;
     int32_t status = co_run_start(r, s->mesh, s->first, error);
     if (status == CURVOPT_OK) {
         memcpy(r->at.start, s->first, 3 * sizeof *s->first * (size_t)s->mesh->info.n_vertices);

@@ -55,6 +55,7 @@ typedef struct co_run {
     co_run_work spent;            /* by sliding on the present level, until that is solved */
     const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                      caller sees, where something is held (live.h) */
+    int is_live;                  /* what is held changes afterwards (live.h) */
     int is_asked_to_stop;         /* by the callback */
     co_level_prospect prospect;   /* of the levels to come */
     co_level_result at;           /* the present level */

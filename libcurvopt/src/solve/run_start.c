@@ -18,20 +18,33 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Whether nothing says how large the result is to be, though something is held: one place alone, or places in a plane.
+ * Energies but the area have no size, and the cage would shrink, for small cages are more even. */
+static int is_size_free(const co_run *r, const curvopt_mesh *mesh, const co_constraints *all) {
+    const curvopt_options *o = r->context.options;
+    int is_given = o->joshi_sequin || o->method == CURVOPT_METHOD_LMVM || o->weights[CURVOPT_TERM_AREA] > 0;
+    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
+        is_given |= o->scalar_rule[s] == CURVOPT_SCALAR_RULE_KEEP || o->scalar_rule[s] == CURVOPT_SCALAR_RULE_VALUE;
+    return all->freedom && !r->is_live && !is_given &&
+           co_constraints_allow_dilation(mesh, r->at.start, all, r->context.radius);
+}
+
 /* The numbers that are held, and the size of the result, from the input cage's. */
 static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *assembly, curvopt_error *error) {
+    curvopt_options options = *r->context.options;
     co_constraints all = {0};
     co_values values;
-    int32_t status = co_constraints_all(mesh, &r->constraints, r->context.options->boundary, &all, error);
-    const int is_framed = all.freedom != NULL;
-    co_constraints_free(&all);
+    int32_t status = co_constraints_all(mesh, &r->constraints, options.boundary, &all, error);
     if (status != CURVOPT_OK)
         return status;
+    const int is_framed = all.freedom != NULL;
+    if (is_size_free(r, mesh, &all))
+        options.scalar_rule[CURVOPT_SCALAR_AREA] = CURVOPT_SCALAR_RULE_KEEP;
+    co_constraints_free(&all);
     co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
-    status =
-        co_held_scalars_create(r->context.options, assembly, &values, is_framed, &r->held, &r->context.size, error);
+    status = co_held_scalars_create(&options, assembly, &values, is_framed, &r->held, &r->context.size, error);
     r->context.spontaneous =
-        co_held_scalars_spontaneous(r->context.options, &r->held, &r->context.size, is_framed, r->context.radius,
+        co_held_scalars_spontaneous(&options, &r->held, &r->context.size, is_framed, r->context.radius,
                                     values.radius * values.radius * values.integral[CO_INT_AREA]);
     r->context.wanted = r->held;
     r->context.held = r->held.n ? &r->held : NULL;
