@@ -164,8 +164,8 @@ static int complain_unknown(char *message, size_t size, const char *name, int co
 static int complain_value(char *message, size_t size, const known_option *option, const char *value) {
     int length = snprintf(message, size, "%s cannot be %.100s", option->name, value);
     for (int32_t i = 0; option->value_name && option->value_name(i) && length >= 0 && (size_t)length < size; i++)
-        length += snprintf(message + length, size - (size_t)length, "%s%s", i ? ", " : "; there are ",
-                           option->value_name(i));
+        length +=
+            snprintf(message + length, size - (size_t)length, "%s%s", i ? ", " : "; there are ", option->value_name(i));
     return ARGUMENTS_USAGE;
 }
 
