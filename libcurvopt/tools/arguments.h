@@ -16,7 +16,7 @@ typedef struct arguments {
     curvopt_through points; /* of `through` */
     int boundary_rule;      /* -1: not named, the cage's */
     int quiet;
-    int has_blend_width; /* it was named */
+    int has_blend_width, has_volume, has_reduced_volume; /* they were named */
 } arguments;
 
 /* argv[1] is a command, the rest its options. ARGUMENTS_DONE, or an exit code with one sentence in message [size]. */

@@ -73,7 +73,7 @@ static const char help_of_minimize[] =
     "  --spacing S          even: the cage's vertices are evenly spaced, and at the end only the shape changes; free:\n"
     "                       they lie where the discrete energy is least, as in the report; auto: even, and free with\n"
     "                       lmvm (default %s)\n"
-    "  --strength S         how much of the shape may go, above 0 to 1: waves shorter than S / (1 - S) times the "
+    "  --strength S         how much of the shape may go, 0.001 to 1: waves shorter than S / (1 - S) times the "
     "cage's\n"
     "                       radius (root mean square) lose more than half of their height, longer ones less; 1: the\n"
     "                       minimum of the energy (default %g). Below 1 no point moves farther than a fifth of that\n"

@@ -421,18 +421,28 @@ static int load_held(arguments *a, pin_list *pins, through_list *through) {
     return ARGUMENTS_DONE;
 }
 
-/* The file that an error is of: the library's sentences about what the surface goes through begin with an entry of its
- * file, or with these words. */
-static const char *blamed(const arguments *a, const curvopt_error *error) {
+static int begins_with(const char *text, const char *begin) {
+    return !strncmp(text, begin, strlen(begin));
+}
+
+/* Says an error with the file that it is of. The library's sentences about what the surface goes through begin with an
+ * entry of its file, or with these words; those about pins with theirs. */
+static int blame(const arguments *a, const pin_list *pins, const curvopt_error *error) {
     static const char *const begins[] = {"entry ", "chain ", "what the surface goes through "};
+    const char *text = error->message;
+    char message[sizeof error->message + 32];
     for (size_t k = 0; a->through && k < sizeof begins / sizeof *begins; k++)
-        if (!strncmp(error->message, begins[k], strlen(begins[k])))
-            return a->through;
-    return a->input;
+        if (begins_with(text, begins[k]))
+            return could_not(a->through, text);
+    const int is_of_pin = begins_with(text, "constraint ") || strstr(text, " has two constraints ");
+    if (!is_of_pin || error->element < 0 || error->element >= pins->n)
+        return could_not(a->input, text);
+    snprintf(message, sizeof message, "line %d: %s", (int)pins->lines[error->element], text);
+    return could_not(a->pins, message);
 }
 
 /* Says why there is no result; where nothing may move, how many levels it takes until something may. */
-static int refused(const arguments *a, const input *in, const curvopt_error *error) {
+static int refused(const arguments *a, const input *in, const pin_list *pins, const curvopt_error *error) {
     enum { MORE = 3 }; /* levels beyond those of the run that are looked at */
     char message[sizeof error->message + 64];
     curvopt_options o = a->options;
@@ -442,7 +452,7 @@ static int refused(const arguments *a, const input *in, const curvopt_error *err
     if (error->code != CURVOPT_ERROR_ARGUMENT ||
         curvopt_find_moving_level(in->mesh, in->cage.xyz, &o, &level, &none) != CURVOPT_OK ||
         level <= a->options.levels)
-        return could_not(blamed(a, error), error->message);
+        return blame(a, pins, error);
     snprintf(message, sizeof message, "%s: from --levels %d on some may", error->message, level);
     return could_not(a->input, message);
 }
@@ -466,7 +476,7 @@ static int run_minimize(arguments *a) {
     status = hear_interrupts(a->input, &cancel);
     if (status == ARGUMENTS_DONE &&
         curvopt_minimize(in.mesh, in.cage.xyz, &a->options, on_progress, &w, cancel, &result, &error) != CURVOPT_OK)
-        status = refused(a, &in, &error);
+        status = refused(a, &in, &pins, &error);
     if (!a->quiet && platform_is_watched())
         fprintf(stderr, "\n");
     if (status == ARGUMENTS_DONE)

@@ -2,8 +2,11 @@
 #include "option_values.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { LONGEST_NAME = 63 };
 
 int parse_integer(const char *text, int32_t *out) {
     char *end;
@@ -21,11 +24,24 @@ int parse_real(const char *text, double *out) {
     return end == text || *end;
 }
 
-int parse_name(const char *const *names, int n, const char *text, size_t length) {
-    for (int i = 0; i < n; i++)
-        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
-            return i;
-    return -1;
+int edit_distance(const char *from, const char *to) {
+    int row[LONGEST_NAME + 1]; /* from the part of `from` so far to every part of `to` */
+    const int n = (int)strlen(to);
+    if (n > LONGEST_NAME)
+        return INT_MAX;
+    for (int k = 0; k <= n; k++)
+        row[k] = k;
+    for (int i = 1; from[i - 1]; i++) {
+        int diagonal = row[0];
+        row[0] = i;
+        for (int k = 1; k <= n; k++) {
+            int least = diagonal + (from[i - 1] != to[k - 1]);
+            diagonal = row[k];
+            least = row[k - 1] + 1 < least ? row[k - 1] + 1 : least;
+            row[k] = row[k] + 1 < least ? row[k] + 1 : least;
+        }
+    }
+    return row[n];
 }
 
 /* Up to the next of `ends`, into room [size]; 0 if it is empty or does not fit. */

@@ -18,11 +18,12 @@ void pins_free(pin_list *pins) {
     free(pins->directions);
     free(pins->weights);
     free(pins->places);
+    free(pins->lines);
     *pins = (pin_list){0};
 }
 
 typedef struct pin {
-    int32_t vertex, freedom;
+    int32_t vertex, freedom, line;
     double direction[3], place[3], weight;
 } pin;
 
@@ -90,14 +91,14 @@ static int parse_line(char *line, pin *out) {
 static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t size) {
     char line[LONGEST_LINE];
     int32_t room = 0;
-    for (int number = 1; fgets(line, sizeof line, file); number++) {
+    for (int32_t number = 1; fgets(line, sizeof line, file); number++) {
         pin one;
         int found = strlen(line) + 1 == sizeof line ? -1 : parse_line(line, &one);
         if (found < 0) {
             snprintf(message, size,
                      "line %d is no pin: VERTEX, perhaps surface, perhaps at X Y Z, perhaps line X Y Z or plane X Y Z, "
                      "and perhaps a weight",
-                     number);
+                     (int)number);
             return 1;
         }
         if (found == 0)
@@ -106,6 +107,7 @@ static int read_lines(FILE *file, pin **list, int32_t *n, char *message, size_t 
             snprintf(message, size, "out of memory");
             return 1;
         }
+        one.line = number;
         (*list)[(*n)++] = one;
     }
     if (ferror(file) || *n == 0) {
@@ -122,8 +124,9 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
                       .directions = malloc(3 * sizeof(double) * (size_t)n),
                       .weights = malloc(sizeof(double) * (size_t)n),
                       .places = malloc(3 * sizeof(double) * (size_t)n),
+                      .lines = malloc(sizeof(int32_t) * (size_t)n),
                       .n = n};
-    if (!out->vertices || !out->freedom || !out->directions || !out->weights || !out->places) {
+    if (!out->vertices || !out->freedom || !out->directions || !out->weights || !out->places || !out->lines) {
         pins_free(out);
         return 1;
     }
@@ -131,6 +134,7 @@ static int deal_out(const pin *list, int32_t n, pin_list *out) {
         out->vertices[i] = list[i].vertex;
         out->freedom[i] = list[i].freedom;
         out->weights[i] = list[i].weight;
+        out->lines[i] = list[i].line;
         memcpy(out->places + 3 * (size_t)i, list[i].place, sizeof list[i].place);
         memcpy(out->directions + 3 * (size_t)i, list[i].direction, sizeof list[i].direction);
     }

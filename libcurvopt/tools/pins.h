@@ -13,6 +13,7 @@ typedef struct pin_list {
     double *directions;
     double *weights;
     double *places;
+    int32_t *lines; /* of the file, from 1 */
     int32_t n;
 } pin_list;
 

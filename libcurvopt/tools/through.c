@@ -290,7 +290,9 @@ static int find_lists(const json_document *d, const json_node **points, const js
     *chains = NULL;
     if (whole->kind == JSON_OBJECT) {
         if (check_keys(&e, whole, known)) {
-            snprintf(message, size, "only \"points\" and \"chains\" are known there");
+            const int is_entry = json_member(d, whole, "vertex") || json_member(d, whole, "face");
+            snprintf(message, size, "only \"points\" and \"chains\" are known there%s",
+                     is_entry ? "; put [ ] round an entry: they are in a list" : "");
             return 1;
         }
         *points = json_member(d, whole, "points");

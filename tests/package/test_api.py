@@ -30,11 +30,40 @@ def test_everything_public_is_there_and_documented():
 @pytest.mark.parametrize("options, words", [
     ({"energy": "wilmore"}, "no energy 'wilmore'"), ({"surface": "smooth"}, "no surface 'smooth'"),
     ({"boundary": "open"}, "no boundary 'open'"), ({"symmetry": "w"}, "mirror plane 'w'"),
+    ({"symmetry": "all"}, "'all'; there are x, y, z, auto, none, rotations, keep\\."), ({"symmetry": None}, "mirror plane 'None'"),
+    ({"symmetry": "x,keep"}, "only mirror planes x, y, z can be several"), ({"symmetry": "planes"}, "mirror plane 'planes'"),
     ({"tolerances": 1}, "no option 'tolerances'"), ({"held": [0], "weights": [1, 1]}, "2 numbers, expected 1"),
+    ({"level": 3}, "no option 'level'; the nearest is 'levels'\\."), ({"frobnicate": 3}, "no option 'frobnicate'\\.$"),
+    ({"volum": 3}, "the nearest is 'volume'"), ({"max_iteration": 3}, "the nearest is 'max_iterations'"),
+    ({"weights": [0.5]}, "weights are of held vertices, and held names none"), ({"places": [[0, 0, 0]]}, "places are of held"),
+    ({"held": [0, 7], "places": [[1, 1, 1]]}, "places have the shape \\(1, 3\\); for 2 held vertices it must be \\(2, 3\\)"),
+    ({"through": [{"vertex": 6, "at": "here"}]}, "entry 0 is a dict; it must be a curvopt.Through object"),
+    ({"chains": [curvopt.Through(vertex=1)]}, "chain 0 is a Through; it must be a curvopt.Chain object"),
 ])  # fmt: skip
 def test_unknown_names_and_lengths_are_value_errors(cube, options, words):
     with pytest.raises(ValueError, match=words):
         curvopt.minimize(cube, **options)
+
+
+@pytest.mark.parametrize("positions, faces, words", [
+    ([[0, 0], [1, 0], [1, 1]], FACES, "positions have the shape (3, 2); it must be (n, 3)"),
+    ([1, 2, 3, 4], FACES, "positions have the shape (4,); it must be (n, 3)"),
+    ([[0, 0, 0], [1, 0]], FACES, "positions must be (n, 3) numbers"), (["a"], FACES, "positions must be (n, 3) numbers"),
+    (CORNERS, [[0, 1, 2.7]], "vertex numbers of faces must be integers"), (CORNERS, [0, 1, 2], "faces must be lists of vertex"),
+    (CORNERS, [[0, 1, 2**40]], "beyond 32 bits"),
+])  # fmt: skip
+def test_arrays_that_are_no_cage_are_value_errors(positions, faces, words):
+    with pytest.raises(ValueError) as error:
+        curvopt.cage(positions, faces)
+    assert words in str(error.value)
+
+
+def test_one_point_and_one_chain_need_no_list(cube):
+    point, chain = curvopt.Through(vertex=0, at="here"), curvopt.Chain([0, 1], cube.positions[[0, 1]])
+    for one in ({"through": point}, {"chains": chain}):
+        listed = {name: [value] for name, value in one.items()}
+        found, expected = (curvopt.minimize(cube, levels=1, **options).cage.positions for options in (one, listed))
+        assert np.array_equal(found, expected)
 
 
 def test_what_the_library_refuses_is_its_sentence(cube):
@@ -211,8 +240,9 @@ def test_numbers_to_hold_are_keep_or_numbers(cube, options, words):
 
 
 @pytest.mark.parametrize("options, words", [
-    ({"volume": -1}, "scalar_value.* is -1; it must be positive"), ({"area": np.inf}, "positive and finite"),
+    ({"volume": -1}, "volume is -1; it must be positive"), ({"area": np.inf}, "positive and finite"),
     ({"volume": 5, "area": 5}, "a volume of 5 does not fit into an area of 5"), ({"reduced_volume": 1.1}, "which is 1"),
+    ({"reduced_volume": -1}, "reduced volume is -1; it must be positive"), ({"within": -1}, "within is -1; it must be finite, 0 or more"),
 ])  # fmt: skip
 def test_numbers_that_no_surface_has_are_refused(cube, options, words):
     with pytest.raises(curvopt.CurvoptError, match=words):

@@ -29,6 +29,11 @@ test_unknown_options_are_named() {
     usage "unknown option -x" evaluate -x cage.obj
     minimize "unknown option --Energy" --Energy mvs
     usage "unknown option --energy=mvs" evaluate cage.obj --energy=mvs
+    minimize "unknown option --strenght; the nearest is --strength (" --strenght .5
+    minimize "unknown option --no-crosings; the nearest is --no-crossings (" --no-crosings
+    usage "unknown option --level (" evaluate cage.obj --level 1
+    usage "unknown option --frobnicate (" evaluate cage.obj --frobnicate
+    usage "unknown option -x (" evaluate cage.obj -x
 }
 
 test_options_of_minimize_are_refused_by_evaluate() {
@@ -68,6 +73,17 @@ test_values_that_make_no_sense_are_named() {
     minimize "--surface cannot be automatic" --surface automatic
     minimize "--surface cannot be Limit" --surface Limit
     minimize "--method cannot be newton" --method newton
+    minimize "--energy cannot be foo; there are willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, mixes such as mvs:1,willmore:0.1 (" --energy foo
+    minimize "--boundary cannot be foo; there are position, tangent, curvature, free (" --boundary foo
+    minimize "--boundary-rule cannot be foo; there are smooth, corners (" --boundary-rule foo
+    minimize "--surface cannot be foo; there are auto, limit, plane, polynomial (" --surface foo
+    minimize "--symmetry cannot be planes; there are auto, none, rotations, keep, mirror planes such as x or y,z (" --symmetry planes
+    minimize "--spacing cannot be foo; there are auto, even, free (" --spacing foo
+    minimize "--method cannot be foo; there are auto, lmvm, gauss_newton (" --method foo
+    local long
+    long=$(printf 'x%.0s' {1..5000})
+    minimize "--energy cannot be xxx" --energy "$long"
+    minimize "unknown option --xxx" "--$long"
     minimize "--levels cannot be two" --levels two
     minimize "--levels cannot be 2.5" --levels 2.5
     minimize "--levels cannot be " --levels ""
@@ -91,6 +107,15 @@ test_values_out_of_range_are_named() {
     minimize "weights[1] is -1" --energy mvs:-1
     minimize "weights[0] is nan" --energy willmore:nan
     minimize "weights add up to 0" --energy mvs:0
+    minimize "strength is 0.0005; it must be 0.001 to 1" --strength .0005
+    minimize "within is -1; it must be finite, 0 or more (" --within -1
+    minimize "volume is -1; it must be positive and finite" --volume -1
+    minimize "reduced volume is -1; it must be positive and finite" --reduced-volume -1
+}
+
+test_volume_and_reduced_volume_exclude_each_other() {
+    minimize "--volume and --reduced-volume exclude each other: give the volume, or" --reduced-volume .8 --volume keep
+    minimize "--volume and --reduced-volume exclude each other: give the volume, or" --volume 1 --reduced-volume .8
 }
 
 # pins CONTENT SENTENCE: a file of pins with that content is refused with that sentence.
@@ -105,7 +130,7 @@ test_bad_pins_are_refused_by_name() {
     pins '# nothing but a comment\n\n' 'pins.txt: names no vertex'
     pins '1 surfaces\n' 'pins.txt: line 1 is no pin'
     pins '1 at 0 0\n' 'pins.txt: line 1 is no pin'
-    pins '1 surface at 0 0 inf\n' 'constraint 0 on vertex 1 has the place 0 0 inf'
+    pins '1 surface at 0 0 inf\n' 'pins.txt: line 1: constraint 0 on vertex 1 has the place 0 0 inf'
     pins '1 surface line 0 0\n' 'pins.txt: line 1 is no pin'
     pins '1 surface 0.5\n' 'limit point of vertex 1 has the weight 0.5; it must be 1'
     pins '1\n2 lime 0 0 1\n' 'pins.txt: line 2 is no pin'
@@ -115,13 +140,13 @@ test_bad_pins_are_refused_by_name() {
     pins '1,0.5\n' 'pins.txt: line 1 is no pin'
     pins '1 0.5 2\n' 'pins.txt: line 1 is no pin'
     pins '1 line 0 0 1 soft\n' 'pins.txt: line 1 is no pin'
-    pins '1 1.5\n' 'constraint 0 on vertex 1 has the weight 1.5; it must be 0 to 1'
-    pins '1\n1 0.5\n' 'vertex 1 has two constraints that contradict'
-    pins '8\n' 'vertex 8; there are 8 vertices'
-    pins '1\n3 line 0 0 0\n' 'vertex 3 has the direction 0 0 0'
+    pins '# firm\n\n1 1.5\n' 'pins.txt: line 3: constraint 0 on vertex 1 has the weight 1.5; it must be 0 to 1'
+    pins '1\n1 0.5\n' 'pins.txt: line 2: vertex 1 has two constraints that contradict'
+    pins '1\n\n8\n' 'pins.txt: line 3: constraint 1 is on vertex 8; there are 8 vertices'
+    pins '1\n3 line 0 0 0\n' 'pins.txt: line 2: constraint 1 on vertex 3 has the direction 0 0 0'
     pins '1 line 0 0 nan\n' 'vertex 1 has the direction'
     pins '1\n1 plane 0 0 1\n' 'vertex 1 has two constraints that contradict'
-    pins '0\n1\n2\n3\n4\n5\n6\n7\n' 'nothing may move: all 8 vertices'
+    pins '0\n1\n2\n3\n4\n5\n6\n7\n' 'cage.obj: nothing may move: all 8 vertices'
     refused 1 "no/pins.txt: No such file" minimize cage.obj -o result.obj --levels 1 --pin no/pins.txt
 }
 
@@ -158,6 +183,8 @@ test_bad_files_of_points_are_refused_by_name() {
     through '' 'through.json: line 1: a value was expected'
     through '[]' 'through.json: a list with at least one entry was expected'
     through '{"vertex": 1}' 'through.json: only "points" and "chains" are known there'
+    through '{"vertex": 1, "at": "here"}' 'are known there; put [ ] round an entry: they are in a list'
+    through '{"point": []}' 'through.json: only "points" and "chains" are known there'
     through '{"points": [], "chains": []}' 'through.json: a list with at least one entry was expected, or an object'
     through '{"chains": 1}' 'through.json: a list with at least one entry was expected, or an object'
     local curve='"curve": [[0, 0, 0], [1, 0, 0]]'

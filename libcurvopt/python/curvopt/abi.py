@@ -179,6 +179,13 @@ class COptions(C.Structure):
     ]
 
 
+# Fields of curvopt_options that are set by name, and their types.
+OPTION_KINDS = {
+    name: kind for name, kind in COptions._fields_
+    if kind in (C.c_int32, C.c_double) and name not in ("struct_size", "n_holes", "reserved")
+}  # fmt: skip
+
+
 class CEnergies(C.Structure):
     """curvopt_energies"""
 

@@ -7,18 +7,20 @@ cage; energies are dimensionless and do not change with scale, unless their desc
 
 from __future__ import annotations
 
+import difflib
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
 
-from .abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, TERMS, COptions
+from .abi import BOUNDARIES, DEFAULTS, OPTION_KINDS, SURFACES, SYMMETRIES, TERMS, COptions
 from .library import Cancel as _Cancel
 from .library import Mesh as _Mesh
 from .library import Problem as _Problem
 from .library import Sampler as _Sampler
-from .library import Library, load
+from .library import Library, indices, load
 from .library import minimize as _minimize
 from .measure import Crossings, Deviation
 from .measure import crossings as _crossings
@@ -32,11 +34,20 @@ Energy = "str | Mapping[str, float]"
 def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | None = None) -> Cage:
     """A control cage: positions (n, 3); faces as lists of vertex numbers, counter-clockwise seen from outside.
 
-    Whether they make a surface is found out when the cage is used."""
-    points = np.array(positions, float).reshape(-1, 3)
-    sizes = np.array([len(face) for face in faces], np.int32)
-    vertices = np.array([vertex for face in faces for vertex in face], np.int32)
-    return Cage(points, sizes, vertices, creases or Creases())
+    ValueError for arrays of other shapes and for vertex numbers that are not whole. Whether they make a surface is found out
+    when the cage is used."""
+    try:
+        points = np.array(positions, float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"positions must be (n, 3) numbers: {error}.") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"positions have the shape {points.shape}; it must be (n, 3).")
+    try:
+        rows = [list(face) for face in faces]
+    except TypeError:
+        raise ValueError("faces must be lists of vertex numbers, one list for each face.") from None
+    vertices = indices([vertex for row in rows for vertex in row], "vertex numbers of faces")
+    return Cage(points, np.array([len(row) for row in rows], np.int32), vertices, creases or Creases())
 
 
 def _weights(energy: Energy) -> dict[str, float]:
@@ -162,24 +173,54 @@ class Minimum:
         return self.summary.end
 
 
+def _check_names(options: Mapping[str, float]) -> None:
+    """ValueError for a name that neither minimize() nor curvopt_options has."""
+    for name in options:
+        if name not in OPTION_KINDS:
+            near = difflib.get_close_matches(name, [*inspect.signature(minimize).parameters, *OPTION_KINDS], 1)
+            raise ValueError(f"There is no option '{name}'" + (f"; the nearest is '{near[0]}'." if near else "."))
+
+
+def _symmetry(wanted: str) -> dict[str, int]:
+    """The fields of a symmetry, or of mirror planes with commas."""
+    names = [name for name in SYMMETRIES if name != "planes"]
+    if wanted in names:
+        return {"symmetry": SYMMETRIES.index(wanted)}
+    every = ("x", "y", "z", *names)
+    planes = {_number(name, every, "symmetry or mirror plane") for name in str(wanted).split(",")}
+    if max(planes) > 2:
+        raise ValueError(f"symmetry is '{wanted}': only mirror planes x, y, z can be several.")
+    return {"symmetry": SYMMETRIES.index("planes"), "symmetry_planes": sum(1 << plane for plane in planes)}
+
+
+def _pins(held: object, weights: object, limit_points: bool, places: object) -> Held | None:
+    if held is None:
+        for name, value in (("weights", weights), ("places", places)):
+            if value is not None:
+                raise ValueError(f"{name} are of held vertices, and held names none.")
+        return None
+    vertices = np.asarray(held)
+    firmness = np.ones(vertices.size) if weights is None else np.asarray(weights, float)
+    at = None if places is None else np.asarray(places, float)
+    if at is not None and at.size != 3 * vertices.size:
+        raise ValueError(f"places have the shape {at.shape}; for {vertices.size} held vertices it must be ({vertices.size}, 3).")
+    return Held(vertices, firmness, limit_points, at)
+
+
 def run_options(
     lib: Library, cage: Cage, energy: Energy, *, levels: int = DEFAULTS.levels, surface: str = DEFAULTS.surface,
     boundary: str = DEFAULTS.boundary, symmetry: str = DEFAULTS.symmetry, strength: float = DEFAULTS.strength,
     within: float = DEFAULTS.within, spontaneous_curvature: float = DEFAULTS.spontaneous_curvature,
     slide: bool = DEFAULTS.slide, no_crossings: bool = DEFAULTS.no_crossings, volume: str | float | None = None, area: str | float | None = None, total_mean_curvature: str | float | None = None, reduced_volume: str | float | None = None, held: object = None,
-    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] = (),
-    chains: Sequence[Chain] = (), **options: float,
+    weights: object = None, limit_points: bool = False, places: object = None, left_out: Sequence[int] = (), through: Sequence[Through] | Through = (),
+    chains: Sequence[Chain] | Chain = (), **options: float,
 ) -> COptions:  # fmt: skip
     """The options of minimize() as the library's struct."""
-    if symmetry in SYMMETRIES and symmetry != "planes":
-        options["symmetry"] = SYMMETRIES.index(symmetry)
-    else:
-        planes = {_number(plane, ("x", "y", "z"), "symmetry or mirror plane") for plane in symmetry.split(",")}
-        options.update(symmetry=SYMMETRIES.index("planes"), symmetry_planes=sum(1 << plane for plane in planes))
-    pins = None
-    if held is not None:
-        firmness = np.ones(np.size(held)) if weights is None else np.asarray(weights, float)
-        pins = Held(np.asarray(held), firmness, limit_points, None if places is None else np.asarray(places, float))
+    _check_names(options)
+    options.update(_symmetry(symmetry))
+    pins = _pins(held, weights, limit_points, places)
+    through = [through] if isinstance(through, Through) else through
+    chains = [chains] if isinstance(chains, Chain) else chains
     numbers = {"volume": volume, "area": area, "total_mean_curvature": total_mean_curvature}
     scalars = {name: _rule(name, wanted, "value") for name, wanted in numbers.items() if wanted is not None}
     if reduced_volume is not None:
@@ -215,8 +256,8 @@ def minimize(
     limit_points: bool = False,
     places: object = None,
     left_out: Sequence[int] = (),
-    through: Sequence[Through] = (),
-    chains: Sequence[Chain] = (),
+    through: Sequence[Through] | Through = (),
+    chains: Sequence[Chain] | Chain = (),
     on_progress: Callable[[Progress], object] | None = None,
     cancel: Cancel | None = None,
     **options: float,
@@ -246,9 +287,9 @@ def minimize(
     limit_points whether, in place of vertices that stay, the surface goes on through the points that belong to them
     places (k, 3) where the held vertices or limit points are to be; NAN: where they are
     left_out     faces that do not count and stay
-    through      points of the surface, at vertices and inside faces, with places, normals and tangents (Through); no symmetries
-                 are kept then
-    chains       chains of edges whose limit curves follow curves (Chain); no symmetries are kept then
+    through      points of the surface, at vertices and inside faces, with places, normals and tangents: a list of Through, or
+                 one; no symmetries are kept then
+    chains       chains of edges whose limit curves follow curves: a list of Chain, or one; no symmetries are kept then
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread
     options      further fields of curvopt_options by name, as numbers

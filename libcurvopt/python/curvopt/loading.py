@@ -23,6 +23,7 @@ from .abi import (
     INTS,
     MAX_TERMS,
     NAMES,
+    OPTION_KINDS,
     REALS,
     SCALAR_RULES,
     SCALARS,
@@ -203,11 +204,10 @@ class Library:
         for scalar, (rule, value) in (scalars or {}).items():
             options.scalar_rule[SCALARS.index(scalar)] = SCALAR_RULES.index(rule)
             options.scalar_value[SCALARS.index(scalar)] = value
-        kinds = {name: kind for name, kind in COptions._fields_ if kind in (C.c_int32, C.c_double)}
         for name, value in fields.items():
-            if name not in kinds or name in ("struct_size", "n_holes"):
+            if name not in OPTION_KINDS:
                 raise ValueError(f"There is no option '{name}'.")
-            if kinds[name] is C.c_int32 and not -INT32_MAX <= value <= INT32_MAX:
+            if OPTION_KINDS[name] is C.c_int32 and not -INT32_MAX <= value <= INT32_MAX:
                 raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
             setattr(options, name, value)
         if held is not None and len(held.vertices):

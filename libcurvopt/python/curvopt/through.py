@@ -83,6 +83,11 @@ def _count(value: object, entry: int, name: str, of: str = "entry") -> int:
     return int(value)
 
 
+def _check_type(value: object, i: int, of: str, wanted: type) -> None:
+    if not isinstance(value, wanted):
+        raise ValueError(f"{of} {i} is a {type(value).__name__}; it must be a curvopt.{wanted.__name__} object.")
+
+
 def _check(entry: Through, i: int) -> None:
     if (entry.vertex is None) == (entry.face is None):
         raise ValueError(f"entry {i}: either vertex or face says where it is.")
@@ -130,7 +135,10 @@ def _chain(chain: Chain, i: int) -> tuple[CChain, list[np.ndarray]]:
 def struct_of(entries: Sequence[Through], chains: Sequence[Chain] = ()) -> CThrough:
     """The struct, which keeps its arrays. ValueError naming the entry or chain where one cannot be read."""
     for i, entry in enumerate(entries):
+        _check_type(entry, i, "entry", Through)
         _check(entry, i)
+    for i, chain in enumerate(chains):
+        _check_type(chain, i, "chain", Chain)
     on = list(enumerate(entries))
     toward = [
         0 if e.toward in (None, "u") else 1 if e.toward == "v" else _count(e.toward, i, "toward") for i, e in on

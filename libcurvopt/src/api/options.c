@@ -41,6 +41,9 @@ static int32_t check_integer(const char *name, int32_t value, int32_t low, int32
 static int32_t check_real(const char *name, double value, double low, double high, curvopt_error *error) {
     if (value >= low && value <= high)
         return CURVOPT_OK;
+    if (high == DBL_MAX)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %g; it must be finite, %g or more", name, value,
+                              low);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "%s is %g; it must be %g to %g", name, value, low, high);
 }
 
@@ -83,9 +86,12 @@ static int32_t check_scalars(const curvopt_options *o, curvopt_error *error) {
         if (rule < 0 || rule > most)
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "scalar_rule[%d] is %d; it must be 0 to %d", s,
                                   rule, most);
-        if (takes_value ? !(value > 0 && isfinite(value)) : value != 0)
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "scalar_value[%d] is %g; it must be %s", s, value,
-                                  takes_value ? "positive and finite" : "0 where the rule takes none");
+        if (takes_value && !(value > 0 && isfinite(value)))
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "%s%s is %g; it must be positive and finite",
+                                  rule == CURVOPT_SCALAR_RULE_REDUCED ? "reduced " : "", curvopt_scalar_name(s), value);
+        if (!takes_value && value != 0)
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s,
+                                  "scalar_value[%d] is %g; it must be 0 where the rule takes none", s, value);
         if (rule != CURVOPT_SCALAR_RULE_FREE && o->joshi_sequin)
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s, "joshi_sequin holds no scalar");
     }
