@@ -359,6 +359,6 @@ else:
 """
     folder = str(Path(curvopt.__file__).parents[1])
     run = subprocess.run(
-        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True, timeout=600
     )
     assert (run.returncode, run.stdout.split()) == (0, ["True"] if is_open else ["False", "True"]), run.stderr
