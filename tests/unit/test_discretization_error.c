@@ -41,6 +41,12 @@ static void test_no_change_is_no_error(void **state) {
     CHECK_NEAR(co_discretization_error(level, 3), 0, 0);
 }
 
+static void test_no_more_than_all_can_go(void **state) {
+    (void)state;
+    const curvopt_level_report level[2] = {{.energy = 100}, {.energy = 20}};
+    CHECK_NEAR(co_discretization_error(level, 2), 20, 0);
+}
+
 static void test_nothing_is_known(void **state) {
     (void)state;
     CHECK_TRUE(isnan(of_ratio(0.5, 1)));
@@ -63,6 +69,7 @@ int main(void) {
         cmocka_unit_test(test_fast_sequences_and_two_levels_count_as_slow),
         cmocka_unit_test(test_a_rise_counts_as_a_fall),
         cmocka_unit_test(test_no_change_is_no_error),
+        cmocka_unit_test(test_no_more_than_all_can_go),
         cmocka_unit_test(test_nothing_is_known),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -25,5 +25,5 @@ double co_discretization_error(const curvopt_level_report *levels, int32_t n) {
     if (!(last <= MOST_RATIO * before))
         return (double)NAN;
     const double ratio = fmax(last / before, LEAST_RATIO);
-    return last * ratio / (1 - ratio);
+    return fmin(last * ratio / (1 - ratio), levels[n - 1].energy);
 }

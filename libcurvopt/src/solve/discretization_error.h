@@ -6,7 +6,8 @@
  *
  * That is Richardson's extrapolation with an order found from three levels (Roache, "Perspective: a method for uniform
  * reporting of grid refinement studies", 1994). A high order is not relied on: q is .6 at least, so that with two
- * levels, too, there is an estimate, 1.5 d (libcurvopt/notes/112-discretization-error.md).
+ * levels, too, there is an estimate, 1.5 d (libcurvopt/notes/112-discretization-error.md). No energy is below 0, so it
+ * is not more than E_3.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_DISCRETIZATION_ERROR_H
