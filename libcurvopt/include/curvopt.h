@@ -620,7 +620,8 @@ typedef struct curvopt_options {
      * Where nothing of the cage is held, energies do not depend on size. A volume or a mean curvature that is kept by
      * itself then costs nothing: the result has that size instead of the input's area. What is held beside is a
      * shape's: volume and area together, or one that is REDUCED. Where what is held of the cage leaves it its size, as
-     * one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the area has a weight.
+     * one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the area has a
+     * weight.
      *
      * Refused are: a volume where options.boundary is FREE and there is one; its VALUE, or a REDUCED volume, where
      * there is a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
