@@ -55,7 +55,8 @@ class Combs:
     def lines(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """points (2 n, 3) float32, feet first; pairs of them by name: the "curves", the "teeth", and the "crests" through the
         tips."""
-        n, is_there = len(self.feet), np.isfinite(self.tips).all(axis=1)
+        with np.errstate(over="ignore"):
+            n, is_there = len(self.feet), np.isfinite(self.tips.astype(np.float32)).all(axis=1)
         teeth, crests = self.teeth[is_there[self.teeth]], self.links[is_there[self.links].all(axis=1)]
         pairs = {"curves": self.links, "teeth": np.stack([teeth, teeth + n], -1), "crests": crests + n}
         points = np.concatenate([self.feet, np.where(is_there[:, None], self.tips, self.feet)])

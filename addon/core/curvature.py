@@ -45,7 +45,7 @@ def forms_of_jets(jets: np.ndarray) -> Forms:
     normals = cross / np.linalg.norm(cross, axis=1)[:, None]
     metric = np.einsum("nix,njx->nij", first, first)
     form = -np.einsum("nijx,nx->nij", second, normals)
-    return Forms(normals, metric, form, _gradient_of_form(jets, second, first, normals, _inverse(metric), form))
+    return Forms(normals, metric, form, _gradient_of_form(jets, second, first, normals, inverse_of(metric), form))
 
 
 def of_jets(jets: np.ndarray) -> Curvatures:
@@ -55,7 +55,7 @@ def of_jets(jets: np.ndarray) -> Curvatures:
     principal directions, which umbilics do not have."""
     with np.errstate(invalid="ignore", divide="ignore"):
         forms = forms_of_jets(jets)
-        inverse = _inverse(forms.metric)
+        inverse = inverse_of(forms.metric)
         trace = np.einsum("nij,nji->n", inverse, forms.second)
         determinant = _determinant(forms.second) / _determinant(forms.metric)
         mean = trace / 2
@@ -80,7 +80,7 @@ def _determinant(matrices: np.ndarray) -> np.ndarray:
     return matrices[:, 0, 0] * matrices[:, 1, 1] - matrices[:, 0, 1] * matrices[:, 1, 0]
 
 
-def _inverse(matrices: np.ndarray) -> np.ndarray:
-    """Of symmetric 2 x 2 matrices."""
+def inverse_of(matrices: np.ndarray) -> np.ndarray:
+    """Of symmetric 2 x 2 matrices (n, 2, 2); NAN and infinities where there is none."""
     adjugate = np.stack([matrices[:, 1, 1], -matrices[:, 0, 1], -matrices[:, 1, 0], matrices[:, 0, 0]], -1)
     return adjugate.reshape(-1, 2, 2) / _determinant(matrices)[:, None, None]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..binding import library
 from .crease import edge_keys
-from .curvature import forms_of_jets
+from .curvature import forms_of_jets, inverse_of
 from .layout import sides
 from .surface_points import Net
 
@@ -110,7 +110,7 @@ def curvature_vectors(jets: np.ndarray, normal: np.ndarray) -> np.ndarray:
         along = np.cross(forms.normals, normal)
         sine = np.linalg.norm(along, axis=1, keepdims=True)
         along /= sine
-        weights = np.linalg.solve(forms.metric, np.einsum("nix,nx->ni", jets[:, 1:3], along)[..., None])[..., 0]
+        weights = np.einsum("nij,nj->ni", inverse_of(forms.metric), np.einsum("nix,nx->ni", jets[:, 1:3], along))
         bend = np.einsum("ni,nij,nj->n", weights, forms.second, weights)  # positive to the inside
         across = np.cross(normal, along)
         vectors = -(bend / np.einsum("nx,nx->n", across, forms.normals))[:, None] * across

@@ -38,10 +38,14 @@ def add_guide(context: bpy.types.Context, obj: bpy.types.Object | None, collecti
         raise CageError(f"The selection {error}: select the vertices of one chain of edges.") from error
     points = limit_points(source.cage)[source.layout.in_cage(chain)]
     frame = np.array(source.frame, np.float64)
+    parent = _collection_of(context, collection)
     name = _free_name(obj)
     _assign(obj, name, chosen)
     guide = bpy.data.objects.new(name, _curve(name, points @ frame[:3, :3].T + frame[:3, 3], is_closed))
-    _collection_of(context, collection).objects.link(guide)
+    if parent is None:
+        parent = bpy.data.collections.new(_COLLECTION)
+        context.scene.collection.children.link(parent)
+    parent.objects.link(guide)
     return guide
 
 
@@ -77,9 +81,11 @@ def _curve(name: str, points: np.ndarray, is_closed: bool) -> bpy.types.Curve:
     return data
 
 
-def _collection_of(context: bpy.types.Context, name: str) -> bpy.types.Collection:
+def _collection_of(context: bpy.types.Context, name: str) -> bpy.types.Collection | None:
+    """The collection of that name, or None. CageError for one that cannot take what the scene shows."""
     found = bpy.data.collections.get(name) if name else None
-    if found is None:
-        found = bpy.data.collections.new(_COLLECTION)
-        context.scene.collection.children.link(found)
+    if found is not None and found.library is not None:
+        raise CageError(f"The collection '{name}' is from a library, and nothing can be added to it: choose another one at Go Through.")
+    if found is not None and found not in context.scene.collection.children_recursive:
+        raise CageError(f"The collection '{name}' is not in this scene: link it to the scene, or choose another one at Go Through.")
     return found

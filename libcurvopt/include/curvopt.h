@@ -619,9 +619,9 @@ typedef struct curvopt_options {
      *
      * Where nothing of the cage is held, energies do not depend on size. A volume or a mean curvature that is kept by
      * itself then costs nothing: the result has that size instead of the input's area. What is held beside is a
-     * shape's: volume and area together, or one that is REDUCED. Where what is held of the cage leaves it its size, as
-     * one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the area has a
-     * weight.
+     * shape's: volume and area together, or one that is REDUCED. Where what is held of a cage of one piece leaves it
+     * its size, as one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the
+     * area has a weight.
      *
      * Refused are: a volume where options.boundary is FREE and there is one; its VALUE, or a REDUCED volume, where
      * there is a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
@@ -1030,9 +1030,10 @@ typedef struct curvopt_summary {
     int32_t reserved;                 /* 0 */
     double multiplier[CURVOPT_MAX_SCALARS]; /* by curvopt_scalar: how much the least objective rises for each unit by
                                                which what is held does (Lagrange's): of a volume a pressure, of an
-                                               area a tension; 0 where nothing is to hold */
+                                               area a tension; 0 where nothing is held */
     double scalar_residual[CURVOPT_MAX_SCALARS]; /* relative distance of each held one from what it is to be, by the
-                                                    last level's quadrature; 0 where free */
+                                                    last level's quadrature; 0 where nothing is held. The area is, too,
+                                                    where it alone gives the size */
     double discretization_error; /* how far the energy of the result may be above that of finer and finer nets, by what
                                     the last levels brought; an estimate, no bound. NAN: unknown, as after one level */
     double clearance;            /* with options.no_crossings: least distance of parts of the result that face each

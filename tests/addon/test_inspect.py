@@ -237,6 +237,17 @@ def test_sections_meet_saddles_poles_and_planes():
     assert np.isfinite(cube.tips).all() and cube.feet[:, 0] == pytest.approx(0, abs=1e-12)
 
 
+def test_sections_of_a_collapsed_tube_are_drawn():
+    """Where the surface has no tangent plane there is no tooth, and the rest is there."""
+    rings, faces = (1, 1, 1, 0, 0, 0, 0, 1, 1), []
+    points = [(k, r * np.cos(a), r * np.sin(a)) for k, r in enumerate(rings) for a in np.arange(6) * np.pi / 3]
+    for k in range(len(rings) - 1):
+        faces += [[6 * k + i, 6 * k + (i + 1) % 6, 6 * k + 6 + (i + 1) % 6, 6 * k + 6 + i] for i in range(6)]
+    found = taken(cage_of(points, faces), choice=combs.OnSections((1.0, 0.0, 0.0), count=9, teeth=3, length=0.5)).combs
+    lines, pairs = found.lines()
+    assert np.isfinite(lines).all() and len(pairs["teeth"]) and len(found.feet)
+
+
 PERSPECTIVE = np.array([[1.5, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -1.02, -0.202], [0, 0, -1, 0]])  # the eye at 0, along -z
 
 

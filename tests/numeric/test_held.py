@@ -332,3 +332,24 @@ def test_one_pin_leaves_the_size_to_the_input(energy, weight):
     result = pinned(mesh, weight, (6,), energy, levels=2)
     assert result.summary.end.area == pytest.approx(result.summary.start.area, rel=1e-4)
     assert result.verdict == "minimum" and moved(result, mesh, (6,)) == pytest.approx(0, abs=1e-9 if weight == 1 else 1e-4)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_loose_vertices_and_places_far_away_do_not_give_a_size(shift):
+    cube = read_obj(lib.ROOT / "blend_files" / "obj" / "sphere_cube.obj")
+    loose = np.concatenate([cube.xyz, [[5, 5, 5], [6, 7, 5]]]) + shift
+    mesh = mesh_from_faces(loose, cube.face_list())
+    for constraints in (None, lib.constraints((6,))):
+        more = {} if constraints is None else {"constraints": constraints}
+        summary = lib.minimize(mesh, "willmore", levels=1, symmetry=NONE, **more).summary
+        assert summary.end.area == pytest.approx(summary.start.area, rel=1e-3)
+
+
+def test_a_flat_sheet_with_one_pin_stays():
+    points, faces = np.mgrid[:4, :4, :1].reshape(3, -1).T.astype(float), []
+    for i in range(3):
+        for j in range(3):
+            faces.append([4 * i + j, 4 * i + j + 4, 4 * i + j + 5, 4 * i + j + 1])
+    mesh = mesh_from_faces(points, faces)
+    summary = lib.minimize(mesh, "willmore", levels=1, symmetry=NONE, boundary=3, constraints=lib.constraints((5,))).summary
+    assert summary.end.objective <= 1e-20

@@ -46,7 +46,10 @@ def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | N
         rows = [list(face) for face in faces]
     except TypeError:
         raise ValueError("faces must be lists of vertex numbers, one list for each face.") from None
-    vertices = indices([vertex for row in rows for vertex in row], "vertex numbers of faces")
+    numbers = np.asarray([vertex for row in rows for vertex in row])
+    if numbers.dtype.kind == "f" and (numbers == np.floor(numbers)).all():  # as files of numbers give them
+        numbers = numbers.astype(np.int64)
+    vertices = indices(numbers, "vertex numbers of faces")
     return Cage(points, np.array([len(row) for row in rows], np.int32), vertices, creases or Creases())
 
 

@@ -3,6 +3,7 @@
 
 #include "base/vec3.h"
 #include "linalg/small_dense.h"
+#include "mesh/similarity.h"
 
 #include <string.h>
 
@@ -47,6 +48,8 @@ static void add_values(places *p, const co_surface_values *values) {
 static void add_all(places *p, const curvopt_mesh *m, const double *xyz, const co_constraints *all) {
     const co_soft_constraints *springs = &all->springs;
     for (size_t v = 0; v < (size_t)m->info.n_vertices; v++) {
+        if (m->vertex_corner[v] < 0) /* held, but of no surface */
+            continue;
         if (all->of_limit[v] <= CO_OF_OWN_POINT) /* the others are values */
             add(p, all->freedom[v], all->direction + 3 * v, (all->of_limit[v] ? all->anchor : xyz) + 3 * v);
         if (springs->stiffness && springs->stiffness[v] > 0)
@@ -58,11 +61,13 @@ static void add_all(places *p, const curvopt_mesh *m, const double *xyz, const c
 
 int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, const co_constraints *all, double radius) {
     places found = {0}, left = {0};
-    double inverse[9], centre[3];
+    double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
     if (all->chains.n)
         return 0;
+    co_similarity_mesh_frame(m, xyz, origin);
+    found.centre = origin;
     add_all(&found, m, xyz, all);
     const double trace = found.matrix[0] + found.matrix[4] + found.matrix[8];
     if (trace == 0)
@@ -71,6 +76,8 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
         found.matrix[4 * c] += SMALL * trace;
     co_small_dense_invert(3, 3, found.matrix, inverse);
     co_small_dense_apply_3(inverse, found.right, centre);
+    for (int c = 0; c < 3; c++)
+        centre[c] += origin[c];
     left.centre = centre;
     add_all(&left, m, xyz, all);
     return left.farthest <= SAME_PLACE * SAME_PLACE * radius * radius;

@@ -18,13 +18,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Energy of a surface that is flat but for rounding: nothing moves it. */
+static const double NOTHING = 1e-20;
+
 /* Whether nothing says how large the result is to be, though something is held: one place alone, or places in a plane.
- * Energies but the area have no size, and the cage would shrink, for small cages are more even. */
+ * Energies but the area have no size without spontaneous curvature, and the cage would shrink, for small cages are more
+ * even. */
 static int is_size_free(const co_run *r, const curvopt_mesh *mesh, const co_constraints *all) {
     const curvopt_options *o = r->context.options;
     int is_given = o->joshi_sequin || o->method == CURVOPT_METHOD_LMVM || o->weights[CURVOPT_TERM_AREA] > 0;
     for (int s = 0; s < CURVOPT_N_SCALARS; s++)
         is_given |= o->scalar_rule[s] == CURVOPT_SCALAR_RULE_KEEP || o->scalar_rule[s] == CURVOPT_SCALAR_RULE_VALUE;
+    is_given |= fabs(r->result->start.objective) <= NOTHING;
     return all->freedom && !r->is_live && !is_given &&
            co_constraints_allow_dilation(mesh, r->at.start, all, r->context.radius);
 }

@@ -316,3 +316,15 @@ def test_no_new_guide_without_a_chain(ball, selected):
     ball.data.transform(Matrix.Translation((5, 0, 0)))
     ball.modifiers.new("Mirror", "MIRROR")
     refused([0, 1], "has a Mirror modifier, with which no curve can be followed")
+
+
+def test_no_new_guide_in_a_collection_that_the_scene_has_not(ball, selected):
+    """It would not be seen, and not be followed."""
+    elsewhere = bpy.data.collections.new("Elsewhere")
+    bpy.context.scene.curvopt.through = "Elsewhere"
+    selected(group_of(ball))
+    with pytest.raises(RuntimeError, match="'Elsewhere' is not in this scene: link it to the scene, or choose another one"):
+        bpy.ops.curvopt.new_guide()
+    assert not elsewhere.objects and not bpy.data.curves and len(ball.vertex_groups) == 1
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.scene.curvopt.through = ""
