@@ -276,13 +276,10 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
 static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_error *error) {
     const int32_t size = from->struct_size;
     *out = (curvopt_through){0};
-    int is_known = size >= (int32_t)offsetof(curvopt_through, toward) && size % 8 == 0;
-    for (int32_t i = (int32_t)sizeof *out; is_known && i < size; i++)
-        is_known = ((const unsigned char *)from)[i] == 0; /* what a newer caller does not use */
-    if (!is_known)
+    if (size < (int32_t)offsetof(curvopt_through, toward) || size % 8 || size > (int32_t)sizeof *out)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: struct_size is %d; here it is %d", size,
                               (int)sizeof *out);
-    memcpy(out, from, size < (int32_t)sizeof *out ? (size_t)size : sizeof *out);
+    memcpy(out, from, (size_t)size);
     if (out->n < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "through: %d entries", out->n);
     if (out->n_chains < 0 || (out->n_chains > 0 && !out->chains))
