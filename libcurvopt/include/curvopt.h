@@ -42,8 +42,7 @@
  *     bytes that it does not know.
  *   - curvopt_progress begins with struct_size, the library's: members beyond it are not there.
  *   - curvopt_error and curvopt_creases never change. curvopt_constraints says by has_places whether places is there.
- *   - curvopt_through begins with struct_size, the caller's. Members beyond it are 0; a larger one than the library's
- * is refused.
+ *   - curvopt_through begins with struct_size, the caller's: members beyond it are 0, and a larger one is refused.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
