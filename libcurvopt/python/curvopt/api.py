@@ -32,7 +32,7 @@ Energy = "str | Mapping[str, float]"
 
 
 def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | None = None) -> Cage:
-    """A control cage: positions (n, 3); faces as lists of vertex numbers, counter-clockwise seen from outside.
+    """A control cage: positions (n, 3), or a grid of them (..., 3); faces as lists of vertex numbers, counter-clockwise seen from outside.
 
     ValueError for arrays of other shapes and for vertex numbers that are not whole. Whether they make a surface is found out
     when the cage is used."""
@@ -40,7 +40,7 @@ def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | N
         points = np.array(positions, float)
     except (TypeError, ValueError) as error:
         raise ValueError(f"positions must be (n, 3) numbers: {error}.") from None
-    if points.ndim != 2 or points.shape[1] != 3:
+    if points.ndim < 2 or points.shape[-1] != 3:
         raise ValueError(f"positions have the shape {points.shape}; it must be (n, 3).")
     try:
         rows = [list(face) for face in faces]
@@ -50,7 +50,7 @@ def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | N
     if numbers.dtype.kind == "f" and (numbers == np.floor(numbers)).all():  # as files of numbers give them
         numbers = numbers.astype(np.int64)
     vertices = indices(numbers, "vertex numbers of faces")
-    return Cage(points, np.array([len(row) for row in rows], np.int32), vertices, creases or Creases())
+    return Cage(points.reshape(-1, 3), np.array([len(row) for row in rows], np.int32), vertices, creases or Creases())
 
 
 def _weights(energy: Energy) -> dict[str, float]:
