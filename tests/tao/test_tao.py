@@ -263,7 +263,10 @@ def test_what_the_library_refuses_every_rank_refuses(what, tmp_path):
     command = ("minimize", str(cage), "-o", str(tmp_path / "out.obj"), *arguments)
     expected, got = lib.run_cli(*command, "--strict"), tao(2, *command)
     assert expected.returncode == got.returncode == 1, (expected.stderr, got.stderr)
-    assert got.stderr.strip() == expected.stderr.strip().replace("curvopt:", "curvopt-tao:")
+    sentence = expected.stderr.strip().replace("curvopt:", "curvopt-tao:")
+    if "PINS" in BAD[what][1]:  # curvopt names the file of pins and the line, curvopt-tao the cage
+        sentence = sentence.replace(f"{pins}: line 1:", f"{cage}:")
+    assert got.stderr.strip() == sentence
     assert sorted(tmp_path.iterdir()) == before
 
 
