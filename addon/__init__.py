@@ -18,6 +18,7 @@ core/               everything that works on arrays                       (no bp
     density         jets -> how much of each energy is at a point
     colours         curvature -> colour
     edges           edges of a cage as curves of its surface; loops
+    sections        plane sections of a surface, as curves
     combs           curvature combs on them
     snapshot        what the viewport shows of a run; the worker takes it
     memory          refuses meshes beyond memory
