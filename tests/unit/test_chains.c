@@ -138,6 +138,23 @@ static void tear_down(setting *s) {
     cage_free(&s->cage);
 }
 
+/* The next level, with what is held on it. */
+static void subdivide(setting *s) {
+    curvopt_mesh *fine;
+    co_sparse_rows rows;
+    curvopt_error error;
+    CHECK_OK(co_subdivide(s->mesh, &fine, &rows, &error), &error);
+    double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
+    CHECK_TRUE(xyz != NULL);
+    co_sparse_rows_apply(&rows, s->cage.xyz, xyz);
+    CHECK_OK(co_constraints_subdivide(s->mesh, fine, &rows, xyz, &s->held, &error), &error);
+    co_sparse_rows_free(&rows);
+    curvopt_mesh_destroy(s->mesh);
+    free(s->cage.xyz);
+    s->mesh = fine;
+    s->cage.xyz = xyz;
+}
+
 static double off_circle(const double *p) {
     return hypot(hypot(p[0], p[1]) - 1.4, p[2]);
 }
@@ -147,8 +164,6 @@ static void test_every_level_holds_the_chain_anew(void **state) {
     (void)state;
     setting s;
     curvopt_error error;
-    curvopt_mesh *fine;
-    co_sparse_rows rows;
     set_up(&s, 12, 5, 5, 0);
     CHECK_OK(co_given_through_create(s.mesh, s.cage.xyz, &s.options, &s.held, &error), &error);
     for (int level = 1; level <= 3; level++) {
@@ -168,16 +183,7 @@ static void test_every_level_holds_the_chain_anew(void **state) {
         for (int i = 0; i < n; i++)
             CHECK_TRUE(s.held.of_limit[chain->vertex[i]] &&
                        (i == 0 || co_chains_find_edge(s.mesh, chain->vertex[i - 1], chain->vertex[i]) >= 0));
-        CHECK_OK(co_subdivide(s.mesh, &fine, &rows, &error), &error);
-        double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
-        CHECK_TRUE(xyz != NULL);
-        co_sparse_rows_apply(&rows, s.cage.xyz, xyz);
-        CHECK_OK(co_constraints_subdivide(s.mesh, fine, &rows, xyz, &s.held, &error), &error);
-        co_sparse_rows_free(&rows);
-        curvopt_mesh_destroy(s.mesh);
-        free(s.cage.xyz);
-        s.mesh = fine;
-        s.cage.xyz = xyz;
+        subdivide(&s);
     }
     tear_down(&s);
 }
@@ -197,8 +203,6 @@ static void test_a_drawn_chain_is_as_stiff_on_every_level(void **state) {
         for (int level = 1; level <= 3; level++) {
             const int n = n_edges * (1 << (level - 1)) + (is_closed ? 0 : 3);
             double sum = 0;
-            curvopt_mesh *fine;
-            co_sparse_rows rows;
             CHECK_INT(s.held.values.n, 0);
             CHECK_INT(s.held.drawn.n, n);
             for (int k = 0; k < n; k++) {
@@ -209,16 +213,7 @@ static void test_a_drawn_chain_is_as_stiff_on_every_level(void **state) {
             CHECK_NEAR(sum, 3.0 * n_edges, 1e-12 * n_edges);
             for (int32_t v = 0; v < s.mesh->info.n_vertices; v++)
                 CHECK_INT(s.held.freedom[v], CO_FREEDOM_ALL);
-            CHECK_OK(co_subdivide(s.mesh, &fine, &rows, &error), &error);
-            double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
-            CHECK_TRUE(xyz != NULL);
-            co_sparse_rows_apply(&rows, s.cage.xyz, xyz);
-            CHECK_OK(co_constraints_subdivide(s.mesh, fine, &rows, xyz, &s.held, &error), &error);
-            co_sparse_rows_free(&rows);
-            curvopt_mesh_destroy(s.mesh);
-            free(s.cage.xyz);
-            s.mesh = fine;
-            s.cage.xyz = xyz;
+            subdivide(&s);
         }
         tear_down(&s);
     }

@@ -5,8 +5,6 @@
 #include "linalg/small_dense.h"
 #include "mesh/similarity.h"
 
-#include <string.h>
-
 /* How far off places may be, in radii of the input. */
 static const double SAME_PLACE = 1e-6;
 /* Of the trace, added to the matrix: a point may lie anywhere where nothing says where it is. */
@@ -15,7 +13,7 @@ static const double SMALL = 1e-12;
 /* Places a_k that are held in the directions of projectors Q_k: an enlargement from c leaves them where Q_k (a_k - c)
  * is 0. The sums of least squares for c. */
 typedef struct places {
-    const double *centre; /* the first run's c, from which places count; NULL: 0 */
+    const double *centre; /* from which places count: c, where it is known */
     double matrix[9];     /* sum of Q_k */
     double right[3];      /* sum of Q_k a_k */
     double farthest;      /* largest |Q_k (a_k - c)|^2 */
@@ -27,7 +25,7 @@ static void add(places *p, int freedom, const double *direction, const double at
         return;
     co_freedom_projector(freedom, direction, left);
     for (int c = 0; c < 3; c++)
-        from[c] = at[c] - (p->centre ? p->centre[c] : 0);
+        from[c] = at[c] - p->centre[c];
     co_small_dense_apply_3(left, from, held);
     for (int c = 0; c < 3; c++) {
         held[c] = from[c] - held[c];
@@ -60,14 +58,13 @@ static void add_all(places *p, const curvopt_mesh *m, const double *xyz, const c
 }
 
 int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, const co_constraints *all, double radius) {
-    places found = {0}, left = {0};
     double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
     if (all->chains.n)
         return 0;
     co_similarity_mesh_frame(m, xyz, origin);
-    found.centre = origin;
+    places found = {.centre = origin}, left = {.centre = centre};
     add_all(&found, m, xyz, all);
     const double trace = found.matrix[0] + found.matrix[4] + found.matrix[8];
     if (trace == 0)
@@ -78,7 +75,6 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
     co_small_dense_apply_3(inverse, found.right, centre);
     for (int c = 0; c < 3; c++)
         centre[c] += origin[c];
-    left.centre = centre;
     add_all(&left, m, xyz, all);
     return left.farthest <= SAME_PLACE * SAME_PLACE * radius * radius;
 }

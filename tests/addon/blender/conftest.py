@@ -120,3 +120,11 @@ def contents():
 
 
 DATA = ("scenes", "objects", "meshes", "materials", "worlds", "cameras", "lights", "curves", "collections")
+
+
+@pytest.fixture
+def targets():
+    """An empty collection of the scene."""
+    found = bpy.data.collections.new("Targets")
+    bpy.context.scene.collection.children.link(found)
+    return found

@@ -22,14 +22,6 @@ def ball(add):
     return obj
 
 
-@pytest.fixture
-def targets():
-    """An empty collection of the scene."""
-    found = bpy.data.collections.new("Targets")
-    bpy.context.scene.collection.children.link(found)
-    return found
-
-
 def add_empty(collection, obj, place, axis):
     """An empty at a place of the object's space, its Z axis along `axis` there."""
     empty = bpy.data.objects.new("Place", None)

@@ -24,14 +24,6 @@ def ball(add):
     return obj
 
 
-@pytest.fixture
-def targets():
-    """An empty collection of the scene."""
-    found = bpy.data.collections.new("Targets")
-    bpy.context.scene.collection.children.link(found)
-    return found
-
-
 def assign(obj, name, vertices):
     group = obj.vertex_groups.get(name) or obj.vertex_groups.new(name=name)
     group.add(vertices, 1.0, "REPLACE")

@@ -285,6 +285,22 @@ def slide():
     screenshot("15_slide")
 
 
+def beside(ball, targets, tilt, distance):
+    """Looks at `ball` and its result, which has copies of the targets."""
+    print(state().message, flush=True)
+    result, view = bpy.context.object, viewport()[0].spaces.active.region_3d
+    for target in targets:
+        copy = target.copy()
+        copy.location = target.location + result.location - ball.location
+        bpy.context.scene.collection.objects.link(copy)
+    view.view_perspective, view.view_rotation = "PERSP", Euler((tilt, 0, 0)).to_quaternion()
+    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, distance
+    view.view_location += Vector((0.9, 0, 0.3))
+    viewport()[0].spaces.active.overlay.show_cursor = False
+    yield from open_sidebar_tab()
+    yield from settled()
+
+
 def go_through():
     """A ball whose surface is to go through three rings, and the result beside it, among copies of the rings."""
     setup()
@@ -311,18 +327,7 @@ def go_through():
     settings.through = rings.name
     assert invoke() == {"RUNNING_MODAL"}
     yield lambda: not state().running
-    print(state().message, flush=True)
-    result = bpy.context.object
-    for ring in list(rings.objects):
-        copy = ring.copy()
-        copy.location = ring.location + result.location - ball.location
-        bpy.context.scene.collection.objects.link(copy)
-    view.view_perspective, view.view_rotation = "PERSP", Euler((1.3, 0, 0)).to_quaternion()
-    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 8
-    view.view_location += Vector((0.9, 0, 0.3))
-    viewport()[0].spaces.active.overlay.show_cursor = False
-    yield from open_sidebar_tab()
-    yield from settled()
+    yield from beside(ball, list(rings.objects), 1.3, 8)
     screenshot("25_go_through")
     settings.through = ""
 
@@ -365,18 +370,7 @@ def guides():
     settings.levels = 2
     assert invoke() == {"RUNNING_MODAL"}
     yield lambda: not state().running
-    print(state().message, flush=True)
-    result = bpy.context.object
-    for guide in (ring, arch):
-        copy = guide.copy()
-        copy.location = guide.location + result.location - ball.location
-        bpy.context.scene.collection.objects.link(copy)
-    view.view_perspective, view.view_rotation = "PERSP", Euler((1.2, 0, 0)).to_quaternion()
-    view.view_location, view.view_distance = result.location / 2 + ball.location / 2, 7
-    view.view_location += Vector((0.9, 0, 0.3))
-    viewport()[0].spaces.active.overlay.show_cursor = False
-    yield from open_sidebar_tab()
-    yield from settled()
+    yield from beside(ball, (ring, arch), 1.2, 7)
     screenshot("27_guides")
     settings.through = ""
 
