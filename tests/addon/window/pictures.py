@@ -304,7 +304,7 @@ def beside(ball, targets, tilt, distance):
 def go_through():
     """A ball whose surface is to go through three rings, and the result beside it, among copies of the rings."""
     setup()
-    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    settings = bpy.context.scene.curvopt
     bpy.data.objects.remove(bpy.data.objects["Torus"])
     points, faces = shapes.quad_sphere()
     ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
@@ -344,7 +344,7 @@ def select(obj, vertices):
 def guides():
     """A ball with two guides by New Guide, one of them bent up and down, and the result beside it, among copies of them."""
     setup()
-    settings, view = bpy.context.scene.curvopt, viewport()[0].spaces.active.region_3d
+    settings = bpy.context.scene.curvopt
     bpy.data.objects.remove(bpy.data.objects["Torus"])
     points, faces = shapes.quad_sphere()
     ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
