@@ -130,7 +130,7 @@ co_run *solve_run(solve_setting *s, curvopt_progress_fn progress, void *user) {
 }
 
 void solve_run_free(co_run *r) {
-    co_multilevel_result_destroy(r->result);
+    co_run_result_destroy(r->result);
     co_level_result_free(&r->at);
     co_constraints_free(&r->constraints);
     free(r);

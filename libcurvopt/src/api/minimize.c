@@ -45,7 +45,7 @@ int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curv
 }
 
 void curvopt_result_destroy(curvopt_result *result) {
-    co_multilevel_result_destroy(result);
+    co_run_result_destroy(result);
 }
 
 const curvopt_mesh *curvopt_result_mesh(const curvopt_result *result) {

@@ -272,8 +272,7 @@ static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
                           what);
 }
 
-/* The caller's struct, which may be an older one. */
-static int32_t take(const curvopt_through *from, curvopt_through *out, curvopt_error *error) {
+int32_t co_given_through_take(const curvopt_through *from, curvopt_through *out, curvopt_error *error) {
     const int32_t size = from->struct_size;
     *out = (curvopt_through){0};
     if (size < (int32_t)offsetof(curvopt_through, toward) || size % 8 || size > (int32_t)sizeof *out)
@@ -315,7 +314,7 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
     curvopt_through t;
     if (!options->through)
         return CURVOPT_OK;
-    int32_t status = take(options->through, &t, error);
+    int32_t status = co_given_through_take(options->through, &t, error);
     if (status == CURVOPT_OK && (t.n > 0 || t.n_chains > 0))
         status = check_options(options, error);
     if (status != CURVOPT_OK || (t.n == 0 && t.n_chains == 0))

@@ -4,6 +4,8 @@
 
 #include "constraints/constraints.h"
 
+/* A copy of the caller's struct, which may be an older one. ERROR_ARGUMENT where it cannot be read. */
+int32_t co_given_through_take(const curvopt_through *from, curvopt_through *out, curvopt_error *error);
 /* Adds the entries of options->through, checked, to constraints->values, and to constraints->drawn those of a weight
  * below 1, of a cage at xyz [3 n_vertices]. ERROR_ARGUMENT naming what is wrong, the element the entry's number;
  * ERROR_MEMORY. On failure there are no constraints any more. */

@@ -77,7 +77,7 @@ static int32_t copy_holes(const curvopt_options *o, int32_t **out, curvopt_error
 static void destroy_run(co_run *r) {
     if (!r)
         return;
-    co_multilevel_result_destroy(r->result);
+    co_run_result_destroy(r->result);
     co_run_free_parts(r);
     free(r);
 }

@@ -8,6 +8,5 @@
 int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                const co_tuning *tuning, curvopt_progress_fn progress, void *user,
                                const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error);
-void co_multilevel_result_destroy(curvopt_result *result);
 
 #endif

@@ -260,3 +260,13 @@ void co_run_summarize(co_run *r) {
     memcpy(summary->scalar_residual, r->at.residual, sizeof r->at.residual);
     summary->discretization_error = co_discretization_error(r->result->level, summary->n_levels);
 }
+
+void co_run_result_destroy(curvopt_result *result) {
+    if (!result)
+        return;
+    co_mesh_destroy(result->mesh);
+    free(result->xyz);
+    free(result->level);
+    free(result->touching);
+    free(result);
+}

@@ -56,6 +56,8 @@ typedef struct co_run {
     const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                      caller sees, where something is held (live.h) */
     int is_live;                  /* what is held changes afterwards (live.h) */
+    int is_component;             /* of a larger cage, where nothing may move on any level (component_runs.h) */
+    int stands;                   /* nothing does */
     int is_asked_to_stop;         /* by the callback */
     co_level_prospect prospect;   /* of the levels to come */
     co_level_result at;           /* the present level */
@@ -94,5 +96,6 @@ int co_run_may_loosen(const co_run *run, const co_level *level);
 /* Whether the present level was cancelled or could not be resolved. */
 int co_run_stopped_early(const co_run *run);
 void co_level_result_free(co_level_result *result);
+void co_run_result_destroy(curvopt_result *result);
 
 #endif

@@ -158,13 +158,13 @@ static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_erro
 
 /* Boundary, creases and exceptions may hold a whole cage on the first of several levels: inside its faces others can
  * move. */
-static int32_t check_motion(const co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+static int32_t check_motion(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
     int32_t level,
         status = co_moving_level_find(mesh, r->at.xyz, &r->constraints, o->boundary, o->levels, &level, error);
-    if (status == CURVOPT_OK && level == 0)
-        return co_constraints_refuse(mesh, error);
-    return status;
+    if (status == CURVOPT_OK)
+        r->stands = level == 0;
+    return r->stands && !r->is_component ? co_constraints_refuse(mesh, error) : status;
 }
 
 int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {

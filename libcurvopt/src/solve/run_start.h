@@ -7,7 +7,7 @@
 
 /* From a run that has its options, tuning, tables and whom to tell to one that is about to solve its first level.
  * `mesh` is copied. Whatever the status, what it made is to be freed by co_run_free_parts(), and run->result by
- * co_multilevel_result_destroy(). As curvopt_minimize; CO_CANCELLED. */
+ * co_run_result_destroy(). As curvopt_minimize; CO_CANCELLED. */
 int32_t co_run_start(co_run *run, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error);
 /* Frees what the run has, but for its result, its tables and threads. */
 void co_run_free_parts(co_run *run);
