@@ -336,6 +336,20 @@ static int32_t subdivide_component(component *c, const curvopt_mesh *mesh, const
     return CURVOPT_OK;
 }
 
+/* Which faces are left out, of a mesh that has been subdivided: a child for each corner. */
+static int32_t subdivide_left_out(const curvopt_mesh *mesh, uint8_t **left_out, curvopt_error *error) {
+    if (!*left_out)
+        return CURVOPT_OK;
+    uint8_t *fine = CO_NEW(uint8_t, mesh->info.n_corners);
+    if (!fine)
+        return co_status_no_memory(error);
+    for (int32_t h = 0; h < mesh->info.n_corners; h++)
+        fine[h] = (*left_out)[mesh->corner_face[h]];
+    free(*left_out);
+    *left_out = fine;
+    return CURVOPT_OK;
+}
+
 /* The whole's cage, and what goes on, to the next level. */
 static int32_t subdivide(component_runs *all, curvopt_error *error) {
     co_run *whole = all->whole;
@@ -347,6 +361,8 @@ static int32_t subdivide(component_runs *all, curvopt_error *error) {
         xyz = CO_NEW(double, 3 * (size_t)rows.n_rows);
         status = xyz ? co_symmetry_subdivide(&whole->at.symmetry, error) : co_status_no_memory(error);
     }
+    if (status == CURVOPT_OK)
+        status = subdivide_left_out(whole->result->mesh, &whole->constraints.left_out, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < all->parts.n; k++)
         if (all->item[k].is_going_on)
             status = subdivide_component(&all->item[k], whole->result->mesh, fine, error);
@@ -432,6 +448,21 @@ static int32_t solve_level(component_runs *all, int32_t number, int *goes_on, cu
     return status;
 }
 
+/* Figures of the result, by an evaluation of all of it: where curvatures are nearly equal third-order terms depend on
+ * how large the whole is (functional.h). */
+static int32_t evaluate(component_runs *all, curvopt_error *error) {
+    co_run *whole = all->whole;
+    curvopt_energies found;
+    if (is_asked_to_stop(whole))
+        return CURVOPT_OK;
+    int32_t status = co_run_evaluate(whole, &found, error);
+    if (status == CURVOPT_OK) {
+        whole->at.energies = found;
+        whole->result->level[whole->result->summary.n_levels - 1].energy = found.objective;
+    }
+    return status == CO_CANCELLED ? CURVOPT_OK : status;
+}
+
 static void summarize(component_runs *all) {
     for (int32_t k = 0; k < all->parts.n; k++)
         if (all->item[k].has_run)
@@ -454,6 +485,8 @@ int32_t co_component_runs_minimize(co_run *whole, const double *xyz, int *has_ru
             if (status == CURVOPT_OK)
                 status = solve_level(&all, number, &goes_on, error);
         }
+        if (status == CURVOPT_OK)
+            status = evaluate(&all, error);
         if (status == CURVOPT_OK)
             summarize(&all);
     }

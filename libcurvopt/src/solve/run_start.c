@@ -90,6 +90,10 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     return status;
 }
 
+int32_t co_run_evaluate(co_run *r, curvopt_energies *out, curvopt_error *error) {
+    return report_cage(r, r->result->mesh, 0, out, error);
+}
+
 static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_energies *start = &r->result->start;
     int32_t status = report_cage(r, mesh, 1, start, error);
@@ -112,7 +116,7 @@ int32_t co_run_report_end(co_run *r, const co_level *l, curvopt_error *error) {
     if (same)
         return CURVOPT_OK;
     curvopt_energies found = {0};
-    status = report_cage(r, mesh, 0, &found, error);
+    status = co_run_evaluate(r, &found, error);
     if (status == CURVOPT_OK) {
         r->at.energies = found;
         r->at.report.energy = found.objective;
