@@ -82,6 +82,22 @@ static void make_prism(state *s, int32_t n, int cone) {
         add_face(s, n, top);
 }
 
+/* The cage once more, next to itself. */
+static void add_copy(state *s) {
+    const int32_t n_vertices = s->n_vertices, n_faces = s->n_faces, n_corners = s->n_corners;
+    if (2 * n_vertices > MOST_VERTICES || 2 * n_faces > MOST_FACES || 2 * n_corners > MOST_CORNERS)
+        return;
+    for (int32_t i = 0; i < 3 * n_vertices; i++)
+        s->xyz[3 * n_vertices + i] = s->xyz[i] + (i % 3 == 0 ? 4 : 0);
+    for (int32_t f = 0; f < n_faces; f++)
+        s->sizes[n_faces + f] = s->sizes[f];
+    for (int32_t h = 0; h < n_corners; h++)
+        s->corners[n_corners + h] = n_vertices + s->corners[h];
+    s->n_vertices *= 2;
+    s->n_faces *= 2;
+    s->n_corners *= 2;
+}
+
 static void make_cage(reader *r, state *s) {
     const int kind = next(r) % 5, n = 3 + next(r) % 5, m = 3 + next(r) % 3;
     s->n_faces = s->n_corners = 0;
@@ -97,8 +113,11 @@ static void make_cage(reader *r, state *s) {
         else
             s->xyz[3 * vertex + axis] += by == 255 ? 1e60 : (by - 100) / 64.0;
     }
-    if (next(r) % 16 == 1 && s->n_faces > 1) /* a hole in the surface, or another boundary */
+    const int more = next(r) % 16;
+    if (more == 1 && s->n_faces > 1) /* a hole in the surface, or another boundary */
         s->n_corners -= s->sizes[--s->n_faces];
+    if (more == 2)
+        add_copy(s);
 }
 
 /* Creases along edges of faces, sharp, fading and out of range, and corners. */

@@ -155,3 +155,21 @@ def test_other_options_and_back(pretzel):
         with pytest.raises(ValueError):
             solver.set_places(np.zeros((3, 3)))
         assert solver.solve().verification.verdict == "minimum"
+
+
+def test_a_piece_that_nothing_holds_stays(pretzel):
+    """Beside one with pins, which ends where it ends alone: it has the same energy there."""
+    n = len(pretzel.positions)
+    other = 0.5 * pretzel.positions + [5 * size(pretzel.positions), 0, 0]
+    both = curvopt.Cage(np.concatenate([pretzel.positions, other]), np.tile(pretzel.face_sizes, 2),
+                        np.concatenate([pretzel.face_vertices, pretzel.face_vertices + n]))
+    places = pretzel.positions[PINS].copy()
+    places[0] += 0.05 * size(pretzel.positions)
+    options = {"held": PINS, "places": places, **TIGHT}
+    with curvopt.Solver(both, "willmore", **options) as pair, curvopt.Solver(pretzel, "willmore", **options) as alone, \
+            curvopt.Problem(pretzel, "willmore", tolerance=1e-9) as problem:
+        pair.solve()
+        alone.solve()
+        assert np.array_equal(pair.positions[n:], other)
+        got, want = (problem.evaluate(solver.positions[:n]).objective for solver in (pair, alone))
+    assert got == pytest.approx(want, rel=1e-5)

@@ -107,6 +107,23 @@ static int32_t minimize_apart(const cage *c, const curvopt_mesh *mesh, curvopt_e
     return status;
 }
 
+/* Pieces with constraints of their own: the first one a pin and an entry, the second one a hole. */
+static int32_t minimize_pieces(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t pins[2] = {0, 5}, entries[1] = {2}, hole = c->n_faces - 1;
+    const curvopt_constraints held = {.n = 2, .vertices = pins};
+    const curvopt_through through = {.struct_size = (int32_t)sizeof through, .n = 1, .vertices = entries};
+    curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    curvopt_result *result;
+    o.constraints = &held;
+    o.through = &through;
+    o.holes = &hole;
+    o.n_holes = 1;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
 /* Everything that a run can be asked for besides. */
 static int32_t minimize_and_look_round(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
@@ -415,6 +432,9 @@ static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
     fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 1.5), minimize_apart, 150);
+    fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 3), minimize,
+              300); /* one copies the other */
+    fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_cube(), 3), minimize_pieces, 300);
 }
 
 static void test_minimization_with_all_options_survives_every_failure(void **state) {

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
+#include "constraints/loose_components.h"
 #include "constraints/mirror_planes.h"
 #include "energy/admissibility.h"
 #include "mesh/ring.h"
@@ -195,6 +196,8 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     if (status == CURVOPT_OK &&
         ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
         status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
+    if (status == CURVOPT_OK && r->is_live)
+        status = co_loose_components_hold(mesh, r->at.start, o->boundary, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);
     if (status != CURVOPT_OK)

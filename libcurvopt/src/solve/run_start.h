@@ -16,10 +16,10 @@ void co_run_free_parts(co_run *run);
 int32_t co_run_find_symmetry(co_run *run, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error);
 /* Takes the present cage as that by which half discs are chosen. ERROR_MEMORY. */
 int32_t co_run_take_shape(co_run *run, curvopt_error *error);
-/* Where the result's half discs (blend_disc_half.h) are not those that the level began with, its figures are taken
- * again: they are to be those of the cage that the caller gets. As curvopt_minimize. */
 /* Energies of the present cage run->at.xyz, by an assembly of its own. As curvopt_problem_evaluate, CO_CANCELLED. */
 int32_t co_run_evaluate(co_run *run, curvopt_energies *out, curvopt_error *error);
+/* Where the result's half discs (blend_disc_half.h) are not those that the level began with, its figures are taken
+ * again: they are to be those of the cage that the caller gets. As curvopt_minimize. */
 int32_t co_run_report_end(co_run *run, const co_level *level, curvopt_error *error);
 
 #endif
