@@ -171,5 +171,5 @@ def test_a_piece_that_nothing_holds_stays(pretzel):
         pair.solve()
         alone.solve()
         assert np.array_equal(pair.positions[n:], other)
-        got, want = (problem.evaluate(solver.positions[:n]).objective for solver in (pair, alone))
-    assert got == pytest.approx(want, rel=1e-5)
+        got, want = (problem.energies(solver.positions[:n]).objective for solver in (pair, alone))
+    assert got == pytest.approx(want, rel=1e-5), (got, want)

@@ -5,7 +5,6 @@
 #include "mesh/components.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Sets is_held [n components] of those that have a vertex that is held or drawn; returns their number. */
 static int32_t mark_held(const curvopt_mesh *m, const co_constraints *all, const co_components *parts,
@@ -22,8 +21,8 @@ static int32_t mark_held(const curvopt_mesh *m, const co_constraints *all, const
     return n;
 }
 
-int32_t co_loose_components_hold(const curvopt_mesh *m, const double *xyz, int32_t boundary,
-                                 co_constraints *constraints, curvopt_error *error) {
+int32_t co_loose_components_leave_out(const curvopt_mesh *m, int32_t boundary, co_constraints *constraints,
+                                      curvopt_error *error) {
     co_constraints all = {0};
     co_components parts;
     uint8_t *is_held = NULL;
@@ -38,14 +37,14 @@ int32_t co_loose_components_hold(const curvopt_mesh *m, const double *xyz, int32
     }
     if (status == CURVOPT_OK)
         n = mark_held(m, &all, &parts, is_held);
-    const int holds = n > 0 && n < parts.n;
-    if (holds && !constraints->freedom)
-        status = co_constraints_allocate(m->info.n_vertices, constraints, error);
-    for (int32_t v = 0; holds && status == CURVOPT_OK && v < m->info.n_vertices; v++)
-        if (parts.of_vertex[v] >= 0 && !is_held[parts.of_vertex[v]]) {
-            constraints->freedom[v] = CO_FREEDOM_NONE;
-            memcpy(constraints->anchor + 3 * (size_t)v, xyz + 3 * (size_t)v, 3 * sizeof *xyz);
-        }
+    const int leaves_out = n > 0 && n < parts.n;
+    if (leaves_out && !constraints->left_out) {
+        constraints->left_out = CO_NEW(uint8_t, m->info.n_faces);
+        status = constraints->left_out ? CURVOPT_OK : co_status_no_memory(error);
+    }
+    for (int32_t f = 0; leaves_out && status == CURVOPT_OK && f < m->info.n_faces; f++)
+        if (!is_held[parts.of_face[f]])
+            constraints->left_out[f] = 1;
     free(is_held);
     co_constraints_free(&all);
     co_components_free(&parts);

@@ -4,9 +4,9 @@
 
 #include "constraints/constraints.h"
 
-/* Where `constraints` or `boundary` hold or draw some components of a cage at xyz [3 n_vertices], the vertices of the
- * others are held, too: nothing else would say where these are to be. ERROR_MEMORY. */
-int32_t co_loose_components_hold(const curvopt_mesh *mesh, const double *xyz, int32_t boundary,
-                                 co_constraints *constraints, curvopt_error *error);
+/* Where `constraints` or `boundary` hold or draw some components of a cage, the others are left out of the energy, and
+ * so held: nothing says where they are to be. ERROR_MEMORY. */
+int32_t co_loose_components_leave_out(const curvopt_mesh *mesh, int32_t boundary, co_constraints *constraints,
+                                      curvopt_error *error);
 
 #endif

@@ -106,8 +106,8 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
         add_repulsion(o, z, at);
     if (at->gradient && !is_fixed(o))
         co_dof_map_normalized_gradient(&o->reduction, z, radius, at->gradient);
-    at->value = values.objective + values.reference + at->found[CO_FOUND_SPACING] + at->found[CO_FOUND_REPULSION] +
-                co_penalty_value(&o->penalty, x, at->gradient);
+    at->value = values.objective + values.reference + o->run->least + at->found[CO_FOUND_SPACING] +
+                at->found[CO_FOUND_REPULSION] + co_penalty_value(&o->penalty, x, at->gradient);
     if (at->gradient && holds_numbers(o))
         co_held_level_reduce_gradient(&o->numbers, values.integral, 1 / radius, at->gradient);
     if (at->gradient)
@@ -239,7 +239,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_dof_map_variables(&o->reduction, o->positions, o->step);
     const double spacing = /* which has no weight before the level's first stage */
         o->spacing.weight > 0 ? co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) : 0;
-    return values.objective + values.reference + spacing + co_penalty_value(&o->penalty, o->step, NULL);
+    return values.objective + values.reference + run->least + spacing + co_penalty_value(&o->penalty, o->step, NULL);
 }
 
 double co_level_objective_relative_gradient(const co_level_objective *o, const co_iterate *now) {

@@ -41,7 +41,7 @@ static int tell(co_run *r, const co_level *l, const co_step_record *record) {
                                        .method = (int32_t)record->method,
                                        .rejected = record->rejected,
                                        .energy = co_level_objective_energy(o, &l->now) -
-                                                 co_spontaneous_curvature_reference(&r->context.spontaneous, 0),
+                                                 co_run_context_reference(&r->context),
                                        .start_energy = r->start_energy,
                                        .gradient_norm = co_level_objective_relative_gradient(o, &l->now),
                                        .seconds = co_clock_seconds() - r->started,
@@ -122,8 +122,7 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     if (status != CURVOPT_OK)
         return status;
     at->springs = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
-    at->penalty =
-        at->springs + l->now.found[CO_FOUND_REPULSION] + co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
+    at->penalty = at->springs + l->now.found[CO_FOUND_REPULSION] + co_run_context_reference(&r->context);
     note_held(at, l);
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
@@ -139,7 +138,7 @@ void co_run_end_cancelled(co_run *r, co_level *l, double started) {
     at->report.seconds = co_clock_seconds() - started;
     at->report.energy = at->report.gradient_norm = (double)NAN;
     if (l && co_level_finish_cancelled(l, at->xyz, &at->energies, &at->springs)) {
-        at->penalty = at->springs + co_spontaneous_curvature_reference(&r->context.spontaneous, 0);
+        at->penalty = at->springs + co_run_context_reference(&r->context);
         at->report.energy = at->energies.objective;
         note_held(at, l);
         return;

@@ -25,6 +25,7 @@ typedef struct co_run_context {
     co_held_numbers *held;        /* numbers of the surface that are held, at the targets reached so far; NULL: none */
     co_held_numbers wanted;       /* the same with the targets at the end */
     co_spontaneous_curvature spontaneous; /* as levels see it */
+    double least;        /* added to what is minimized: a flat surface has no energy, and relative figures need some */
     const double *shape; /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
                             (blend_disc_half.h); NULL: by the cage that each objective begins with */
     co_repulsion_exceptions *exceptions; /* with options.no_crossings, of the present mesh; else NULL */
@@ -33,6 +34,11 @@ typedef struct co_run_context {
 /* Whether the run is to end. Then evaluations are not finite, and no matrix is made any more. */
 static inline int co_run_context_is_cancelled(const co_run_context *run) {
     return co_cancel_is_requested(run->cancel);
+}
+
+/* What the function that is minimized has on top of energy, springs and spacing, where all runs have the same. */
+static inline double co_run_context_reference(const co_run_context *run) {
+    return run->least + co_spontaneous_curvature_reference(&run->spontaneous, 0);
 }
 
 static inline int co_run_context_is_last(const co_run_context *run, int32_t level) {

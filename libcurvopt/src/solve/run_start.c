@@ -21,6 +21,8 @@
 
 /* Energy of a surface that is flat but for rounding: nothing moves it. */
 static const double NOTHING = 1e-20;
+/* Of a sphere's stiffness: energy of a dent of 1e-9 of the size, and less than rounding of most energies. */
+static const double LEAST = 1e-18;
 
 /* Whether nothing says how large the result is to be, though something is held: one place alone, or places in a plane.
  * Energies but the area have no size without spontaneous curvature, and the cage would shrink, for small cages are more
@@ -197,7 +199,7 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
         status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
     if (status == CURVOPT_OK && r->is_live)
-        status = co_loose_components_hold(mesh, r->at.start, o->boundary, &r->constraints, error);
+        status = co_loose_components_leave_out(mesh, o->boundary, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);
     if (status != CURVOPT_OK)
@@ -225,6 +227,7 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
     memcpy(r->at.xyz, xyz, n * sizeof(double));
     memcpy(r->at.start, xyz, n * sizeof(double));
     r->context.radius = co_similarity_mesh_frame(mesh, xyz, r->context.centroid);
+    r->context.least = LEAST * co_penalty_stiffness(r->context.options->weights);
     int32_t status = co_submesh_copy(mesh, &r->result->mesh, error);
     if (status == CURVOPT_OK)
         status = find_structure(r, mesh, xyz, error);
