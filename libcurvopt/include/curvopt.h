@@ -619,9 +619,9 @@ typedef struct curvopt_options {
      *
      * Where nothing of the cage is held, energies do not depend on size. A volume or a mean curvature that is kept by
      * itself then costs nothing: the result has that size instead of the input's area. What is held beside is a
-     * shape's: volume and area together, or one that is REDUCED. Where what is held of a cage of one piece leaves it
-     * its size, as one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the
-     * area has a weight.
+     * shape's: volume and area together, or one that is REDUCED. Where what is held of a cage leaves it its size,
+     * as one place does, or places in a plane, curvopt_minimize() keeps the input's area, too, unless the area has a
+     * weight. Of a cage of several pieces KEEP keeps the number of each.
      *
      * Refused are: a volume where options.boundary is FREE and there is one; its VALUE, or a REDUCED volume, where
      * there is a boundary or a face is left out; a volume larger than that of the sphere with the area that is held. */
@@ -1058,6 +1058,13 @@ CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const do
 /* Minimizes the objective over all vertices of the cage, subdivides, repeats. It holds centroid, orientation and size,
  * unless options.boundary, options.constraints or exceptions (curvopt_exception) hold vertices: then these stay exactly
  * where they are. Isolated vertices are carried through, with their numbers, to every level.
+ *   A cage of several pieces, of which no two share a vertex, is minimized piece by piece, each as if it were alone, level
+ * by level; what options measure by the cage's size (strength, weights of springs) goes by the piece's. Pieces that a
+ * symmetry of the whole exchanges, and which nothing holds, are solved once. Figures are of all together: third-order
+ * terms of pieces count as in the whole's objective, with the area of all. The verdict is the worst one, decrements and
+ * negative directions add up, symmetry_order is the largest, and a multiplier is NAN where several pieces have one. With
+ * no_crossings, joshi_sequin and the scalar rules VALUE and REDUCED pieces are tied together and minimized as one; then
+ * pieces that nothing holds may drift apart and change their sizes.
  *   progress, user, cancel may be NULL.
  * Errors as curvopt_problem_create and curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about
  * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where
@@ -1093,7 +1100,8 @@ CURVOPT_API int32_t curvopt_result_get_level(const curvopt_result *result, int32
 typedef struct curvopt_solver curvopt_solver;
 
 /* Copies the mesh, xyz [3 n_vertices] and all that the options point to. There is no subdivision: options.levels is not
- * read. The symmetries AUTO are those of KEEP. What refers to the input (strength, scalars to KEEP, places that are
+ * read. The symmetries AUTO are those of KEEP. Of a cage of several pieces those in which nothing is held or drawn, if
+ * there are others, stay as they are and are left out of the energy. What refers to the input (strength, scalars to KEEP, places that are
  * NAN, springs, half discs of POLYNOMIAL) refers to this xyz as long as the solver lives. Nothing is solved yet. Errors
  * as curvopt_minimize; ERROR_UNSUPPORTED: joshi_sequin, LMVM or slide. */
 CURVOPT_API int32_t curvopt_solver_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
