@@ -306,3 +306,17 @@ def test_a_multiplier_that_only_one_piece_has_is_that():
     got = lib.minimize(joined.mesh, levels=1, hold={"volume": "keep", "area": "keep"}, constraints=lib.constraints(joined.vertices[1]))
     alone = lib.minimize(perturbed(cube_grid(2), 0.15, 4), levels=1, hold={"volume": "keep", "area": "keep"})
     assert got.summary.multiplier[0] == alone.summary.multiplier[0] != 0
+
+
+def test_spontaneous_curvature_counts_by_the_normals_of_all():
+    """A shell: normals of the inner piece point into the cavity, for which c0 has the other sign."""
+    outer, inside = perturbed(cube_grid(2), 0.1, 3), moved(perturbed(cube_grid(2), 0.1, 5), 0.4, (0, 0, 0))
+    cavity = mesh_from_faces(inside.xyz, [face[::-1] for face in inside.face_list()])
+    joined = join([outer, cavity])
+    got = lib.minimize(joined.mesh, levels=2, spontaneous_curvature=0.5, max_iterations=2)
+    for number, (piece, c0) in enumerate([(outer, 0.5), (cavity, -0.5)]):
+        alone = lib.minimize(piece, levels=2, spontaneous_curvature=c0, max_iterations=2)
+        assert np.array_equal(corners_of(joined, number, got.mesh), alone.mesh.xyz[alone.mesh.flat])
+    seen = []
+    lib.minimize(joined.mesh, levels=1, spontaneous_curvature=0.5, progress=lambda p: seen.append((p.energy, p.start_energy)))
+    assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-3)

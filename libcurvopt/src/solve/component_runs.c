@@ -206,8 +206,9 @@ static int32_t start_run(component *c, const curvopt_mesh *mesh, const double *x
     return status;
 }
 
-/* The weights by which objectives of components add up to the whole's where none changes its area. */
-static int scale_weights(component *c) {
+/* The options by which objectives of components add up to the whole's where none changes its area: weights, and
+ * spontaneous curvature by the whole's normals. Returns whether they are others. */
+static int fit_options(component *c) {
     const co_run *whole = c->all->whole;
     double *weights = c->given.options.weights;
     const double radius = c->run.context.radius / whole->context.radius;
@@ -219,6 +220,10 @@ static int scale_weights(component *c) {
         }
     if (weights[CURVOPT_TERM_AREA] > 0) {
         weights[CURVOPT_TERM_AREA] *= radius * radius;
+        is_other = 1;
+    }
+    if (c->given.options.spontaneous_curvature != 0 && c->run.held.orientation != whole->held.orientation) {
+        c->given.options.spontaneous_curvature *= -1;
         is_other = 1;
     }
     return is_other;
@@ -253,7 +258,7 @@ static int32_t start_component(component *c, const uint8_t *keep, const double *
         memcpy(own + 3 * (size_t)v, xyz + 3 * (size_t)c->vertex_of[v], 3 * sizeof *own);
     if (status == CURVOPT_OK)
         status = start_run(c, mesh, own, error);
-    if (status == CURVOPT_OK && scale_weights(c)) {
+    if (status == CURVOPT_OK && fit_options(c)) {
         free_run(&c->run);
         status = start_run(c, mesh, own, error);
     }
