@@ -514,6 +514,9 @@ static void summarize(component_runs *all) {
 int32_t co_component_runs_minimize(co_run *whole, const double *xyz, int *has_run, curvopt_error *error) {
     component_runs all = {.whole = whole};
     int goes_on = 1;
+    *has_run = 0;
+    if (whole->result->mesh->info.n_components < 2)
+        return CURVOPT_OK;
     int32_t status = co_components_find(whole->result->mesh, &all.parts, error);
     *has_run = status == CURVOPT_OK && all.parts.n > 1;
     if (*has_run) {
