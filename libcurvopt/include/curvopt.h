@@ -1058,17 +1058,17 @@ CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const do
 /* Minimizes the objective over all vertices of the cage, subdivides, repeats. It holds centroid, orientation and size,
  * unless options.boundary, options.constraints or exceptions (curvopt_exception) hold vertices: then these stay exactly
  * where they are. Isolated vertices are carried through, with their numbers, to every level.
- *   A cage of several pieces, of which no two share a vertex, is minimized piece by piece, each as if it were alone, level
- * by level; what options measure by the cage's size (strength, weights of springs) goes by the piece's. Pieces that a
- * symmetry of the whole exchanges, and which nothing holds, are solved once. Figures are of all together: third-order
- * terms of pieces count as in the whole's objective, with the area of all. The verdict is the worst one, decrements and
- * negative directions add up, symmetry_order is the largest, and a multiplier is NAN where several pieces have one. With
- * no_crossings, joshi_sequin and the scalar rules VALUE and REDUCED pieces are tied together and minimized as one; then
- * pieces that nothing holds may drift apart and change their sizes.
- *   progress, user, cancel may be NULL.
- * Errors as curvopt_problem_create and curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about
- * a plane of options.symmetry_planes (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where
- * nothing may move on any level. A cancelled or stalled run is OK and has a result. */
+ *   A cage of several pieces, of which no two share a vertex, is minimized piece by piece, each as if it were alone,
+ * level by level; what options measure by the cage's size (strength, weights of springs) goes by the piece's. Pieces
+ * that a symmetry of the whole exchanges, and which nothing holds, are solved once. Figures are of all together:
+ * third-order terms of pieces count as in the whole's objective, with the area of all, and spontaneous curvature by the
+ * whole's normals. The verdict is the worst one, decrements and negative directions add up, symmetry_order is the
+ * largest, and a multiplier is NAN where several pieces have one. With no_crossings, joshi_sequin and the scalar rules
+ * VALUE and REDUCED pieces are tied together and minimized as one; then pieces that nothing holds may drift apart and
+ * change their sizes. progress, user, cancel may be NULL. Errors as curvopt_problem_create and
+ * curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about a plane of options.symmetry_planes
+ * (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where nothing may move on any level. A
+ * cancelled or stalled run is OK and has a result. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);
@@ -1101,9 +1101,10 @@ typedef struct curvopt_solver curvopt_solver;
 
 /* Copies the mesh, xyz [3 n_vertices] and all that the options point to. There is no subdivision: options.levels is not
  * read. The symmetries AUTO are those of KEEP. Of a cage of several pieces those in which nothing is held or drawn, if
- * there are others, stay as they are and are left out of the energy. What refers to the input (strength, scalars to KEEP, places that are
- * NAN, springs, half discs of POLYNOMIAL) refers to this xyz as long as the solver lives. Nothing is solved yet. Errors
- * as curvopt_minimize; ERROR_UNSUPPORTED: joshi_sequin, LMVM or slide. */
+ * there are others, stay as they are and are left out of the energy, unless a scalar rule VALUE or REDUCED ties pieces
+ * together. What refers to the input (strength, scalars to KEEP, places that are NAN, springs, half discs of
+ * POLYNOMIAL) refers to this xyz as long as the solver lives. Nothing is solved yet. Errors as curvopt_minimize;
+ * ERROR_UNSUPPORTED: joshi_sequin, LMVM or slide. */
 CURVOPT_API int32_t curvopt_solver_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                           curvopt_solver **out, curvopt_error *error);
 CURVOPT_API void curvopt_solver_destroy(curvopt_solver *solver);

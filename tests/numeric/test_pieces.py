@@ -233,3 +233,90 @@ def test_what_ties_pieces_together_is_minimized_together():
     got = lib.minimize(joined.mesh, levels=1, hold={"volume": ("reduced", 0.98 * share)})
     after = lib.evaluate(got.mesh)
     assert after.volume / (after.area ** 1.5 / (6 * np.sqrt(np.pi))) == pytest.approx(0.98 * share, rel=1e-3)
+
+
+def mirrored(mesh: Mesh, axis: int = 0) -> Mesh:
+    sign = np.where(np.arange(3) == axis, -1.0, 1.0)
+    return mesh_from_faces(mesh.xyz * sign, [face[::-1] for face in mesh.face_list()])
+
+
+def test_far_pieces_that_differ_are_no_copies():
+    """By their distance they are images of each other to 1e-5; by their own size they differ by 3e-4."""
+    one = moved(perturbed(cube_grid(2), 0.2, 3), 1, (300, 0, 0))
+    other = mirrored(one)
+    other = replace(other, xyz=other.xyz + 3e-4 * np.random.default_rng(1).normal(size=other.xyz.shape))
+    joined = join([one, other])
+    got = lib.minimize(joined.mesh, levels=1, symmetry=KEEP, max_iterations=0)
+    assert np.array_equal(got.mesh.xyz[joined.vertices[1]], lib.minimize(other, levels=1, max_iterations=0).mesh.xyz)
+
+
+def test_images_are_where_they_were_when_a_held_piece_is_put_elsewhere():
+    """That alone makes the cage symmetric; the input's centroid is not on the plane."""
+    one = moved(perturbed(cube_grid(2), 0.2, 3), 1, (4, 0.3, 0))
+    between = moved(cube_grid(2), 1, (0, 0, 4))
+    joined = join([one, moved(between, 1, (1.5, 0, 0)), mirrored(one)])
+    got = lib.minimize(joined.mesh, levels=1, symmetry=KEEP, constraints=lib.constraints(joined.vertices[1], places=between.xyz))
+    alone = lib.minimize(one, levels=1, symmetry=KEEP)
+    assert np.abs(got.mesh.xyz[joined.vertices[2]] - alone.mesh.xyz * [-1, 1, 1]).max() < 1e-9
+    assert np.array_equal(got.mesh.xyz[joined.vertices[1]], between.xyz)
+
+
+def test_levels_have_the_energy_of_a_held_piece_at_its_places():
+    free, held = perturbed(cube_grid(2), 0.2, 3), moved(cube_grid(2), 1, (5, 0, 0))
+    places = held.xyz * [1, 1, 2]
+    joined = join([free, held])
+    seen = []
+    got = lib.minimize(joined.mesh, levels=2, constraints=lib.constraints(joined.vertices[1], places=places),
+                       progress=lambda p: seen.append(p.energy))
+    alone, beside = lib.minimize(free, levels=2), lib.evaluate(replace(held, xyz=places)).objective
+    for ours, theirs in zip(got.levels, alone.levels):
+        assert ours.energy == pytest.approx(theirs.energy + beside, rel=1e-4)
+    assert seen[-1] == pytest.approx(got.summary.end.objective, rel=1e-4)
+
+
+def test_what_levels_brought_is_of_one_kind_of_sum():
+    """The last level's energy is of an evaluation of all, which differs from the sum of the pieces'; steps between levels do
+    not have that in them."""
+    pieces = [moved(perturbed(cube_grid(2), 0.1, 1), 1, (5, 0, 0)), sheet(),
+              moved(perturbed(torus_cage(6, 4, 0.4), 0.05, 5), 0.7, (0, 0, 4))]
+    got = lib.minimize(join(pieces).mesh, "mvs_cross", levels=3)
+    alone = [lib.minimize(piece, "mvs_cross", levels=3).summary.end for piece in pieces]
+    area = sum(end.area for end in alone)
+    energies = [report.energy for report in got.levels[:2]] + [sum(end.objective * area / end.area for end in alone)]
+    steps = np.abs(np.diff(energies))
+    assert steps[1] < 0.6 * steps[0]
+    assert got.summary.discretization_error == pytest.approx(1.5 * steps[1], rel=2e-4)
+
+
+def test_an_older_struct_of_what_the_surface_goes_through():
+    """Without the members from `toward` on, where there is something else."""
+    pieces = [perturbed(cube_grid(2), 0.2, 3), moved(cube_grid(2), 1, (5, 0, 0))]
+    joined = join(pieces)
+    goes = lib.through([joined.vertices[1][3]])
+    goes.struct_size = lib.Through.toward.offset
+    goes.toward = goes.weights = goes.chains = goes.chain_weights = 1
+    goes.n_chains = 1 << 30
+    got = lib.minimize(joined.mesh, levels=1, through=goes)
+    alone = lib.minimize(pieces[1], levels=1, through=lib.through([3]))
+    assert np.array_equal(got.mesh.xyz[joined.vertices[1]], alone.mesh.xyz)
+
+
+def test_a_multiplier_that_only_one_piece_has_is_that():
+    joined = join([perturbed(cube_grid(2), 0.15, 4), moved(cube_grid(2), 1, (5, 0, 0))])
+    got = lib.minimize(joined.mesh, levels=1, hold={"volume": "keep", "area": "keep"}, constraints=lib.constraints(joined.vertices[1]))
+    alone = lib.minimize(perturbed(cube_grid(2), 0.15, 4), levels=1, hold={"volume": "keep", "area": "keep"})
+    assert got.summary.multiplier[0] == alone.summary.multiplier[0] != 0
+
+
+def test_spontaneous_curvature_counts_by_the_normals_of_all():
+    """A shell: normals of the inner piece point into the cavity, for which c0 has the other sign."""
+    outer, inside = perturbed(cube_grid(2), 0.1, 3), moved(perturbed(cube_grid(2), 0.1, 5), 0.4, (0, 0, 0))
+    cavity = mesh_from_faces(inside.xyz, [face[::-1] for face in inside.face_list()])
+    joined = join([outer, cavity])
+    got = lib.minimize(joined.mesh, levels=2, spontaneous_curvature=0.5, max_iterations=2)
+    for number, (piece, c0) in enumerate([(outer, 0.5), (cavity, -0.5)]):
+        alone = lib.minimize(piece, levels=2, spontaneous_curvature=c0, max_iterations=2)
+        assert np.array_equal(corners_of(joined, number, got.mesh), alone.mesh.xyz[alone.mesh.flat])
+    seen = []
+    lib.minimize(joined.mesh, levels=1, spontaneous_curvature=0.5, progress=lambda p: seen.append((p.energy, p.start_energy)))
+    assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-3)

@@ -173,3 +173,15 @@ def test_a_piece_that_nothing_holds_stays(pretzel):
         assert np.array_equal(pair.positions[n:], other)
         got, want = (problem.energies(solver.positions[:n]).objective for solver in (pair, alone))
     assert got == pytest.approx(want, rel=1e-5), (got, want)
+
+
+def test_a_volume_of_all_pieces_is_held(pretzel):
+    """That ties pieces together: those without a handle go along."""
+    n = len(pretzel.positions)
+    both = curvopt.Cage(np.concatenate([pretzel.positions, pretzel.positions + [5 * size(pretzel.positions), 0, 0]]),
+                        np.tile(pretzel.face_sizes, 2), np.concatenate([pretzel.face_vertices, pretzel.face_vertices + n]))
+    with curvopt.Problem(both, "willmore", tolerance=1e-7) as problem:
+        volume = 1.02 * problem.energies(both.positions).volume
+        with curvopt.Solver(both, "willmore", held=PINS, volume=volume, tolerance=1e-6) as pair:
+            pair.solve()
+            assert problem.energies(pair.positions).volume == pytest.approx(volume, rel=1e-5)

@@ -39,12 +39,14 @@ static void test_faces_that_share_a_vertex_are_together(void **state) {
     curvopt_mesh_destroy(mesh);
 }
 
-/* Constraints, entries, chains and holes in any order, some of them on the isolated vertex. */
+/* Constraints, entries, chains and holes in any order, some of them on the isolated vertex. An entry without a tangent
+ * may have anything in `toward`. */
 static void test_options_are_dealt_out(void **state) {
     (void)state;
     static const int32_t pins[4] = {3, 9, 8, 1}, freedom[4] = {1, 0, 0, 2}, holes[2] = {2, 1};
     static const double directions[12] = {1, 2, 3, 0, 0, 0, 0, 0, 0, 4, 5, 6};
-    static const int32_t entries[3] = {5, -1, 4}, faces[3] = {0, 2, 0}, toward[3] = {7, 1, 2};
+    static const int32_t entries[3] = {5, -1, 4}, faces[3] = {0, 2, 0}, toward[3] = {7, 1, 1 << 30};
+    static const double tangents[9] = {1, 0, 0, 0, 1, 0, (double)NAN, (double)NAN, (double)NAN};
     static const double weights[3] = {0.25, 0.5, 0.75};
     static const int32_t first[2] = {1, 3}, second[3] = {6, 8, 4};
     const curvopt_chain chains[2] = {{.vertices = second, .n_vertices = 3}, {.vertices = first, .n_vertices = 2}};
@@ -54,6 +56,7 @@ static void test_options_are_dealt_out(void **state) {
                                      .n = 3,
                                      .vertices = entries,
                                      .faces = faces,
+                                     .tangents = tangents,
                                      .toward = toward,
                                      .weights = weights,
                                      .chains = chains,
@@ -87,7 +90,7 @@ static void test_options_are_dealt_out(void **state) {
     CHECK_INT(one.through.faces[0], 1);
     CHECK_INT(one.through.toward[0], 1); /* inside a face: a direction */
     CHECK_INT(one.through.vertices[1], 2);
-    CHECK_INT(one.through.toward[1], 1); /* at a vertex: a vertex */
+    CHECK_INT(one.through.toward[1], 1 << 30); /* at a vertex: a vertex */
     CHECK_NEAR(one.through.weights[1], 0.75, 0);
     CHECK_INT(one.through.n_chains, 1);
     CHECK_INT(one.through.chains[0].vertices[1], 4);
@@ -111,7 +114,10 @@ static void test_options_are_dealt_out(void **state) {
 /* The worst of verdicts and stops; sums; -1 and NAN where one is not known. */
 static void test_summaries_add_up(void **state) {
     (void)state;
-    curvopt_summary a = {.verdict = CURVOPT_VERDICT_MINIMUM, .shape_decrement = 1, .symmetry_order = 4},
+    curvopt_summary a = {.verdict = CURVOPT_VERDICT_MINIMUM,
+                         .shape_decrement = 1,
+                         .multiplier = {0, 6},
+                         .symmetry_order = 4},
                     b = {.verdict = CURVOPT_VERDICT_SADDLE,
                          .shape_decrement = 2,
                          .negative_directions = 3,
@@ -131,7 +137,7 @@ static void test_summaries_add_up(void **state) {
     CHECK_INT(all.negative_directions, 6);
     CHECK_INT(all.symmetry_order, 4);
     CHECK_INT(all.n_held, 7);
-    CHECK_TRUE(isnan(all.multiplier[0]) && all.multiplier[1] == 0);
+    CHECK_TRUE(isnan(all.multiplier[0]) && all.multiplier[1] == 6 && all.multiplier[2] == 0);
     CHECK_NEAR(all.scalar_residual[0], -1e-9, 0);
     CHECK_INT(report.stop, CURVOPT_STOP_LIMIT);
     CHECK_NEAR(report.gradient_norm, sqrt(12 * 12 + 2 * 16 * 16) / 11, 1e-14);

@@ -26,7 +26,10 @@ int32_t co_loose_components_leave_out(const curvopt_mesh *m, int32_t boundary, c
     co_constraints all = {0};
     co_components parts;
     uint8_t *is_held = NULL;
-    int32_t n = 0, status = co_components_find(m, &parts, error);
+    int32_t n = 0;
+    if (m->info.n_components < 2)
+        return CURVOPT_OK;
+    int32_t status = co_components_find(m, &parts, error);
     if (status != CURVOPT_OK)
         return status;
     if (parts.n > 1)

@@ -123,11 +123,12 @@ static void add_counts(const co_component_part *part, curvopt_summary *out) {
     out->n_sliding += part->times * s->n_sliding;
 }
 
-static void add_scalars(const co_component_part *part, int is_alone, curvopt_summary *out) {
+static void add_scalars(const co_component_part *part, curvopt_summary *out) {
     const curvopt_summary *s = part->summary;
     for (int k = 0; k < CURVOPT_N_SCALARS; k++) {
+        const int is_only_one = part->times == 1 && out->multiplier[k] == 0;
         if (s->multiplier[k] != 0)
-            out->multiplier[k] = is_alone ? s->multiplier[k] : (double)NAN;
+            out->multiplier[k] = is_only_one ? s->multiplier[k] : (double)NAN;
         if (!(fabs(s->scalar_residual[k]) <= fabs(out->scalar_residual[k])))
             out->scalar_residual[k] = s->scalar_residual[k];
     }
@@ -138,6 +139,8 @@ void co_component_figures_summary(const co_component_part *parts, int32_t n, cur
     out->symmetry_order = 1;
     out->newton_decrement = out->shape_decrement = out->difference_decrement = out->spring_energy = 0;
     out->negative_directions = out->all_negative_directions = out->free_negative_directions = out->n_sliding = 0;
+    for (int k = 0; k < CURVOPT_N_SCALARS; k++)
+        out->multiplier[k] = 0;
     for (int32_t k = 0; k < n; k++) {
         const curvopt_summary *s = parts[k].summary;
         if (!s)
@@ -148,6 +151,6 @@ void co_component_figures_summary(const co_component_part *parts, int32_t n, cur
         out->symmetry_order = s->symmetry_order > out->symmetry_order ? s->symmetry_order : out->symmetry_order;
         add_decrements(&parts[k], out);
         add_counts(&parts[k], out);
-        add_scalars(&parts[k], n == 1 && parts[k].times == 1, out);
+        add_scalars(&parts[k], out);
     }
 }

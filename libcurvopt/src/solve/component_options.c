@@ -3,7 +3,15 @@
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
+
+int co_component_options_fit(const curvopt_options *o) {
+    int is_tied = o->no_crossings || o->joshi_sequin;
+    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
+        is_tied |= o->scalar_rule[s] == CURVOPT_SCALAR_RULE_VALUE || o->scalar_rule[s] == CURVOPT_SCALAR_RULE_REDUCED;
+    return !is_tied;
+}
 
 /* ----------------------------------------------------------------------------------------- which has what -- */
 
@@ -122,7 +130,12 @@ static void take_constraints(share *s, const curvopt_constraints *from, const co
                                  .places = from->has_places ? take_reals(s, from->places, 3) : NULL};
 }
 
-/* Of an entry at a vertex `toward` is a vertex, too. */
+static int has_tangent(const curvopt_through *t, int32_t i) {
+    const double *d = t->tangents ? t->tangents + 3 * (size_t)i : NULL;
+    return d && !(isnan(d[0]) && isnan(d[1]) && isnan(d[2]));
+}
+
+/* Of an entry at a vertex `toward` is a vertex, too; without a tangent it may be anything. */
 static void take_entries(share *s, const curvopt_through *from, const co_components *c, curvopt_through *out) {
     int32_t *vertices = s->integers, *faces = vertices + s->n, *toward = faces + s->n;
     s->integers += 3 * (size_t)s->n;
@@ -130,7 +143,7 @@ static void take_entries(share *s, const curvopt_through *from, const co_compone
         const int32_t k = s->item[i], at_vertex = is_at_vertex(from, k), to = from->toward ? from->toward[k] : 0;
         vertices[i] = at_vertex ? c->vertex[from->vertices[k]] : -1;
         faces[i] = at_vertex ? 0 : c->face[from->faces[k]];
-        toward[i] = at_vertex && from->toward && to >= 0 ? c->vertex[to] : to;
+        toward[i] = at_vertex && has_tangent(from, k) ? c->vertex[to] : to;
     }
     *out = (curvopt_through){.struct_size = (int32_t)sizeof *out,
                              .n = s->n,

@@ -24,6 +24,10 @@ typedef struct co_component_shares {
     co_component_items constraints, entries, chains, holes;
 } co_component_shares;
 
+/* Whether components can be minimized one by one. Not with what ties them together: a volume, an area or a mean
+ * curvature of all with a given value, no crossings; nor with the report's settings. */
+int co_component_options_fit(const curvopt_options *options);
+
 /* Which component has what; the options have been checked with the whole cage. ERROR_MEMORY. */
 int32_t co_component_shares_create(const curvopt_options *whole, const co_components *components,
                                    co_component_shares *out, curvopt_error *error);

@@ -3,6 +3,9 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/vec3.h"
+#include "constraints/given_through.h"
+#include "constraints/symmetry.h"
 #include "mesh/similarity.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
@@ -35,18 +38,12 @@ typedef struct component {
 
 struct component_runs {
     co_run *whole;
+    double centre[3]; /* that the whole's symmetries leave where it is */
     co_components parts;
     component *item;         /* [parts.n] */
     co_component_part *part; /* [parts.n] work: figures of those that have a run */
     co_run_work done;        /* on the present level */
 };
-
-int co_component_runs_fit(const curvopt_options *o) {
-    int is_tied = o->no_crossings || o->joshi_sequin;
-    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
-        is_tied |= o->scalar_rule[s] == CURVOPT_SCALAR_RULE_VALUE || o->scalar_rule[s] == CURVOPT_SCALAR_RULE_REDUCED;
-    return !is_tied;
-}
 
 static int is_asked_to_stop(const co_run *whole) {
     return whole->is_asked_to_stop || co_run_context_is_cancelled(&whole->context);
@@ -54,17 +51,19 @@ static int is_asked_to_stop(const co_run *whole) {
 
 /* ---------------------------------------------------------------------------------------- the whole's cage -- */
 
-/* Puts an image of x [3] into the whole's cage. */
-static void put_image(const component_runs *all, int32_t g, int32_t v, const double x[3]) {
-    const co_run *whole = all->whole;
-    const co_symmetry *s = &whole->at.symmetry;
-    const double *centre = whole->context.centroid, *matrix = s->matrix + 9 * (size_t)g;
-    double *to = whole->at.xyz + 3 * (size_t)co_symmetry_vertex(s, whole->result->mesh, g, v);
+/* The image of x [3] by element g of the whole's symmetry. */
+static void find_image(const component_runs *all, int32_t g, const double x[3], double to[3]) {
+    const double *centre = all->centre, *matrix = all->whole->at.symmetry.matrix + 9 * (size_t)g;
     for (size_t i = 0; i < 3; i++) {
         to[i] = centre[i];
         for (size_t j = 0; j < 3; j++)
             to[i] += matrix[3 * i + j] * (x[j] - centre[j]);
     }
+}
+
+/* Where in a cage xyz of the whole the image of its vertex v is. */
+static size_t image_at(const component_runs *all, int32_t g, int32_t v) {
+    return 3 * (size_t)co_symmetry_vertex(&all->whole->at.symmetry, all->whole->result->mesh, g, v);
 }
 
 /* The component's cage xyz becomes a part of the whole's, and so do its copies. */
@@ -74,7 +73,8 @@ static void put(const component_runs *all, const component *c, const double *xyz
         memcpy(all->whole->at.xyz + 3 * (size_t)c->vertex_of[v], xyz + 3 * (size_t)v, 3 * sizeof *xyz);
     for (int32_t k = number + 1; k < all->parts.n && c->times > 1; k++)
         for (int32_t v = 0; all->item[k].copy_of == number && v < n; v++)
-            put_image(all, all->item[k].element, c->vertex_of[v], xyz + 3 * (size_t)v);
+            find_image(all, all->item[k].element, xyz + 3 * (size_t)v,
+                       all->whole->at.xyz + image_at(all, all->item[k].element, c->vertex_of[v]));
 }
 
 /* The caller is told of a step of one component, and sees all of them. */
@@ -101,26 +101,41 @@ static int tell(const curvopt_progress *of_one, void *user) {
 /* ------------------------------------------------------------------------------------------------ copies -- */
 
 /* Whether the component moves freely: then an image of its result is one of the other's. */
-static int is_free(const component_runs *all, const co_constraints *held, int32_t number) {
-    for (int32_t v = 0; held->freedom && v < all->whole->result->mesh->info.n_vertices; v++)
-        if (all->parts.of_vertex[v] == number && held->freedom[v] != CO_FREEDOM_ALL)
+static int is_free(const component *c, const co_constraints *held) {
+    for (int32_t v = 0; held->freedom && v < c->run.result->mesh->info.n_vertices; v++)
+        if (held->freedom[c->vertex_of[v]] != CO_FREEDOM_ALL)
             return 0;
     return 1;
 }
 
-/* Components that the whole's symmetry makes of this one are copies. vertex: one of its own. */
-static void find_copies(component_runs *all, const co_constraints *held, int32_t number, int32_t vertex) {
+/* Whether element g takes the component to the other one by its own size, too: in the whole's, which may be much
+ * larger, the tolerance was. xyz: the whole's. */
+static int is_image(const component *c, const double *xyz, int32_t g) {
+    const double tolerance = CO_SYMMETRY_TOLERANCE * c->run.context.radius;
+    for (int32_t v = 0; v < c->run.result->mesh->info.n_vertices; v++) {
+        double image[3];
+        find_image(c->all, g, xyz + 3 * (size_t)c->vertex_of[v], image);
+        if (co_distance3(image, xyz + image_at(c->all, g, c->vertex_of[v])) > tolerance)
+            return 0;
+    }
+    return 1;
+}
+
+/* Components that the whole's symmetry makes of this one are copies. xyz: the whole's. */
+static void find_copies(component *c, const co_constraints *held, const double *xyz) {
+    component_runs *all = c->all;
     const co_symmetry *s = &all->whole->at.symmetry;
-    if (s->order == 1 || !is_free(all, held, number))
+    const int32_t number = (int32_t)(c - all->item);
+    if (s->order == 1 || !is_free(c, held))
         return;
     for (int32_t g = 1; g < s->order; g++) {
-        const int32_t image = all->parts.of_vertex[co_symmetry_vertex(s, all->whole->result->mesh, g, vertex)];
+        const int32_t image = all->parts.of_vertex[co_symmetry_vertex(s, all->whole->result->mesh, g, c->vertex_of[0])];
         component *other = &all->item[image];
-        if (image <= number || other->copy_of >= 0)
+        if (image <= number || other->copy_of >= 0 || !is_image(c, xyz, g))
             continue;
         other->copy_of = number;
         other->element = g;
-        all->item[number].times++;
+        c->times++;
     }
 }
 
@@ -191,8 +206,9 @@ static int32_t start_run(component *c, const curvopt_mesh *mesh, const double *x
     return status;
 }
 
-/* The weights by which objectives of components add up to the whole's where none changes its area. */
-static int scale_weights(component *c) {
+/* The options by which objectives of components add up to the whole's where none changes its area: weights, and
+ * spontaneous curvature by the whole's normals. Returns whether they are others. */
+static int fit_options(component *c) {
     const co_run *whole = c->all->whole;
     double *weights = c->given.options.weights;
     const double radius = c->run.context.radius / whole->context.radius;
@@ -206,7 +222,24 @@ static int scale_weights(component *c) {
         weights[CURVOPT_TERM_AREA] *= radius * radius;
         is_other = 1;
     }
+    if (c->given.options.spontaneous_curvature != 0 && c->run.held.orientation != whole->held.orientation) {
+        c->given.options.spontaneous_curvature *= -1;
+        is_other = 1;
+    }
     return is_other;
+}
+
+/* A component that nothing moves may yet be put at places. */
+static int32_t stand(component *c, curvopt_error *error) {
+    co_run *r = &c->run;
+    const size_t size = 3 * sizeof *r->at.xyz * (size_t)r->result->mesh->info.n_vertices;
+    if (memcmp(r->at.xyz, r->at.start, size) == 0)
+        return CURVOPT_OK;
+    memcpy(r->at.xyz, r->at.start, size);
+    int32_t status = co_run_evaluate(r, &r->at.energies, error);
+    if (status == CURVOPT_OK)
+        c->energy = r->at.energies.objective;
+    return status;
 }
 
 /* The component by itself, from the whole's cage xyz. */
@@ -225,7 +258,7 @@ static int32_t start_component(component *c, const uint8_t *keep, const double *
         memcpy(own + 3 * (size_t)v, xyz + 3 * (size_t)c->vertex_of[v], 3 * sizeof *own);
     if (status == CURVOPT_OK)
         status = start_run(c, mesh, own, error);
-    if (status == CURVOPT_OK && scale_weights(c)) {
+    if (status == CURVOPT_OK && fit_options(c)) {
         free_run(&c->run);
         status = start_run(c, mesh, own, error);
     }
@@ -235,7 +268,7 @@ static int32_t start_component(component *c, const uint8_t *keep, const double *
         c->energy = c->run.result->start.objective;
         c->is_going_on = !c->run.stands;
     }
-    return status;
+    return status == CURVOPT_OK && c->run.stands ? stand(c, error) : status;
 }
 
 /* Says of which component a sentence is, whose numbers are its own. */
@@ -249,6 +282,8 @@ static int32_t name_component(const component *c, int32_t status, curvopt_error 
 /* What all components are made of. */
 typedef struct creation {
     const double *xyz;
+    curvopt_options options;
+    curvopt_through through; /* the options', which may be an older struct */
     co_constraints held;
     co_component_shares shares;
     uint8_t *keep; /* [n_faces] */
@@ -262,13 +297,14 @@ static int32_t create_component(component_runs *all, creation *from, int32_t num
     while (all->parts.of_face[c->first_face] != number)
         c->first_face++;
     const int32_t vertex = m->corner_vertex[m->face_start[c->first_face]];
-    int32_t status =
-        co_component_options_create(all->whole->context.options, &all->parts, &from->shares, number, &c->given, error);
+    int32_t status = co_component_options_create(&from->options, &all->parts, &from->shares, number, &c->given, error);
     if (status != CURVOPT_OK)
         return status;
-    find_copies(all, &from->held, number, vertex);
     choose_planes(all, vertex, &c->given.options);
-    return name_component(c, start_component(c, from->keep, from->xyz, error), error);
+    status = name_component(c, start_component(c, from->keep, from->xyz, error), error);
+    if (status == CURVOPT_OK)
+        find_copies(c, &from->held, from->xyz);
+    return status;
 }
 
 static void free_all(component_runs *all) {
@@ -288,14 +324,18 @@ static void free_all(component_runs *all) {
 static int32_t create_all(component_runs *all, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = all->whole->context.options;
     const int32_t n = all->parts.n;
-    creation from = {.xyz = xyz, .keep = CO_NEW(uint8_t, all->whole->result->mesh->info.n_faces)};
+    creation from = {.xyz = xyz, .options = *o, .keep = CO_NEW(uint8_t, all->whole->result->mesh->info.n_faces)};
     all->item = CO_NEW(component, n);
     all->part = CO_NEW(co_component_part, n);
     int32_t status = from.keep && all->item && all->part ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_constraints_all(all->whole->result->mesh, &all->whole->constraints, o->boundary, &from.held, error);
+    if (status == CURVOPT_OK && o->through)
+        status = co_given_through_take(o->through, &from.through, error);
+    from.options.through = o->through ? &from.through : NULL;
     if (status == CURVOPT_OK)
-        status = co_component_shares_create(o, &all->parts, &from.shares, error);
+        status = co_component_shares_create(&from.options, &all->parts, &from.shares, error);
+    co_similarity_mesh_frame(all->whole->result->mesh, all->whole->at.start, all->centre);
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES && !from.held.freedom) /* there it is symmetric to rounding */
         from.xyz = all->whole->at.start;
     for (int32_t k = 0; status == CURVOPT_OK && k < n; k++)
@@ -457,7 +497,7 @@ static int32_t evaluate(component_runs *all, curvopt_error *error) {
         return CURVOPT_OK;
     int32_t status = co_run_evaluate(whole, &found, error);
     if (status == CURVOPT_OK) {
-        whole->at.energies = found;
+        whole->result->end = found;
         whole->result->level[whole->result->summary.n_levels - 1].energy = found.objective;
     }
     return status == CO_CANCELLED ? CURVOPT_OK : status;
@@ -474,6 +514,9 @@ static void summarize(component_runs *all) {
 int32_t co_component_runs_minimize(co_run *whole, const double *xyz, int *has_run, curvopt_error *error) {
     component_runs all = {.whole = whole};
     int goes_on = 1;
+    *has_run = 0;
+    if (whole->result->mesh->info.n_components < 2)
+        return CURVOPT_OK;
     int32_t status = co_components_find(whole->result->mesh, &all.parts, error);
     *has_run = status == CURVOPT_OK && all.parts.n > 1;
     if (*has_run) {
@@ -485,10 +528,10 @@ int32_t co_component_runs_minimize(co_run *whole, const double *xyz, int *has_ru
             if (status == CURVOPT_OK)
                 status = solve_level(&all, number, &goes_on, error);
         }
-        if (status == CURVOPT_OK)
+        if (status == CURVOPT_OK) {
+            summarize(&all); /* what levels brought is a difference of sums */
             status = evaluate(&all, error);
-        if (status == CURVOPT_OK)
-            summarize(&all);
+        }
     }
     free_all(&all);
     return status;

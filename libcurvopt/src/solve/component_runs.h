@@ -11,10 +11,6 @@
 
 #include "solve/run.h"
 
-/* Whether components can be minimized one by one. Not with what ties them together: a volume, an area or a mean
- * curvature of all with a given value, no crossings; nor with the report's settings. */
-int co_component_runs_fit(const curvopt_options *options);
-
 /* Minimizes the cage at xyz [3 n_vertices] of which `whole` has been started, if it has several components; else
  * *has_run is 0, and nothing is done. The result goes into whole->at.xyz and whole->result. As curvopt_minimize. */
 int32_t co_component_runs_minimize(co_run *whole, const double *xyz, int *has_run, curvopt_error *error);

@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "solve/component_options.h"
 #include "solve/component_runs.h"
 #include "solve/run_level.h"
 #include "solve/run_start.h"
@@ -59,7 +60,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     r.tables.threads = r.threads;
     if (status == CURVOPT_OK)
         status = co_run_start(&r, mesh, xyz, error);
-    if (status == CURVOPT_OK && co_component_runs_fit(options))
+    if (status == CURVOPT_OK && co_component_options_fit(options))
         status = co_component_runs_minimize(&r, xyz, &has_run, error);
     if (status == CURVOPT_OK && !has_run)
         status = run_levels(&r, error);

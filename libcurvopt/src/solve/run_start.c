@@ -10,6 +10,7 @@
 #include "mesh/ring.h"
 #include "mesh/similarity.h"
 #include "mesh/submesh.h"
+#include "solve/component_options.h"
 #include "solve/held_scalars.h"
 #include "solve/moving_level.h"
 #include "solve/strength.h"
@@ -198,7 +199,7 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     if (status == CURVOPT_OK &&
         ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
         status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
-    if (status == CURVOPT_OK && r->is_live)
+    if (status == CURVOPT_OK && r->is_live && co_component_options_fit(o))
         status = co_loose_components_leave_out(mesh, o->boundary, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = check_motion(r, mesh, error);
