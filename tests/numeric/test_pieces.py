@@ -320,3 +320,16 @@ def test_spontaneous_curvature_counts_by_the_normals_of_all():
     seen = []
     lib.minimize(joined.mesh, levels=1, spontaneous_curvature=0.5, progress=lambda p: seen.append((p.energy, p.start_energy)))
     assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-3)
+
+
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_a_surface_that_becomes_flat_is_a_minimum(energy: str):
+    """Its energy is rounding, and no decrement is small beside that."""
+    cloth = sheet()
+    inside = [6, 7, 8, 11, 12, 13, 16, 17, 18]
+    flat = cloth.xyz.copy()
+    flat[:, 2] = 0
+    flat[inside] = cloth.xyz[inside]
+    got = lib.minimize(replace(cloth, xyz=flat), energy, levels=2)
+    assert got.verdict == "minimum" and got.summary.end.objective < 1e-20
+    assert np.abs(got.mesh.xyz[:, 2]).max() < 1e-9

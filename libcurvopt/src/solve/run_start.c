@@ -22,8 +22,8 @@
 
 /* Energy of a surface that is flat but for rounding: nothing moves it. */
 static const double NOTHING = 1e-20;
-/* Of a sphere's stiffness: energy of a dent of 1e-9 of the size, and less than rounding of most energies. */
-static const double LEAST = 1e-18;
+/* Of a sphere's stiffness: energy of a dent of 1e-10 of the size, and less than rounding of most energies. */
+static const double LEAST = 1e-20;
 
 /* Whether nothing says how large the result is to be, though something is held: one place alone, or places in a plane.
  * Energies but the area have no size without spontaneous curvature, and the cage would shrink, for small cages are more
