@@ -39,76 +39,106 @@ static void test_faces_that_share_a_vertex_are_together(void **state) {
     curvopt_mesh_destroy(mesh);
 }
 
-/* Constraints, entries, chains and holes in any order, some of them on the isolated vertex. An entry without a tangent
- * may have anything in `toward`. */
-static void test_options_are_dealt_out(void **state) {
+/* What both components of bow_tie_and_quad() have of the options. */
+static void deal(const curvopt_options *o, co_component_options out[2]) {
+    curvopt_mesh *mesh = bow_tie_and_quad();
+    co_components parts;
+    co_component_shares shares;
+    curvopt_error error;
+    CHECK_OK(co_components_find(mesh, &parts, &error), &error);
+    CHECK_OK(co_component_shares_create(o, &parts, &shares, &error), &error);
+    for (int32_t k = 0; k < 2; k++)
+        CHECK_OK(co_component_options_create(o, &parts, &shares, k, &out[k], &error), &error);
+    co_component_shares_free(&shares);
+    co_components_free(&parts);
+    curvopt_mesh_destroy(mesh);
+}
+
+static void free_both(co_component_options both[2]) {
+    co_component_options_free(&both[0]);
+    co_component_options_free(&both[1]);
+}
+
+/* In any order, one constraint on the isolated vertex. */
+static void test_constraints_and_holes_are_dealt_out(void **state) {
     (void)state;
     static const int32_t pins[4] = {3, 9, 8, 1}, freedom[4] = {1, 0, 0, 2}, holes[2] = {2, 1};
     static const double directions[12] = {1, 2, 3, 0, 0, 0, 0, 0, 0, 4, 5, 6};
+    const curvopt_constraints held = {.n = 4, .vertices = pins, .freedom = freedom, .directions = directions};
+    co_component_options both[2];
+    const curvopt_constraints *one = &both[0].constraints, *two = &both[1].constraints;
+    curvopt_options o;
+    curvopt_options_init(&o, sizeof o);
+    o.constraints = &held;
+    o.holes = holes;
+    o.n_holes = 2;
+    deal(&o, both);
+    CHECK_INT(one->n, 1);
+    CHECK_INT(one->vertices[0], 4);
+    CHECK_INT(two->n, 2);
+    CHECK_INT(two->vertices[0], 1);
+    CHECK_INT(two->vertices[1], 0);
+    CHECK_INT(two->freedom[1], 2);
+    CHECK_NEAR(two->directions[4], 5, 0);
+    CHECK_TRUE(two->places == NULL && two->weights == NULL);
+    CHECK_INT(both[0].options.n_holes, 1);
+    CHECK_INT(both[0].options.holes[0], 1);
+    CHECK_INT(both[1].options.n_holes, 1);
+    CHECK_INT(both[1].options.holes[0], 0);
+    free_both(both);
+}
+
+/* An entry without a tangent may have anything in `toward`. */
+static void test_entries_are_dealt_out(void **state) {
+    (void)state;
     static const int32_t entries[3] = {5, -1, 4}, faces[3] = {0, 2, 0}, toward[3] = {7, 1, 1 << 30};
     static const double tangents[9] = {1, 0, 0, 0, 1, 0, (double)NAN, (double)NAN, (double)NAN};
     static const double weights[3] = {0.25, 0.5, 0.75};
-    static const int32_t first[2] = {1, 3}, second[3] = {6, 8, 4};
-    const curvopt_chain chains[2] = {{.vertices = second, .n_vertices = 3}, {.vertices = first, .n_vertices = 2}};
-    const double chain_weights[2] = {0.5, 1};
-    const curvopt_constraints held = {.n = 4, .vertices = pins, .freedom = freedom, .directions = directions};
     const curvopt_through through = {.struct_size = (int32_t)sizeof through,
                                      .n = 3,
                                      .vertices = entries,
                                      .faces = faces,
                                      .tangents = tangents,
                                      .toward = toward,
-                                     .weights = weights,
-                                     .chains = chains,
-                                     .n_chains = 2,
-                                     .chain_weights = chain_weights};
-    curvopt_mesh *mesh = bow_tie_and_quad();
-    co_components parts;
-    co_component_shares shares;
-    co_component_options one, two;
+                                     .weights = weights};
+    co_component_options both[2];
+    const curvopt_through *one = &both[0].through, *two = &both[1].through;
     curvopt_options o;
-    curvopt_error error;
     curvopt_options_init(&o, sizeof o);
-    o.constraints = &held;
     o.through = &through;
-    o.holes = holes;
-    o.n_holes = 2;
-    CHECK_OK(co_components_find(mesh, &parts, &error), &error);
-    CHECK_OK(co_component_shares_create(&o, &parts, &shares, &error), &error);
-    CHECK_OK(co_component_options_create(&o, &parts, &shares, 0, &one, &error), &error);
-    CHECK_OK(co_component_options_create(&o, &parts, &shares, 1, &two, &error), &error);
-    CHECK_INT(one.constraints.n, 1);
-    CHECK_INT(one.constraints.vertices[0], 4);
-    CHECK_INT(two.constraints.n, 2);
-    CHECK_INT(two.constraints.vertices[0], 1);
-    CHECK_INT(two.constraints.vertices[1], 0);
-    CHECK_INT(two.constraints.freedom[1], 2);
-    CHECK_NEAR(two.constraints.directions[4], 5, 0);
-    CHECK_TRUE(two.constraints.places == NULL && two.constraints.weights == NULL);
-    CHECK_INT(one.through.n, 2);
-    CHECK_INT(one.through.vertices[0], -1);
-    CHECK_INT(one.through.faces[0], 1);
-    CHECK_INT(one.through.toward[0], 1); /* inside a face: a direction */
-    CHECK_INT(one.through.vertices[1], 2);
-    CHECK_INT(one.through.toward[1], 1 << 30); /* at a vertex: a vertex */
-    CHECK_NEAR(one.through.weights[1], 0.75, 0);
-    CHECK_INT(one.through.n_chains, 1);
-    CHECK_INT(one.through.chains[0].vertices[1], 4);
-    CHECK_NEAR(one.through.chain_weights[0], 0.5, 0);
-    CHECK_INT(two.through.n, 1);
-    CHECK_INT(two.through.vertices[0], 2);
-    CHECK_INT(two.through.toward[0], 3);
-    CHECK_INT(two.through.chains[0].vertices[1], 1);
-    CHECK_NEAR(two.through.chain_weights[0], 1, 0);
-    CHECK_INT(one.options.n_holes, 1);
-    CHECK_INT(one.options.holes[0], 1);
-    CHECK_INT(two.options.n_holes, 1);
-    CHECK_INT(two.options.holes[0], 0);
-    co_component_options_free(&one);
-    co_component_options_free(&two);
-    co_component_shares_free(&shares);
-    co_components_free(&parts);
-    curvopt_mesh_destroy(mesh);
+    deal(&o, both);
+    CHECK_INT(one->n, 2);
+    CHECK_INT(one->vertices[0], -1);
+    CHECK_INT(one->faces[0], 1);
+    CHECK_INT(one->toward[0], 1); /* inside a face: a direction */
+    CHECK_INT(one->vertices[1], 2);
+    CHECK_INT(one->toward[1], 1 << 30);
+    CHECK_NEAR(one->weights[1], 0.75, 0);
+    CHECK_INT(two->n, 1);
+    CHECK_INT(two->vertices[0], 2);
+    CHECK_INT(two->toward[0], 3); /* at a vertex: a vertex */
+    free_both(both);
+}
+
+static void test_chains_are_dealt_out(void **state) {
+    (void)state;
+    static const int32_t first[2] = {1, 3}, second[3] = {6, 8, 4};
+    const curvopt_chain chains[2] = {{.vertices = second, .n_vertices = 3}, {.vertices = first, .n_vertices = 2}};
+    const double weights[2] = {0.5, 1};
+    const curvopt_through through = {
+        .struct_size = (int32_t)sizeof through, .chains = chains, .n_chains = 2, .chain_weights = weights};
+    co_component_options both[2];
+    curvopt_options o;
+    curvopt_options_init(&o, sizeof o);
+    o.through = &through;
+    deal(&o, both);
+    CHECK_INT(both[0].through.n_chains, 1);
+    CHECK_INT(both[0].through.chains[0].vertices[1], 4);
+    CHECK_NEAR(both[0].through.chain_weights[0], 0.5, 0);
+    CHECK_INT(both[1].through.n_chains, 1);
+    CHECK_INT(both[1].through.chains[0].vertices[1], 1);
+    CHECK_NEAR(both[1].through.chain_weights[0], 1, 0);
+    free_both(both);
 }
 
 /* The worst of verdicts and stops; sums; -1 and NAN where one is not known. */
@@ -156,7 +186,9 @@ static void test_summaries_add_up(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faces_that_share_a_vertex_are_together),
-        cmocka_unit_test(test_options_are_dealt_out),
+        cmocka_unit_test(test_constraints_and_holes_are_dealt_out),
+        cmocka_unit_test(test_entries_are_dealt_out),
+        cmocka_unit_test(test_chains_are_dealt_out),
         cmocka_unit_test(test_summaries_add_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
