@@ -112,8 +112,9 @@ static int32_t minimize_pieces(const cage *c, const curvopt_mesh *mesh, curvopt_
     const int32_t pins[2] = {0, 5}, entries[1] = {2}, hole = c->n_faces - 1;
     const curvopt_constraints held = {.n = 2, .vertices = pins};
     const curvopt_through through = {.struct_size = (int32_t)sizeof through, .n = 1, .vertices = entries};
-    curvopt_options o = small_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     curvopt_result *result;
+    o.max_iterations = 0;
     o.constraints = &held;
     o.through = &through;
     o.holes = &hole;
@@ -432,8 +433,7 @@ static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
     fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 1.5), minimize_apart, 150);
-    fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 3), minimize,
-              300); /* one copies the other */
+    fail_each(cage_both(cage_tetrahedron(), cage_tetrahedron(), 3), minimize, 300); /* one copies the other */
     fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_cube(), 3), minimize_pieces, 300);
 }
 
