@@ -308,3 +308,20 @@ int32_t co_subdivide(const curvopt_mesh *mesh, curvopt_mesh **fine, co_sparse_ro
     }
     return status;
 }
+
+int32_t co_subdivide_cage(const curvopt_mesh *m, const double *xyz, curvopt_mesh **fine, co_sparse_rows *rows,
+                          double **fine_xyz, curvopt_error *error) {
+    *fine_xyz = NULL;
+    int32_t status = co_subdivide(m, fine, rows, error);
+    if (status != CURVOPT_OK)
+        return status;
+    *fine_xyz = CO_NEW(double, 3 * (size_t)rows->n_rows);
+    if (*fine_xyz) {
+        co_sparse_rows_apply(rows, xyz, *fine_xyz);
+        return CURVOPT_OK;
+    }
+    co_mesh_destroy(*fine);
+    *fine = NULL;
+    co_sparse_rows_free(rows);
+    return co_status_no_memory(error);
+}

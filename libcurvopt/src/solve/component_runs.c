@@ -396,18 +396,15 @@ static int32_t subdivide(component_runs *all, curvopt_error *error) {
     curvopt_mesh *fine = NULL;
     co_sparse_rows rows = {0};
     double *xyz = NULL;
-    int32_t status = co_subdivide(whole->result->mesh, &fine, &rows, error);
-    if (status == CURVOPT_OK) {
-        xyz = CO_NEW(double, 3 * (size_t)rows.n_rows);
-        status = xyz ? co_symmetry_subdivide(&whole->at.symmetry, error) : co_status_no_memory(error);
-    }
+    int32_t status = co_subdivide_cage(whole->result->mesh, whole->at.xyz, &fine, &rows, &xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_symmetry_subdivide(&whole->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = subdivide_left_out(whole->result->mesh, &whole->constraints.left_out, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < all->parts.n; k++)
         if (all->item[k].is_going_on)
             status = subdivide_component(&all->item[k], whole->result->mesh, fine, error);
     if (status == CURVOPT_OK) {
-        co_sparse_rows_apply(&rows, whole->at.xyz, xyz);
         free(whole->at.xyz);
         co_mesh_destroy(whole->result->mesh);
         whole->at.xyz = xyz;

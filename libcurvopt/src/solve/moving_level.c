@@ -35,15 +35,9 @@ static int32_t look_at(const curvopt_mesh *mesh, const co_constraints *constrain
 static int32_t subdivide(stage *s, const double *xyz, curvopt_error *error) {
     stage fine = {0};
     co_sparse_rows rows = {0};
-    int32_t status = co_subdivide(s->mesh, &fine.mesh, &rows, error);
-    if (status == CURVOPT_OK) {
-        fine.xyz = CO_NEW(double, 3 * (size_t)rows.n_rows);
-        status = fine.xyz ? CURVOPT_OK : co_status_no_memory(error);
-    }
-    if (status == CURVOPT_OK) {
-        co_sparse_rows_apply(&rows, s->xyz ? s->xyz : xyz, fine.xyz);
+    int32_t status = co_subdivide_cage(s->mesh, s->xyz ? s->xyz : xyz, &fine.mesh, &rows, &fine.xyz, error);
+    if (status == CURVOPT_OK)
         status = co_constraints_subdivide(s->mesh, fine.mesh, &rows, fine.xyz, &s->constraints, error);
-    }
     if (status == CURVOPT_OK) {
         fine.constraints = s->constraints;
         s->constraints = (co_constraints){0};

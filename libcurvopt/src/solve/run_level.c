@@ -63,16 +63,13 @@ int32_t co_run_level_subdivide(co_run *r, curvopt_error *error) {
     curvopt_mesh *fine = NULL;
     co_sparse_rows rows = {0};
     double *xyz = NULL, *start = NULL;
-    int32_t status = co_subdivide(r->result->mesh, &fine, &rows, error);
+    int32_t status = co_subdivide_cage(r->result->mesh, r->at.xyz, &fine, &rows, &xyz, error);
     if (status == CURVOPT_OK) {
-        xyz = CO_NEW(double, 3 * (size_t)rows.n_rows);
         start = CO_NEW(double, 3 * (size_t)rows.n_rows);
-        status = xyz && start ? CURVOPT_OK : co_status_no_memory(error);
+        status = start ? CURVOPT_OK : co_status_no_memory(error);
     }
-    if (status == CURVOPT_OK) {
-        co_sparse_rows_apply(&rows, r->at.xyz, xyz);
+    if (status == CURVOPT_OK)
         status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
-    }
     if (status == CURVOPT_OK && co_chains_hold_any(&r->constraints.chains))
         status = co_given_constraints_place(fine, &r->constraints, r->context.options->boundary, xyz, error);
     if (status == CURVOPT_OK)
