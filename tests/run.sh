@@ -104,10 +104,12 @@ run_cppcheck() {
 }
 
 run_tidy() { # which checks, and why not others: .clang-tidy
+    local nodes=()
+    [[ -z ${CURVOPT_LONG:-} ]] || nodes=(--extra-arg={-Xclang,-analyzer-config,-Xclang,max-nodes=225000})
     cmake --preset release >/dev/null &&
         find libcurvopt/src libcurvopt/tools tests/unit tests/robust tests/fuzz tests/abi -name '*.c' \
             ! -name '*_windows.c' -print0 | # which this system does not compile
-        xargs -0 -P "$(nproc)" -n 4 clang-tidy --quiet -p build/release
+        xargs -0 -P "$(nproc)" -n 4 clang-tidy --quiet -p build/release "${nodes[@]}"
 }
 
 run_cages() {
