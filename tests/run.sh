@@ -97,10 +97,11 @@ run_format() {
     ((failed == 0))
 }
 
-run_cppcheck() {
-    cppcheck --std=c11 --enable=warning,performance,portability --inline-suppr --suppress=missingIncludeSystem \
-        --suppressions-list=tests/cppcheck-suppressions.txt --error-exitcode=1 --quiet -j "$(nproc)" \
-        -I libcurvopt/include -I libcurvopt/src -I libcurvopt/tools libcurvopt
+run_cppcheck() { # its own -j works on one file at a time
+    find libcurvopt -name '*.c' -print0 |
+        xargs -0 -P "$(nproc)" -n 8 cppcheck --std=c11 --enable=warning,performance,portability --inline-suppr \
+            --suppress=missingIncludeSystem --suppressions-list=tests/cppcheck-suppressions.txt --error-exitcode=1 --quiet \
+            -I libcurvopt/include -I libcurvopt/src -I libcurvopt/tools
 }
 
 run_tidy() { # which checks, and why not others: .clang-tidy
@@ -129,7 +130,8 @@ run_asan() {
 }
 
 run_tsan() {
-    ctest --test-dir build/tsan --tests-regex "^unit\\.($(IFS='|' && echo "${THREADED[*]}"))\$" --no-tests=error --output-on-failure
+    ctest --test-dir build/tsan --tests-regex "^unit\\.($(IFS='|' && echo "${THREADED[*]}"))\$" --no-tests=error \
+        --output-on-failure --parallel "$(nproc)"
 }
 
 # ctest_of PRESET LABELS

@@ -141,6 +141,14 @@ def _segments_cross(p: np.ndarray, q: np.ndarray, tri: np.ndarray) -> np.ndarray
         return steep & (u >= 0) & (v >= 0) & (u + v <= 1) & (s >= 0) & (s <= 1)
 
 
+def _sides(tri: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Whether corners of the triangles [n, 3, 3] lie on both sides of the plane of the other ones, or nearly in it."""
+    normal = np.cross(other[:, 1] - other[:, 0], other[:, 2] - other[:, 0])
+    height = ((tri - other[:, :1]) * normal[:, None]).sum(2)
+    slack = 1e-9 * np.abs(height).max(1)
+    return (height.min(1) <= slack) & (height.max(1) >= -slack)
+
+
 def crossing_faces(mesh: Mesh, levels: int) -> set[tuple[int, int]]:
     """Pairs (f, g), f <= g, of the cage's faces whose triangles after so many refinements pass through each other;
     triangles with a common vertex are not looked at."""
@@ -148,10 +156,15 @@ def crossing_faces(mesh: Mesh, levels: int) -> set[tuple[int, int]]:
     middle, radius = tri.mean(1), np.linalg.norm(tri - tri.mean(1, keepdims=True), axis=2).max(1)
     pairs = cKDTree(middle).query_pairs(2 * radius.max(), output_type="ndarray")
     a, b = pairs.T
-    close = np.linalg.norm(middle[a] - middle[b], axis=1) <= radius[a] + radius[b]
-    a, b = a[close], b[close]
+    slack = 1e-12 * np.abs(tri).max()
+    low, high = tri.min(1) - slack, tri.max(1) + slack
+    for k in range(3):
+        boxes_meet = (low[a, k] <= high[b, k]) & (low[b, k] <= high[a, k])
+        a, b = a[boxes_meet], b[boxes_meet]
     apart = ~(index[a][:, :, None] == index[b][:, None, :]).any((1, 2))
     a, b = a[apart], b[apart]
+    across = _sides(tri[b], tri[a]) & _sides(tri[a], tri[b])
+    a, b = a[across], b[across]
     hit = np.zeros(len(a), bool)
     for k in range(3):
         hit |= _segments_cross(tri[a, k], tri[a, (k + 1) % 3], tri[b])

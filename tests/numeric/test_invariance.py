@@ -2,6 +2,8 @@
 """Energies do not change with place, orientation, size, numbering or the number of threads."""
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,12 @@ def terms(mesh: Mesh, surface: str, **fields) -> np.ndarray:
     return np.array([*values, got.h2])
 
 
+@functools.cache
+def of_case(case: str) -> np.ndarray:
+    """The numbers of the case as it is."""
+    return terms(*CASES[case])
+
+
 def rotation(seed: int) -> np.ndarray:
     """A random proper rotation."""
     q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
@@ -49,8 +57,8 @@ def relabelled(mesh: Mesh, seed: int) -> Mesh:
 @pytest.mark.parametrize("case", CASES)
 def test_rigid_motion(case):
     mesh, surface = CASES[case]
-    one = terms(mesh, surface)
-    for seed in range(3):
+    one = of_case(case)
+    for seed in range(2):
         moved = mesh.with_xyz(mesh.xyz @ rotation(seed).T + [3.0, -2.0, 5.0])
         assert np.abs(terms(moved, surface) / one - 1).max() <= 1e-10
 
@@ -58,16 +66,16 @@ def test_rigid_motion(case):
 @pytest.mark.parametrize("case", CASES)
 def test_scaling(case):
     mesh, surface = CASES[case]
-    one = terms(mesh, surface)
-    for scale in (1e-3, 0.37, 1e4):
+    one = of_case(case)
+    for scale in (1e-3, 1e4):
         assert np.abs(terms(mesh.with_xyz(mesh.xyz * scale), surface) / one - 1).max() <= 1e-10
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_relabelling(case):
     mesh, surface = CASES[case]
-    one = terms(mesh, surface)
-    for seed in range(3):
+    one = of_case(case)
+    for seed in range(2):
         assert np.abs(terms(relabelled(mesh, seed), surface) / one - 1).max() <= 1e-10
 
 
@@ -76,7 +84,7 @@ def test_mirror_image(case):
     """Reflected and turned inside out again: all energies are even in the normal."""
     mesh, surface = CASES[case]
     mirror = mesh_from_faces(mesh.xyz * [1, 1, -1], [f[::-1] for f in mesh.face_list()])
-    assert np.abs(terms(mirror, surface) / terms(mesh, surface) - 1).max() <= 1e-10
+    assert np.abs(terms(mirror, surface) / of_case(case) - 1).max() <= 1e-10
 
 
 @pytest.mark.parametrize("case", CASES)

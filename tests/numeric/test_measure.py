@@ -167,9 +167,9 @@ def is_found(mesh: Mesh) -> bool:
     return lib.crossings(mesh).n_pairs > 0
 
 
-def linked(distance: float) -> Mesh:
+def linked(distance: float, sides: int = 24) -> Mesh:
     """Two tori of radii 1 and 0.3 at right angles, linked, their middles so far apart."""
-    one = periodic_net(torus(0.3), 24, 48)
+    one = periodic_net(torus(0.3), sides, 2 * sides)
     turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
     return joined(one, one.with_xyz(one.xyz @ turn.T + [distance, 0, 0]))
 

@@ -3,6 +3,7 @@
 library (dense_surface.py), and against the same runs without."""
 from __future__ import annotations
 
+import functools
 import json
 
 import numpy as np
@@ -57,6 +58,12 @@ def test_knots_do_not_cross(name, energy, levels):
         assert touching(held.mesh, held.touching, 4) == pytest.approx(held.summary.clearance, rel=0.03)
 
 
+@functools.cache
+def held_trefoil():
+    """The run that several tests compare theirs with: by one thread."""
+    return lib.minimize(trefoil(0.6), levels=1, no_crossings=1, threads=1)
+
+
 def test_nothing_changes_without_contact():
     """A cage that comes close to itself nowhere has the same bits with and without."""
     mesh = corpus_cage(4)
@@ -67,7 +74,7 @@ def test_nothing_changes_without_contact():
 
 def test_threads():
     """The same bits for any number of threads."""
-    one, three = (lib.minimize(trefoil(0.6), levels=1, no_crossings=1, threads=n) for n in (1, 3))
+    one, three = held_trefoil(), lib.minimize(trefoil(0.6), levels=1, no_crossings=1, threads=3)
     assert np.array_equal(one.mesh.xyz, three.mesh.xyz) and one.touching.tolist() == three.touching.tolist()
     assert one.summary.clearance == three.summary.clearance
 
@@ -129,13 +136,13 @@ def test_open_sheets(top):
 
 def test_crossings_of_the_input():
     """Two linked tori that cross: said, and allowed to go away; never more pairs of faces."""
-    mesh = linked(0.45)
+    mesh = linked(0.45, sides=12)
     before = lib.crossings(mesh)
     held = lib.minimize(mesh, levels=1, no_crossings=1)
     after = lib.crossings(held.mesh)
-    assert held.summary.n_crossing_before == before.n_pairs > 100
+    assert held.summary.n_crossing_before == before.n_pairs > 40
     assert after.n_pairs <= before.n_pairs and held.verdict == "minimum"
-    few = lib.minimize(mesh, levels=1, no_crossings=1, max_iterations=2)
+    few = lib.minimize(mesh, levels=1, no_crossings=1, max_iterations=1)
     assert 0 < lib.crossings(few.mesh).n_pairs <= before.n_pairs
 
 
@@ -179,7 +186,7 @@ def test_command_line(tmp_path):
     run = lib.run_cli("minimize", str(cage), "-o", str(out), "--levels", "1", "--no-crossings", "--json", str(report))
     assert run.returncode == 0, run.stderr
     told = json.loads(report.read_text())
-    held = lib.minimize(read_obj(cage), levels=1, no_crossings=1)
+    held = held_trefoil()
     assert told["no_crossings"]["touching"] == held.touching.tolist() and told["n_crossings"] == 0
     assert told["no_crossings"]["clearance"] == held.summary.clearance
     assert told["no_crossings"]["crossings_before"] == [] and told["no_crossings"]["n_crossings_before"] == 0

@@ -21,7 +21,7 @@ from osd import osd_jets  # noqa: E402
 import lib  # noqa: E402
 
 PINS = np.array([0, 11, 23, 40])
-DRAGS = 100 if lib.LONG else 6
+DRAGS = 100 if lib.LONG else 4
 TIGHT = {"tolerance": 1e-7, "decrement_tolerance": 1e-9}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs osd_eval.cpp: builds it once per checkout state and parses its output."""
+"""Runs osd_eval.cpp: builds it once per checkout state and reads its output."""
 from __future__ import annotations
 
 import hashlib
@@ -43,9 +43,9 @@ def osd_refined(mesh: Mesh, levels: int, boundary: str = "all") -> np.ndarray:
     """Vertices [n, 3] after so many subdivisions by OpenSubdiv, in its order; the cage need not be a manifold."""
     with tempfile.TemporaryDirectory() as folder:
         cage = write_obj(Path(folder) / "cage.obj", mesh)
-        run = subprocess.run([str(program()), str(cage), "-", "--boundary", boundary, "--refine", str(levels)], input="",
-                             capture_output=True, text=True, check=True)
-    return np.array([[float(x) for x in line.split()[1:]] for line in run.stdout.splitlines()])
+        run = subprocess.run([str(program()), str(cage), "--boundary", boundary, "--refine", str(levels)], input=b"",
+                             capture_output=True, check=True)
+    return np.frombuffer(run.stdout).reshape(-1, 3)
 
 
 def osd_jets(mesh: Mesh, face, corner, uv, boundary: str = "all", level: int = 10) -> OsdResult:
@@ -53,7 +53,7 @@ def osd_jets(mesh: Mesh, face, corner, uv, boundary: str = "all", level: int = 1
     uv = np.asarray(uv, float).reshape(-1, 2)
     with tempfile.TemporaryDirectory() as folder:
         cage = write_obj(Path(folder) / "cage.obj", mesh)
-        command = [str(program()), str(cage), "-", "--boundary", boundary, "--level", str(level)]
+        command = [str(program()), str(cage), "--boundary", boundary, "--level", str(level)]
         lines = [f"e {a} {b} {s}" for (a, b), s in zip(mesh.creases, mesh.crease_sharpness)]
         if mesh.vertex_sharpness is not None:
             lines += [f"v {i} {s}" for i, s in enumerate(mesh.vertex_sharpness) if s > 0]
@@ -61,11 +61,8 @@ def osd_jets(mesh: Mesh, face, corner, uv, boundary: str = "all", level: int = 1
             creases = Path(folder) / "creases.txt"
             creases.write_text("\n".join(lines) + "\n", encoding="ascii")
             command += ["--creases", str(creases)]
-        points = "\n".join(f"{f} {c} {u:.17g} {v:.17g}" for f, c, (u, v) in zip(face, corner, uv))
-        run = subprocess.run(command, input=points, capture_output=True, text=True, check=True)
-    rows = {"P": [], "V": []}
-    for line in run.stdout.splitlines():
-        kind, *numbers = line.split()
-        rows[kind].append([float(x) for x in numbers])
-    vertices = np.array(rows["V"])
-    return OsdResult(np.array(rows["P"]).reshape(-1, 6, 3), vertices[:, :3], vertices[:, 3:])
+        points = np.column_stack([face, corner, uv]).astype(float)
+        run = subprocess.run(command, input=points.tobytes(), capture_output=True, check=True)
+    jets, vertices = np.split(np.frombuffer(run.stdout), [18 * len(uv)])
+    limit, normal = np.split(vertices.reshape(-1, 6), 2, axis=1)
+    return OsdResult(jets.reshape(-1, 6, 3), limit, normal)

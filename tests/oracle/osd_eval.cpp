@@ -2,12 +2,12 @@
 // Evaluates a Catmull-Clark cage with OpenSubdiv, in double: the tests' second opinion.
 //
 //   g++ -O2 -std=c++14 osd_eval.cpp -o osd_eval -losdCPU
-//   osd_eval CAGE.obj POINTS|- [--creases FILE] [--boundary all|corners] [--level N]
-//   osd_eval CAGE.obj POINTS|- --refine N [the same]    N uniform subdivisions instead: "R x y z" for every vertex
+//   osd_eval CAGE.obj [--creases FILE] [--boundary all|corners] [--level N]
+//   osd_eval CAGE.obj --refine N [the same]    N uniform subdivisions instead: x y z of every vertex
 //
-// POINTS: one "face corner u v" a line, conventions of curvopt_sampler_jets. Each gives one output line
-//   P x y z  u: x y z  v: x y z  uu: ...  uv: ...  vv: ...     (18 numbers after the letter P)
-// then every vertex of the cage gives "V x y z nx ny nz": limit position and unit limit normal.
+// Reads and writes doubles of this machine's bytes. Input: face, corner, u, v of each point, conventions of
+// curvopt_sampler_jets. Each gives 18 numbers, x y z of the point, of its derivatives by u, v, uu, uv, vv; then every vertex of
+// the cage gives x y z nx ny nz: limit position and unit limit normal.
 // Creases: lines "e a b sharpness" and "v a sharpness", vertices from 0. OBJ: v and f lines only, f with plain indices.
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/ptexIndices.h>
@@ -19,7 +19,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <iostream>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -114,26 +113,25 @@ struct Location {
     double size;  // of Far's parameter in ours: Far scales derivatives by 2^depth; a quarter of an n-gon has depth 1
 };
 
-static std::vector<Location> read_points(char const *path, Cage const &cage, Far::PtexIndices const &ptex) {
-    std::ifstream file;
-    bool from_stdin = std::string(path) == "-";
-    if (!from_stdin) file.open(path);
-    std::istream &in = from_stdin ? std::cin : file;
-    if (!in) fail(std::string("cannot read ") + path);
+static std::vector<Location> read_points(Cage const &cage, Far::PtexIndices const &ptex) {
     std::vector<Location> out;
-    int face, corner;
-    double u, v;
-    while (in >> face >> corner >> u >> v) {
+    double point[4];
+    while (std::fread(point, sizeof point, 1, stdin) == 1) {
+        int face = int(point[0]), corner = int(point[1]);
         if (face < 0 || face >= int(cage.sizes.size())) fail("face out of range");
-        Location where = {ptex.GetFaceId(face) + (cage.sizes[face] == 4 ? 0 : corner), u, v,
+        Location where = {ptex.GetFaceId(face) + (cage.sizes[face] == 4 ? 0 : corner), point[2], point[3],
                           cage.sizes[face] == 4 ? 1.0 : 0.5};
         out.push_back(where);
     }
     return out;
 }
 
+static void write(double x) {
+    if (std::fwrite(&x, sizeof x, 1, stdout) != 1) fail("cannot write");
+}
+
 // Stencils of positions, first and second derivatives at every point; the adaptive refinement isolates to `level`.
-static void print_points(Refiner const &refiner, Cage const &cage, std::vector<Location> const &where) {
+static void write_points(Refiner const &refiner, Cage const &cage, std::vector<Location> const &where) {
     typedef Far::LimitStencilTableFactoryReal<double> Factory;
     Factory::LocationArrayVec arrays;
     for (Location const &at : where) {
@@ -156,17 +154,15 @@ static void print_points(Refiner const &refiner, Cage const &cage, std::vector<L
     table->UpdateDerivs(cage.points, jets[1], jets[2]);
     table->Update2ndDerivs(cage.points, jets[3], jets[4], jets[5]);
     for (size_t i = 0; i < n; ++i) {
-        std::printf("P");
         for (size_t k = 0; k < jets.size(); ++k) {
             double scale = k == 0 ? 1.0 : k < 3 ? where[i].size : where[i].size * where[i].size;
-            for (double x : jets[k][i].x) std::printf(" %.17g", scale * x);
+            for (double x : jets[k][i].x) write(scale * x);
         }
-        std::printf("\n");
     }
 }
 
 // Limit positions and normals by the limit masks, at the vertices of the once refined cage that come from the cage.
-static void print_vertices(Cage const &cage, bool corners) {
+static void write_vertices(Cage const &cage, bool corners) {
     Refiner refiner = make_refiner(cage, corners);
     Far::TopologyRefiner::UniformOptions options(1);
     options.fullTopologyInLastLevel = true;
@@ -181,13 +177,13 @@ static void print_vertices(Cage const &cage, bool corners) {
         double const *a = du[at].x, *b = dv[at].x;
         double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         double size = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
-        std::printf("V %.17g %.17g %.17g %.17g %.17g %.17g\n", limit[at].x[0], limit[at].x[1], limit[at].x[2],
-                    c[0] / size, c[1] / size, c[2] / size);
+        for (double x : limit[at].x) write(x);
+        for (double x : c) write(x / size);
     }
 }
 
 // Every vertex after so many subdivisions, whatever the cage's topology.
-static void print_refined(Cage const &cage, bool corners, int levels) {
+static void write_refined(Cage const &cage, bool corners, int levels) {
     Refiner refiner = make_refiner(cage, corners);
     Far::TopologyRefiner::UniformOptions options(levels);
     options.fullTopologyInLastLevel = true;
@@ -199,16 +195,17 @@ static void print_refined(Cage const &cage, bool corners, int levels) {
         primvar.Interpolate(level, points, fine);
         points.swap(fine);
     }
-    for (Point const &p : points) std::printf("R %.17g %.17g %.17g\n", p.x[0], p.x[1], p.x[2]);
+    for (Point const &p : points)
+        for (double x : p.x) write(x);
 }
 
 int main(int argc, char **argv) {
-    if (argc < 3) fail("usage: osd_eval CAGE.obj POINTS|- [--creases FILE] [--boundary all|corners] [--level N]");
+    if (argc < 2) fail("usage: osd_eval CAGE.obj [--creases FILE] [--boundary all|corners] [--level N]");
     Cage cage;
     read_obj(argv[1], cage);
     bool corners = false;
     int level = 10, refine = 0;
-    for (int i = 3; i < argc; i += 2) {
+    for (int i = 2; i < argc; i += 2) {
         std::string option = argv[i];
         if (i + 1 == argc) fail("option without value");
         if (option == "--creases")
@@ -223,14 +220,14 @@ int main(int argc, char **argv) {
             fail("unknown option " + option);
     }
     if (refine > 0) {
-        print_refined(cage, corners, refine);
+        write_refined(cage, corners, refine);
         return 0;
     }
     Refiner refiner = make_refiner(cage, corners);
     refiner->RefineAdaptive(Far::TopologyRefiner::AdaptiveOptions(level));
     Far::PtexIndices ptex(*refiner);
-    std::vector<Location> where = read_points(argv[2], cage, ptex);
-    if (!where.empty()) print_points(refiner, cage, where);
-    print_vertices(cage, corners);
+    std::vector<Location> where = read_points(cage, ptex);
+    if (!where.empty()) write_points(refiner, cage, where);
+    write_vertices(cage, corners);
     return 0;
 }
