@@ -1,5 +1,5 @@
-/* The harnesses without libFuzzer: every file of the corpus, whole, and a few hundred times changed at random, the same
- * every time. SPDX-License-Identifier: GPL-3.0-or-later
+/* The harnesses without libFuzzer: every file of the corpus, whole, and changed at random, the same every time; as many
+ * changes in all as are wanted. SPDX-License-Identifier: GPL-3.0-or-later
  *
  *   smoke CORPUS_FOLDER CHANGES */
 #include "fuzz.h"
@@ -89,7 +89,7 @@ int main(int argc, char **argv) {
         size_t size = read_file(argv[1], names[f], whole);
         LLVMFuzzerTestOneInput(whole, size);
         free(names[f]);
-        for (size_t k = 0; k < changes / n_files + 1; k++, n++) {
+        for (size_t k = 0; k < (f + 1) * changes / n_files - f * changes / n_files; k++, n++) {
             memcpy(changed, whole, size);
             LLVMFuzzerTestOneInput(changed, change(changed, size));
         }

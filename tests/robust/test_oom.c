@@ -78,6 +78,7 @@ static int32_t evaluate_limit(const cage *c, const curvopt_mesh *mesh, curvopt_e
 
 static int32_t evaluate_plane(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_options o = small_options(CURVOPT_SURFACE_PLANE, CURVOPT_TERM_MVS);
+    o.tolerance = 0.5; /* evaluate_limit refines rules */
     return evaluate_with(c, mesh, &o, error);
 }
 
@@ -100,7 +101,7 @@ static int32_t minimize_apart(const cage *c, const curvopt_mesh *mesh, curvopt_e
     curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     curvopt_result *result;
     o.no_crossings = 1;
-    o.levels = 1;
+    o.levels = o.max_iterations = 1;
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
     curvopt_result_destroy(result);

@@ -13,6 +13,7 @@
 #include "curvopt.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,6 +93,12 @@ static inline void check_refused(int32_t got, const curvopt_error *error, int32_
     check_integer(error->code, code, "error.code", file, line);
     check_integer(error->element, element, "error.element", file, line);
     check_true(memchr(error->message, 0, sizeof error->message) != NULL, "message is terminated", file, line);
+}
+
+/* Whether the longer version of a test is wanted: CURVOPT_LONG=1 in the environment. */
+static inline bool long_tests(void) {
+    const char *wanted = getenv("CURVOPT_LONG");
+    return wanted && strcmp(wanted, "1") == 0;
 }
 
 /* Numbers in -1..1 that are the same everywhere (Marsaglia's xorshift). */

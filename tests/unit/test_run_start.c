@@ -175,7 +175,7 @@ static void test_levels_have_the_blends_of_their_cage(void **state) {
     (void)state;
     double energy[2];
     for (int wide = 0; wide < 2; wide++) {
-        cage c = cage_half_star(5, 8);
+        cage c = cage_half_star(3, 8);
         curvopt_mesh *mesh = cage_mesh(&c);
         curvopt_result *result;
         curvopt_energies start, end;
@@ -183,8 +183,8 @@ static void test_levels_have_the_blends_of_their_cage(void **state) {
         curvopt_error error;
         curvopt_options o = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
         o.blend_width = wide ? CURVOPT_MAX_BLEND_WIDTH : 1;
-        o.max_iterations = 2;
-        o.tolerance = 1e-4;
+        o.max_iterations = 1;
+        o.tolerance = 3e-4;
         CHECK_OK(curvopt_minimize(mesh, c.xyz, &o, check_first, NULL, NULL, &result, &error), &error);
         curvopt_result_get_energies(result, &start, &end, sizeof start);
         CHECK_OK(curvopt_result_get_level(result, 0, &level, sizeof level, &error), &error);

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { N_DRAGS = 3, N_DRAGS_MVS = 2 }; /* each takes twenty times as long */
+enum { N_DRAGS = 2, N_DRAGS_LONG = 3, N_DRAGS_MVS = 2, EACH = 2 }; /* each takes ten times as long */
 #else
-enum { N_DRAGS = 32, N_DRAGS_MVS = 4 };
+enum { N_DRAGS = 12, N_DRAGS_LONG = 32, N_DRAGS_MVS = 4, EACH = 1 };
 #endif
 enum { N_PINS = 4, MOST = 24 };
 
@@ -170,8 +170,9 @@ static void check_drags(int32_t spacing, int term, int n) {
 
 static void test_warm_solutions_are_cold_ones(void **state) {
     (void)state;
-    check_drags(CURVOPT_SPACING_FREE, CURVOPT_TERM_WILLMORE, N_DRAGS);
-    check_drags(CURVOPT_SPACING_EVEN, CURVOPT_TERM_WILLMORE, N_DRAGS);
+    const int n = long_tests() ? N_DRAGS_LONG : N_DRAGS;
+    check_drags(CURVOPT_SPACING_FREE, CURVOPT_TERM_WILLMORE, n);
+    check_drags(CURVOPT_SPACING_EVEN, CURVOPT_TERM_WILLMORE, n);
     check_drags(CURVOPT_SPACING_EVEN, CURVOPT_TERM_MVS, N_DRAGS_MVS);
 }
 
@@ -257,7 +258,7 @@ static void test_cancelling_loses_nothing(void **state) {
     CHECK_OK(curvopt_cancel_create(&cancel, &error), &error);
     curvopt_cancel_request(cancel);
     CHECK_OK(curvopt_solver_solve(solver, 1, NULL, NULL, cancel, &error), &error); /* before there is anything */
-    for (int at = 1; at < 8; at++) {
+    for (int at = 1; at < 8; at += EACH) {
         seen w = {.cancel_at = at};
         drag(&s, solver);
         CHECK_OK(curvopt_solver_solve(solver, 1, watch, &w, NULL, &error), &error);
@@ -357,6 +358,7 @@ static void test_symmetries(void **state) {
     set_up(&s, cage_torus(6, 4, 1, 0.45), CURVOPT_SPACING_EVEN, CURVOPT_TERM_WILLMORE);
     s.constraints.n = 1;
     s.options.tolerance = 1e-4;
+    s.options.max_iterations = 10; /* the symmetry is that of the start */
     curvopt_solver *solver = solver_of(&s);
     solve(solver, 1);
     curvopt_solver_get_summary(solver, &summary, sizeof summary);
