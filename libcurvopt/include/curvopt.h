@@ -461,6 +461,13 @@ typedef struct curvopt_chain {
  * have vertices and edges in common with others. Errors that begin with "chain" have its number as `element`.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
+ *
+ * Principal curvatures are held with a normal: k1 in its direction, k2 across it, positive where the surface bends away
+ * from where its faces are counterclockwise as seen from, as a sphere does as seen from outside, whatever the sign of
+ * the normal. With them both tangents are held as vectors, those of the first cage when it has been put to places and
+ * normals; they are half as long by the parameters of each next level. Inside faces, and at vertices of four faces: at
+ * others the surface has no curvature. Of weight 1 only.
+ *
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
  * stay. */
 typedef struct curvopt_through {
@@ -487,6 +494,10 @@ typedef struct curvopt_through {
     int32_t n_chains;
     int32_t reserved;            /* 0 */
     const double *chain_weights; /* [n_chains] as `weights`, of chains; NULL: all 1 */
+    const double *curvatures; /* [2 n] principal curvatures k1 and k2 of the surface, 1 / unit of length; two NANs: not
+                                 held; NULL: none is */
+    const double *curvature_directions; /* [3 n] directions of k1, of any length, at right angles to the normal to 1e-6;
+                                           three NANs, NULL: that of the tangent, or none where k1 = k2 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are

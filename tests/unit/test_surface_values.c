@@ -23,7 +23,7 @@ static co_surface_values all_of(const curvopt_mesh *m, int32_t vertex, const int
     for (int32_t k = 0; k < out.n; k++) {
         const int32_t i = k / N_KINDS;
         co_surface_value *f = &out.item[k];
-        *f = (co_surface_value){.number = i, .vertex = i ? -1 : vertex, .is_tangent = k % N_KINDS > 0, .pivot = -1};
+        *f = (co_surface_value){.number = i, .vertex = i ? -1 : vertex, .order = k % N_KINDS > 0, .pivot = -1};
         f->along[0] = k % N_KINDS == 1;
         f->along[1] = k % N_KINDS == 2;
         f->corner = i ? m->face_start[face[i]] + corner[i] : m->vertex_corner[vertex];
@@ -83,9 +83,9 @@ static void check_values(cage c, int32_t vertex, const int32_t face[N_AT], const
     double *finer = values_of(fine, &values, xyz);
     for (int k = 0; k < values.n; k++) {
         const double *a = found + 3 * k, *b = finer + 3 * k;
-        for (int j = 0; !values.item[k].is_tangent && j < 3; j++)
+        for (int j = 0; !values.item[k].order && j < 3; j++)
             CHECK_NEAR(a[j], b[j], 1e-14);
-        if (values.item[k].is_tangent)
+        if (values.item[k].order)
             CHECK_TRUE(sine(a, b) < 1e-12 && dot(a, b) > 0);
     }
     free(found);
@@ -136,7 +136,7 @@ static void test_pivots_make_a_map_that_can_be_inverted(void **state) {
     for (int i = 0; i < 6; i++) {
         const co_surface_value *f = &given.values.item[i];
         CHECK_TRUE(f->pivot >= 0 && f->pivot != 9 && f->pivot != 7);
-        CHECK_INT(given.of_limit[f->pivot], f->is_tangent ? CO_OF_TANGENT : CO_OF_POINT);
+        CHECK_INT(given.of_limit[f->pivot], f->order ? CO_OF_TANGENT : CO_OF_POINT);
         for (int j = 0; j < i; j++)
             CHECK_TRUE(given.values.item[j].pivot != f->pivot);
     }

@@ -39,8 +39,16 @@ static void add(places *p, int freedom, const double *direction, const double at
 
 static void add_values(places *p, const co_surface_values *values) {
     for (int32_t i = 0; i < values->n; i++)
-        if (!values->item[i].is_tangent)
+        if (!values->item[i].order)
             add(p, values->item[i].freedom, values->item[i].direction, values->item[i].anchor);
+}
+
+/* Whether a derivative is held that an enlargement would change. */
+static int has_lengths(const co_surface_values *values) {
+    int any = 0;
+    for (int32_t i = 0; i < values->n; i++)
+        any |= values->item[i].order > 0 && co_length3(values->item[i].anchor) > 0;
+    return any;
 }
 
 static void add_all(places *p, const curvopt_mesh *m, const double *xyz, const co_constraints *all) {
@@ -61,7 +69,7 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
     double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
-    if (all->chains.n)
+    if (all->chains.n || has_lengths(&all->values))
         return 0;
     co_similarity_mesh_frame(m, xyz, origin);
     places found = {.centre = origin}, left = {.centre = centre};

@@ -218,11 +218,12 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
     int32_t n;
     const co_surface_value *f = &s->values->item[g->value[r]];
     const int32_t other = find_others(s, g, r, &n);
-    const char *what = f->is_tangent ? "tangents" : "point";
+    static const char *const names[] = {"point", "tangents", "curvatures"};
+    const char *what = names[f->order];
     if (g->n_columns == 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                               "entry %d: nothing that its %s depend%s on may move", f->number, what,
-                              f->is_tangent ? "" : "s");
+                              f->order ? "" : "s");
     if (other < 0)
         return co_status_fail(
             error, CURVOPT_ERROR_ARGUMENT, f->number,
@@ -252,7 +253,7 @@ static void enter(search *s, const group *g, int32_t r) {
     const int32_t v = g->vertex[g->pivot[r]];
     f->pivot = v;
     c->freedom[v] = (uint8_t)f->freedom;
-    c->of_limit[v] = f->is_tangent ? CO_OF_TANGENT : CO_OF_POINT;
+    c->of_limit[v] = f->order ? CO_OF_TANGENT : CO_OF_POINT;
     memcpy(c->direction + 3 * (size_t)v, f->direction, sizeof f->direction);
     memcpy(c->anchor + 3 * (size_t)v, f->anchor, sizeof f->anchor);
 }
