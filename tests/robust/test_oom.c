@@ -7,6 +7,7 @@
 
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
+#include "constraints/held_curvatures.h"
 #include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
@@ -229,6 +230,8 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
     if (status == CURVOPT_OK)
         status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_held_curvatures_fix(mesh, xyz, &held.values, error);
     co_constraints_free(&held);
     return status;
 }
