@@ -166,12 +166,8 @@ static int take_weight(const entry *e, double *to) {
 }
 
 static int take_entry(const entry *e, const slot *to) {
-    static const char *const known[] = {"vertex",     "face",
-                                        "uv",         "corner",
-                                        "at",         "line",
-                                        "plane",      "normal",
-                                        "tangent",    "weight",
-                                        "curvatures", "curvature_direction",
+    static const char *const known[] = {"vertex", "face",   "uv",      "corner", "at",         "line",
+                                        "plane",  "normal", "tangent", "weight", "curvatures", "curvature_direction",
                                         NULL};
     if (e->node->kind != JSON_OBJECT)
         return fail(e, "an object was expected");

@@ -27,9 +27,9 @@ typedef struct co_constraints {
     uint8_t
         *of_limit; /* [n_vertices] what is constrained: CO_OF_VERTEX, or something that is an unknown in its place */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
-    co_surface_values values;    /* other points of the surface, and derivatives; with pivots (pivots.h) their constraints
-                                      are above, too */
-    co_surface_values drawn;     /* those that springs draw, within what is held; none if freedom is NULL */
+    co_surface_values values; /* other points of the surface, and derivatives; with pivots (pivots.h) their constraints
+                                   are above, too */
+    co_surface_values drawn;  /* those that springs draw, within what is held; none if freedom is NULL */
     co_chains chains;      /* what of them is held on this level is above, too: points of their vertices, and values */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */

@@ -171,10 +171,9 @@ static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *err
 /* Refuses what k1 and k2 [2] and the direction of k1, if it has one, cannot be. */
 static int32_t check_curvatures(const entry *e, const double *k, const double *direction, curvopt_error *error) {
     const int32_t i = e->number;
-    const char *what = !e->has_normal ? "curvatures, but no normal"
-                       : !direction && k[0] != k[1]
-                           ? "two curvatures, but no direction of the first one, nor a tangent"
-                           : NULL;
+    const char *what = !e->has_normal               ? "curvatures, but no normal"
+                       : !direction && k[0] != k[1] ? "two curvatures, but no direction of the first one, nor a tangent"
+                                                    : NULL;
     if (!isfinite(k[0]) || !isfinite(k[1]))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the curvatures %g and %g", i, k[0], k[1]);
     if (what)

@@ -98,8 +98,8 @@ static int32_t visit_place(work *w, const co_face_place *place, int32_t i, co_pl
         int any = 0;
         for (size_t r = 0; r < (size_t)n_rows; r++) {
             const size_t part = r / N_AXES, axis = N_AXES * v + r % N_AXES;
-            sum[r] =
-                w->points[part * N_AXES * (size_t)p->n_points + axis] + w->cage[part * N_AXES * (size_t)p->n_cage + axis];
+            sum[r] = w->points[part * N_AXES * (size_t)p->n_points + axis] +
+                     w->cage[part * N_AXES * (size_t)p->n_cage + axis];
             any |= sum[r] != 0;
         }
         if (any)
