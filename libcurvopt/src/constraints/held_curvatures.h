@@ -4,8 +4,8 @@
  * surface is to have, positive where it bends away from n. It is linear in the cage where tangents are fixed vectors:
  * once the cage has been put where points and normals are held, each entry with curvatures holds the tangents that it
  * has there, and each of its second derivatives in a plane across n. So it is on every level, for S_u is half of what
- * it was on the level before, and S_uu a quarter (surface_values.h). Of the four numbers more than the curvatures that
- * this holds none is of the shape: they are those by which parameters move at the point.
+ * it was on the level before, and S_uu a quarter (surface_values.h). Beside normal and curvatures that holds four
+ * numbers, of the parameters at the point and not of the shape.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_HELD_CURVATURES_H
