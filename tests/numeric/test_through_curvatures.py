@@ -180,12 +180,25 @@ def exact_curvatures(name: str, at: np.ndarray, normals: np.ndarray, ring: float
     return np.stack([(far - 1) / ring / far, np.full(len(at), 1 / ring)], 1), round_axis
 
 
+def far_apart(mesh: Mesh) -> np.ndarray:
+    """Six vertices of four faces, at least four edges from each other: along a row of a regular net three are needed."""
+    faces, chosen = mesh.face_list(), []
+    valence = np.bincount([v for face in faces for v in face])
+    for v in np.random.default_rng(2).permutation(np.flatnonzero(valence == 4)):
+        near = {int(v)}
+        for _ in range(3):
+            near |= {w for face in faces for a, b in zip(face, face[1:] + face[:1]) if a in near or b in near for w in (a, b)}
+        if len(chosen) < 6 and not near & set(chosen):
+            chosen.append(int(v))
+    assert len(chosen) == 6
+    return np.array(chosen)
+
+
 @pytest.mark.parametrize("name, ring", [("sphere", 0), ("torus", 0.5)])
 def test_points_with_curvatures_come_nearer_to_the_surface(name, ring, capsys):
     """MVS from six points, with normals alone, and with curvatures: distance to the exact surface, curvature's error."""
     exact = orders.sphere() if name == "sphere" else orders.cyclide(1, 0, ring)
-    valence = np.bincount([v for face in exact.cage.face_list() for v in face])
-    vertices = exact.order[valence[exact.order] == 4][:6]
+    vertices = far_apart(exact.cage)
     limit = osd_jets(exact.cage, [0], [0], [[0.5, 0.5]]).limit
     places, normals, _ = exact.nearest(limit[vertices])
     k, directions = exact_curvatures(name, places, normals, ring)

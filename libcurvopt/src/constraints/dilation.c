@@ -1,5 +1,6 @@
 /* Whether constraints leave a cage its size. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "constraints/constraints.h"
+#include "constraints/held_curvatures.h"
 
 #include "base/vec3.h"
 #include "linalg/small_dense.h"
@@ -43,14 +44,6 @@ static void add_values(places *p, const co_surface_values *values) {
             add(p, values->item[i].freedom, values->item[i].direction, values->item[i].anchor);
 }
 
-/* Whether a derivative is held that an enlargement would change. */
-static int has_lengths(const co_surface_values *values) {
-    int any = 0;
-    for (int32_t i = 0; i < values->n; i++)
-        any |= values->item[i].order > 0 && co_length3(values->item[i].anchor) > 0;
-    return any;
-}
-
 static void add_all(places *p, const curvopt_mesh *m, const double *xyz, const co_constraints *all) {
     const co_soft_constraints *springs = &all->springs;
     for (size_t v = 0; v < (size_t)m->info.n_vertices; v++) {
@@ -69,7 +62,7 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
     double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
-    if (all->chains.n || has_lengths(&all->values))
+    if (all->chains.n || co_held_curvatures_exist(&all->values))
         return 0;
     co_similarity_mesh_frame(m, xyz, origin);
     places found = {.centre = origin}, left = {.centre = centre};

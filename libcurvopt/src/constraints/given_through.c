@@ -255,7 +255,7 @@ static void add_second(const entry *e, const co_surface_value *at, co_surface_va
         *f = *at;
         f->order = 2;
         f->along[k] = 1;
-        f->freedom = CO_FREEDOM_ALL;
+        f->freedom = CO_FREEDOM_PLANE;
         memcpy(f->direction, e->normal, sizeof f->direction);
         memcpy(f->curvature, e->curvature, sizeof f->curvature);
     }

@@ -185,17 +185,21 @@ static int32_t fix_entry(co_surface_values *fs, int32_t i, const double *value, 
         return status;
     fit_tangents(&at, t);
     for (int k = 0; k < N_TANGENTS; k++) {
-        tangent[k].freedom = CO_FREEDOM_NONE;
-        memcpy(tangent[k].direction, second->direction, sizeof tangent[k].direction);
+        tangent[k].is_fixed = 1;
         memcpy(tangent[k].anchor, t + 3 * k, sizeof tangent[k].anchor);
     }
     for (int k = 0; k < N_SECOND; k++) {
         const double size = wanted_second(&at, k, t);
-        second[k].freedom = CO_FREEDOM_PLANE;
+        second[k].is_fixed = 1;
         for (int c = 0; c < 3; c++)
             second[k].anchor[c] = size * second[k].direction[c];
     }
     return CURVOPT_OK;
+}
+
+void co_held_curvatures_release(co_surface_values *fs) {
+    for (int32_t i = 0; i < fs->n; i++)
+        fs->item[i].is_fixed = 0;
 }
 
 int32_t co_held_curvatures_fix(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {

@@ -246,13 +246,20 @@ static int32_t choose_rows(search *s, group *g, int is_optional, curvopt_error *
     return CURVOPT_OK;
 }
 
+/* What is left of a value to move: see is_fixed. */
+static int32_t freedom_of(const co_surface_value *f) {
+    if (f->order == 1 && f->is_fixed)
+        return CO_FREEDOM_NONE;
+    return f->order == 2 && !f->is_fixed ? CO_FREEDOM_ALL : f->freedom;
+}
+
 /* The pivot of row r becomes that of its value, and the constraint is entered there. */
 static void enter(search *s, const group *g, int32_t r) {
     co_constraints *c = s->constraints;
     co_surface_value *f = &c->values.item[g->value[r]];
     const int32_t v = g->vertex[g->pivot[r]];
     f->pivot = v;
-    c->freedom[v] = (uint8_t)f->freedom;
+    c->freedom[v] = (uint8_t)freedom_of(f);
     c->of_limit[v] = f->order ? CO_OF_TANGENT : CO_OF_POINT;
     memcpy(c->direction + 3 * (size_t)v, f->direction, sizeof f->direction);
     memcpy(c->anchor + 3 * (size_t)v, f->anchor, sizeof f->anchor);

@@ -30,6 +30,7 @@ typedef struct co_surface_value {
     double direction[3]; /* unit: along the line, or normal to the plane */
     double anchor[3];    /* where it is held, or a point of the line or plane, in the user's units; of tangents 0, but
                             where they are held as vectors */
+    int32_t is_fixed; /* whether a tangent is held as the vector `anchor`; without, nothing of a second derivative is */
     double curvature[9]; /* of a second derivative: the symmetric tensor that the surface is to have there */
     int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet, or not held */
     int32_t

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
-#include "constraints/held_curvatures.h"
 #include "constraints/loose_components.h"
 #include "constraints/mirror_planes.h"
 #include "energy/admissibility.h"
@@ -187,19 +186,6 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
                               error);
 }
 
-/* Puts the cage where what is held is to be: at points and normals first, then with curvatures, which need the tangents
- * that this gives. */
-static int32_t place(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
-    const int32_t boundary = r->context.options->boundary;
-    int32_t status = co_given_constraints_place(mesh, &r->constraints, boundary, r->at.start, error);
-    if (status != CURVOPT_OK || !co_held_curvatures_exist(&r->constraints.values))
-        return status;
-    status = co_held_curvatures_fix(mesh, r->at.start, &r->constraints.values, error);
-    if (status == CURVOPT_OK)
-        status = co_given_constraints_place(mesh, &r->constraints, boundary, r->at.start, error);
-    return status;
-}
-
 /* Constraints, exceptions and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
@@ -212,7 +198,7 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         status = find_exceptions(r, mesh, error);
     if (status == CURVOPT_OK &&
         ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
-        status = place(r, mesh, error);
+        status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
     if (status == CURVOPT_OK && r->is_live && co_component_options_fit(o))
         status = co_loose_components_leave_out(mesh, o->boundary, &r->constraints, error);
     if (status == CURVOPT_OK)

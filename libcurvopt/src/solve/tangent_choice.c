@@ -1,0 +1,114 @@
+/* The tangents by which curvatures are held. SPDX-License-Identifier: GPL-3.0-or-later */
+#include "solve/tangent_choice.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/given_constraints.h"
+#include "constraints/held_curvatures.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Another choice, beside the run's constraints and start. */
+typedef struct choice {
+    co_constraints constraints;
+    double *from; /* [3 n_vertices] what the level without curvatures begins with */
+    double *xyz;  /* [3 n_vertices] the cage that has the curvatures by this choice */
+} choice;
+
+static size_t size_of(const co_run *r) {
+    return 3 * sizeof(double) * (size_t)r->result->mesh->info.n_vertices;
+}
+
+/* Tangents near those at xyz, which becomes a cage that has the curvatures with them. */
+static int32_t fix(const co_run *r, co_constraints *constraints, double *xyz, curvopt_error *error) {
+    const curvopt_mesh *m = r->result->mesh;
+    int32_t status = co_held_curvatures_fix(m, xyz, &constraints->values, error);
+    return status == CURVOPT_OK ? co_given_constraints_place(m, constraints, r->context.options->boundary, xyz, error)
+                                : status;
+}
+
+static int32_t create(const co_run *r, choice *c, curvopt_error *error) {
+    *c = (choice){0};
+    int32_t status = co_constraints_copy(r->result->mesh, &r->constraints, &c->constraints, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_held_curvatures_release(&c->constraints.values);
+    c->from = CO_NEW(double, size_of(r) / sizeof(double));
+    c->xyz = CO_NEW(double, size_of(r) / sizeof(double));
+    if (!c->from || !c->xyz)
+        return co_status_no_memory(error);
+    memcpy(c->from, r->at.start, size_of(r));
+    return CURVOPT_OK;
+}
+
+static void choice_free(choice *c) {
+    co_constraints_free(&c->constraints);
+    free(c->from);
+    free(c->xyz);
+}
+
+/* The level's minimum without curvatures, into c->xyz. */
+static int32_t solve(co_run *r, int32_t number, choice *c, co_level **level, curvopt_error *error) {
+    const co_level_prospect none = {.expects_plateau = 0};
+    co_outcome outcome = {.iterations = 0};
+    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &c->constraints, CO_MOTION_ALL,
+                                     c->from, number, level, error);
+    if (status == CURVOPT_OK) {
+        co_run_watch(r, *level);
+        status = co_level_begin(*level, error);
+    }
+    if (status == CURVOPT_OK)
+        status = co_level_solve(*level, &none, &outcome, error);
+    r->at.report.iterations += outcome.iterations;
+    r->at.report.evaluations += outcome.evaluations + 1;
+    if (status == CURVOPT_OK)
+        co_level_objective_to_user(&(*level)->objective, (*level)->now.x, (*level)->now.found[CO_FOUND_SIZE], c->xyz);
+    return status;
+}
+
+/* Takes the choice if it is better; where it cannot be had the run goes on with what it has. */
+static int32_t compare(co_run *r, choice *c, co_level *l, curvopt_error *error) {
+    curvopt_error reason;
+    const int32_t status = fix(r, &c->constraints, c->xyz, &reason);
+    if (status == CURVOPT_ERROR_MEMORY)
+        return co_status_no_memory(error);
+    if (status != CURVOPT_OK)
+        return CURVOPT_OK;
+    const double before = co_level_objective_value_of(&l->objective, r->at.start);
+    if (co_level_objective_value_of(&l->objective, c->xyz) < before) {
+        co_surface_values *to = &r->constraints.values;
+        memcpy(r->at.start, c->xyz, size_of(r));
+        memcpy(to->item, c->constraints.values.item, (size_t)to->n * sizeof *to->item);
+    }
+    return CURVOPT_OK;
+}
+
+int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) {
+    const double started = co_clock_seconds();
+    choice c;
+    co_level *level = NULL;
+    if (!co_held_curvatures_exist(&r->constraints.values) || r->is_asked_to_stop ||
+        (number > 1 && co_run_context_is_last(&r->context, number)))
+        return CURVOPT_OK;
+    r->at.report = (curvopt_level_report){.level = number,
+                                          .n_vertices = r->result->mesh->info.n_vertices,
+                                          .iterations = r->spent.iterations,
+                                          .evaluations = r->spent.evaluations};
+    int32_t status = create(r, &c, error);
+    if (status == CURVOPT_OK && number == 1)
+        status = fix(r, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status = solve(r, number, &c, &level, error);
+    if (status == CURVOPT_OK && !r->is_asked_to_stop)
+        status = compare(r, &c, level, error);
+    co_level_destroy(level);
+    choice_free(&c);
+    r->spent.iterations = r->at.report.iterations;
+    r->spent.evaluations = r->at.report.evaluations;
+    r->spent.seconds += co_clock_seconds() - started;
+    if (r->is_asked_to_stop)
+        co_run_end_cancelled(r, NULL, started);
+    memcpy(r->at.xyz, r->at.start, size_of(r));
+    return status == CO_CANCELLED ? CURVOPT_OK : status; /* the level's solution sees that, too */
+}
