@@ -464,9 +464,9 @@ typedef struct curvopt_chain {
  *
  * Principal curvatures are held with a normal: k1 in its direction, k2 across it, positive where the surface bends away
  * from where its faces are counterclockwise as seen from, as a sphere does as seen from outside, whatever the sign of
- * the normal. With them both tangents are held as vectors, those of the first cage when it has been put to places and
- * normals; they are half as long by the parameters of each next level. Inside faces, and at vertices of four faces: at
- * others the surface has no curvature. Of weight 1 only.
+ * the normal. On each level both tangents are then held as vectors, near those of its minimum without curvatures, which
+ * is found first. Inside faces, and at vertices of four faces: at others the surface has no curvature. Of weight 1
+ * only. Along a row of a regular net such entries have to be three edges apart.
  *
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
  * stay. */

@@ -88,8 +88,7 @@ int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) 
     const double started = co_clock_seconds();
     choice c;
     co_level *level = NULL;
-    if (!co_held_curvatures_exist(&r->constraints.values) || r->is_asked_to_stop ||
-        (number > 1 && co_run_context_is_last(&r->context, number)))
+    if (!co_held_curvatures_exist(&r->constraints.values) || r->is_asked_to_stop)
         return CURVOPT_OK;
     r->at.report = (curvopt_level_report){.level = number,
                                           .n_vertices = r->result->mesh->info.n_vertices,
