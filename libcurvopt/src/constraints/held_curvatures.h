@@ -2,10 +2,10 @@
  *
  * The second form is -n . S_uu = A(S_u, S_u), and so on, with the normal n of the faces' side and the tensor A that the
  * surface is to have, positive where it bends away from n. It is linear in the cage where tangents are fixed vectors:
- * once the cage has been put where points and normals are held, each entry with curvatures holds the tangents that it
- * has there, and each of its second derivatives in a plane across n. So it is on every level, for S_u is half of what
- * it was on the level before, and S_uu a quarter (surface_values.h). Beside normal and curvatures that holds four
- * numbers, of the parameters at the point and not of the shape.
+ * each entry with curvatures holds tangents, and its second derivatives in planes across n. Finer levels have the same
+ * curvatures, for S_u is half of what it was on the level before, and S_uu a quarter (surface_values.h). Beside normal
+ * and curvatures that holds four numbers, of the parameters at the point and not of the shape: which tangents is chosen
+ * by how far vertices move, here, and by the minimum without curvatures (solve/tangent_choice.h).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_HELD_CURVATURES_H
