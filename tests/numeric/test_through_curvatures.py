@@ -252,6 +252,35 @@ def test_a_tangent_is_the_direction_of_the_first_curvature():
     assert np.abs(forms(after)[1] - tensors(normal[None], goal[None], np.array([[0.5, 2]]))).max() <= 1e-9
 
 
+def test_one_of_two_pieces_has_curvatures():
+    """Entries of the second piece alone, which is minimized as if the first were not there."""
+    one, two = torus_cage(8, 5, 0.4), torus_cage(10, 6, 0.4)
+    faces = one.face_list() + [[v + one.n_vertices for v in face] for face in two.face_list()]
+    both = points.mesh_from_faces(np.vstack([one.xyz, two.xyz + [4, 0, 0]]), faces)
+    at = dict(faces=[len(one.face_list()) + 7], uv=[[0.3, 0.6]])
+    jets = osd_jets(both, at["faces"], [0], at["uv"]).jets
+    normals, direction = forms(jets)[0], unit(jets[:, 1])
+    result = lib.minimize(both, levels=1, symmetry=NONE, through=lib.through(
+        **at, normals=normals, curvatures=[[0.25, 2]], curvature_directions=direction))
+    found = forms(osd_jets(result.mesh, at["faces"], [0], at["uv"]).jets)[1]
+    assert np.abs(found - tensors(normals, direction, np.array([[0.25, 2]]))).max() <= 1e-9 and result.verdict == "minimum"
+
+
+@pytest.mark.parametrize("steps", [1, 3, 12])
+def test_a_run_can_be_stopped_while_tangents_are_chosen(steps):
+    mesh, seen = torus_cage(10, 6, 0.4), []
+    normals = forms(osd_jets(mesh, [7], [0], [[0.3, 0.6]]).jets)[0]
+    through = lib.through(faces=[7], uv=[[0.3, 0.6]], normals=normals, curvatures=[[1, 1]])
+
+    def stop(progress) -> bool:
+        seen.append((progress.level, progress.iteration))
+        return len(seen) == steps
+
+    result = lib.minimize(mesh, "mvs", levels=2, symmetry=NONE, through=through, progress=stop)
+    assert len(seen) == steps and result.stop == "cancelled" and np.isfinite(result.mesh.xyz).all()
+    assert [number for _, number in seen] == sorted(number for _, number in seen)
+
+
 # --------------------------------------------------------------------------------------------- what is refused --
 
 IN_FACE = dict(faces=[3], uv=[[0.5, 0.5]], normals=[[0, 0, 1]])

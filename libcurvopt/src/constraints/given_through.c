@@ -202,7 +202,7 @@ static int32_t read_curvatures(const curvopt_through *t, entry *e, curvopt_error
     const int32_t i = e->number;
     const double *k = t->curvatures ? t->curvatures + 2 * (size_t)i : NULL;
     const int has_own = !is_absent(t->curvature_directions, i);
-    double own[3];
+    double own[3] = {0};
     if (!k || (isnan(k[0]) && isnan(k[1])))
         return CURVOPT_OK;
     int32_t status = has_own ? read_unit(t->curvature_directions, e, "direction of curvature", own, error) : CURVOPT_OK;
