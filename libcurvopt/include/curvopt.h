@@ -465,8 +465,8 @@ typedef struct curvopt_chain {
  * Principal curvatures are held with a normal: k1 in its direction, k2 across it, positive where the surface bends away
  * from where its faces are counterclockwise as seen from, as a sphere does as seen from outside, whatever the sign of
  * the normal. On each level both tangents are then held as vectors, near those of its minimum without curvatures, which
- * is found first. Inside faces, and at vertices of four faces: at others the surface has no curvature. Of weight 1
- * only. Along a row of a regular net such entries have to be three edges apart.
+ * is found first (progress is told of that, too). Inside faces, and at vertices of four faces: at others the surface
+ * has no curvature. Of weight 1 only. Along a row of a regular net such entries have to be three edges apart.
  *
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
  * stay. */

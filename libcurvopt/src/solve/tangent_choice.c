@@ -48,7 +48,7 @@ static void choice_free(choice *c) {
     free(c->xyz);
 }
 
-/* The level's minimum without curvatures, into c->xyz. */
+/* The level's minimum without curvatures, into c->xyz, in half of the steps that the level may take. */
 static int32_t solve(co_run *r, int32_t number, choice *c, co_level **level, curvopt_error *error) {
     const co_level_prospect none = {.expects_plateau = 0};
     co_outcome outcome = {.iterations = 0};
@@ -56,6 +56,7 @@ static int32_t solve(co_run *r, int32_t number, choice *c, co_level **level, cur
                                      c->from, number, level, error);
     if (status == CURVOPT_OK) {
         co_run_watch(r, *level);
+        (*level)->spent += (r->context.options->max_iterations - (*level)->spent + 1) / 2;
         status = co_level_begin(*level, error);
     }
     if (status == CURVOPT_OK)
