@@ -21,8 +21,8 @@ from osd import osd_jets
 
 NONE = 1  # CURVOPT_SYMMETRY_NONE
 HELD, LINE, PLANE, FREE = range(4)
-CAGES = ((0, 0), (4, 0), (8, 0), (22, 1))  # seeds, and how often they are refined first
-MORE = ((1, 0), (2, 0), (3, 0), (7, 0), (11, 0), (19, 0), (10, 1), (13, 1)) if lib.LONG else ()
+CAGES = ((0, 0, "wmw"), (4, 0, "wmw"), (8, 0, "www"), (22, 1, "mww"))  # seed, whether refined first, energies of levels
+MORE = tuple((seed, refined, "www") for seed, refined in ((1, 0), (2, 0), (3, 0), (7, 0), (11, 0), (19, 0), (10, 1), (13, 1)))
 LEVELS = 3 if lib.LONG else 2
 NAN = float("nan")
 unit = frames.unit
@@ -93,10 +93,10 @@ class Wishes:
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3])
-@pytest.mark.parametrize("seed, refined", CAGES + MORE)
-def test_curvatures_are_what_they_are_to_be(seed, refined, levels, capsys):
+@pytest.mark.parametrize("seed, refined, energies", CAGES + MORE if lib.LONG else CAGES)
+def test_curvatures_are_what_they_are_to_be(seed, refined, energies, levels, capsys):
     wanted = Wishes(seed, refined)
-    energy = "mvs" if levels == 2 or (levels == 1 and refined) else "willmore"
+    energy = {"w": "willmore", "m": "mvs"}[energies[levels - 1]]
     result = lib.minimize(wanted.mesh, energy, levels=levels, symmetry=NONE, through=wanted.through())
     jets = look(wanted.where, result.mesh, levels)
     normals, found = forms(jets)
@@ -199,7 +199,7 @@ def far_apart(mesh: Mesh) -> np.ndarray:
 @pytest.mark.parametrize("name, ring", [("sphere", 0), ("torus", 0.5), ("torus", 0.3)])
 def test_points_with_curvatures_tend_to_the_surface(name, ring, capsys):
     """MVS from six points, with normals alone, and with curvatures: distance to the exact surface, curvature's error. What normals
-    hold loosely, as a thin torus, curvatures bring nearer; elsewhere the tangents that are held take a little."""
+    hold loosely, as a thin torus, curvatures bring nearer; elsewhere what is held takes little."""
     exact = orders.sphere() if name == "sphere" else orders.cyclide(1, 0, ring)
     vertices = far_apart(exact.cage)
     limit = osd_jets(exact.cage, [0], [0], [[0.5, 0.5]]).limit
@@ -222,7 +222,7 @@ def test_points_with_curvatures_tend_to_the_surface(name, ring, capsys):
                   f"{' '.join(f'{x[1]:.1e}' for x in found)}; energy {' '.join(f'{x[2]:.3g}' for x in found)}; CPU time "
                   f"{' '.join(f'{x[3]:.1f}' for x in found)}")
     alone, curved = (np.array(found)[:, :2] for found in rows.values())
-    assert (curved[-1] < curved[-2] / 2).all() and curved[-1, 1] < 2.5 * alone[-1, 1]
+    assert (curved[-1] < curved[-2] / 2).all() and curved[-1, 1] < 1.3 * alone[-1, 1]
     if ring == 0.3:
         assert (curved[-1] < alone[-1] / 2).all()
 
