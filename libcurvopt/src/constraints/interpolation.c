@@ -373,6 +373,22 @@ void co_interpolation_to_cage(const co_interpolation *in, double *xyz) {
     exchange(in, &in->cage, xyz);
 }
 
+void co_interpolation_to_cage_exactly(const co_interpolation *in, double *off, double *xyz) {
+    const int32_t n = in->limit.n_rows;
+    memset(off, 0, 3 * sizeof *off * (size_t)in->limit.n_columns);
+    for (int32_t i = 0; i < n; i++)
+        memcpy(off + 3 * (size_t)in->vertex[i], xyz + 3 * (size_t)in->vertex[i], 3 * sizeof *off);
+    co_interpolation_to_cage(in, xyz);
+    if (n)
+        co_sparse_rows_apply(&in->limit, xyz, in->work);
+    for (size_t i = 0; i < 3 * (size_t)n; i++)
+        off[3 * (size_t)in->vertex[i / 3] + i % 3] -= in->work[i];
+    if (n)
+        co_sparse_rows_apply(&in->cage, off, in->work);
+    for (size_t i = 0; i < 3 * (size_t)n; i++)
+        xyz[3 * (size_t)in->vertex[i / 3] + i % 3] += in->work[i];
+}
+
 void co_interpolation_gradient(const co_interpolation *in, double *gradient) {
     const int32_t n = in->limit.n_rows;
     for (int32_t i = 0; i < n; i++) {

@@ -20,12 +20,15 @@ static size_t size_of(const co_run *r) {
     return 3 * sizeof(double) * (size_t)r->result->mesh->info.n_vertices;
 }
 
+/* xyz has what is held, to rounding. */
+static int32_t place(const co_run *r, const co_constraints *constraints, double *xyz, curvopt_error *error) {
+    return co_given_constraints_place(r->result->mesh, constraints, r->context.options->boundary, xyz, error);
+}
+
 /* Tangents near those at xyz, which becomes a cage that has the curvatures with them. */
 static int32_t fix(const co_run *r, co_constraints *constraints, double *xyz, curvopt_error *error) {
-    const curvopt_mesh *m = r->result->mesh;
-    int32_t status = co_held_curvatures_fix(m, xyz, &constraints->values, error);
-    return status == CURVOPT_OK ? co_given_constraints_place(m, constraints, r->context.options->boundary, xyz, error)
-                                : status;
+    int32_t status = co_held_curvatures_fix(r->result->mesh, xyz, &constraints->values, error);
+    return status == CURVOPT_OK ? place(r, constraints, xyz, error) : status;
 }
 
 static int32_t create(const co_run *r, choice *c, curvopt_error *error) {
@@ -96,8 +99,9 @@ int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) 
                                           .iterations = r->spent.iterations,
                                           .evaluations = r->spent.evaluations};
     int32_t status = create(r, &c, error);
-    if (status == CURVOPT_OK && number == 1)
-        status = fix(r, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status =
+            number == 1 ? fix(r, &r->constraints, r->at.start, error) : place(r, &r->constraints, r->at.start, error);
     if (status == CURVOPT_OK)
         status = solve(r, number, &c, &level, error);
     if (status == CURVOPT_OK && !r->is_asked_to_stop)
