@@ -42,7 +42,7 @@ enum { MOST_STEPS = 30, MOST_HALVINGS = 30 };
 /* A step that lowers the sum by no more than this part is the last. */
 static const double ENOUGH = 1e-6;
 /* Part of the area between tangents that is left at least. */
-static const double LEAST_AREA = 0.01;
+static const double LEAST_AREA = 0.1;
 
 /* Which two tangents a second derivative is by. */
 static const int of_second[N_SECOND][2] = {{0, 0}, {0, 1}, {1, 1}};
@@ -156,6 +156,16 @@ static double square_of_row(const co_sparse_rows *rows, int32_t i) {
     return sum;
 }
 
+/* Where hardly anything is left between tangents of those that were held before, those stay: coarse cages without
+ * curvatures have minima with points that are all but singular. */
+static void keep_area(fit *at) {
+    double before[6];
+    for (size_t k = 0; k < N_TANGENTS; k++)
+        memcpy(before + 3 * k, at->tangent[k].anchor, 3 * sizeof *before);
+    if (fabs(area_of(at, at->first)) < LEAST_AREA * fabs(area_of(at, before)))
+        memcpy(at->first, before, sizeof before);
+}
+
 /* The values of the entry from number i on, whose values are value [5][3]. */
 static int32_t make_fit(const co_surface_values *fs, int32_t i, const double *value, fit *at, curvopt_error *error) {
     const double *normal = fs->item[i + N_TANGENTS].direction;
@@ -168,6 +178,7 @@ static int32_t make_fit(const co_surface_values *fs, int32_t i, const double *va
         if (k >= N_TANGENTS)
             at->now[k - N_TANGENTS] = part;
     }
+    keep_area(at);
     const double area = area_of(at, at->first);
     at->side = area > 0 ? 1 : -1;
     if (fabs(area) > LEAST_SINE * co_length3(at->first) * co_length3(at->first + 3))

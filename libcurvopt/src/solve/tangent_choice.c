@@ -31,18 +31,20 @@ static int32_t fix(const co_run *r, co_constraints *constraints, double *xyz, cu
     return status == CURVOPT_OK ? place(r, constraints, xyz, error) : status;
 }
 
-static int32_t create(const co_run *r, choice *c, curvopt_error *error) {
-    *c = (choice){0};
-    int32_t status = co_constraints_copy(r->result->mesh, &r->constraints, &c->constraints, error);
-    if (status != CURVOPT_OK)
-        return status;
-    co_held_curvatures_release(&c->constraints.values);
-    c->from = CO_NEW(double, size_of(r) / sizeof(double));
-    c->xyz = CO_NEW(double, size_of(r) / sizeof(double));
+/* Beside what the run has to begin with, which has the curvatures then. */
+static int32_t create(co_run *r, int32_t number, choice *c, curvopt_error *error) {
+    *c = (choice){.from = CO_NEW(double, size_of(r) / sizeof(double)),
+                  .xyz = CO_NEW(double, size_of(r) / sizeof(double))};
     if (!c->from || !c->xyz)
         return co_status_no_memory(error);
     memcpy(c->from, r->at.start, size_of(r));
-    return CURVOPT_OK;
+    int32_t status =
+        number == 1 ? fix(r, &r->constraints, r->at.start, error) : place(r, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_copy(r->result->mesh, &r->constraints, &c->constraints, error);
+    if (status == CURVOPT_OK)
+        co_held_curvatures_release(&c->constraints.values);
+    return status;
 }
 
 static void choice_free(choice *c) {
@@ -98,10 +100,7 @@ int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) 
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .iterations = r->spent.iterations,
                                           .evaluations = r->spent.evaluations};
-    int32_t status = create(r, &c, error);
-    if (status == CURVOPT_OK)
-        status =
-            number == 1 ? fix(r, &r->constraints, r->at.start, error) : place(r, &r->constraints, r->at.start, error);
+    int32_t status = create(r, number, &c, error);
     if (status == CURVOPT_OK)
         status = solve(r, number, &c, &level, error);
     if (status == CURVOPT_OK && !r->is_asked_to_stop)
