@@ -14,30 +14,6 @@
 typedef double lane __attribute__((vector_size(8 * CO_LANES)));
 #define CO_SIMD_INLINE static inline __attribute__((always_inline))
 
-/* Lanes that are multiplied and added together where that is most of the work: 256 bits at most. Without fused
- * operations AMD's Zen 4 does that faster than 512 bits (libcurvopt/notes/94-where-the-time-goes.md). */
-enum { LANE_PARTS = CO_LANES > 4 ? CO_LANES / 4 : 1 };
-typedef double lane_part __attribute__((vector_size(8 * CO_LANES / LANE_PARTS)));
-typedef double lane_part_in_memory __attribute__((vector_size(8 * CO_LANES / LANE_PARTS), may_alias));
-
-CO_SIMD_INLINE lane_part lane_get_part(const lane *x, int part) {
-    return ((const lane_part_in_memory *)(const void *)x)[part];
-}
-CO_SIMD_INLINE void lane_set_part(lane *x, int part, lane_part value) {
-    ((lane_part_in_memory *)(void *)x)[part] = value;
-}
-/* In registers: a lane that was written in parts is read as a whole only after they have left for memory. */
-CO_SIMD_INLINE lane lane_of_parts(const lane_part x[LANE_PARTS]) {
-#if CO_LANES == 8
-    return __builtin_shufflevector(x[0], x[1], 0, 1, 2, 3, 4, 5, 6, 7);
-#else
-    return x[0];
-#endif
-}
-CO_SIMD_INLINE lane_part lane_part_all(double x) {
-    return x - (lane_part){0}; /* as lane_all() */
-}
-
 CO_SIMD_INLINE lane lane_all(double x) {
     return x - (lane){0}; /* and not + 0, which -0 is not the same with */
 }

@@ -10,12 +10,9 @@
 CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
     return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
 }
-/* Entry i of some rows, and a part of its lanes. */
+/* Entry i of some rows. */
 CO_SIMD_INLINE lane entry(const double *rows, int mixed, int32_t i) {
     return mixed ? ((const lane *)(const void *)rows)[i] : lane_all(rows[i]);
-}
-CO_SIMD_INLINE lane_part entry_part(const double *rows, int mixed, int32_t i, int part) {
-    return mixed ? lane_get_part((const lane *)(const void *)rows + i, part) : lane_part_all(rows[i]);
 }
 
 /* Some rows from entry i on. */
@@ -48,29 +45,19 @@ CO_SIMD_INLINE int jets_from(int k, int last) {
     return last + 1 - k < JETS_TOGETHER ? last + 1 - k : JETS_TOGETHER;
 }
 
-CO_SIMD_INLINE void sum_part(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, int part,
-                             lane_part (*S)[3][LANE_PARTS]) {
-    lane_part sum[JETS_TOGETHER][3];
+/* S [0..n - 1] from the rows' entries for these. */
+CO_SIMD_INLINE void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+    lane sum[JETS_TOGETHER][3];
     for (int k = 0; k < n; k++)
         for (int c = 0; c < 3; c++)
-            sum[k][c] = lane_part_all(0);
+            sum[k][c] = lane_all(0);
     for (int32_t p = 0; p < n_points; p++)
         for (int k = 0; k < n; k++)
             for (int c = 0; c < 3; c++)
-                sum[k][c] += entry_part(rows, mixed, p * CO_JET + k, part) * lane_get_part(&P[p][c], part);
+                sum[k][c] += entry(rows, mixed, p * CO_JET + k) * P[p][c];
     for (int k = 0; k < n; k++) /* one by one: with memcpy() compilers would keep the sums in memory */
         for (int c = 0; c < 3; c++)
-            S[k][c][part] = sum[k][c];
-}
-
-/* S [0..n - 1] from the rows' entries for these. */
-CO_SIMD_INLINE void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
-    lane_part parts[JETS_TOGETHER][3][LANE_PARTS];
-    for (int part = 0; part < LANE_PARTS; part++)
-        sum_part(rows, mixed, n_points, P, n, part, parts);
-    for (int k = 0; k < n; k++)
-        for (int c = 0; c < 3; c++)
-            S[k][c] = lane_of_parts(parts[k][c]);
+            S[k][c] = sum[k][c];
 }
 
 /* S [first..last] of one sample from its rows; `mixed`, `first` and `last` are constants where this is called. Calls
@@ -87,54 +74,39 @@ CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (
         sum_rows(entries(rows, mixed, k3), mixed, n_points, P, jets_from(k3, last), S + k3);
 }
 
-/* Parts of a vector's coordinates, in registers. */
+/* A vector, as a whole in registers. */
 typedef struct vector {
-    lane_part c[3];
+    lane c[3];
 } vector;
 
-CO_SIMD_INLINE vector part_of(const lane x[3], int part) {
-    return (vector){{lane_get_part(x, part), lane_get_part(x + 1, part), lane_get_part(x + 2, part)}};
-}
-
-CO_SIMD_INLINE void add_entry(lane_part r, const vector *bar, vector *sum) {
+CO_SIMD_INLINE void add_entry(lane r, const vector *bar, vector *sum) {
     for (int c = 0; c < 3; c++)
         sum->c[c] += r * bar->c[c];
 }
 
-/* The transpose of sum_part(): G becomes rows^T S_bar, or that much more. `mixed`, n, `more` and `part` are constants.
- */
-CO_SIMD_INLINE void transpose_part(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3], int n, int more,
-                                   int part, lane (*G)[3]) {
-    const vector bar0 = part_of(S_bar[0], part), bar1 = part_of(S_bar[n > 1 ? 1 : 0], part),
-                 bar2 = part_of(S_bar[n > 2 ? 2 : 0], part), bar3 = part_of(S_bar[n > 3 ? 3 : 0], part),
-                 bar4 = part_of(S_bar[n > 4 ? 4 : 0], part);
+/* The transpose of sum_rows(): G becomes rows^T S_bar, or that much more. `mixed`, n and `more` are constants. */
+CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                      int more, vector *G) {
+    const vector bar0 = S_bar[0], bar1 = S_bar[n > 1 ? 1 : 0], bar2 = S_bar[n > 2 ? 2 : 0], bar3 = S_bar[n > 3 ? 3 : 0],
+                 bar4 = S_bar[n > 4 ? 4 : 0];
     for (int32_t p = 0; p < n_points; p++) {
-        vector sum = {{lane_part_all(0), lane_part_all(0), lane_part_all(0)}};
-        if (more)
-            sum = part_of(G[p], part);
+        vector sum = more ? G[p] : (vector){{lane_all(0), lane_all(0), lane_all(0)}};
         const double *row = entries(rows, mixed, p * CO_JET);
-        add_entry(entry_part(row, mixed, 0, part), &bar0, &sum);
+        add_entry(entry(row, mixed, 0), &bar0, &sum);
         if (n > 1)
-            add_entry(entry_part(row, mixed, 1, part), &bar1, &sum);
+            add_entry(entry(row, mixed, 1), &bar1, &sum);
         if (n > 2)
-            add_entry(entry_part(row, mixed, 2, part), &bar2, &sum);
+            add_entry(entry(row, mixed, 2), &bar2, &sum);
         if (n > 3)
-            add_entry(entry_part(row, mixed, 3, part), &bar3, &sum);
+            add_entry(entry(row, mixed, 3), &bar3, &sum);
         if (n > 4)
-            add_entry(entry_part(row, mixed, 4, part), &bar4, &sum);
-        for (int c = 0; c < 3; c++)
-            lane_set_part(&G[p][c], part, sum.c[c]);
+            add_entry(entry(row, mixed, 4), &bar4, &sum);
+        G[p] = sum;
     }
 }
 
-CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3], int n,
-                                      int more, lane (*G)[3]) {
-    for (int part = 0; part < LANE_PARTS; part++)
-        transpose_part(rows, mixed, n_points, S_bar, n, more, part, G);
-}
-
-CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3], int n,
-                                        int more, lane (*G)[3]) {
+CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                        int more, vector *G) {
     if (mixed && more)
         transpose_rows_of(rows, 1, n_points, S_bar, n, 1, G);
     else if (mixed)
@@ -149,22 +121,24 @@ CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n
  * (libcurvopt/notes/94-where-the-time-goes.md). */
 __attribute__((noinline)) static void transpose_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3],
                                                      int n, int more, lane (*G)[3]) {
+    const vector *bar = (const vector *)(const void *)S_bar;
+    vector *to = (vector *)(void *)G;
     switch (n) {
     case 1:
-        transpose_some_rows(rows, mixed, n_points, S_bar, 1, more, G);
+        transpose_some_rows(rows, mixed, n_points, bar, 1, more, to);
         break;
     case 2:
-        transpose_some_rows(rows, mixed, n_points, S_bar, 2, more, G);
+        transpose_some_rows(rows, mixed, n_points, bar, 2, more, to);
         break;
     case 3:
-        transpose_some_rows(rows, mixed, n_points, S_bar, 3, more, G);
+        transpose_some_rows(rows, mixed, n_points, bar, 3, more, to);
         break;
 #if CO_LANES == 8 || defined(__aarch64__)
     case 4:
-        transpose_some_rows(rows, mixed, n_points, S_bar, 4, more, G);
+        transpose_some_rows(rows, mixed, n_points, bar, 4, more, to);
         break;
     case 5:
-        transpose_some_rows(rows, mixed, n_points, S_bar, 5, more, G);
+        transpose_some_rows(rows, mixed, n_points, bar, 5, more, to);
         break;
 #endif
     default:
