@@ -39,8 +39,7 @@ static void fixture_free(fixture *f) {
 }
 
 static int32_t create(fixture *f, int is_framed) {
-    return co_held_scalars_create(&f->s->options, &f->assembly, f->number, f->values.radius, is_framed, &f->held,
-                                  &f->size, &f->error);
+    return co_held_scalars_create(&f->s->options, &f->assembly, &f->values, is_framed, &f->held, &f->size, &f->error);
 }
 
 static void set(fixture *f, int scalar, int32_t rule, double value) {

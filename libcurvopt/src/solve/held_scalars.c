@@ -95,9 +95,13 @@ static co_held_number hold(const curvopt_options *o, int s, int is_framed, const
                             .rate = scale};
 }
 
-int32_t co_held_scalars_create(const curvopt_options *o, const co_assembly *a, const double number[CURVOPT_N_SCALARS],
-                               double radius, int is_framed, co_held_numbers *held, co_run_size *size,
-                               curvopt_error *error) {
+int32_t co_held_scalars_create(const curvopt_options *o, const co_assembly *a, const co_values *start, int is_framed,
+                               co_held_numbers *held, co_run_size *size, curvopt_error *error) {
+    const double radius = start->radius, *integral = start->integral;
+    const double number[CURVOPT_N_SCALARS] = {[CURVOPT_SCALAR_VOLUME] =
+                                                  radius * radius * radius * integral[CO_INT_VOLUME],
+                                              [CURVOPT_SCALAR_AREA] = radius * radius * integral[CO_INT_AREA],
+                                              [CURVOPT_SCALAR_MEAN_CURVATURE] = radius * integral[CO_INT_MEAN]};
     const double area = number[CURVOPT_SCALAR_AREA];
     double wanted[CURVOPT_N_SCALARS];
     *held = (co_held_numbers){.orientation = a->is_closed && number[CURVOPT_SCALAR_VOLUME] < 0 ? -1 : 1};

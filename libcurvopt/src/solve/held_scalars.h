@@ -5,13 +5,11 @@
 #include "energy/assembly.h"
 #include "solve/run_context.h"
 
-/* The constraints and the size from the numbers of the input, by curvopt_scalar and in its units; a volume that is NAN
- * cannot be held. `radius`: of its vertices; `is_framed`: whether something of the cage is held. The assembly is the
- * input's. ERROR_ARGUMENT, `element` the curvopt_scalar:
+/* The constraints and the size from the numbers of the input, whose values `start` are by its own radius; `is_framed`:
+ * whether something of the cage is held. The assembly is the input's. ERROR_ARGUMENT, `element` the curvopt_scalar:
  * what cannot be held, or contradicts itself. */
-int32_t co_held_scalars_create(const curvopt_options *options, const co_assembly *assembly,
-                               const double number[CURVOPT_N_SCALARS], double radius, int is_framed,
-                               co_held_numbers *held, co_run_size *size, curvopt_error *error);
+int32_t co_held_scalars_create(const curvopt_options *options, const co_assembly *assembly, const co_values *start,
+                               int is_framed, co_held_numbers *held, co_run_size *size, curvopt_error *error);
 /* Spontaneous curvature as levels see it: with the same `held`, `size` and `is_framed`, by positions in units of
  * `radius` where something is held. area: of the input. */
 co_spontaneous_curvature co_held_scalars_spontaneous(const curvopt_options *options, const co_held_numbers *held,

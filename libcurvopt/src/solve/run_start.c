@@ -38,28 +38,11 @@ static int is_size_free(const co_run *r, const curvopt_mesh *mesh, const co_cons
            co_constraints_allow_dilation(mesh, r->at.start, all, r->context.radius);
 }
 
-/* Numbers of the input cage, in its units. Figures have all but the volume of a surface that is not closed. */
-static void find_numbers(const co_run *r, co_assembly *assembly, double number[CURVOPT_N_SCALARS]) {
-    const curvopt_energies *start = &r->result->start;
-    const curvopt_options *o = r->context.options;
-    co_values values;
-    number[CURVOPT_SCALAR_VOLUME] = start->volume;
-    number[CURVOPT_SCALAR_AREA] = start->area;
-    number[CURVOPT_SCALAR_MEAN_CURVATURE] = start->total_mean_curvature;
-    int is_asked = o->spontaneous_curvature != 0;
-    for (int s = 0; s < CURVOPT_N_SCALARS; s++)
-        is_asked |= o->scalar_rule[s] != CURVOPT_SCALAR_RULE_FREE;
-    if (!isnan(start->volume) || !is_asked)
-        return;
-    co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
-    number[CURVOPT_SCALAR_VOLUME] = values.radius * values.radius * values.radius * values.integral[CO_INT_VOLUME];
-}
-
 /* The numbers that are held, and the size of the result, from the input cage's. */
 static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *assembly, curvopt_error *error) {
     curvopt_options options = *r->context.options;
     co_constraints all = {0};
-    double number[CURVOPT_N_SCALARS];
+    co_values values;
     int32_t status = co_constraints_all(mesh, &r->constraints, options.boundary, &all, error);
     if (status != CURVOPT_OK)
         return status;
@@ -67,11 +50,11 @@ static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *as
     if (is_size_free(r, mesh, &all))
         options.scalar_rule[CURVOPT_SCALAR_AREA] = CURVOPT_SCALAR_RULE_KEEP;
     co_constraints_free(&all);
-    find_numbers(r, assembly, number);
-    status = co_held_scalars_create(&options, assembly, number, assembly->radius, is_framed, &r->held, &r->context.size,
-                                    error);
-    r->context.spontaneous = co_held_scalars_spontaneous(&options, &r->held, &r->context.size, is_framed,
-                                                         r->context.radius, number[CURVOPT_SCALAR_AREA]);
+    co_assembly_evaluate(assembly, r->at.xyz, &(co_request){.volume = 1}, &values);
+    status = co_held_scalars_create(&options, assembly, &values, is_framed, &r->held, &r->context.size, error);
+    r->context.spontaneous =
+        co_held_scalars_spontaneous(&options, &r->held, &r->context.size, is_framed, r->context.radius,
+                                    values.radius * values.radius * values.integral[CO_INT_AREA]);
     r->context.wanted = r->held;
     r->context.held = r->held.n ? &r->held : NULL;
     return status;
