@@ -22,7 +22,7 @@ function(curvopt_add_vectors target source)
     target_include_directories(${objects} PRIVATE ${PROJECT_SOURCE_DIR}/libcurvopt/include ${PROJECT_SOURCE_DIR}/libcurvopt/src)
     target_compile_definitions(${objects} PRIVATE CO_LANES=${CURVOPT_LANES_${set}} CO_INSTRUCTION_SET=${set})
     target_compile_options(${objects} PRIVATE -O3 -fno-math-errno -Wno-psabi ${CURVOPT_FLAGS_${set}} ${ARGN})
-    if(CURVOPT_SANITIZE) # marks of scopes keep local arrays out of registers, and the address sanitizer sees what the others do
+    if(CURVOPT_SANITIZE) # marks of scopes keep local arrays out of registers; bad pointers are the address sanitizer's to see
       target_compile_options(${objects} PRIVATE -fno-sanitize-address-use-after-scope
                              -fno-sanitize=null,object-size,alignment,pointer-overflow -Wno-maybe-uninitialized)
     endif()

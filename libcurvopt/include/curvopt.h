@@ -815,7 +815,8 @@ typedef struct curvopt_energies {
     int32_t n_samples;                    /* quadrature points */
     double volume;                        /* inside, in cubic units of the cage; NAN where there is a boundary or faces
                                              are left out */
-    double total_mean_curvature;          /* int H dA, in units of the cage */
+    double total_mean_curvature;          /* int H dA, in units of the cage; positive on a ball, 4 pi R, if its faces
+                                             run counterclockwise seen from outside */
     double helfrich;                      /* int (k1 + k2 - c0)^2 dA with c0 = options.spontaneous_curvature, here of
                                              normals that point outwards where the surface is closed */
 } curvopt_energies;

@@ -47,25 +47,22 @@ report() {
 start=$SECONDS
 zips=$root/build/release # as the build's target `addon` made them
 some="new_object or off_and_on or shape_of_the_catalogue or presets or picture_and_report"
-# The window, which waits for a screen at times, beside all others; these two at a time.
-part window bash "$here/window/run.sh" &
-window=$!
+# Two at a time.
 part background_1 /usr/bin/python3 "$here/run_in_blender.py" --deal 1/2 -q &
-other=$!
 part background_2 /usr/bin/python3 "$here/run_in_blender.py" --deal 2/2 -q
-wait "$other"
+wait
 part library /usr/bin/python3 -m pytest -q -p no:cacheprovider --rootdir "$here" "$here"/test_*.py &
-other=$!
 part zip /usr/bin/python3 "$here/run_in_blender.py" --addon "$zips/curvopt_addon.zip" -q -k "$some"
-wait "$other"
+wait
 report library background_1 background_2 zip
 if [[ $(blender --version 2>/dev/null) == "Blender "[5-9]* || $(blender --version 2>/dev/null) == "Blender 4."[2-9]* ]]; then
     part manifest bash "$here/extension.sh" "$zips/curvopt_extension.zip"
     part extension /usr/bin/python3 "$here/run_in_blender.py" --extension "$zips/curvopt_extension.zip" -q -k "$some"
     report manifest extension
 fi
+# One at a time: they have limits of time.
+part window bash "$here/window/run.sh"
 part campaign bash "$here/window/campaign.sh" "$([ -n "${CURVOPT_LONG:-}" ] && echo 200 || echo 5)"
-wait "$window"
 report window campaign
 echo "add-on tests took $((SECONDS - start)) s"
 echo "$passed passed, $failed failed"

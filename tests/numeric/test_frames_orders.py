@@ -2,7 +2,7 @@
 """MVS from 6, 12 and 24 interpolated frames (point and normal) of spheres, tori and a Dupin cyclide, which have none: the
 minimizers tend to these. Frames are where OpenSubdiv says. Errors of position and mean curvature by level against the exact
 surface: on tori, which are regular, by OpenSubdiv, on the sphere of the surface whose energy is minimized, which is blended
-over up to 8 faces at poles, by the library's sampler. CPU time against the same run without frames. By default 12 frames on
+over up to 8 faces at poles, by the library's sampler. With CURVOPT_LONG=1 also CPU time against the same run without frames. By default 12 frames on
 the cyclide, on three levels; with CURVOPT_LONG=1 all, on five.
 
     CURVOPT_LONG=1 python3 -m pytest -s tests/numeric/test_frames_orders.py      # 15 campaigns, an hour of CPU time"""

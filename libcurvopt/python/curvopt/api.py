@@ -362,8 +362,9 @@ class Sampler:
     def curvatures(self, face: object, corner: object, uv: object) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Points (n, 3), unit normals (n, 3), mean curvature H (n,) and Gauss curvature K (n,) there.
 
-        H = (k1 + k2) / 2 is negative where the surface bends away from the normal, as on a sphere seen from outside; in
-        1 / units of the cage, K in 1 / units^2 (do Carmo, Differential Geometry of Curves and Surfaces, 3.3)."""
+        H = (k1 + k2) / 2 is negative where the surface bends away from the normal, as on a sphere seen from outside
+        (`Energies.total_mean_curvature` has the other sign); in 1 / units of the cage, K in 1 / units^2 (do Carmo,
+        Differential Geometry of Curves and Surfaces, 3.3)."""
         jets = self.jets(face, corner, uv)
         point, su, sv, suu, suv, svv = np.moveaxis(jets[:, :6], 1, 0)
         normal = np.cross(su, sv)

@@ -67,9 +67,10 @@ class Held:
 
 @dataclass(frozen=True)
 class Energies:
-    """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one. Area in units^2; volume
-    in units^3, NAN where there is a boundary or faces are left out; total mean curvature, int H dA, in units; `helfrich`, int (k1 + k2 - c0)^2 dA with the
-    spontaneous curvature c0."""
+    """curvopt_energies; `terms` and `term_errors` by name, NAN where the surface cannot give one: none depends on size, so
+    `terms["area"]` is the area over the mean squared distance of the cage's vertices from their middle. `area` itself in units^2; volume
+    in units^3, NAN where there is a boundary or faces are left out; total mean curvature, int H dA, in units, positive on a ball (4 pi R);
+    `helfrich`, int (k1 + k2 - c0)^2 dA with the spontaneous curvature c0."""
 
     objective: float
     area: float
