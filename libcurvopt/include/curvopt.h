@@ -462,11 +462,12 @@ typedef struct curvopt_chain {
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
  *
- * Principal curvatures are held with a normal: k1 in its direction, k2 across it, positive where the surface bends away
- * from where its faces are counterclockwise as seen from, as a sphere does as seen from outside, whatever the sign of
- * the normal. On each level both tangents are then held as vectors, near those of its minimum without curvatures, which
- * is found first (progress is told of that, too). Inside faces, and at vertices of four faces: at others the surface
- * has no curvature. Of weight 1 only. Along a row of a regular net such entries have to be three edges apart.
+ * Principal curvatures k1 and k2 are held with a normal: k1 in its direction, k2 at right angles to that. Their signs
+ * are by the faces, whatever the sign of the normal is: both are positive on a sphere whose faces are counterclockwise
+ * as seen from outside. They can be held inside faces, and at vertices where four faces meet; at other vertices the
+ * surface has no curvature. They cannot be drawn by springs. Each level begins with its minimum without them, of which
+ * progress is told; then both tangents at the entry are held as vectors near those of that minimum, for by fixed
+ * tangents curvatures are linear in the cage. Along a row of a regular net such entries must be three edges apart.
  *
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
  * stay. */

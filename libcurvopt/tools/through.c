@@ -150,7 +150,7 @@ static int take_frame(const entry *e, const slot *to) {
 static int take_curvatures(const entry *e, const slot *to) {
     const json_node *curvatures = member(e, "curvatures"), *direction = member(e, "curvature_direction");
     if (!curvatures)
-        return direction ? fail(e, "\"curvature_direction\" is of \"curvatures\"") : 0;
+        return direction ? fail(e, "\"curvature_direction\" needs \"curvatures\"") : 0;
     if (isnan(*to->normal))
         return fail(e, "\"curvatures\" need a \"normal\"");
     return take_reals(e, curvatures, 2, "curvatures", to->curvatures) ||

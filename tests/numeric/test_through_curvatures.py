@@ -308,8 +308,8 @@ def test_bad_entries_are_refused_by_name(what):
 
 def test_extraordinary_vertices_and_boundaries_have_no_curvatures():
     cube = points.shaken_cube()
-    with pytest.raises(lib.CurvoptError, match="entry 0 holds curvatures at vertex 2, where the surface has none, for not four "
-                                               "faces meet there: take a point inside a face"):
+    with pytest.raises(lib.CurvoptError, match="entry 0 holds curvatures at vertex 2: vertices have them only where four faces meet; "
+                                               "take a point inside a face"):
         lib.minimize(cube, levels=1, through=lib.through([2], normals=[[1, 1, 1]], curvatures=[[1, 1]]))
     mesh = frames.open_net()
     rim = sorted(set(range(mesh.n_vertices)) - set(points.interior(mesh).tolist()))
@@ -348,7 +348,7 @@ def test_the_command_line_reads_them_from_json(tmp_path):
 
 @pytest.mark.parametrize("entry, sentence", [
     ({"vertex": 1, "at": "here", "curvatures": [1, 1]}, 'entry 0, line 1: "curvatures" need a "normal"'),
-    ({"vertex": 1, "normal": [0, 0, 1], "curvature_direction": [1, 0, 0]}, '"curvature_direction" is of "curvatures"'),
+    ({"vertex": 1, "normal": [0, 0, 1], "curvature_direction": [1, 0, 0]}, '"curvature_direction" needs "curvatures"'),
     ({"vertex": 1, "normal": [0, 0, 1], "curvatures": [1]}, '"curvatures" must be a list of two numbers')])
 def test_the_command_line_refuses_by_name(tmp_path, entry, sentence):
     cage, wanted = write_obj(tmp_path / "cage.obj", torus_cage(8, 5, 0.4)), tmp_path / "through.json"

@@ -165,7 +165,7 @@ def test_the_library_names_a_chain_that_it_refuses(cube):
     (curvopt.Through(face=1, uv=(0.5, 0.5, 0.5), at="here"), "uv must be two numbers"),
     (curvopt.Through(vertex=1, at="here", curvatures=[1, 1]), "entry 0: curvatures need a normal"),
     (curvopt.Through(vertex=1, normal=[0, 0, 1], curvatures=[1]), r"entry 0: curvatures is \[1\]; it must be two numbers"),
-    (curvopt.Through(vertex=1, normal=[0, 0, 1], curvature_direction=[1, 0, 0]), "entry 0: curvature_direction is of"),
+    (curvopt.Through(vertex=1, normal=[0, 0, 1], curvature_direction=[1, 0, 0]), "entry 0: curvature_direction needs curvatures"),
 ])
 def test_entries_that_cannot_be_read_are_refused_by_name(cube, entry, sentence):
     with pytest.raises(ValueError, match=sentence):

@@ -131,6 +131,28 @@ static void test_second_derivatives_at_vertices_with_faces_of_any_size(void **st
     cage_free(&c);
 }
 
+/* Values of a place have the same rows wherever they are in the list. */
+static void test_a_place_may_come_again(void **state) {
+    (void)state;
+    cage c = cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_surface_value item[5] = {{.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 2, .along = {1}},
+                                {.vertex = 3, .corner = mesh->vertex_corner[3], .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.5, 0.5}, .order = 1, .along = {1}}};
+    co_surface_values values = {.n = 5, .item = item};
+    double *found = values_of(mesh, &values, c.xyz);
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(found[9 + k], found[k], 0);
+        CHECK_TRUE(found[k] != found[3 + k] && found[k] != found[6 + k] && found[k] != found[12 + k]);
+    }
+    free(found);
+    co_sparse_rows_free(&values.rows);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 /* ---------------------------------------------------------------------------------------------- curvatures -- */
 
 /* The second form of a cage moved by its two placements, by the sampler, is the tensor's. */
@@ -269,6 +291,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_values_are_those_of_the_surface),
         cmocka_unit_test(test_second_derivatives_at_vertices_with_faces_of_any_size),
+        cmocka_unit_test(test_a_place_may_come_again),
         cmocka_unit_test(test_curvatures_are_held_by_fixed_tangents),
         cmocka_unit_test(test_pivots_make_a_map_that_can_be_inverted),
         cmocka_unit_test(test_structs_of_other_versions_are_refused),

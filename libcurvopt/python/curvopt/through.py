@@ -24,9 +24,9 @@ class Through:
     plane (3,)      it moves in the plane with this normal, likewise
     normal (3,)     the surface's normal there; its sign does not count
     tangent (3,)    direction of the tangent toward vertex `toward`; inside a face "u" or "v"; its sign does not count
-    curvatures (2,) principal curvatures there, with a normal: positive where the surface bends away from where its faces are
-                    counterclockwise as seen from, as a sphere; in 1 / units. Inside faces and at vertices of four faces
-    curvature_direction (3,) of the first one; None: that of the tangent, or none where both are the same
+    curvatures (2,) principal curvatures there, in 1 / units, with a normal; inside faces and at vertices where four faces meet.
+                    Both are positive on a sphere whose faces are counterclockwise as seen from outside
+    curvature_direction (3,) direction of the first curvature; None: that of the tangent, or none where both are the same
     weight          0 to 1: how firmly. 1: exactly; less: a spring draws the point, normal and tangent; 0: not at all
     """
 
@@ -109,7 +109,7 @@ def _check(entry: Through, i: int) -> None:
     if entry.curvatures is not None and entry.normal is None:
         raise ValueError(f"entry {i}: curvatures need a normal.")
     if entry.curvatures is None and entry.curvature_direction is not None:
-        raise ValueError(f"entry {i}: curvature_direction is of curvatures.")
+        raise ValueError(f"entry {i}: curvature_direction needs curvatures.")
     if isinstance(entry.at, str) and entry.at != "here":
         raise ValueError(f"entry {i}: at is {entry.at!r}; it must be three numbers or 'here'.")
 

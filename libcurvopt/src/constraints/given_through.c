@@ -76,8 +76,8 @@ static int32_t read_vertex(const curvopt_mesh *m, const curvopt_through *t, entr
             i, v);
     if (e->has_curvatures && co_vertex_mask_has_tangents(m, v) && !co_vertex_mask_has_second(m, v))
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d holds curvatures at vertex %d, where the surface has none, for not four faces "
-                              "meet there: take a point inside a face",
+                              "entry %d holds curvatures at vertex %d: vertices have them only where four faces meet; "
+                              "take a point inside a face",
                               i, v);
     if ((e->has_normal || e->has_tangent) && !co_vertex_mask_has_tangents(m, v))
         return co_status_fail(

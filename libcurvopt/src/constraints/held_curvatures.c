@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Least sine of the angle between tangents, by rounding. */
+/* Least sine of the angle between tangents, by rounding: below, there is no tangent plane. */
 static const double LEAST_SINE = 1e-9;
 
 /* Values of an entry: tangents, then second derivatives. */
@@ -41,7 +41,7 @@ typedef struct fit {
 enum { MOST_STEPS = 30, MOST_HALVINGS = 30 };
 /* A step that lowers the sum by no more than this part is the last. */
 static const double ENOUGH = 1e-6;
-/* Part of the area between tangents that is left at least. */
+/* Part of the area between tangents that is left at least; .01 and .1 were tried (note 120). */
 static const double LEAST_AREA = 0.1;
 
 /* Which two tangents a second derivative is by. */
@@ -156,8 +156,8 @@ static double square_of_row(const co_sparse_rows *rows, int32_t i) {
     return sum;
 }
 
-/* Where hardly anything is left between tangents of those that were held before, those stay: coarse cages without
- * curvatures have minima with points that are all but singular. */
+/* Where less than LEAST_AREA is left between the tangents of what it was between those that were held before, these
+ * stay: coarse cages without curvatures have minima with points that are almost singular. */
 static void keep_area(fit *at) {
     double before[6];
     for (size_t k = 0; k < N_TANGENTS; k++)

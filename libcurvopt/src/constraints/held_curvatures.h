@@ -15,7 +15,7 @@
 
 /* Whether there are entries with curvatures. */
 int co_held_curvatures_exist(const co_surface_values *values);
-/* Leaves of them points, normals and directions of tangents. */
+/* Holds of these entries no more than points, normals and directions of tangents. */
 void co_held_curvatures_release(co_surface_values *values);
 /* Fixes their tangents near those of the cage at xyz [3 n_vertices], where normals are what they are to be, and by them
  * second derivatives. Makes the rows. ERROR_ARGUMENT, the element the entry's number, where tangents span no plane; as

@@ -92,7 +92,7 @@ typedef struct entry_list {
     size_t n, room;
     int is_out_of_memory;
     const co_surface_values *of;
-    const int32_t *in_face; /* [..] values that are inside faces */
+    const int32_t *in_face; /* [places] the first value of each place inside a face */
     int32_t at;             /* value whose entries are found */
 } entry_list;
 
@@ -130,16 +130,25 @@ static void add_second(int32_t vertex, const double weight[3], void *context) {
     add(list, list->at, vertex, along[0] * weight[0] + along[1] * weight[1] + along[2] * weight[2]);
 }
 
+/* Whether values i and k are at the same place inside a face. Those of an entry follow each other, and are found
+ * together. */
+static int is_same_place(const co_surface_values *fs, int32_t i, int32_t k) {
+    const co_surface_value *a = &fs->item[i], *b = &fs->item[k];
+    return a->vertex < 0 && b->vertex < 0 && a->corner == b->corner && a->uv[0] == b->uv[0] && a->uv[1] == b->uv[1];
+}
+
 static void add_in_face(int32_t place, int32_t vertex, const double weight[CO_PLACE_ROWS], void *context) {
     entry_list *list = context;
-    list->at = list->in_face[place];
-    const int32_t order = list->of->item[list->at].order;
-    if (order == 0)
-        add_point(vertex, weight[0], list);
-    else if (order == 1)
-        add_tangent(vertex, weight + 1, list);
-    else
-        add_second(vertex, weight + 3, list);
+    const int32_t first = list->in_face[place];
+    for (list->at = first; list->at < list->of->n && is_same_place(list->of, first, list->at); list->at++) {
+        const int32_t order = list->of->item[list->at].order;
+        if (order == 0)
+            add_point(vertex, weight[0], list);
+        else if (order == 1)
+            add_tangent(vertex, weight + 1, list);
+        else
+            add_second(vertex, weight + 3, list);
+    }
 }
 
 static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs, entry_list *list,
@@ -152,8 +161,11 @@ static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs,
         if (f->vertex >= 0)
             continue;
         const int32_t face = m->corner_face[f->corner];
-        place[n] = (co_face_place){face, f->corner - m->face_start[face], {f->uv[0], f->uv[1]}, f->order == 2};
-        in_face[n++] = i;
+        if (i == 0 || !is_same_place(fs, i - 1, i)) {
+            place[n] = (co_face_place){face, f->corner - m->face_start[face], {f->uv[0], f->uv[1]}, 0};
+            in_face[n++] = i;
+        }
+        place[n - 1].has_second |= f->order == 2;
     }
     list->in_face = in_face;
     if (status == CURVOPT_OK)

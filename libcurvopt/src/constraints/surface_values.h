@@ -4,8 +4,7 @@
  * What a user says of a point of the surface is that such values are held, on lines, or in planes. The
  * surface has the normal n where both tangents lie in the plane through 0 across n, and a tangent direction t where one
  * lies on the line through 0 along t. Curvatures are held by tangents and second derivatives (held_curvatures.h). The
- * same points of the surface are on every level: a vertex keeps its number, and
- * a point of a face is in a child of it.
+ * same points of the surface are on every level: a vertex keeps its number, and a point of a face is in a child of it.
  *
  * Each value is the unknown in place of some cage vertex, its pivot (interpolation.h); or a spring draws it
  * (surface_springs.h), and it is one combination of vertices like any other.

@@ -5,11 +5,12 @@
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "constraints/held_curvatures.h"
+#include "solve/level_figures.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Another choice, beside the run's constraints and start. */
+/* Tangents beside those that the run has, in a copy of its constraints. */
 typedef struct choice {
     co_constraints constraints;
     double *from; /* [3 n_vertices] what the level without curvatures begins with */
@@ -31,7 +32,14 @@ static int32_t fix(const co_run *r, co_constraints *constraints, double *xyz, cu
     return status == CURVOPT_OK ? place(r, constraints, xyz, error) : status;
 }
 
-/* Beside what the run has to begin with, which has the curvatures then. */
+/* Refuses a cage that has come to cross itself, where that is not wanted. */
+static int32_t check_crossings(const co_run *r, const double *xyz, curvopt_error *error) {
+    if (!r->context.options->no_crossings)
+        return CURVOPT_OK;
+    return co_no_crossings_check(r->result->mesh, xyz, &r->no_crossings, r->threads, r->context.cancel, error);
+}
+
+/* Gives the run's start its curvatures, and makes the copy, in which they are free. */
 static int32_t create(co_run *r, int32_t number, choice *c, curvopt_error *error) {
     *c = (choice){.from = CO_NEW(double, size_of(r) / sizeof(double)),
                   .xyz = CO_NEW(double, size_of(r) / sizeof(double))};
@@ -40,6 +48,8 @@ static int32_t create(co_run *r, int32_t number, choice *c, curvopt_error *error
     memcpy(c->from, r->at.start, size_of(r));
     int32_t status =
         number == 1 ? fix(r, &r->constraints, r->at.start, error) : place(r, &r->constraints, r->at.start, error);
+    if (status == CURVOPT_OK && number == 1)
+        status = check_crossings(r, r->at.start, error);
     if (status == CURVOPT_OK)
         status = co_constraints_copy(r->result->mesh, &r->constraints, &c->constraints, error);
     if (status == CURVOPT_OK)
@@ -61,7 +71,8 @@ static int32_t solve(co_run *r, int32_t number, choice *c, co_level **level, cur
                                      c->from, number, level, error);
     if (status == CURVOPT_OK) {
         co_run_watch(r, *level);
-        (*level)->spent += (r->context.options->max_iterations - (*level)->spent + 1) / 2;
+        const int32_t left = r->context.options->max_iterations - (*level)->spent;
+        (*level)->spent += left - left / 2;
         status = co_level_begin(*level, error);
     }
     if (status == CURVOPT_OK)
@@ -73,14 +84,16 @@ static int32_t solve(co_run *r, int32_t number, choice *c, co_level **level, cur
     return status;
 }
 
-/* Takes the choice if it is better; where it cannot be had the run goes on with what it has. */
+/* Takes the choice if its cage has less of the objective. Where it cannot be had the run goes on with what it has. */
 static int32_t compare(co_run *r, choice *c, co_level *l, curvopt_error *error) {
     curvopt_error reason;
-    const int32_t status = fix(r, &c->constraints, c->xyz, &reason);
+    int32_t status = fix(r, &c->constraints, c->xyz, &reason);
+    if (status == CURVOPT_OK)
+        status = check_crossings(r, c->xyz, &reason);
     if (status == CURVOPT_ERROR_MEMORY)
         return co_status_no_memory(error);
     if (status != CURVOPT_OK)
-        return CURVOPT_OK;
+        return status == CO_CANCELLED ? status : CURVOPT_OK;
     const double before = co_level_objective_value_of(&l->objective, r->at.start);
     if (co_level_objective_value_of(&l->objective, c->xyz) < before) {
         co_surface_values *to = &r->constraints.values;
@@ -90,8 +103,19 @@ static int32_t compare(co_run *r, choice *c, co_level *l, curvopt_error *error) 
     return CURVOPT_OK;
 }
 
+/* The callback has ended the run: its result is the start, and what the choice took has been told. */
+static void end_cancelled(co_run *r, co_level *l, double started) {
+    curvopt_energies energies;
+    const co_run_work spent = r->spent;
+    if (l && co_level_glance(l, r->at.start, &energies))
+        r->at.energies = energies;
+    co_run_end_cancelled(r, NULL, started);
+    r->at.report.iterations = spent.iterations;
+    r->at.report.evaluations = spent.evaluations;
+}
+
 int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) {
-    const double started = co_clock_seconds();
+    const double started = co_clock_seconds() - r->spent.seconds;
     choice c;
     co_level *level = NULL;
     if (!co_held_curvatures_exist(&r->constraints.values) || r->is_asked_to_stop)
@@ -105,13 +129,11 @@ int32_t co_tangent_choice_make(co_run *r, int32_t number, curvopt_error *error) 
         status = solve(r, number, &c, &level, error);
     if (status == CURVOPT_OK && !r->is_asked_to_stop)
         status = compare(r, &c, level, error);
+    r->spent = (co_run_work){r->at.report.iterations, r->at.report.evaluations, co_clock_seconds() - started};
+    if (r->is_asked_to_stop)
+        end_cancelled(r, level, started);
     co_level_destroy(level);
     choice_free(&c);
-    r->spent.iterations = r->at.report.iterations;
-    r->spent.evaluations = r->at.report.evaluations;
-    r->spent.seconds += co_clock_seconds() - started;
-    if (r->is_asked_to_stop)
-        co_run_end_cancelled(r, NULL, started);
     memcpy(r->at.xyz, r->at.start, size_of(r));
     return status == CO_CANCELLED ? CURVOPT_OK : status; /* the level's solution sees that, too */
 }
