@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Principal curvatures at points of the surface (curvopt_through.curvatures): what OpenSubdiv says that they are, on every
 level; minima that nothing else holds; spheres and tori from points with their curvatures, against points with normals
-alone; what is refused, by name. With CURVOPT_LONG=1 more cages."""
+alone; runs that are stopped; what is refused, by name. With
+CURVOPT_LONG=1 more cages, surfaces and levels."""
 from __future__ import annotations
 
 import json
@@ -18,11 +19,14 @@ import test_through_frames as frames
 from ccref import Mesh
 from nets import read_obj, sphere_like, torus_cage, write_obj
 from osd import osd_jets
+from test_no_crossings import sheets
 
 NONE = 1  # CURVOPT_SYMMETRY_NONE
 HELD, LINE, PLANE, FREE = range(4)
-CAGES = ((0, 0, "wmw"), (4, 0, "wmw"), (8, 0, "www"), (22, 1, "mww"))  # seed, whether refined first, energies of levels
-MORE = tuple((seed, refined, "www") for seed, refined in ((1, 0), (2, 0), (3, 0), (7, 0), (11, 0), (19, 0), (10, 1), (13, 1)))
+CAGES = ((0, 0, "wmw"), (4, 0, "www"), (8, 0, "www"), (22, 1, "www"))  # seed, whether refined first, energies of levels
+MORE = ((4, 0, "wmw"), (22, 1, "mww"), *((seed, refined, "www") for seed, refined in (
+    (1, 0), (2, 0), (3, 0), (7, 0), (11, 0), (19, 0), (10, 1), (13, 1))))
+SURFACES = [("torus", 0.3), *[("sphere", 0), ("torus", 0.5)] * lib.LONG]
 LEVELS = 3 if lib.LONG else 2
 NAN = float("nan")
 unit = frames.unit
@@ -138,7 +142,7 @@ def rows_on_torus(mesh: Mesh, m: int, n: int, face: int, u: float, v: float) -> 
     return out
 
 
-@pytest.mark.parametrize("energy, most", [("willmore", 1e-4), ("mvs", 1e-2)])
+@pytest.mark.parametrize("energy, most", [("willmore", 1e-4), *[("mvs", 1e-2)] * lib.LONG])
 def test_only_what_is_held_bears_the_gradient(energy, most, capsys):
     """The gradient of a minimum is a combination of rows, by B-splines: of the point, of both tangents, and of second derivatives
     along the normal. At places of faces, one of them at a vertex."""
@@ -196,7 +200,7 @@ def far_apart(mesh: Mesh) -> np.ndarray:
     return np.array(chosen)
 
 
-@pytest.mark.parametrize("name, ring", [("sphere", 0), ("torus", 0.5), ("torus", 0.3)])
+@pytest.mark.parametrize("name, ring", SURFACES)
 def test_points_with_curvatures_tend_to_the_surface(name, ring, capsys):
     """MVS from six points, with normals alone, and with curvatures: distance to the exact surface, curvature's error. What normals
     hold loosely, as a thin torus, curvatures bring nearer; elsewhere what is held takes little."""
@@ -227,17 +231,19 @@ def test_points_with_curvatures_tend_to_the_surface(name, ring, capsys):
         assert (curved[-1] < alone[-1] / 2).all()
 
 
-def test_a_ball_bends_as_it_is_told():
+@pytest.mark.parametrize("k", [[1.5, 1.5], *[[0.25, 1.0], [-0.5, 0.5]] * lib.LONG])
+def test_a_ball_bends_as_it_is_told(k):
     """Curvatures at one point of a sphere that has others: the size comes from them, and nothing else is held."""
     mesh = sphere_like(4)
     jets = osd_jets(mesh, [20], [0], [[0.4, 0.3]]).jets
     normals, _ = forms(jets)
-    for k in ([1.5, 1.5], [0.25, 1.0], [-0.5, 0.5]):
-        direction = np.cross(normals, [0.2, 0.9, 0.1])
-        result = lib.minimize(mesh, "mvs", levels=2, symmetry=NONE, through=lib.through(
-            faces=[20], uv=[[0.4, 0.3]], normals=normals, curvatures=[k], curvature_directions=direction))
-        found = forms(osd_jets(result.mesh, [80], [0], [[0.8, 0.6]]).jets)[1]
-        assert np.abs(found - tensors(normals, direction, np.array([k]))).max() <= 1e-9 and result.verdict == "minimum"
+    levels = 2 if lib.LONG else 1
+    direction = np.cross(normals, [0.2, 0.9, 0.1])
+    result = lib.minimize(mesh, "mvs", levels=levels, symmetry=NONE, through=lib.through(
+        faces=[20], uv=[[0.4, 0.3]], normals=normals, curvatures=[k], curvature_directions=direction))
+    place = ([80], [0], [[0.8, 0.6]]) if lib.LONG else ([20], [0], [[0.4, 0.3]])
+    found = forms(osd_jets(result.mesh, *place).jets)[1]
+    assert np.abs(found - tensors(normals, direction, np.array([k]))).max() <= 1e-9 and result.verdict == "minimum"
 
 
 def test_a_tangent_is_the_direction_of_the_first_curvature():
@@ -269,8 +275,9 @@ def test_one_of_two_pieces_has_curvatures():
 @pytest.mark.parametrize("steps", [1, 3, 12])
 def test_a_run_can_be_stopped_while_tangents_are_chosen(steps):
     mesh, seen = torus_cage(10, 6, 0.4), []
-    normals = forms(osd_jets(mesh, [7], [0], [[0.3, 0.6]]).jets)[0]
-    through = lib.through(faces=[7], uv=[[0.3, 0.6]], normals=normals, curvatures=[[1, 1]])
+    jets = osd_jets(mesh, [7], [0], [[0.3, 0.6]]).jets
+    through = lib.through(faces=[7], uv=[[0.3, 0.6]], normals=forms(jets)[0], curvatures=[[0.5, 2]],
+                          curvature_directions=jets[:, 1])
 
     def stop(progress) -> bool:
         seen.append((progress.level, progress.iteration))
@@ -279,6 +286,30 @@ def test_a_run_can_be_stopped_while_tangents_are_chosen(steps):
     result = lib.minimize(mesh, "mvs", levels=2, symmetry=NONE, through=through, progress=stop)
     assert len(seen) == steps and result.stop == "cancelled" and np.isfinite(result.mesh.xyz).all()
     assert [number for _, number in seen] == sorted(number for _, number in seen)
+    assert result.levels[0].iterations == steps - 1
+    energy = lib.evaluate(result.mesh, "mvs").objective  # by other rules; the input's is half of that
+    assert abs(result.summary.end.objective - energy) <= 1e-2 * energy
+
+
+def test_the_choice_takes_half_of_any_number_of_steps():
+    mesh = torus_cage(8, 5, 0.4)
+    jets = osd_jets(mesh, [7], [0], [[0.3, 0.6]]).jets
+    through = lib.through(faces=[7], uv=[[0.3, 0.6]], normals=forms(jets)[0], curvatures=[[0.5, 2]],
+                          curvature_directions=jets[:, 1])
+    default, most, four = (lib.minimize(mesh, levels=1, symmetry=NONE, through=through, **limit)
+                           for limit in ({}, {"max_iterations": 2 ** 31 - 1}, {"max_iterations": 4}))
+    assert np.array_equal(default.mesh.xyz, most.mesh.xyz) and default.levels[0].iterations == most.levels[0].iterations
+    assert four.levels[0].iterations == 4 and four.stop == "limit"
+
+
+def test_curvatures_that_make_it_cross_itself_are_refused():
+    """A plane just above a plateau, as it is bent down to it; bent up it is not."""
+    mesh, above = sheets(0.27), 81 + 40
+    fields = dict(levels=1, boundary=1, no_crossings=1)
+    held = lib.minimize(mesh, **fields, through=lib.through([above], normals=[[0, 0, 1]], curvatures=[[-16, -16]]))
+    assert lib.crossings(held.mesh).n_pairs == 0 and held.verdict == "minimum"
+    with pytest.raises(lib.CurvoptError, match="with the constraints at their places the surface crosses itself"):
+        lib.minimize(mesh, **fields, through=lib.through([above], normals=[[0, 0, 1]], curvatures=[[16, 16]]))
 
 
 # --------------------------------------------------------------------------------------------- what is refused --
@@ -315,6 +346,16 @@ def test_extraordinary_vertices_and_boundaries_have_no_curvatures():
     rim = sorted(set(range(mesh.n_vertices)) - set(points.interior(mesh).tolist()))
     with pytest.raises(lib.CurvoptError, match=f"entry 0 holds a normal or tangent at vertex {rim[0]}, which is on a bound"):
         lib.minimize(mesh, levels=1, boundary=3, through=lib.through([rim[0]], normals=[[0, 0, 1]], curvatures=[[1, 1]]))
+
+
+def test_entries_that_can_hardly_be_told_apart_are_refused_by_number():
+    """Pivots are found for all 744 values, but their matrix is too near to a singular one."""
+    mesh = sphere_like(12)
+    faces = list(range(0, len(mesh.face_list()), 7))
+    uv = [[0.4, 0.3]] * len(faces)
+    normals = forms(osd_jets(mesh, faces, [0] * len(faces), uv).jets)[0]
+    with pytest.raises(lib.CurvoptError, match="entry [0-9]+: what it holds cannot be chosen freely beside what is held near it"):
+        lib.minimize(mesh, levels=1, through=lib.through(faces=faces, uv=uv, normals=normals, curvatures=[[1, 1]] * len(faces)))
 
 
 def test_callers_with_an_older_header_go_on():
