@@ -269,10 +269,11 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     group g;
     int32_t status = list_group(s, root, &g, error);
     if (status == CURVOPT_OK && g.n_rows > CO_INTERPOLATION_MOST_TOUCHING)
-        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
-                                "entry %d and those that touch it hold %d points, tangents and curvatures; on one level %d can be: "
-                                "leave some of them out, or subdivide the cage once",
-                                s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
+        status = co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
+            "entry %d and those that touch it hold %d points, tangents and curvatures; on one level %d can be: "
+            "leave some of them out, or subdivide the cage once",
+            s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
