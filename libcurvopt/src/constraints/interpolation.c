@@ -157,9 +157,9 @@ static int32_t refuse_dependent(const groups *g, int32_t size, int32_t vertex, c
     const int32_t entry = entry_of(g->values, vertex);
     if (entry >= 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, entry,
-                              "entry %d: what it holds cannot be chosen freely beside what is held near it: leave some "
-                              "of that out, or subdivide the cage once",
-                              entry);
+                              "entry %d and those that touch it hold %d points, tangents and curvatures that cannot be "
+                              "chosen freely: leave some of them out, or subdivide the cage once",
+                              entry, size);
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, vertex,
                           "the limit points of %d vertices that touch each other, vertex %d among them, do not "
                           "move independently: hold fewer of them, or refine the cage once",
