@@ -461,6 +461,14 @@ typedef struct curvopt_chain {
  * have vertices and edges in common with others. Errors that begin with "chain" have its number as `element`.
  *
  * Normals and tangents need a surface that is smooth there: not on boundaries and creases. Their signs do not count.
+ *
+ * Principal curvatures k1 and k2 are held with a normal: k1 in its direction, k2 at right angles to that. Their signs
+ * are by the faces, whatever the sign of the normal is: both are positive on a sphere whose faces are counterclockwise
+ * as seen from outside. They can be held inside faces, and at vertices where four faces meet; at other vertices the
+ * surface has no curvature. They cannot be drawn by springs. Each level begins with its minimum without them, of which
+ * progress is told; then both tangents at the entry are held as vectors near those of that minimum, for by fixed
+ * tangents curvatures are linear in the cage. Along a row of a regular net such entries must be three edges apart.
+ *
  * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
  * stay. */
 typedef struct curvopt_through {
@@ -487,6 +495,10 @@ typedef struct curvopt_through {
     int32_t n_chains;
     int32_t reserved;            /* 0 */
     const double *chain_weights; /* [n_chains] as `weights`, of chains; NULL: all 1 */
+    const double *curvatures; /* [2 n] principal curvatures k1 and k2 of the surface, 1 / unit of length; two NANs: not
+                                 held; NULL: none is */
+    const double *curvature_directions; /* [3 n] directions of k1, of any length, at right angles to the normal to 1e-6;
+                                           three NANs, NULL: that of the tangent, or none where k1 = k2 */
 } curvopt_through;
 
 /* Numbers of a whole surface. H = (k1 + k2) / 2, positive where the surface is convex. Normals point to where faces are

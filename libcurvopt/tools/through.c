@@ -93,7 +93,7 @@ static const json_node *member(const entry *e, const char *key) {
 /* Where arrays of curvopt_through have an entry. */
 typedef struct slot {
     int32_t *vertex, *face, *corner, *freedom, *toward;
-    double *uv, *direction, *place, *normal, *tangent, *weight;
+    double *uv, *direction, *place, *normal, *tangent, *weight, *curvatures, *curvature_direction;
 } slot;
 
 static int take_location(const entry *e, const slot *to) {
@@ -147,6 +147,16 @@ static int take_frame(const entry *e, const slot *to) {
                : fail(e, "inside a face \"to\" must be \"u\" or \"v\"");
 }
 
+static int take_curvatures(const entry *e, const slot *to) {
+    const json_node *curvatures = member(e, "curvatures"), *direction = member(e, "curvature_direction");
+    if (!curvatures)
+        return direction ? fail(e, "\"curvature_direction\" needs \"curvatures\"") : 0;
+    if (isnan(*to->normal))
+        return fail(e, "\"curvatures\" need a \"normal\"");
+    return take_reals(e, curvatures, 2, "curvatures", to->curvatures) ||
+           (direction && take_reals(e, direction, 3, "curvature_direction", to->curvature_direction));
+}
+
 static int take_weight(const entry *e, double *to) {
     const json_node *weight = member(e, "weight");
     *to = weight ? weight->number : 1;
@@ -156,12 +166,13 @@ static int take_weight(const entry *e, double *to) {
 }
 
 static int take_entry(const entry *e, const slot *to) {
-    static const char *const known[] = {"vertex", "face",   "uv",      "corner", "at", "line",
-                                        "plane",  "normal", "tangent", "weight", NULL};
+    static const char *const known[] = {"vertex", "face",   "uv",      "corner", "at",         "line",
+                                        "plane",  "normal", "tangent", "weight", "curvatures", "curvature_direction",
+                                        NULL};
     if (e->node->kind != JSON_OBJECT)
         return fail(e, "an object was expected");
     if (check_keys(e, e->node, known) || take_location(e, to) || take_point(e, to) || take_frame(e, to) ||
-        take_weight(e, to->weight))
+        take_curvatures(e, to) || take_weight(e, to->weight))
         return 1;
     if (*to->freedom == 3 && isnan(*to->normal) && isnan(*to->tangent))
         return fail(e, "holds nothing: give \"at\", \"line\", \"plane\", \"normal\" or \"tangent\"");
@@ -172,10 +183,10 @@ static int take_entry(const entry *e, const slot *to) {
 static int make_room(int32_t n, through_list *out) {
     const size_t size = (size_t)n;
     out->integers = calloc(5 * size + 1, sizeof *out->integers);
-    out->reals = calloc(15 * size + 1, sizeof *out->reals);
+    out->reals = calloc(20 * size + 1, sizeof *out->reals);
     if (!out->integers || !out->reals)
         return 1;
-    for (size_t i = 0; i < 14 * size; i++)
+    for (size_t i = 0; i < 19 * size; i++)
         out->reals[i] = (double)NAN;
     const double *r = out->reals;
     const int32_t *k = out->integers;
@@ -191,7 +202,9 @@ static int make_room(int32_t n, through_list *out) {
                                    .places = r + 5 * size,
                                    .normals = r + 8 * size,
                                    .tangents = r + 11 * size,
-                                   .weights = r + 14 * size};
+                                   .curvature_directions = r + 14 * size,
+                                   .curvatures = r + 17 * size,
+                                   .weights = r + 19 * size};
     return 0;
 }
 
@@ -209,7 +222,9 @@ static slot slot_of(const through_list *list, int32_t i) {
                   .place = real + 5 * n,
                   .normal = real + 8 * n,
                   .tangent = real + 11 * n,
-                  .weight = list->reals + 14 * n + k};
+                  .curvature_direction = real + 14 * n,
+                  .curvatures = list->reals + 17 * n + 2 * k,
+                  .weight = list->reals + 19 * n + k};
 }
 
 /* -------------------------------------------------------------------------------------------------- chains -- */

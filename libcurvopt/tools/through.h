@@ -21,6 +21,8 @@ typedef struct through_list {
  *     "plane": [X, Y, Z]               the same of the plane with this normal
  *     "normal": [X, Y, Z]              the surface's normal there
  *     "tangent": {"to": W, "along": [X, Y, Z]}   the tangent toward vertex W; inside a face W is "u" or "v"
+ *     "curvatures": [K1, K2]           principal curvatures there, with a normal
+ *     "curvature_direction": [X, Y, Z] that of K1; without it that of the tangent, or none where K1 = K2
  *     "weight": W                      0 to 1, how firmly; 1: exactly, as without it
  * or an object {"points": [entries], "chains": [chains]} with one of them or both, a chain being an object with
  *     "vertices": [V, ...]             each joined to the next by an edge

@@ -84,7 +84,7 @@ AT(curvopt_chain, n_vertices, 24);
 AT(curvopt_chain, n_points, 28);
 AT(curvopt_chain, is_closed, 32);
 AT(curvopt_chain, is_curve_closed, 36);
-SIZE(curvopt_through, 120);
+SIZE(curvopt_through, 136);
 AT(curvopt_through, struct_size, 0);
 AT(curvopt_through, n, 4);
 AT(curvopt_through, vertices, 8);
@@ -102,6 +102,8 @@ AT(curvopt_through, chains, 96);
 AT(curvopt_through, n_chains, 104);
 AT(curvopt_through, reserved, 108);
 AT(curvopt_through, chain_weights, 112);
+AT(curvopt_through, curvatures, 120);
+AT(curvopt_through, curvature_directions, 128);
 
 SIZE(curvopt_constraints, 48);
 AT(curvopt_constraints, vertices, 0);

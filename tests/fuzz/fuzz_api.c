@@ -345,7 +345,7 @@ static void check_result(const state *s, const curvopt_result *result) {
 typedef struct wish {
     curvopt_through through;
     int32_t vertex[3], face[3], corner[3], freedom[3], toward[3];
-    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3], parameter[3], chain_weight;
+    double uv[6], direction[9], place[9], normal[9], tangent[9], weight[3], parameter[3], chain_weight, curvature[6];
     curvopt_chain chain;
 } wish;
 
@@ -403,6 +403,10 @@ static void make_wish(reader *r, const state *s, wish *w) {
     for (int k = 0; k < 3; k++) /* by bits that are of nothing else: one, or all, or all but one are springs */
         w->weight[k] = has >> 5 & 1 << k ? 1 - 0.125 * (1 + k) : 1;
     w->through.weights = has & 16 ? w->weight : NULL;
+    for (int k = 0; k < 6; k++) /* by the places' bytes, so that older seeds still mean the same calls */
+        w->curvature[k] = has & 2 ? 100 * w->place[k] : 1;
+    w->through.curvatures = (has & 96) == 96 ? w->curvature : NULL;
+    w->through.curvature_directions = has & 1 ? w->tangent : w->direction;
     make_chain(r, s, w);
 }
 

@@ -36,6 +36,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             FUZZ_CHECK(t->freedom[i] >= 0 && t->freedom[i] <= 3 && t->vertices[i] >= -1);
             FUZZ_CHECK(t->vertices[i] >= 0 || (t->faces[i] >= 0 && !isnan(t->uv[2 * i]) && !isnan(t->uv[2 * i + 1])));
             FUZZ_CHECK(t->weights[i] >= 0 && t->weights[i] <= 1);
+            FUZZ_CHECK(isnan(t->curvatures[2 * i]) == isnan(t->curvatures[2 * i + 1]));
+            FUZZ_CHECK(isnan(t->curvatures[2 * i]) || !isnan(t->normals[3 * i]));
+            FUZZ_CHECK(isnan(t->curvature_directions[3 * i]) || !isnan(t->curvatures[2 * i]));
             FUZZ_CHECK(t->freedom[i] < 3 || !isnan(t->normals[3 * i]) || !isnan(t->tangents[3 * i]));
         }
         through_free(&list);

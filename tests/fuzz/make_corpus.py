@@ -70,6 +70,8 @@ def main():
     write('corpus_through', 'chains', b'{"points": [{"vertex": 1, "at": "here"}], "chains": [\n'
           b' {"vertices": [0, 1, 2, 3], "closed": true, "curve": [[1, 0, 0], [0, 1e0, 0], [-1, 0, 0]], "curve_closed": true},\n'
           b' {"vertices": [5, 6], "closed": false, "curve": [[0, 0, 0], [1, 1, 1]], "parameters": [0.25, 1]}]}')
+    write('corpus_through', 'curvatures', b'[{"face": 1, "uv": [0.5, 0.25], "at": "here", "normal": [0, 0, 1], "curvatures": [2, -5e-1],\n'
+          b' "curvature_direction": [1, 0, 0]}, {"vertex": 3, "normal": [0, 1, 0], "curvatures": [1, 1]}]')
     write('corpus_through', 'deep', b'[' * 20 + b'1' + b']' * 20)
     write('corpus_through', 'wrong', b'{"vertex": 1, "vertex": 01.}')
     write('corpus_mesh', 'open', packed((8, CUBE[1][:5]), 1, 0))

@@ -118,7 +118,8 @@ class Through(C.Structure):
 
     _fields_ = [("struct_size", I32), ("n", I32)] + [(name, C.c_void_p) for name in (
         "vertices", "faces", "corners", "uv", "freedom", "directions", "places", "normals", "tangents", "toward",
-        "weights", "chains")] + [("n_chains", I32), ("reserved", I32), ("chain_weights", C.c_void_p)]
+        "weights", "chains")] + [("n_chains", I32), ("reserved", I32)] + [(name, C.c_void_p) for name in (
+            "chain_weights", "curvatures", "curvature_directions")]
 
 
 class Chain(C.Structure):
@@ -314,16 +315,17 @@ def constraints(vertices, freedom=None, directions=None, weights=None, places=No
 
 
 def through(vertices=None, faces=None, corners=None, uv=None, freedom=None, directions=None, places=None, normals=None,
-            tangents=None, toward=None, weights=None, chains=(), chain_weights=None) -> Through:
+            tangents=None, toward=None, weights=None, chains=(), chain_weights=None, curvatures=None,
+            curvature_directions=None) -> Through:
     """Points of the surface, as in curvopt.h: vertices [n] or faces [n] with uv [n, 2]; chains; keeps the arrays alive."""
     kept = [None if a is None else np.ascontiguousarray(a, kind) for a, kind in (
         (vertices, np.int32), (faces, np.int32), (corners, np.int32), (uv, float), (freedom, np.int32), (directions, float),
         (places, float), (normals, float), (tangents, float), (toward, np.int32),
-        (weights, float), (chain_weights, float))]
+        (weights, float), (chain_weights, float), (curvatures, float), (curvature_directions, float))]
     array = (Chain * len(chains))(*chains)
-    out = Through(C.sizeof(Through), next((len(a) for a in kept[:2] if a is not None), 0),
-                  *(None if a is None else a.ctypes.data for a in kept[:-1]), C.addressof(array), len(chains),
-                  0, None if kept[-1] is None else kept[-1].ctypes.data)
+    pointers = [None if a is None else a.ctypes.data for a in kept]
+    out = Through(C.sizeof(Through), next((len(a) for a in kept[:2] if a is not None), 0), *pointers[:-3],
+                  C.addressof(array), len(chains), 0, *pointers[-3:])
     out.kept = kept, array, chains
     return out
 

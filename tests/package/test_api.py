@@ -102,6 +102,17 @@ def test_the_surface_goes_through_points_with_normals(cube):
     assert np.abs(point - corner.at).max() < 1e-12
 
 
+@pytest.mark.parametrize("levels, place", [(1, (3, (0.25, 0.375))), (2, (12, (0.5, 0.75)))])
+def test_the_surface_has_curvatures_at_points(cube, levels, place):
+    with curvopt.Sampler(cube) as surface:
+        normal = surface.curvatures([3], [0], [(0.25, 0.375)])[1][0]
+    across = np.cross(normal, [0.3, 0.5, 0.8])
+    point = curvopt.Through(face=3, uv=(0.25, 0.375), at="here", normal=normal, curvatures=[3, 1.5], curvature_direction=across)
+    with curvopt.Sampler(curvopt.minimize(cube, levels=levels, through=point).cage) as surface:
+        _, found, mean, gauss = surface.curvatures([place[0]], [0], [place[1]])
+    assert np.abs(found - normal).max() < 1e-12 and np.abs([mean[0] + 2.25, gauss[0] - 4.5]).max() < 1e-9
+
+
 def test_a_chain_of_edges_follows_a_curve(cube):
     """Round a cube's face: its vertices, and the middles of its edges on the second level, by the sampler."""
     ring = cube.face_vertices[:4]
@@ -152,6 +163,9 @@ def test_the_library_names_a_chain_that_it_refuses(cube):
     (curvopt.Through(vertex=1, at="there"), "entry 0: at is 'there'"),
     (curvopt.Through(vertex=1, at=[1, 2]), "entry 0: at is"),
     (curvopt.Through(face=1, uv=(0.5, 0.5, 0.5), at="here"), "uv must be two numbers"),
+    (curvopt.Through(vertex=1, at="here", curvatures=[1, 1]), "entry 0: curvatures need a normal"),
+    (curvopt.Through(vertex=1, normal=[0, 0, 1], curvatures=[1]), r"entry 0: curvatures is \[1\]; it must be two numbers"),
+    (curvopt.Through(vertex=1, normal=[0, 0, 1], curvature_direction=[1, 0, 0]), "entry 0: curvature_direction needs curvatures"),
 ])
 def test_entries_that_cannot_be_read_are_refused_by_name(cube, entry, sentence):
     with pytest.raises(ValueError, match=sentence):

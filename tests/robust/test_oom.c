@@ -5,8 +5,10 @@
 #include "cages.h"
 #include "check.h"
 
+#include "base/vec3.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
+#include "constraints/held_curvatures.h"
 #include "constraints/interpolation.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
@@ -102,6 +104,32 @@ static int32_t minimize_apart(const cage *c, const curvopt_mesh *mesh, curvopt_e
     curvopt_result *result;
     o.no_crossings = 1;
     o.levels = o.max_iterations = 1;
+    int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
+    CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
+    curvopt_result_destroy(result);
+    return status;
+}
+
+/* A point with curvatures, whose tangents are chosen. */
+static int32_t minimize_curved(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    static const double uv[2] = {0.25, 0.5}, curvatures[2] = {1, 1};
+    double side[2][3], normal[3];
+    const int32_t face = 0, *v = c->vertices;
+    for (int k = 0; k < 3; k++) {
+        side[0][k] = c->xyz[3 * v[2] + k] - c->xyz[3 * v[0] + k];
+        side[1][k] = c->xyz[3 * v[3] + k] - c->xyz[3 * v[1] + k];
+    }
+    co_cross3(side[0], side[1], normal);
+    const curvopt_through through = {.struct_size = (int32_t)sizeof through,
+                                     .n = 1,
+                                     .faces = &face,
+                                     .uv = uv,
+                                     .normals = normal,
+                                     .curvatures = curvatures};
+    curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    curvopt_result *result;
+    o.max_iterations = 1;
+    o.through = &through;
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));
     curvopt_result_destroy(result);
@@ -229,6 +257,8 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
     if (status == CURVOPT_OK)
         status = co_given_constraints_place(mesh, &held, CURVOPT_BOUNDARY_POSITION, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_held_curvatures_fix(mesh, xyz, &held.values, error);
     co_constraints_free(&held);
     return status;
 }
@@ -433,6 +463,7 @@ static void test_held_limit_points_survive_every_failure(void **state) {
 static void test_minimization_survives_every_failure(void **state) {
     (void)state;
     fail_each(cage_torus(4, 3, 1, 0.45), minimize, 150);
+    fail_each(cage_torus(5, 4, 1, 0.45), minimize_curved, 200);
     fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_torus(4, 3, 1, 0.45), 1.5), minimize_apart, 150);
     fail_each(cage_both(cage_tetrahedron(), cage_tetrahedron(), 3), minimize, 300); /* one copies the other */
     fail_each(cage_both(cage_torus(4, 3, 1, 0.45), cage_cube(), 3), minimize_pieces, 300);

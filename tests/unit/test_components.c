@@ -93,14 +93,16 @@ static void test_entries_are_dealt_out(void **state) {
     (void)state;
     static const int32_t entries[3] = {5, -1, 4}, faces[3] = {0, 2, 0}, toward[3] = {7, 1, 1 << 30};
     static const double tangents[9] = {1, 0, 0, 0, 1, 0, (double)NAN, (double)NAN, (double)NAN};
-    static const double weights[3] = {0.25, 0.5, 0.75};
+    static const double weights[3] = {0.25, 0.5, 0.75}, curvatures[6] = {1, 2, 3, 4, 5, 6};
     const curvopt_through through = {.struct_size = (int32_t)sizeof through,
                                      .n = 3,
                                      .vertices = entries,
                                      .faces = faces,
                                      .tangents = tangents,
                                      .toward = toward,
-                                     .weights = weights};
+                                     .weights = weights,
+                                     .curvatures = curvatures,
+                                     .curvature_directions = tangents};
     co_component_options both[2];
     const curvopt_through *one = &both[0].through, *two = &both[1].through;
     curvopt_options o;
@@ -114,9 +116,14 @@ static void test_entries_are_dealt_out(void **state) {
     CHECK_INT(one->vertices[1], 2);
     CHECK_INT(one->toward[1], 1 << 30);
     CHECK_NEAR(one->weights[1], 0.75, 0);
+    CHECK_NEAR(one->curvatures[0], 3, 0);
+    CHECK_NEAR(one->curvatures[3], 6, 0);
+    CHECK_NEAR(one->curvature_directions[1], 1, 0);
     CHECK_INT(two->n, 1);
     CHECK_INT(two->vertices[0], 2);
     CHECK_INT(two->toward[0], 3); /* at a vertex: a vertex */
+    CHECK_NEAR(two->curvatures[1], 2, 0);
+    CHECK_NEAR(two->curvature_directions[0], 1, 0);
     free_both(both);
 }
 

@@ -103,7 +103,7 @@ static double definition(setting *s) {
         const co_surface_value *f = &s->held.drawn.item[k];
         double square = 0, along = 0;
         for (int c = 0; c < 3; c++) {
-            const double off = (value[3 * k + c] - f->anchor[c]) / (f->is_tangent ? 1 : s->radius);
+            const double off = (value[3 * k + c] - f->anchor[c]) / (f->order ? 1 : s->radius);
             square += off * off;
             along += off * f->direction[c];
         }
@@ -148,7 +148,7 @@ static void test_tangents_are_unit_vectors(void **state) {
         co_sparse_rows_apply(&drawn->rows, level ? xyz : s.c.xyz, t);
         for (int k = 0; k < N_SPRINGS; k++) {
             const double *a = t + 3 * k;
-            if (!drawn->item[k].is_tangent)
+            if (!drawn->item[k].order)
                 continue;
             CHECK_NEAR(a[0] * a[0] + a[1] * a[1] + a[2] * a[2], 1, 1e-13);
             if (++n % 2 == 0)

@@ -1,31 +1,36 @@
-/* Points and tangents of the surface as rows over the cage: against the sampler, which evaluates patches, and through
- * subdivision; pivots; what is refused. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Points, tangents and second derivatives of the surface as rows over the cage: against the sampler, which evaluates
+ * patches, and through subdivision; pivots; curvatures; what is refused. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
 
+#include "base/vec3.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
+#include "constraints/held_curvatures.h"
 #include "constraints/interpolation.h"
 #include "constraints/pivots.h"
 #include "mesh/subdivide.h"
+#include "surface/vertex_mask.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { N_KINDS = 3, N_AT = 5 }; /* point and two tangents, of so many places */
+enum { N_KINDS = 6, N_AT = 5 }; /* point, two tangents and three second derivatives, of so many places */
 
-/* A point and both tangents of each place: one vertex, then places on faces. */
+/* All of these of each place: one vertex, then places on faces. Where a vertex has no second derivatives, points are in
+ * their place. */
 static co_surface_values all_of(const curvopt_mesh *m, int32_t vertex, const int32_t face[N_AT],
                                 const int32_t corner[N_AT], const double uv[N_AT][2]) {
     co_surface_values out = {.n = N_KINDS * N_AT, .item = calloc(N_KINDS * N_AT, sizeof *out.item)};
     CHECK_TRUE(out.item != NULL);
     for (int32_t k = 0; k < out.n; k++) {
-        const int32_t i = k / N_KINDS;
+        const int32_t i = k / N_KINDS, kind = k % N_KINDS;
+        const int order = kind < 3 ? kind > 0 : i || co_vertex_mask_has_second(m, vertex) ? 2 : 0;
         co_surface_value *f = &out.item[k];
-        *f = (co_surface_value){.number = i, .vertex = i ? -1 : vertex, .is_tangent = k % N_KINDS > 0, .pivot = -1};
-        f->along[0] = k % N_KINDS == 1;
-        f->along[1] = k % N_KINDS == 2;
+        *f = (co_surface_value){.number = i, .vertex = i ? -1 : vertex, .order = order, .pivot = -1};
+        if (order)
+            f->along[order == 1 ? kind - 1 : kind - 3] = 1;
         f->corner = i ? m->face_start[face[i]] + corner[i] : m->vertex_corner[vertex];
         memcpy(f->uv, uv[i], sizeof f->uv);
     }
@@ -41,24 +46,8 @@ static double *values_of(const curvopt_mesh *m, co_surface_values *values, const
     return out;
 }
 
-/* |a x b| over |a| |b| */
-static double sine(const double a[3], const double b[3]) {
-    double c[3], sum = 0, aa = 0, bb = 0;
-    for (int k = 0; k < 3; k++) {
-        c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-        sum += c[k] * c[k];
-        aa += a[k] * a[k];
-        bb += b[k] * b[k];
-    }
-    return sqrt(sum / (aa * bb));
-}
-
-static double dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* Inside faces they are the jets of the sampler; on the subdivided cage points are the same, and tangents have the same
- * directions. */
+/* Inside faces they are the jets of the sampler; on the subdivided cage they are where their anchors have gone: points
+ * are the same, and derivatives so much shorter. */
 static void check_values(cage c, int32_t vertex, const int32_t face[N_AT], const int32_t corner[N_AT]) {
     static const double uv[N_AT][2] = {{0, 0}, {0.3, 0.4}, {0.7, 0.1}, {0.9, 0.625}, {0.125, 0.75}};
     curvopt_mesh *mesh = cage_mesh(&c), *fine;
@@ -79,15 +68,13 @@ static void check_values(cage c, int32_t vertex, const int32_t face[N_AT], const
     double *xyz = calloc(3 * (size_t)rows.n_rows, sizeof *xyz);
     CHECK_TRUE(xyz != NULL);
     co_sparse_rows_apply(&rows, c.xyz, xyz);
+    for (int k = 0; k < values.n; k++)
+        memcpy(values.item[k].anchor, found + 3 * k, sizeof values.item[k].anchor);
     co_surface_values_subdivide(mesh, &values);
     double *finer = values_of(fine, &values, xyz);
-    for (int k = 0; k < values.n; k++) {
-        const double *a = found + 3 * k, *b = finer + 3 * k;
-        for (int j = 0; !values.item[k].is_tangent && j < 3; j++)
-            CHECK_NEAR(a[j], b[j], 1e-14);
-        if (values.item[k].is_tangent)
-            CHECK_TRUE(sine(a, b) < 1e-12 && dot(a, b) > 0);
-    }
+    for (int k = 0; k < values.n; k++)
+        for (int j = 0; j < 3; j++)
+            CHECK_NEAR(finer[3 * k + j], values.item[k].anchor[j], 1e-12);
     free(found);
     free(finer);
     free(xyz);
@@ -107,6 +94,120 @@ static void test_values_are_those_of_the_surface(void **state) {
     check_values(cage_shaken(cage_cube(), 0.2), 3, faces, quads);    /* valence 3 on every corner */
     check_values(cage_shaken(cage_prism(7), 0.1), 4, ends, corners); /* faces of many corners */
     check_values(cage_refined(cage_shaken(cage_cube(), 0.1), 2), 1, faces, quads);
+}
+
+/* At a vertex of four triangles they are those of the quarter at a corner, whose parameters run half as far. */
+static void test_second_derivatives_at_vertices_with_faces_of_any_size(void **state) {
+    (void)state;
+    static const int32_t sizes[8] = {3, 3, 3, 3, 3, 3, 3, 3};
+    static const int32_t corners[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    static const double xyz[18] = {1, 0.1, 0, -1, 0, 0.2, 0, 1.1, 0, 0.1, -1, 0, 0, 0.2, 1.3, 0.1, 0, -0.9};
+    cage c = cage_of(6, 8, sizes, corners, xyz);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_error error;
+    curvopt_options o;
+    curvopt_sampler *sampler;
+    curvopt_options_init(&o, sizeof o);
+    CHECK_OK(curvopt_sampler_create(mesh, c.xyz, &o, &sampler, &error), &error);
+    for (int32_t face = 0; face < 8; face++)
+        for (int32_t corner = 0; corner < 3; corner++) {
+            static const double uv[2] = {0, 0}, half[N_KINDS] = {1, 2, 2, 4, 4, 4};
+            const int32_t at[N_AT] = {face}, none[N_AT] = {0};
+            static const double inside[N_AT][2] = {{0, 0}, {0.5, 0.5}, {0.5, 0.5}, {0.5, 0.5}, {0.5, 0.5}};
+            double jet[30];
+            CHECK_TRUE(co_vertex_mask_has_second(mesh, corners[3 * face + corner]));
+            co_surface_values values = all_of(mesh, corners[3 * face + corner], at, none, inside);
+            for (int k = 0; k < N_KINDS; k++)
+                values.item[k].corner = 3 * face + corner;
+            double *found = values_of(mesh, &values, c.xyz);
+            CHECK_OK(curvopt_sampler_jets(sampler, 1, &face, &corner, uv, jet, &error), &error);
+            for (int k = 0; k < 3 * N_KINDS; k++)
+                CHECK_NEAR(found[k], half[k / 3] * jet[k], 1e-13);
+            free(found);
+            co_surface_values_free(&values);
+        }
+    curvopt_sampler_destroy(sampler);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* Values of a place have the same rows wherever they are in the list. */
+static void test_a_place_may_come_again(void **state) {
+    (void)state;
+    cage c = cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_surface_value item[5] = {{.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 2, .along = {1}},
+                                {.vertex = 3, .corner = mesh->vertex_corner[3], .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.25, 0.5}, .order = 1, .along = {1}},
+                                {.vertex = -1, .corner = 40, .uv = {0.5, 0.5}, .order = 1, .along = {1}}};
+    co_surface_values values = {.n = 5, .item = item};
+    double *found = values_of(mesh, &values, c.xyz);
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(found[9 + k], found[k], 0);
+        CHECK_TRUE(found[k] != found[3 + k] && found[k] != found[6 + k] && found[k] != found[12 + k]);
+    }
+    free(found);
+    co_sparse_rows_free(&values.rows);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
+/* ---------------------------------------------------------------------------------------------- curvatures -- */
+
+/* The second form of a cage moved by its two placements, by the sampler, is the tensor's. */
+static void test_curvatures_are_held_by_fixed_tangents(void **state) {
+    (void)state;
+    cage c = cage_shaken(cage_torus(8, 6, 1, 0.4), 0.02);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    curvopt_error error;
+    const double k[2] = {0.75, 2.5}, uv[2] = {0.25, 0.5};
+    const int32_t face = 7, corner = 0;
+    double jet[30], normal[3], direction[3], xyz[3 * 48];
+    curvopt_options o;
+    curvopt_sampler *sampler;
+    curvopt_options_init(&o, sizeof o);
+    CHECK_OK(curvopt_sampler_create(mesh, c.xyz, &o, &sampler, &error), &error);
+    CHECK_OK(curvopt_sampler_jets(sampler, 1, &face, &corner, uv, jet, &error), &error);
+    curvopt_sampler_destroy(sampler);
+    co_cross3(jet + 3, jet + 6, normal);
+    normal[0] += 0.1 * co_length3(normal);
+    co_cross3(normal, jet + 3, direction);
+    const curvopt_through through = {.struct_size = sizeof through,
+                                     .n = 1,
+                                     .faces = &face,
+                                     .uv = uv,
+                                     .normals = normal,
+                                     .curvatures = k,
+                                     .curvature_directions = direction};
+    o.through = &through;
+    co_constraints given = {0};
+    memcpy(xyz, c.xyz, sizeof xyz);
+    CHECK_OK(co_given_through_create(mesh, c.xyz, &o, &given, &error), &error);
+    CHECK_INT(given.values.n, N_KINDS);
+    CHECK_TRUE(co_held_curvatures_exist(&given.values));
+    CHECK_OK(co_given_constraints_place(mesh, &given, CURVOPT_BOUNDARY_POSITION, xyz, &error), &error);
+    CHECK_OK(co_held_curvatures_fix(mesh, xyz, &given.values, &error), &error);
+    CHECK_OK(co_given_constraints_place(mesh, &given, CURVOPT_BOUNDARY_POSITION, xyz, &error), &error);
+    for (int i = 0; i < N_KINDS; i++)
+        CHECK_INT(given.values.item[i].is_fixed, i > 0);
+    curvopt_options_init(&o, sizeof o);
+    CHECK_OK(curvopt_sampler_create(mesh, xyz, &o, &sampler, &error), &error);
+    CHECK_OK(curvopt_sampler_jets(sampler, 1, &face, &corner, uv, jet, &error), &error);
+    const double n_length = co_length3(normal), d_length = co_length3(direction);
+    for (int a = 0; a < 2; a++) {
+        CHECK_NEAR(co_dot3(jet + 3 + 3 * a, normal), 0, 1e-12);
+        for (int b = a; b < 2; b++) {
+            const double *s = jet + 3 + 3 * a, *t = jet + 3 + 3 * b;
+            const double p = co_dot3(s, direction) / d_length, q = co_dot3(t, direction) / d_length;
+            const double form = k[1] * co_dot3(s, t) + (k[0] - k[1]) * p * q;
+            CHECK_NEAR(-co_dot3(jet + 9 + 3 * (a + b), normal) / n_length, form, 1e-12);
+        }
+    }
+    co_constraints_free(&given);
+    curvopt_sampler_destroy(sampler);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
 }
 
 /* ------------------------------------------------------------------------------------------------ pivots -- */
@@ -136,7 +237,7 @@ static void test_pivots_make_a_map_that_can_be_inverted(void **state) {
     for (int i = 0; i < 6; i++) {
         const co_surface_value *f = &given.values.item[i];
         CHECK_TRUE(f->pivot >= 0 && f->pivot != 9 && f->pivot != 7);
-        CHECK_INT(given.of_limit[f->pivot], f->is_tangent ? CO_OF_TANGENT : CO_OF_POINT);
+        CHECK_INT(given.of_limit[f->pivot], f->order ? CO_OF_TANGENT : CO_OF_POINT);
         for (int j = 0; j < i; j++)
             CHECK_TRUE(given.values.item[j].pivot != f->pivot);
     }
@@ -189,6 +290,9 @@ static void test_structs_of_other_versions_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_values_are_those_of_the_surface),
+        cmocka_unit_test(test_second_derivatives_at_vertices_with_faces_of_any_size),
+        cmocka_unit_test(test_a_place_may_come_again),
+        cmocka_unit_test(test_curvatures_are_held_by_fixed_tangents),
         cmocka_unit_test(test_pivots_make_a_map_that_can_be_inverted),
         cmocka_unit_test(test_structs_of_other_versions_are_refused),
     };

@@ -140,7 +140,7 @@ class CThrough(C.Structure):
         ("weights", C.POINTER(C.c_double)),
         ("chains", C.POINTER(CChain)),
         *((name, C.c_int32) for name in "n_chains reserved".split()),
-        ("chain_weights", C.POINTER(C.c_double)),
+        *((name, C.POINTER(C.c_double)) for name in "chain_weights curvatures curvature_directions".split()),
     ]
 
 
@@ -272,7 +272,7 @@ STRUCT_SIZES = {
     CCreases: 48,
     CConstraints: 48,
     CChain: 40,
-    CThrough: 120,
+    CThrough: 136,
     COptions: 296,
     CEnergies: 224,
     CProgress: 120,

@@ -24,6 +24,9 @@ class Through:
     plane (3,)      it moves in the plane with this normal, likewise
     normal (3,)     the surface's normal there; its sign does not count
     tangent (3,)    direction of the tangent toward vertex `toward`; inside a face "u" or "v"; its sign does not count
+    curvatures (2,) principal curvatures there, in 1 / units, with a normal; inside faces and at vertices where four faces meet.
+                    Both are positive on a sphere whose faces are counterclockwise as seen from outside
+    curvature_direction (3,) direction of the first curvature; None: that of the tangent, or none where both are the same
     weight          0 to 1: how firmly. 1: exactly; less: a spring draws the point, normal and tangent; 0: not at all
     """
 
@@ -38,6 +41,8 @@ class Through:
     tangent: object = None
     toward: int | str | None = None
     weight: float = 1.0
+    curvatures: object = None
+    curvature_direction: object = None
 
 
 @dataclass(frozen=True)
@@ -61,13 +66,13 @@ class Chain:
     weight: float = 1.0
 
 
-def _three(value: object, entry: int, name: str) -> np.ndarray:
-    """Three numbers; NAN for None."""
+def _numbers(value: object, entry: int, name: str, n: int = 3) -> np.ndarray:
+    """So many numbers, two or three; NAN for None."""
     if value is None:
-        return np.full(3, np.nan)
+        return np.full(n, np.nan)
     out = np.asarray(value, float)
-    if out.shape != (3,):
-        raise ValueError(f"entry {entry}: {name} is {value!r}; it must be three numbers.")
+    if out.shape != (n,):
+        raise ValueError(f"entry {entry}: {name} is {value!r}; it must be {'two' if n == 2 else 'three'} numbers.")
     return out
 
 
@@ -101,6 +106,10 @@ def _check(entry: Through, i: int) -> None:
         raise ValueError(f"entry {i}: tangent and toward belong together.")
     if entry.face is not None and entry.toward not in (None, "u", "v"):
         raise ValueError(f"entry {i}: toward is {entry.toward!r}; inside a face it must be 'u' or 'v'.")
+    if entry.curvatures is not None and entry.normal is None:
+        raise ValueError(f"entry {i}: curvatures need a normal.")
+    if entry.curvatures is None and entry.curvature_direction is not None:
+        raise ValueError(f"entry {i}: curvature_direction needs curvatures.")
     if isinstance(entry.at, str) and entry.at != "here":
         raise ValueError(f"entry {i}: at is {entry.at!r}; it must be three numbers or 'here'.")
 
@@ -151,10 +160,12 @@ def struct_of(entries: Sequence[Through], chains: Sequence[Chain] = ()) -> CThro
         "toward": toward,
     }
     vectors = {
-        "directions": [_three(e.line if e.line is not None else e.plane, i, "line or plane") for i, e in on],
-        "places": [_three(None if isinstance(e.at, str) else e.at, i, "at") for i, e in on],
-        "normals": [_three(e.normal, i, "normal") for i, e in on],
-        "tangents": [_three(e.tangent, i, "tangent") for i, e in on],
+        "directions": [_numbers(e.line if e.line is not None else e.plane, i, "line or plane") for i, e in on],
+        "places": [_numbers(None if isinstance(e.at, str) else e.at, i, "at") for i, e in on],
+        "normals": [_numbers(e.normal, i, "normal") for i, e in on],
+        "tangents": [_numbers(e.tangent, i, "tangent") for i, e in on],
+        "curvatures": [_numbers(e.curvatures, i, "curvatures", 2) for i, e in on],
+        "curvature_directions": [_numbers(e.curvature_direction, i, "curvature_direction") for i, e in on],
     }
     uv = np.array([(np.nan, np.nan) if e.uv is None else e.uv for e in entries], float)
     if len(entries) and uv.shape != (len(entries), 2):

@@ -11,7 +11,7 @@ enum {
     CO_OF_VERTEX = 0,    /* the vertex */
     CO_OF_OWN_POINT = 1, /* its limit point */
     CO_OF_POINT = 2,     /* a value whose pivot it is: a point of the limit surface, */
-    CO_OF_TANGENT = 3    /* or a tangent, which translations leave as it is */
+    CO_OF_TANGENT = 3    /* or a tangent or second derivative, which translations leave as it is */
 };
 
 /* A weight that somebody gives, or 1 where it is so near that its spring would be too stiff for doubles. */
@@ -27,9 +27,9 @@ typedef struct co_constraints {
     uint8_t
         *of_limit; /* [n_vertices] what is constrained: CO_OF_VERTEX, or something that is an unknown in its place */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
-    co_surface_values values;    /* other points of the surface, and tangents; with pivots (pivots.h) their constraints
-                                      are above, too */
-    co_surface_values drawn;     /* those that springs draw, within what is held; none if freedom is NULL */
+    co_surface_values values; /* other points of the surface, and derivatives; with pivots (pivots.h) their constraints
+                                   are above, too */
+    co_surface_values drawn;  /* those that springs draw, within what is held; none if freedom is NULL */
     co_chains chains;      /* what of them is held on this level is above, too: points of their vertices, and values */
     const double *tangent; /* [3 n_vertices] borrowed: unit tangents where vertices slide along their curve, else 0;
                               NULL: none does. For CO_MOTION_SLIDE */

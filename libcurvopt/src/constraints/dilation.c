@@ -1,5 +1,6 @@
 /* Whether constraints leave a cage its size. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "constraints/constraints.h"
+#include "constraints/held_curvatures.h"
 
 #include "base/vec3.h"
 #include "linalg/small_dense.h"
@@ -39,7 +40,7 @@ static void add(places *p, int freedom, const double *direction, const double at
 
 static void add_values(places *p, const co_surface_values *values) {
     for (int32_t i = 0; i < values->n; i++)
-        if (!values->item[i].is_tangent)
+        if (!values->item[i].order)
             add(p, values->item[i].freedom, values->item[i].direction, values->item[i].anchor);
 }
 
@@ -61,7 +62,7 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
     double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
-    if (all->chains.n)
+    if (all->chains.n || co_held_curvatures_exist(&all->values))
         return 0;
     co_similarity_mesh_frame(m, xyz, origin);
     places found = {.centre = origin}, left = {.centre = centre};

@@ -265,7 +265,7 @@ static int32_t check_entry(const reader *r, const co_surface_value *f, curvopt_e
     int32_t h[2], owner = f->vertex >= 0 ? r->vertex_owner[f->vertex] : -1;
     for (int k = f->vertex >= 0 ? 0 : find_edges(r->mesh, f, h); k > 0; k--)
         owner = r->edge_owner[r->mesh->edge[h[k - 1]]] >= 0 ? r->edge_owner[r->mesh->edge[h[k - 1]]] : owner;
-    if (owner < 0 || f->is_tangent)
+    if (owner < 0 || f->order)
         return CURVOPT_OK;
     return co_status_fail(
         error, CURVOPT_ERROR_ARGUMENT, owner,

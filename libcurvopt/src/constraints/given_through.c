@@ -26,7 +26,9 @@ typedef struct entry {
     int32_t freedom;
     double direction[3], place[3]; /* place: NAN where it is not given */
     int has_normal, has_tangent, is_along_v;
+    int has_curvatures;
     double normal[3], tangent[3]; /* unit */
+    double curvature[9];          /* symmetric tensor */
     double weight;
 } entry;
 
@@ -41,6 +43,7 @@ static int32_t read_unit(const double *from, const entry *e, const char *what, d
     return CURVOPT_OK;
 }
 
+/* Whether number i of an array is left out. */
 static int is_absent(const double *from, int32_t i) {
     const double *d = from ? from + 3 * (size_t)i : NULL;
     return !d || (isnan(d[0]) && isnan(d[1]) && isnan(d[2]));
@@ -71,6 +74,11 @@ static int32_t read_vertex(const curvopt_mesh *m, const curvopt_through *t, entr
             "entry %d is at the limit point of vertex %d, where a crease fades or ends, or there is no "
             "surface",
             i, v);
+    if (e->has_curvatures && co_vertex_mask_has_tangents(m, v) && !co_vertex_mask_has_second(m, v))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d holds curvatures at vertex %d: vertices have them only where four faces meet; "
+                              "take a point inside a face",
+                              i, v);
     if ((e->has_normal || e->has_tangent) && !co_vertex_mask_has_tangents(m, v))
         return co_status_fail(
             error, CURVOPT_ERROR_ARGUMENT, i,
@@ -160,9 +168,62 @@ static int32_t read_frame(const curvopt_through *t, entry *e, curvopt_error *err
     return CURVOPT_OK;
 }
 
+/* Refuses what k1 and k2 [2] and the direction of k1, if it has one, cannot be. */
+static int32_t check_curvatures(const entry *e, const double *k, const double *direction, curvopt_error *error) {
+    const int32_t i = e->number;
+    const char *what = !e->has_normal               ? "curvatures, but no normal"
+                       : !direction && k[0] != k[1] ? "two curvatures, but no direction of the first one, nor a tangent"
+                                                    : NULL;
+    if (!isfinite(k[0]) || !isfinite(k[1]))
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the curvatures %g and %g", i, k[0], k[1]);
+    if (what)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has %s", i, what);
+    const double part = direction ? co_dot3(e->normal, direction) : 0;
+    if (fabs(part) > RIGHT_ANGLE)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d has a direction of curvature that is not at right angles to its normal: the "
+                              "cosine is %.3g",
+                              i, part);
+    return CURVOPT_OK;
+}
+
+/* k2 (1 - n n) + (k1 - k2) d d, with k1 in the direction d. */
+static void make_curvature(entry *e, const double *k, const double *direction) {
+    double d[3] = {0};
+    const double part = direction ? co_dot3(e->normal, direction) : 0;
+    for (int c = 0; direction && c < 3; c++)
+        d[c] = direction[c] - part * e->normal[c];
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            e->curvature[3 * r + c] = k[1] * ((r == c) - e->normal[r] * e->normal[c]) + (k[0] - k[1]) * d[r] * d[c];
+}
+
+static int32_t read_curvatures(const curvopt_through *t, entry *e, curvopt_error *error) {
+    const int32_t i = e->number;
+    const double *k = t->curvatures ? t->curvatures + 2 * (size_t)i : NULL;
+    const int has_own = !is_absent(t->curvature_directions, i);
+    double own[3] = {0};
+    if (!k || (isnan(k[0]) && isnan(k[1])))
+        return CURVOPT_OK;
+    int32_t status = has_own ? read_unit(t->curvature_directions, e, "direction of curvature", own, error) : CURVOPT_OK;
+    const double *direction = has_own ? own : e->has_tangent ? e->tangent : NULL;
+    if (status == CURVOPT_OK)
+        status = check_curvatures(e, k, direction, error);
+    if (status != CURVOPT_OK)
+        return status;
+    e->has_curvatures = 1;
+    make_curvature(e, k, direction);
+    return CURVOPT_OK;
+}
+
 static int32_t read_weight(const curvopt_through *t, entry *e, curvopt_error *error) {
     const int32_t i = e->number;
     e->weight = t->weights ? co_constraint_weight(t->weights[i]) : 1;
+    if (e->has_curvatures && e->weight > 0 && e->weight < 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                              "entry %d has curvatures and the weight %g: springs let tangents change, of which "
+                              "curvatures are made; hold it exactly, or give it no curvatures",
+                              i, e->weight);
     if (e->weight >= 0 && e->weight <= 1)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the weight %g; it must be 0 to 1", i,
@@ -175,6 +236,8 @@ static int32_t read_entry(const curvopt_mesh *m, const curvopt_through *t, int32
     if (status == CURVOPT_OK)
         status = read_frame(t, e, error);
     if (status == CURVOPT_OK)
+        status = read_curvatures(t, e, error);
+    if (status == CURVOPT_OK)
         status = read_weight(t, e, error);
     if (status == CURVOPT_OK && e->freedom == CO_FREEDOM_ALL && !e->has_normal && !e->has_tangent)
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d holds nothing", i);
@@ -183,7 +246,21 @@ static int32_t read_entry(const curvopt_mesh *m, const curvopt_through *t, int32
     return e->vertex >= 0 ? read_vertex(m, t, e, error) : read_place_on_face(m, t, e, error);
 }
 
-/* Values of an entry: at most its point and two tangents. */
+enum { MOST_VALUES = 6 }; /* of an entry: its point, two tangents and three second derivatives */
+
+/* Second derivatives of an entry, of which nothing is held before its tangents are known (held_curvatures.h). */
+static void add_second(const entry *e, const co_surface_value *at, co_surface_values *fs) {
+    for (int k = 0; k < 3; k++) {
+        co_surface_value *f = &fs->item[fs->n++];
+        *f = *at;
+        f->order = 2;
+        f->along[k] = 1;
+        f->freedom = CO_FREEDOM_PLANE;
+        memcpy(f->direction, e->normal, sizeof f->direction);
+        memcpy(f->curvature, e->curvature, sizeof f->curvature);
+    }
+}
+
 static void add_values(const entry *e, co_surface_values *fs) {
     const co_surface_value at = {.number = e->number,
                                  .vertex = e->vertex,
@@ -204,11 +281,19 @@ static void add_values(const entry *e, co_surface_values *fs) {
             continue;
         co_surface_value *f = &fs->item[fs->n++];
         *f = at;
-        f->is_tangent = 1;
+        f->order = 1;
         f->along[k] = 1;
         f->freedom = is_line ? CO_FREEDOM_LINE : CO_FREEDOM_PLANE;
         memcpy(f->direction, is_line ? e->tangent : e->normal, sizeof f->direction);
     }
+    if (e->has_curvatures)
+        add_second(e, &at, fs);
+}
+
+/* Whether values i and i + 1 are both tangents of one entry. */
+static int is_pair_at(const co_surface_values *fs, int32_t i) {
+    const co_surface_value *f = &fs->item[i];
+    return i + 1 < fs->n && f[0].order == 1 && f[1].order == 1 && f[0].number == f[1].number;
 }
 
 static int32_t no_tangent_plane(const co_surface_value *f, curvopt_error *error) {
@@ -221,7 +306,7 @@ static int32_t no_tangent_plane(const co_surface_value *f, curvopt_error *error)
  * parameters are.
  */
 static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *value, curvopt_error *error) {
-    const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
+    const int is_pair = is_pair_at(fs, i);
     const int32_t first = i + (is_pair && fs->item[i + 1].freedom == CO_FREEDOM_LINE), second = 2 * i + 1 - first;
     const double *t = value + 3 * (size_t)first;
     double *along = fs->item[first].along, length = co_length3(t), rest[3];
@@ -249,10 +334,10 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
         co_sparse_rows_apply(&fs->rows, xyz, value);
     for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) {
         co_surface_value *f = &fs->item[i];
-        const int follows = i > 0 && f->is_tangent && f[-1].is_tangent && f[-1].number == f->number;
+        const int follows = i > 0 && is_pair_at(fs, i - 1);
         if (isnan(f->anchor[0]))
             memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
-        if (f->is_tangent && f->stiffness > 0 && !follows)
+        if (f->order == 1 && f->stiffness > 0 && !follows)
             status = scale_tangents(fs, i, value, error);
     }
     free(value);
@@ -294,8 +379,8 @@ int32_t co_given_through_take(const curvopt_through *from, curvopt_through *out,
 static int32_t read_entries(const curvopt_mesh *m, const curvopt_through *t, co_constraints *constraints,
                             curvopt_error *error) {
     co_surface_values *held = &constraints->values, *drawn = &constraints->drawn;
-    held->item = CO_NEW(co_surface_value, 3 * (size_t)t->n + 2 * (size_t)t->n_chains);
-    drawn->item = CO_NEW(co_surface_value, 3 * (size_t)t->n);
+    held->item = CO_NEW(co_surface_value, MOST_VALUES * (size_t)t->n + 2 * (size_t)t->n_chains);
+    drawn->item = CO_NEW(co_surface_value, MOST_VALUES * (size_t)t->n);
     if (!held->item || !drawn->item)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < t->n; i++) {
@@ -386,9 +471,9 @@ int32_t co_given_through_place(const co_constraints *constraints, double *xyz, c
     const co_surface_values *fs = &constraints->values;
     int32_t status = CURVOPT_OK;
     for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) {
-        if (!fs->item[i].is_tangent)
+        if (fs->item[i].order != 1)
             continue;
-        const int is_pair = i + 1 < fs->n && fs->item[i + 1].is_tangent && fs->item[i + 1].number == fs->item[i].number;
+        const int is_pair = is_pair_at(fs, i);
         status = check_tangents(fs, i, is_pair, xyz, error);
         i += is_pair;
     }

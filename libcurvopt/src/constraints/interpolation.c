@@ -73,6 +73,7 @@ typedef struct groups {
     int32_t *group;   /* [n] the least index of its group */
     int32_t *at;      /* [n] index within its group */
     int32_t *members; /* [n] the group's, while it is gone through */
+    const co_surface_values *values;
 } groups;
 
 static void groups_free(groups *g) {
@@ -88,12 +89,14 @@ static int32_t root_of(int32_t *group, int32_t i) {
     return i;
 }
 
-static int32_t find_groups(const co_interpolation *in, groups *g, curvopt_error *error) {
+static int32_t find_groups(const co_interpolation *in, const co_surface_values *values, groups *g,
+                           curvopt_error *error) {
     const int32_t n = in->limit.n_rows, n_vertices = in->limit.n_columns;
     *g = (groups){.number = CO_NEW(int32_t, n_vertices),
                   .group = CO_NEW(int32_t, n),
                   .at = CO_NEW(int32_t, n),
-                  .members = CO_NEW(int32_t, n)};
+                  .members = CO_NEW(int32_t, n),
+                  .values = values};
     if (!g->number || !g->group || !g->at || !g->members)
         return co_status_no_memory(error);
     for (int32_t v = 0; v < n_vertices; v++)
@@ -142,6 +145,27 @@ static void invert_group(const co_interpolation *in, const groups *g, int32_t si
     co_small_dense_invert(size, size, dense, inverse);
 }
 
+/* Number of the user's entry whose value is in a vertex' place; -1: its own limit point is. */
+static int32_t entry_of(const co_surface_values *fs, int32_t vertex) {
+    for (int32_t i = 0; i < fs->n; i++)
+        if (fs->item[i].pivot == vertex && !fs->item[i].is_optional)
+            return fs->item[i].number;
+    return -1;
+}
+
+static int32_t refuse_dependent(const groups *g, int32_t size, int32_t vertex, curvopt_error *error) {
+    const int32_t entry = entry_of(g->values, vertex);
+    if (entry >= 0)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, entry,
+                              "entry %d and those that touch it hold %d points, tangents and curvatures that cannot be "
+                              "chosen freely: leave some of them out, or subdivide the cage once",
+                              entry, size);
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, vertex,
+                          "the limit points of %d vertices that touch each other, vertex %d among them, do not "
+                          "move independently: hold fewer of them, or refine the cage once",
+                          size, vertex);
+}
+
 /* ERROR_ARGUMENT where limit points hardly depend on each other's vertices independently: a shift of one by 1 would
  * move a vertex by more than LARGEST_SHIFT. As of three-valent vertices that touch: of a cube M_CC is singular. */
 static int32_t check_inverse(const co_interpolation *in, const groups *g, int32_t size, const double *inverse,
@@ -151,10 +175,7 @@ static int32_t check_inverse(const co_interpolation *in, const groups *g, int32_
         for (int32_t l = 0; l < size; l++)
             sum += fabs(inverse[k * size + l]);
         if (!(sum <= LARGEST_SHIFT))
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, in->vertex[g->members[k]],
-                                  "the limit points of %d vertices that touch each other, vertex %d among them, do not "
-                                  "move independently: hold fewer of them, or refine the cage once",
-                                  size, in->vertex[g->members[k]]);
+            return refuse_dependent(g, size, in->vertex[g->members[k]], error);
     }
     return CURVOPT_OK;
 }
@@ -301,7 +322,7 @@ static int32_t survey(const curvopt_mesh *m, const co_constraints *constraints, 
                       curvopt_error *error) {
     *g = (groups){0};
     int32_t status = list(m, constraints, out, error);
-    return status == CURVOPT_OK && out->limit.n_rows ? find_groups(out, g, error) : status;
+    return status == CURVOPT_OK && out->limit.n_rows ? find_groups(out, &constraints->values, g, error) : status;
 }
 
 int32_t co_interpolation_of_all(const curvopt_mesh *m, const co_constraints *constraints, co_interpolation *out,
@@ -350,6 +371,22 @@ void co_interpolation_from_cage(const co_interpolation *in, double *xyz) {
 
 void co_interpolation_to_cage(const co_interpolation *in, double *xyz) {
     exchange(in, &in->cage, xyz);
+}
+
+void co_interpolation_to_cage_exactly(const co_interpolation *in, double *off, double *xyz) {
+    const int32_t n = in->limit.n_rows;
+    memset(off, 0, 3 * sizeof *off * (size_t)in->limit.n_columns);
+    for (int32_t i = 0; i < n; i++)
+        memcpy(off + 3 * (size_t)in->vertex[i], xyz + 3 * (size_t)in->vertex[i], 3 * sizeof *off);
+    co_interpolation_to_cage(in, xyz);
+    if (n)
+        co_sparse_rows_apply(&in->limit, xyz, in->work);
+    for (size_t i = 0; i < 3 * (size_t)n; i++)
+        off[3 * (size_t)in->vertex[i / 3] + i % 3] -= in->work[i];
+    if (n)
+        co_sparse_rows_apply(&in->cage, off, in->work);
+    for (size_t i = 0; i < 3 * (size_t)n; i++)
+        xyz[3 * (size_t)in->vertex[i / 3] + i % 3] += in->work[i];
 }
 
 void co_interpolation_gradient(const co_interpolation *in, double *gradient) {

@@ -39,6 +39,9 @@ void co_interpolation_free(co_interpolation *interpolation);
 /* Of a cage in xyz [3 n_vertices], its positions; and back. */
 void co_interpolation_from_cage(const co_interpolation *interpolation, double *xyz);
 void co_interpolation_to_cage(const co_interpolation *interpolation, double *xyz);
+/* From positions to the cage, with a step of iterative refinement: what the values are off by is then the rounding of
+ * the cage's coordinates. off [3 n_vertices]: room. */
+void co_interpolation_to_cage_exactly(const co_interpolation *interpolation, double *off, double *xyz);
 /* A gradient [3 n_vertices] with respect to the cage becomes that with respect to positions. */
 void co_interpolation_gradient(const co_interpolation *interpolation, double *gradient);
 /* Index of vertex v in C; -1. */

@@ -218,11 +218,12 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
     int32_t n;
     const co_surface_value *f = &s->values->item[g->value[r]];
     const int32_t other = find_others(s, g, r, &n);
-    const char *what = f->is_tangent ? "tangents" : "point";
+    static const char *const names[] = {"point", "tangents", "curvatures"};
+    const char *what = names[f->order];
     if (g->n_columns == 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                               "entry %d: nothing that its %s depend%s on may move", f->number, what,
-                              f->is_tangent ? "" : "s");
+                              f->order ? "" : "s");
     if (other < 0)
         return co_status_fail(
             error, CURVOPT_ERROR_ARGUMENT, f->number,
@@ -245,14 +246,21 @@ static int32_t choose_rows(search *s, group *g, int is_optional, curvopt_error *
     return CURVOPT_OK;
 }
 
+/* What is left of a value to move: see is_fixed. */
+static int32_t freedom_of(const co_surface_value *f) {
+    if (f->order == 1 && f->is_fixed)
+        return CO_FREEDOM_NONE;
+    return f->order == 2 && !f->is_fixed ? CO_FREEDOM_ALL : f->freedom;
+}
+
 /* The pivot of row r becomes that of its value, and the constraint is entered there. */
 static void enter(search *s, const group *g, int32_t r) {
     co_constraints *c = s->constraints;
     co_surface_value *f = &c->values.item[g->value[r]];
     const int32_t v = g->vertex[g->pivot[r]];
     f->pivot = v;
-    c->freedom[v] = (uint8_t)f->freedom;
-    c->of_limit[v] = f->is_tangent ? CO_OF_TANGENT : CO_OF_POINT;
+    c->freedom[v] = (uint8_t)freedom_of(f);
+    c->of_limit[v] = f->order ? CO_OF_TANGENT : CO_OF_POINT;
     memcpy(c->direction + 3 * (size_t)v, f->direction, sizeof f->direction);
     memcpy(c->anchor + 3 * (size_t)v, f->anchor, sizeof f->anchor);
 }
@@ -261,10 +269,11 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     group g;
     int32_t status = list_group(s, root, &g, error);
     if (status == CURVOPT_OK && g.n_rows > CO_INTERPOLATION_MOST_TOUCHING)
-        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
-                                "entry %d and those that touch it hold %d points and tangents; on one level %d can be: "
-                                "leave some of them out, or subdivide the cage once",
-                                s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
+        status = co_status_fail(
+            error, CURVOPT_ERROR_ARGUMENT, s->values->item[root].number,
+            "entry %d and those that touch it hold %d points, tangents and curvatures; on one level %d can be: "
+            "leave some of them out, or subdivide the cage once",
+            s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */

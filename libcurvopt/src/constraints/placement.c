@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "constraints/freedom.h"
+#include "constraints/held_curvatures.h"
 #include "linalg/vector.h"
 
 #include <stdlib.h>
@@ -83,7 +84,10 @@ int32_t co_placement_move(const co_interpolation *map, const co_constraints *con
     keep_held(map, constraints, rest);
     for (size_t i = 0; i < n; i++) /* what is left, by the vertices in whose place the values are */
         xyz[3 * (size_t)map->vertex[i / 3] + i % 3] = x[i] + rest[i];
-    co_interpolation_to_cage(map, xyz);
+    if (co_held_curvatures_exist(&constraints->values))
+        co_interpolation_to_cage_exactly(map, field, xyz);
+    else
+        co_interpolation_to_cage(map, xyz);
     free(rest);
     return CURVOPT_OK;
 }

@@ -29,24 +29,37 @@ void co_surface_values_free(co_surface_values *f) {
 
 /* ----------------------------------------------------------------------------------------- subdivision -- */
 
-/* Springs draw the same vector on every level. */
-static void lengthen(co_surface_value *f, double factor) {
+/* S_u is the part `factor` of what it was on the level before. Springs draw the same vector on every level; what is
+ * held is the derivative by the level's parameters. */
+static void shrink(co_surface_value *f, double factor) {
     for (int k = 0; k < 2 && f->stiffness > 0; k++)
-        f->along[k] *= factor;
+        f->along[k] *= 1 / factor;
+    for (int c = 0; c < 3 && f->stiffness == 0 && f->order > 0; c++)
+        f->anchor[c] *= f->order == 1 ? factor : factor * factor;
+}
+
+/* Coefficients by parameters that are turned by so many quarters. */
+static void turn(co_surface_value *f, int32_t quarters) {
+    const double a = f->along[0], b = f->along[1], c = f->along[2];
+    const double tangent[4][2] = {{a, b}, {b, -a}, {-a, -b}, {-b, a}};
+    const double second[2][3] = {{a, b, c}, {c, -b, a}};
+    if (f->order == 2)
+        memcpy(f->along, second[quarters % 2], sizeof second[0]);
+    else
+        memcpy(f->along, tangent[quarters], sizeof tangent[0]);
 }
 
 /* A point of a quad goes into the child at the nearest corner, whose parameters are turned by as many quarters. */
 static void into_child(const curvopt_mesh *m, co_surface_value *f) {
-    const double u = f->uv[0], v = f->uv[1], a = f->along[0], b = f->along[1];
+    const double u = f->uv[0], v = f->uv[1];
     const int32_t h = f->corner, face = m->corner_face[h];
     int32_t quarter = h - m->face_start[face];
     if (co_mesh_face_size(m, face) == 4) {
         quarter = u < 0.5 ? (v < 0.5 ? 0 : 3) : v < 0.5 ? 1 : 2;
         const double to[4][2] = {{2 * u, 2 * v}, {2 * v, 2 - 2 * u}, {2 - 2 * u, 2 - 2 * v}, {2 - 2 * v, 2 * u}};
-        const double turned[4][2] = {{a, b}, {b, -a}, {-a, -b}, {-b, a}};
         memcpy(f->uv, to[quarter], sizeof f->uv);
-        memcpy(f->along, turned[quarter], sizeof f->along);
-        lengthen(f, 2);
+        turn(f, quarter);
+        shrink(f, 0.5);
     }
     f->corner = 4 * (m->face_start[face] + quarter);
 }
@@ -59,8 +72,8 @@ void co_surface_values_subdivide(const curvopt_mesh *m, co_surface_values *fs) {
             into_child(m, f);
             continue;
         }
-        if (f->is_tangent)
-            lengthen(f, 1 / co_vertex_mask_tangents_shrink(m, f->vertex));
+        if (f->order)
+            shrink(f, co_vertex_mask_tangents_shrink(m, f->vertex));
         f->corner *= 4; /* the child at that corner begins with the half-edge to the middle of the edge */
     }
     co_sparse_rows_free(&fs->rows);
@@ -79,8 +92,8 @@ typedef struct entry_list {
     size_t n, room;
     int is_out_of_memory;
     const co_surface_values *of;
-    const int32_t *in_face; /* [..] values that are inside faces */
-    int32_t at;             /* value at whose vertex entries are found */
+    const int32_t *in_face; /* [places] the first value of each place inside a face */
+    int32_t at;             /* value whose entries are found */
 } entry_list;
 
 static void add(entry_list *list, int32_t row, int32_t column, double value) {
@@ -111,11 +124,31 @@ static void add_tangent(int32_t vertex, const double weight[2], void *context) {
     add(list, list->at, vertex, along[0] * weight[0] + along[1] * weight[1]);
 }
 
-static void add_in_face(int32_t place, int32_t vertex, const double weight[3], void *context) {
+static void add_second(int32_t vertex, const double weight[3], void *context) {
     entry_list *list = context;
-    const int32_t at = list->in_face[place];
-    const co_surface_value *f = &list->of->item[at];
-    add(list, at, vertex, f->is_tangent ? f->along[0] * weight[1] + f->along[1] * weight[2] : weight[0]);
+    const double *along = list->of->item[list->at].along;
+    add(list, list->at, vertex, along[0] * weight[0] + along[1] * weight[1] + along[2] * weight[2]);
+}
+
+/* Whether values i and k are at the same place inside a face. Those of an entry follow each other, and are found
+ * together. */
+static int is_same_place(const co_surface_values *fs, int32_t i, int32_t k) {
+    const co_surface_value *a = &fs->item[i], *b = &fs->item[k];
+    return a->vertex < 0 && b->vertex < 0 && a->corner == b->corner && a->uv[0] == b->uv[0] && a->uv[1] == b->uv[1];
+}
+
+static void add_in_face(int32_t place, int32_t vertex, const double weight[CO_PLACE_ROWS], void *context) {
+    entry_list *list = context;
+    const int32_t first = list->in_face[place];
+    for (list->at = first; list->at < list->of->n && is_same_place(list->of, first, list->at); list->at++) {
+        const int32_t order = list->of->item[list->at].order;
+        if (order == 0)
+            add_point(vertex, weight[0], list);
+        else if (order == 1)
+            add_tangent(vertex, weight + 1, list);
+        else
+            add_second(vertex, weight + 3, list);
+    }
 }
 
 static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs, entry_list *list,
@@ -128,8 +161,11 @@ static int32_t find_in_faces(const curvopt_mesh *m, const co_surface_values *fs,
         if (f->vertex >= 0)
             continue;
         const int32_t face = m->corner_face[f->corner];
-        place[n] = (co_face_place){face, f->corner - m->face_start[face], {f->uv[0], f->uv[1]}};
-        in_face[n++] = i;
+        if (i == 0 || !is_same_place(fs, i - 1, i)) {
+            place[n] = (co_face_place){face, f->corner - m->face_start[face], {f->uv[0], f->uv[1]}, 0};
+            in_face[n++] = i;
+        }
+        place[n - 1].has_second |= f->order == 2;
     }
     list->in_face = in_face;
     if (status == CURVOPT_OK)
@@ -173,7 +209,9 @@ int32_t co_surface_values_make_rows(const curvopt_mesh *m, co_surface_values *fs
     for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++) {
         const co_surface_value *f = &fs->item[i];
         list.at = i;
-        if (f->vertex >= 0 && f->is_tangent)
+        if (f->vertex >= 0 && f->order == 2)
+            co_vertex_mask_visit_second(m, f->corner, add_second, &list);
+        else if (f->vertex >= 0 && f->order)
             co_vertex_mask_visit_tangents(m, f->corner, add_tangent, &list);
         else if (f->vertex >= 0)
             co_vertex_mask_visit(m, f->vertex, add_point, &list);

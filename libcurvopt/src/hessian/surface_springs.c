@@ -102,11 +102,11 @@ static void take(const double free_part[9], double factor, double x[3]) {
 static void add_spring(const co_surface_value *f, const making *m, const double centroid[3], double radius,
                        double scale, int32_t k, co_surface_springs *out) {
     const size_t n = (size_t)m->n, first = out->start[k];
-    const double factor = sqrt(scale * f->stiffness) * (f->is_tangent ? radius : 1);
+    const double factor = sqrt(scale * f->stiffness) * (f->order ? radius : 1);
     double free_part[9], *rest = out->rest + 3 * (size_t)k;
     co_freedom_projector(f->freedom, f->direction, free_part);
     for (int c = 0; c < 3; c++)
-        rest[c] = m->rest[c] - (f->is_tangent ? 0 : (f->anchor[c] - centroid[c]) / radius);
+        rest[c] = m->rest[c] - (f->order ? 0 : (f->anchor[c] - centroid[c]) / radius);
     take(free_part, factor, rest);
     for (size_t i = 0; i < n; i++) {
         const part *p = &m->part[i];

@@ -157,7 +157,9 @@ static void take_entries(share *s, const curvopt_through *from, const co_compone
                              .normals = take_reals(s, from->normals, 3),
                              .tangents = take_reals(s, from->tangents, 3),
                              .toward = from->toward ? toward : NULL,
-                             .weights = take_reals(s, from->weights, 1)};
+                             .weights = take_reals(s, from->weights, 1),
+                             .curvatures = take_reals(s, from->curvatures, 2),
+                             .curvature_directions = take_reals(s, from->curvature_directions, 3)};
 }
 
 static void take_chains(share *s, const curvopt_through *from, const co_components *c, curvopt_chain *chains,
@@ -191,7 +193,7 @@ static int32_t allocate(const curvopt_options *o, const co_component_shares *sha
     const size_t holes = (size_t)share_of(&shares->holes, c, &none).n;
     out->integers =
         CO_NEW(int32_t, 2 * constraints + 5 * entries + holes + count_chain_vertices(o, &shares->chains, c));
-    out->reals = CO_NEW(double, 7 * constraints + 15 * entries + chains);
+    out->reals = CO_NEW(double, 7 * constraints + 20 * entries + chains);
     out->chains = CO_NEW(curvopt_chain, chains);
     if (out->integers && out->reals && out->chains)
         return CURVOPT_OK;

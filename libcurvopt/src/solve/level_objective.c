@@ -2,6 +2,7 @@
 #include "solve/level_objective.h"
 
 #include "base/memory.h"
+#include "constraints/held_curvatures.h"
 #include "constraints/pivots.h"
 #include "constraints/sliding.h"
 #include "linalg/vector.h"
@@ -219,7 +220,10 @@ void co_level_objective_to_user(const co_level_objective *o, const double *z, do
             const double origin = o->held.of_limit[i / 3] == CO_OF_TANGENT ? 0 : run->centroid[i % 3];
             xyz[i] = o->held.freedom[i / 3] == CO_FREEDOM_NONE ? o->stays[i] : origin + run->radius * xyz[i];
         }
-        co_interpolation_to_cage(&o->interpolation, xyz);
+        if (co_held_curvatures_exist(&o->held.values)) /* of short tangents any error is divided by the square */
+            co_interpolation_to_cage_exactly(&o->interpolation, o->step, xyz);
+        else
+            co_interpolation_to_cage(&o->interpolation, xyz);
         return;
     }
     const double scale = co_run_size_unit(&run->size, size);

@@ -20,11 +20,10 @@ static int32_t find(const curvopt_mesh *mesh, const double *xyz, co_thread_pool 
     return status;
 }
 
-/* Refuses a cage that crosses itself where the input does not. */
-static int32_t check_start(const curvopt_mesh *mesh, const double *start, const co_no_crossings *c,
-                           co_thread_pool *threads, const curvopt_cancel *cancel, curvopt_error *error) {
+int32_t co_no_crossings_check(const curvopt_mesh *mesh, const double *xyz, const co_no_crossings *c,
+                              co_thread_pool *threads, const curvopt_cancel *cancel, curvopt_error *error) {
     co_crossings found;
-    int32_t status = find(mesh, start, threads, cancel, &found, error);
+    int32_t status = find(mesh, xyz, threads, cancel, &found, error);
     const int is_worse = status == CURVOPT_OK && !co_face_pairs_allow(&c->exceptions.pairs, &found);
     for (size_t k = 0; k < found.n && is_worse && status == CURVOPT_OK; k++) {
         const int32_t *face = found.pair[k].face;
@@ -49,7 +48,7 @@ int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, cons
         status = co_face_pairs_create(mesh, &found, &c->exceptions.pairs, error);
     co_crossings_free(&found);
     if (status == CURVOPT_OK && memcmp(xyz, start, n * sizeof *xyz) != 0)
-        status = check_start(mesh, start, c, threads, cancel, error);
+        status = co_no_crossings_check(mesh, start, c, threads, cancel, error);
     if (status != CURVOPT_OK)
         co_no_crossings_free(c);
     return status;

@@ -16,6 +16,10 @@ typedef struct co_no_crossings {
 int32_t co_no_crossings_create(const curvopt_mesh *mesh, const double *xyz, const double *start,
                                co_thread_pool *threads, const curvopt_cancel *cancel, co_no_crossings *out,
                                curvopt_error *error);
+/* Refuses a cage xyz [3 n_vertices] that crosses itself where the input does not: ERROR_GEOMETRY. Other errors as
+ * co_no_crossings_create. */
+int32_t co_no_crossings_check(const curvopt_mesh *mesh, const double *xyz, const co_no_crossings *no_crossings,
+                              co_thread_pool *threads, const curvopt_cancel *cancel, curvopt_error *error);
 void co_no_crossings_free(co_no_crossings *no_crossings);
 /* Of what repels each other at positions x [3 n_vertices]: pairs [n][2] of faces of the input cage, ascending, which
  * the caller frees, and their least distance, NAN if there are none. ERROR_MEMORY. */

@@ -8,6 +8,7 @@
 #include "solve/run_start.h"
 #include "solve/slide.h"
 #include "solve/symmetry_reduction.h"
+#include "solve/tangent_choice.h"
 #include "solve/verdict.h"
 
 #include <stdlib.h>
@@ -37,7 +38,9 @@ int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     int32_t status = co_run_take_shape(r, error);
     if (status == CURVOPT_OK)
         status = co_slide_level(r, number, error);
-    if (status == CURVOPT_OK) /* which that may have moved */
+    if (status == CURVOPT_OK)
+        status = co_tangent_choice_make(r, number, error);
+    if (status == CURVOPT_OK) /* which these may have moved */
         status = co_run_take_shape(r, error);
     if (number == 1)
         r->result->summary.n_sliding = r->sliding.n_sliding;

@@ -67,24 +67,23 @@ int co_evaluate_to_patch(const co_place *place, const double uv[2], double st[2]
     return x >= 0 && x <= 1 && y >= 0 && y <= 1;
 }
 
-void co_evaluate_to_face(const co_place *place, const double along_st[2], double along_uv[2]) {
+void co_evaluate_to_face(const co_place *place, int n, const double *along_st, double *along_uv) {
     static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, -1, -1, 1}, sign_v[4] = {1, 1, -1, -1};
     const int r = place->rotation;
-    const double scale = ldexp(1, place->level);
-    along_uv[0] = scale * sign_u[r] * along_st[swaps[r]];
-    along_uv[1] = scale * sign_v[r] * along_st[!swaps[r]];
+    for (int k = 0; k < n; k++) {
+        const int p = co_jet_order_u[k], q = co_jet_order_v[k], order = p + q;
+        const int from = order * (order + 1) / 2 + (swaps[r] ? p : q);
+        const double factor = (p % 2 ? sign_u[r] : 1) * (q % 2 ? sign_v[r] : 1) * ldexp(1, place->level * order);
+        along_uv[k] = factor * along_st[from];
+    }
 }
 
-/* Derivatives along the face's u, v from those along the patch's s, t. */
 static void to_face(const co_place *place, double jet[3][CO_JET], double *out) {
-    static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, -1, -1, 1}, sign_v[4] = {1, 1, -1, -1};
-    int r = place->rotation;
-    for (int k = 0; k < CO_JET; k++) {
-        int p = co_jet_order_u[k], q = co_jet_order_v[k], order = p + q;
-        int from = order * (order + 1) / 2 + (swaps[r] ? p : q);
-        double factor = (p % 2 ? sign_u[r] : 1) * (q % 2 ? sign_v[r] : 1) * ldexp(1, place->level * order);
-        for (int c = 0; c < 3; c++)
-            out[3 * k + c] = factor * jet[c][from];
+    double along_uv[CO_JET];
+    for (int c = 0; c < 3; c++) {
+        co_evaluate_to_face(place, CO_JET, jet[c], along_uv);
+        for (int k = 0; k < CO_JET; k++)
+            out[3 * k + c] = along_uv[k];
     }
 }
 

@@ -28,7 +28,7 @@ int32_t co_sampler_jets(co_sampler *sampler, int32_t n, const int32_t *face, con
 
 /* (u, v) of the face in the patch's own coordinates st; nonzero if inside. */
 int co_evaluate_to_patch(const co_place *place, const double uv[2], double st[2]);
-/* First derivatives along the face's u, v from those along the patch's s, t. */
-void co_evaluate_to_face(const co_place *place, const double along_st[2], double along_uv[2]);
+/* The first n numbers of a jet, 3, 6 or 10, along the face's u, v from those along the patch's s, t. */
+void co_evaluate_to_face(const co_place *place, int n, const double *along_st, double *along_uv);
 
 #endif

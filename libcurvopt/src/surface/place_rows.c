@@ -9,14 +9,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N_ROWS = 3 }; /* S, S_u, S_v, which are the first three of a jet */
+/* S, S_u, S_v, and S_uu, S_uv, S_vv, the first six of a jet: transposed, three rows are what three axes are. */
+enum { N_AXES = 3, N_PARTS = CO_PLACE_ROWS / N_AXES };
 
 typedef struct work {
     co_patches patches;
     co_basis_table_cache tables;
     double *jets;   /* [most points of a patch][CO_JET] */
-    double *points; /* [N_ROWS n_points] weights of the points: transposed, three rows are what three axes are */
-    double *cage;   /* [N_ROWS n_cage] of the vertices */
+    double *points; /* [N_PARTS][N_AXES n_points] weights of the points */
+    double *cage;   /* [N_PARTS][N_AXES n_cage] of the vertices */
 } work;
 
 static void work_free(work *w) {
@@ -46,8 +47,8 @@ static int32_t work_create(const curvopt_mesh *m, const co_face_place *place, in
         most = size > most ? size : most;
     }
     w->jets = CO_NEW(double, (size_t)most *CO_JET);
-    w->points = CO_NEW(double, N_ROWS *(size_t)w->patches.n_points);
-    w->cage = CO_NEW(double, N_ROWS *(size_t)w->patches.n_cage);
+    w->points = CO_NEW(double, CO_PLACE_ROWS *(size_t)w->patches.n_points);
+    w->cage = CO_NEW(double, CO_PLACE_ROWS *(size_t)w->patches.n_cage);
     return w->jets && w->points && w->cage ? CURVOPT_OK : co_status_no_memory(error);
 }
 
@@ -58,6 +59,23 @@ static int32_t find_patch(const co_patches *p, const co_face_place *place, doubl
             co_evaluate_to_patch(&p->place[i], place->uv, st))
             return i;
     return -1;
+}
+
+/* Rows 3 part .. 3 part + 2 of a place on patch `at`, whose jets have been made. */
+static void make_part(work *w, int32_t at, int part) {
+    co_patches *p = &w->patches;
+    double *points = w->points + (size_t)part * N_AXES * (size_t)p->n_points;
+    double *cage = w->cage + (size_t)part * N_AXES * (size_t)p->n_cage;
+    memset(points, 0, N_AXES * sizeof(double) * (size_t)p->n_points);
+    memset(cage, 0, N_AXES * sizeof(double) * (size_t)p->n_cage);
+    for (int32_t k = 0; k < co_patches_size(p->kind[at]); k++) {
+        double along[CO_PLACE_ROWS];
+        double *to = points + N_AXES * (size_t)p->points[p->start[at] + (size_t)k];
+        co_evaluate_to_face(&p->place[at], CO_PLACE_ROWS, w->jets + (size_t)k * CO_JET, along);
+        for (int r = 0; r < N_AXES; r++)
+            to[r] += along[N_AXES * part + r];
+    }
+    co_patches_add_derived(p, points, cage);
 }
 
 static int32_t visit_place(work *w, const co_face_place *place, int32_t i, co_place_rows_fn visit, void *context,
@@ -72,27 +90,20 @@ static int32_t visit_place(work *w, const co_face_place *place, int32_t i, co_pl
                               place->face);
     if (status != CURVOPT_OK)
         return status;
-    memset(w->points, 0, N_ROWS * sizeof(double) * (size_t)p->n_points);
-    for (int32_t k = 0; k < co_patches_size(p->kind[at]); k++) {
-        double along[2];
-        const double *jet = w->jets + (size_t)k * CO_JET;
-        double *to = w->points + N_ROWS * (size_t)p->points[p->start[at] + (size_t)k];
-        co_evaluate_to_face(&p->place[at], jet + 1, along);
-        to[0] += jet[0];
-        to[1] += along[0];
-        to[2] += along[1];
-    }
-    memset(w->cage, 0, N_ROWS * sizeof(double) * (size_t)p->n_cage);
-    co_patches_add_derived(p, w->points, w->cage);
-    for (int32_t v = 0; v < p->n_cage; v++) {
-        double sum[N_ROWS];
+    const int n_rows = place->has_second ? CO_PLACE_ROWS : N_AXES;
+    for (int part = 0; N_AXES * part < n_rows; part++)
+        make_part(w, at, part);
+    for (size_t v = 0; v < (size_t)p->n_cage; v++) {
+        double sum[CO_PLACE_ROWS] = {0};
         int any = 0;
-        for (int r = 0; r < N_ROWS; r++) {
-            sum[r] = w->points[N_ROWS * (size_t)v + (size_t)r] + w->cage[N_ROWS * (size_t)v + (size_t)r];
+        for (size_t r = 0; r < (size_t)n_rows; r++) {
+            const size_t part = r / N_AXES, axis = N_AXES * v + r % N_AXES;
+            sum[r] = w->points[part * N_AXES * (size_t)p->n_points + axis] +
+                     w->cage[part * N_AXES * (size_t)p->n_cage + axis];
             any |= sum[r] != 0;
         }
         if (any)
-            visit(i, v, sum, context);
+            visit(i, (int32_t)v, sum, context);
     }
     return CURVOPT_OK;
 }

@@ -10,10 +10,13 @@
 typedef struct co_face_place {
     int32_t face, corner;
     double uv[2];
+    int32_t has_second; /* whether second derivatives are wanted */
 } co_face_place;
 
-/* Told of a vertex and its weights in S, S_u and S_v of place i. */
-typedef void (*co_place_rows_fn)(int32_t i, int32_t vertex, const double weight[3], void *context);
+enum { CO_PLACE_ROWS = 6 };
+/* Told of a vertex and its weights in S, S_u, S_v, S_uu, S_uv and S_vv of place i; the last three are 0 where they are
+ * not wanted. */
+typedef void (*co_place_rows_fn)(int32_t i, int32_t vertex, const double weight[CO_PLACE_ROWS], void *context);
 /* Visits the rows of n places on the Catmull-Clark limit surface, place by place; a vertex may come more than once.
  * ERROR_ARGUMENT, the element the place's index, where a place is not on its face or is a vertex of it or the middle of
  * a face that is no quad, where there are no derivatives; ERROR_TOPOLOGY, ERROR_MEMORY. */

@@ -125,3 +125,22 @@ void co_vertex_mask_visit_tangents(const curvopt_mesh *m, int32_t h, co_vertex_t
             visit(m->corner_vertex[c], of_face, context);
     }
 }
+
+int co_vertex_mask_has_second(const curvopt_mesh *m, int32_t v) {
+    return co_vertex_mask_has_tangents(m, v) && ring_of(m, v).n_faces == 4;
+}
+
+/* With the fine ring as above, S_uu is 4 (4 (e_0 + e_2) + sum c_i - 8 v' - 2 (e_1 + e_3)) / 6 and S_uv is c_0 - c_1 +
+ * c_2 - c_3; with v' = (8 v + sum w_i + sum c_i) / 16 that is (2 sum c_i - 6 v + w_0 + w_2 - 2 (w_1 + w_3)) / 3. */
+void co_vertex_mask_visit_second(const curvopt_mesh *m, int32_t h, co_vertex_second_fn visit, void *context) {
+    const double of_vertex[3] = {-2, 0, -2}, of_edge[2][3] = {{1.0 / 3, 0, -2.0 / 3}, {-2.0 / 3, 0, 1.0 / 3}};
+    visit(m->corner_vertex[h], of_vertex, context);
+    for (int i = 0; i < 4; i++, h = co_mesh_rotate(m, h)) {
+        const int32_t f = m->corner_face[h];
+        const double part = 1.0 / co_mesh_face_size(m, f);
+        const double of_face[3] = {2 * part / 3, i % 2 ? -part : part, 2 * part / 3};
+        visit(co_mesh_destination(m, h), of_edge[i % 2], context);
+        for (int32_t c = m->face_start[f]; c < m->face_start[f + 1]; c++)
+            visit(m->corner_vertex[c], of_face, context);
+    }
+}

@@ -29,7 +29,15 @@ typedef void (*co_vertex_tangents_fn)(int32_t vertex, const double weight[2], vo
  * one subdivision, so that faces may have any size. At a regular vertex the first is S_u, elsewhere as long as one gets
  * by that edge's other end. A vertex may come more than once. */
 void co_vertex_mask_visit_tangents(const curvopt_mesh *mesh, int32_t h, co_vertex_tangents_fn visit, void *context);
-/* By how much both get shorter with each subdivision. */
+/* Whether the limit surface has second derivatives at a vertex: inside smooth parts, where four faces meet. */
+int co_vertex_mask_has_second(const curvopt_mesh *mesh, int32_t vertex);
+/* Told of a vertex and its weights in S_uu, S_uv and S_vv. */
+typedef void (*co_vertex_second_fn)(int32_t vertex, const double weight[3], void *context);
+/* The second derivatives at the limit point of the vertex that half-edge h leaves, which has them, by the parameters
+ * whose tangents co_vertex_mask_visit_tangents() gives: those of a bicubic B-spline on the ring after one subdivision,
+ * so that faces may have any size. A vertex may come more than once. */
+void co_vertex_mask_visit_second(const curvopt_mesh *mesh, int32_t h, co_vertex_second_fn visit, void *context);
+/* By how much both tangents get shorter with each subdivision. */
 double co_vertex_mask_tangents_shrink(const curvopt_mesh *mesh, int32_t vertex);
 
 #endif
