@@ -45,50 +45,43 @@ CO_SIMD_INLINE int jets_from(int k, int last) {
     return last + 1 - k < JETS_TOGETHER ? last + 1 - k : JETS_TOGETHER;
 }
 
-/* Not inlined: loops then have all registers. Inlined they share them with what surrounds them, and were a fifth slower
+/* S [0..n - 1] from the rows' entries for these. `mixed` and n are constants where this is called. */
+CO_SIMD_INLINE void sum_some_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+    lane sum[JETS_TOGETHER][3];
+    for (int k = 0; k < n; k++)
+        for (int c = 0; c < 3; c++)
+            sum[k][c] = lane_all(0);
+    for (int32_t p = 0; p < n_points; p++)
+        for (int k = 0; k < n; k++)
+            for (int c = 0; c < 3; c++)
+                sum[k][c] += entry(rows, mixed, p * CO_JET + k) * P[p][c];
+    for (int k = 0; k < n; k++) /* one by one: with memcpy() compilers would keep the sums in memory */
+        for (int c = 0; c < 3; c++)
+            S[k][c] = sum[k][c];
+}
+
+/* n is a constant where this is called. */
+CO_SIMD_INLINE void sum_rows_of(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+    if (mixed)
+        sum_some_rows(rows, 1, n_points, P, n, S);
+    else
+        sum_some_rows(rows, 0, n_points, P, n, S);
+}
+
+/* Not inlined: loops then have all registers. Inlined they share them with what surrounds them, which gets slower, too
  * (libcurvopt/notes/94-where-the-time-goes.md). */
-#define KEEPS_REGISTERS __attribute__((noinline))
-
-/* Vectors as wide as they are; and by 256 bits at most, which AMD's Zen 4 multiplies and adds faster than 512 where no
- * products are fused with sums (libcurvopt/notes/94-where-the-time-goes.md). */
-#define PART_LANES CO_LANES
-#define PART(name) whole_##name
-CO_SIMD_INLINE lane whole_join(const lane part[1]) {
-    return part[0];
-}
-#include "energy/kernel_row_products.h"
-#undef PART
-#undef PART_LANES
-
-#if CO_LANES == 8
-#define PART_LANES 4
-#define PART(name) half_##name
-typedef double half_lane __attribute__((vector_size(32)));
-CO_SIMD_INLINE lane half_join(const half_lane part[2]) {
-    return __builtin_shufflevector(part[0], part[1], 0, 1, 2, 3, 4, 5, 6, 7);
-}
-#include "energy/kernel_row_products.h"
-#undef PART
-#undef PART_LANES
-
-CO_SIMD_INLINE int halves_are_faster(void) {
-#ifdef __x86_64__
-    return __builtin_cpu_is("amdfam19h");
-#else
-    return 0;
-#endif
-}
-#endif
-
-/* S [0..n - 1] from the rows' entries for these. */
-CO_SIMD_INLINE void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
-#if CO_LANES == 8
-    if (halves_are_faster()) {
-        half_sum_rows(rows, mixed, n_points, P, n, S);
-        return;
-    }
-#endif
-    whole_sum_rows(rows, mixed, n_points, P, n, S);
+__attribute__((noinline)) static void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n,
+                                               lane (*S)[3]) {
+    if (n == 1)
+        sum_rows_of(rows, mixed, n_points, P, 1, S);
+    else if (n == 2)
+        sum_rows_of(rows, mixed, n_points, P, 2, S);
+    else if (n == 3 || JETS_TOGETHER == 3)
+        sum_rows_of(rows, mixed, n_points, P, 3, S);
+    else if (n == 4)
+        sum_rows_of(rows, mixed, n_points, P, 4, S);
+    else
+        sum_rows_of(rows, mixed, n_points, P, 5, S);
 }
 
 /* S [first..last] of one sample from its rows. */
@@ -98,16 +91,65 @@ CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (
         sum_rows(entries(rows, mixed, k), mixed, n_points, P, jets_from(k, last), S + k);
 }
 
-/* The transpose of sum_rows(): G becomes rows^T S_bar, or that much more. */
-CO_SIMD_INLINE void transpose_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3], int n, int more,
-                                   lane (*G)[3]) {
-#if CO_LANES == 8
-    if (halves_are_faster()) {
-        half_transpose_rows(rows, mixed, n_points, S_bar, n, more, G);
-        return;
+/* A vector, as a whole in registers. */
+typedef struct vector {
+    lane c[3];
+} vector;
+
+CO_SIMD_INLINE void add_entry(lane r, const vector *bar, vector *sum) {
+    for (int c = 0; c < 3; c++)
+        sum->c[c] += r * bar->c[c];
+}
+
+/* The transpose of sum_some_rows(): G becomes rows^T S_bar, or that much more. `mixed`, n and `more` are constants. */
+CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                        int more, vector *G) {
+    const vector bar0 = S_bar[0], bar1 = S_bar[n > 1 ? 1 : 0], bar2 = S_bar[n > 2 ? 2 : 0], bar3 = S_bar[n > 3 ? 3 : 0],
+                 bar4 = S_bar[n > 4 ? 4 : 0];
+    for (int32_t p = 0; p < n_points; p++) {
+        vector sum = more ? G[p] : (vector){{lane_all(0), lane_all(0), lane_all(0)}};
+        const double *row = entries(rows, mixed, p * CO_JET);
+        add_entry(entry(row, mixed, 0), &bar0, &sum);
+        if (n > 1)
+            add_entry(entry(row, mixed, 1), &bar1, &sum);
+        if (n > 2)
+            add_entry(entry(row, mixed, 2), &bar2, &sum);
+        if (n > 3)
+            add_entry(entry(row, mixed, 3), &bar3, &sum);
+        if (n > 4)
+            add_entry(entry(row, mixed, 4), &bar4, &sum);
+        G[p] = sum;
     }
-#endif
-    whole_transpose_rows(rows, mixed, n_points, S_bar, n, more, G);
+}
+
+/* n is a constant where this is called. */
+CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                      int more, vector *G) {
+    if (mixed && more)
+        transpose_some_rows(rows, 1, n_points, S_bar, n, 1, G);
+    else if (mixed)
+        transpose_some_rows(rows, 1, n_points, S_bar, n, 0, G);
+    else if (more)
+        transpose_some_rows(rows, 0, n_points, S_bar, n, 1, G);
+    else
+        transpose_some_rows(rows, 0, n_points, S_bar, n, 0, G);
+}
+
+/* Not inlined, as sum_rows(). */
+__attribute__((noinline)) static void transpose_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3],
+                                                     int n, int more, lane (*G)[3]) {
+    const vector *bar = (const vector *)(const void *)S_bar;
+    vector *to = (vector *)(void *)G;
+    if (n == 1)
+        transpose_rows_of(rows, mixed, n_points, bar, 1, more, to);
+    else if (n == 2)
+        transpose_rows_of(rows, mixed, n_points, bar, 2, more, to);
+    else if (n == 3 || JETS_TOGETHER == 3)
+        transpose_rows_of(rows, mixed, n_points, bar, 3, more, to);
+    else if (n == 4)
+        transpose_rows_of(rows, mixed, n_points, bar, 4, more, to);
+    else
+        transpose_rows_of(rows, mixed, n_points, bar, 5, more, to);
 }
 
 /* The transpose of jets(): G becomes rows^T S_bar, or that much more. */

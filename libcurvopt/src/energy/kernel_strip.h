@@ -37,15 +37,14 @@ CO_SIMD_INLINE void strip_end(const double *along_v, int order, strip bar, lane 
 }
 
 /* Those of S [first..last] with derivative b along v, of a sample. */
-CO_SIMD_INLINE void strip_jets_of(const double *along_u, int b, lane (*m)[3], int first, int last,
-                                  lane S[CO_JET][3]) {
+CO_SIMD_INLINE void strip_jets_of(const double *along_u, int b, lane (*m)[3], int first, int last, lane S[CO_JET][3]) {
     for (int a = 0; a + b < 4; a++) {
         const int k = co_jet_index(a, b);
         if (k < first || k > last)
             continue;
         for (int c = 0; c < 3; c++)
-            S[k][c] = along_u[a] * m[0][c] + along_u[4 + a] * m[1][c] + along_u[8 + a] * m[2][c] +
-                      along_u[12 + a] * m[3][c];
+            S[k][c] =
+                along_u[a] * m[0][c] + along_u[4 + a] * m[1][c] + along_u[8 + a] * m[2][c] + along_u[12 + a] * m[3][c];
     }
 }
 

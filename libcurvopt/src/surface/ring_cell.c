@@ -139,8 +139,13 @@ static void map_at(const co_ring_cell *cell, int x, int y, double at[2]) {
 
 int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector, int i, int j, co_ring_cell *cell,
                                  curvopt_error *error) {
-    *cell = (co_ring_cell){
-        .sector = sector, .is_face = 1, .n_points = 16, .order = 3, .origin = {i, j}, .side = 1, .polynomial = polynomial};
+    *cell = (co_ring_cell){.sector = sector,
+                           .is_face = 1,
+                           .n_points = 16,
+                           .order = 3,
+                           .origin = {i, j},
+                           .side = 1,
+                           .polynomial = polynomial};
     int32_t status = allocate(cell, error);
     if (status != CURVOPT_OK)
         return status;
