@@ -21,11 +21,14 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
 
 /* Deep in the rings of the unblended surface, derivatives with respect to the characteristic map are differences of
  * nearly equal numbers. Faces are moved to the origin before rows are applied, so that this costs
- * nothing. */
+ * nothing. Third derivatives, which the limit surface has no finite energy of there, are not made. */
 static void check_rows_sum(const co_basis_table *t) {
     double tolerance = t->kind == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
-    for (int32_t s = 0; s < t->n_samples; s++)
-        for (int k = 0; k < CO_JET; k++) {
+    const int n = t->kind != 4 && t->surface == CURVOPT_SURFACE_LIMIT ? 6 : CO_JET;
+    for (int32_t s = 0; s < t->n_samples; s++) {
+        for (int k = n; k < CO_JET; k++)
+            CHECK_TRUE(isnan(t->rows[s * t->n_points * CO_JET + k]));
+        for (int k = 0; k < n; k++) {
             double sum = 0, size = 0;
             for (int32_t p = 0; p < t->n_points; p++) {
                 sum += t->rows[(s * t->n_points + p) * CO_JET + k];
@@ -33,6 +36,7 @@ static void check_rows_sum(const co_basis_table *t) {
             }
             CHECK_NEAR(sum, k == 0, tolerance * fmax(size, 1));
         }
+    }
 }
 
 static void test_rows_of_positions_sum_to_one_and_of_derivatives_to_zero(void **state) {

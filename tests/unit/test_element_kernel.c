@@ -48,8 +48,9 @@ static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *ou
         }
 }
 
-/* All faces through one kernel. Lanes left over take the block's first face, or the one of NANs. */
-static void run(const co_element_kernel *kernel, const faces *in, int third, int bad_padding, results *out) {
+/* All faces through one kernel: energies up to third order or not, or area and volume alone, if `order` is 3, 2 or 1.
+ * Lanes left over take the block's first face, or the one of NANs. */
+static void run_order(const co_element_kernel *kernel, const faces *in, int order, int bad_padding, results *out) {
     const int32_t n = in->table->n_points;
     const size_t lanes = (size_t)kernel->lanes, work_size = sizeof(double) * 9 * (size_t)n * lanes;
     int32_t points[MOST_POINTS * CO_BLOCK_FACES];
@@ -71,25 +72,31 @@ static void run(const co_element_kernel *kernel, const faces *in, int third, int
             .xyz = in->xyz,
             .eps4 = 1e-6,
             .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4, .mean = 0.1, .volume = 0.05},
-            .third = third,
+            .third = order == 3,
+            .first_order = order == 1,
             .volume = 1,
             .jump = 1,
             .gradient = 1,
-            .area_gradient = 1,
+            .area_gradient = order > 1,
             .sums = sums,
             .gradients = gradients,
             .work = work};
         kernel->run(&block);
         for (int32_t l = 0; l < n_used; l++) {
             const double *sum = sums + co_lane_place((size_t)l, CO_N_SUMS, lanes);
-            const double *gradient = gradients + co_lane_place((size_t)l, 6 * (size_t)n, lanes);
+            const size_t own = order > 1 ? 6 : 3; /* numbers of a point */
+            const double *gradient = gradients + co_lane_place((size_t)l, own * (size_t)n, lanes);
             for (size_t i = 0; i < CO_N_SUMS; i++)
                 out->sums[first + l][i] = sum[i * lanes];
-            for (size_t i = 0; i < 6 * (size_t)n; i++)
-                out->gradients[first + l][i / 6][i % 6 / 3][i % 3] = gradient[i * lanes];
+            for (size_t i = 0; i < own * (size_t)n; i++)
+                out->gradients[first + l][i / own][i % own / 3][i % 3] = gradient[i * lanes];
         }
     }
     free(work);
+}
+
+static void run(const co_element_kernel *kernel, const faces *in, int third, int bad_padding, results *out) {
+    run_order(kernel, in, third ? 3 : 2, bad_padding, out);
 }
 
 static double largest(const double *x, int n) {
@@ -135,6 +142,35 @@ static void test_all_kernels_have_the_same_bits(void **state) {
             assert_string_equal(kernel->name, names[i]);
             run(kernel, &in, kinds[k].third, 0, &other);
             check_same(&other, &portable);
+        }
+        co_basis_table_destroy(in.table);
+    }
+}
+
+/* On regular faces: a strip after the other, or each sample with its own sixteen points. */
+static void test_strips_are_the_samples_by_themselves(void **state) {
+    static const int32_t rules[] = {0, 1, 3, 5}; /* the last one has sub-cells */
+    static faces in, by_itself;
+    static results strips, samples;
+    (void)state;
+    for (size_t k = 0; k < 3 * sizeof rules / sizeof *rules; k++) {
+        const int order = 1 + (int)k % 3;
+        make_faces(CURVOPT_SURFACE_LIMIT, 4, rules[k / 3], &in);
+        co_basis_table table = *in.table;
+        CHECK_TRUE(table.side && table.n_side * table.n_side == table.n_samples);
+        table.side = NULL;
+        by_itself = in;
+        by_itself.table = &table;
+        run_order(co_element_kernel_select(NULL), &in, order, 0, &strips);
+        run_order(co_element_kernel_select(NULL), &by_itself, order, 0, &samples);
+        for (int f = 0; f < N_FACES; f++) {
+            const double *of_strips = &strips.gradients[f][0][0][0], *of_samples = &samples.gradients[f][0][0][0];
+            const double most = largest(of_samples, MOST_POINTS * 6);
+            CHECK_TRUE(most > 0 && samples.sums[f][CO_INT_AREA] > 0.05);
+            for (int i = 0; i < CO_N_SUMS; i++)
+                CHECK_NEAR(strips.sums[f][i], samples.sums[f][i], 1e-12 * (1 + fabs(samples.sums[f][i])));
+            for (int i = 0; i < MOST_POINTS * 6; i++)
+                CHECK_NEAR(of_strips[i], of_samples[i], 1e-12 * most);
         }
         co_basis_table_destroy(in.table);
     }
@@ -443,6 +479,7 @@ static void test_unknown_kernel_is_not_found(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_kernels_have_the_same_bits),
+        cmocka_unit_test(test_strips_are_the_samples_by_themselves),
         cmocka_unit_test(test_second_derivatives_of_all_kernels_have_the_same_bits),
         cmocka_unit_test(test_hessian_is_the_slope_of_the_gradient),
         cmocka_unit_test(test_gauss_newton_residuals_add_up_to_the_integrand),

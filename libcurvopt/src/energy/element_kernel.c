@@ -7,6 +7,7 @@
 #include "energy/kernel_plane.h"
 #include "energy/kernel_products.h"
 #include "energy/kernel_rows.h"
+#include "energy/kernel_strip.h"
 #include "energy/kernel_umbilic.h"
 #include "energy/kernel_volume.h"
 
@@ -20,9 +21,89 @@ typedef struct block {
     lane (*G_area)[3];
 } block;
 
-CO_SIMD_INLINE void scatter_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
-                                 int last, lane (*G)[3]) {
-    transpose_jets(rows, mixed, n_points, S_bar, first, last, 1, G);
+/* How a table's samples are read; a constant where these functions are called, so that each way is compiled without
+ * the others' work. */
+typedef enum { OF_ROWS, OF_MIXED_ROWS, OF_PLANE, OF_STRIPS } table_form;
+
+static table_form form_of(const co_basis_table *t) {
+    return t->blend ? OF_PLANE : t->is_mixed ? OF_MIXED_ROWS : t->side ? OF_STRIPS : OF_ROWS;
+}
+
+/* What reads one sample of a table after the other, and gives adjoints back. */
+typedef struct reader {
+    const co_basis_table *table;
+    const block *b;
+    int32_t sample, at_side; /* at_side: its place in its strip */
+    plane_state plane;
+    strip points, bar, area_bar;
+} reader;
+
+CO_SIMD_INLINE void reader_begin(reader *r, table_form form, const co_basis_table *t, const block *b) {
+    r->table = t;
+    r->b = b;
+    r->sample = r->at_side = -1;
+    if (form == OF_PLANE)
+        plane_begin(t, b->P, &r->plane);
+}
+
+/* To the next sample, whose derivatives are wanted up to `order`. */
+CO_SIMD_INLINE void reader_advance(reader *r, table_form form, int order) {
+    r->sample++;
+    if (form != OF_STRIPS || ++r->at_side % r->table->n_side)
+        return;
+    r->at_side = 0;
+    strip_begin(r->table->side + 16 * (r->sample / r->table->n_side), order, r->b->P, r->points);
+    memset(r->bar, 0, sizeof r->bar);
+    memset(r->area_bar, 0, sizeof r->area_bar);
+}
+
+CO_SIMD_INLINE const double *blend_of(const reader *r) {
+    return r->table->blend + (size_t)r->sample * CO_JET;
+}
+
+/* S [first..last], on `plane` 0..9. */
+CO_SIMD_INLINE void read_jets(reader *r, table_form form, int first, int last, lane S[CO_JET][3]) {
+    const co_basis_table *t = r->table;
+    const int mixed = form == OF_MIXED_ROWS;
+    if (form == OF_STRIPS)
+        strip_jets(t->side + 16 * r->at_side, r->points, first, last, S);
+    else
+        jets(rows_of(t, mixed, r->sample), mixed, t->n_points, r->b->P, first, last, S);
+    if (form == OF_PLANE)
+        plane_forward(&r->plane, blend_of(r), S);
+}
+
+/* What S_bar [first..last] is for the points, on `plane` 0..9, which it changes there. */
+CO_SIMD_INLINE void scatter_jets(reader *r, table_form form, lane S[CO_JET][3], lane S_bar[CO_JET][3], int first,
+                                 int last) {
+    const co_basis_table *t = r->table;
+    const int mixed = form == OF_MIXED_ROWS;
+    if (form == OF_PLANE)
+        plane_adjoint(&r->plane, blend_of(r), S, S_bar);
+    if (form == OF_STRIPS)
+        strip_scatter(t->side + 16 * r->at_side, S_bar, first, last, r->bar);
+    else
+        transpose_jets(rows_of(t, mixed, r->sample), mixed, t->n_points, S_bar, first, last, 1, r->b->G);
+}
+
+/* Likewise for the area, not on `plane`. */
+CO_SIMD_INLINE void scatter_area(reader *r, table_form form, lane S_bar[CO_JET][3]) {
+    const co_basis_table *t = r->table;
+    const int mixed = form == OF_MIXED_ROWS;
+    if (form == OF_STRIPS)
+        strip_scatter(t->side + 16 * r->at_side, S_bar, 1, 2, r->area_bar);
+    else
+        transpose_jets(rows_of(t, mixed, r->sample), mixed, t->n_points, S_bar, 1, 2, 1, r->b->G_area);
+}
+
+/* After all that a sample has: derivatives had been wanted up to `order`. */
+CO_SIMD_INLINE void scatter_strip(reader *r, table_form form, int order, int area) {
+    const co_basis_table *t = r->table;
+    if (form != OF_STRIPS || r->at_side + 1 < t->n_side)
+        return;
+    strip_end(t->side + 16 * (r->sample / t->n_side), order, r->bar, r->b->G);
+    if (area)
+        strip_end(t->side + 16 * (r->sample / t->n_side), 1, r->area_bar, r->b->G_area);
 }
 
 /* S_bar [1], [2] += those of J times a weight; normal: S_u x S_v, and the weight over J, or of length 1. */
@@ -64,28 +145,24 @@ CO_SIMD_INLINE lane density_of(const co_integrand *w, int third, const sample_va
     return density;
 }
 
-/* The integrals over all samples; `third`, `plane` and `mixed` are constants where this is called, so that each
- * combination is compiled without the others' work. */
-CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b, int third, int plane, int mixed,
+/* The integrals over all samples; `third` and `form` are constants where this is called. */
+CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b, int third, table_form form,
                                       lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
-    const int first = plane ? 0 : 1, last_read = third || plane ? 9 : 5;
+    const int plane = form == OF_PLANE, order = third ? 3 : 2;
+    const int first = plane ? 0 : 1, last = third || plane ? 9 : 5;
     const int volume_gradient = s->volume && s->gradient && s->integrand.volume != 0;
     lane offset[3], place[3];
-    plane_state plane_of_block;
+    reader r;
     memset(place, 0, sizeof place);
     volume_offset(s->points, s->xyz, offset);
-    if (plane)
-        plane_begin(t, b->P, &plane_of_block);
+    reader_begin(&r, form, t, b);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
-        const double *rows = rows_of(t, mixed, i);
-        const double *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value = {0};
-        jets(rows, mixed, t->n_points, b->P, first, last_read, S);
-        if (plane)
-            plane_forward(&plane_of_block, w, S);
+        reader_advance(&r, form, order);
+        read_jets(&r, form, first, last, S);
         forward_second(S, &state, &value);
         if (third) {
             forward_third(S, &state);
@@ -96,7 +173,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
             sums[CO_SUM_JUMP] += umbilic_jump(&state, &value, s->eps4, t->weight[i] * state.J);
         if (s->volume) {
             if (!plane)
-                jets(rows, mixed, t->n_points, b->P, 0, 0, S);
+                read_jets(&r, form, 0, 0, S);
             from_origin(S[0], offset, place);
             sums[CO_INT_VOLUME] += volume_value(place, state.n, t->area_weight[i] * state.J);
         }
@@ -108,58 +185,53 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
         memset(S_bar[0], 0, sizeof S_bar[0]);
         if (volume_gradient)
             add_volume_adjoint(place, S, s->integrand.volume * t->area_weight[i], S_bar);
-        if (plane)
-            plane_adjoint(&plane_of_block, w, S, S_bar);
-        scatter_jets(rows, mixed, t->n_points, S_bar, first, last_read, b->G);
+        scatter_jets(&r, form, S, S_bar, first, last);
         if (volume_gradient && !plane)
-            scatter_jets(rows, mixed, t->n_points, S_bar, 0, 0, b->G);
+            scatter_jets(&r, form, S, S_bar, 0, 0);
         if (s->area_gradient && !plane) {
             area_adjoint(S, &state, lane_all(t->area_weight[i]), 1, 2, S_bar);
-            scatter_jets(rows, mixed, t->n_points, S_bar, 1, 2, b->G_area);
+            scatter_area(&r, form, S_bar);
         }
+        scatter_strip(&r, form, order, s->area_gradient);
     }
     if (plane && s->gradient)
-        plane_end(t, &plane_of_block, b->G);
+        plane_end(t, &r.plane, b->G);
 }
 
 /* The area's gradient on `plane`, whose V and n_V need an adjoint of their own: all samples once more. */
 CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block *b) {
     const co_basis_table *t = s->table;
-    plane_state m;
-    plane_begin(t, b->P, &m);
+    const block of_area = {.P = b->P, .G = b->G_area};
+    reader r;
+    reader_begin(&r, OF_PLANE, t, &of_area);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
-        const double *rows = rows_of(t, 0, i), *w = t->blend + (size_t)i * CO_JET;
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
-        jets(rows, 0, t->n_points, b->P, 0, 9, S);
-        plane_forward(&m, w, S);
+        reader_advance(&r, OF_PLANE, 2);
+        read_jets(&r, OF_PLANE, 0, 9, S);
         forward_second(S, &state, &value);
         area_adjoint(S, &state, lane_all(t->area_weight[i]), 0, CO_JET - 1, S_bar);
-        plane_adjoint(&m, w, S, S_bar);
-        scatter_jets(rows, 0, t->n_points, S_bar, 0, 9, b->G_area);
+        scatter_jets(&r, OF_PLANE, S, S_bar, 0, 9);
     }
-    plane_end(t, &m, b->G_area);
+    plane_end(t, &r.plane, b->G_area);
 }
 
-/* Area and volume alone, which need first derivatives only, and their gradients. `plane` and `mixed` are constants
- * where this is called. */
-CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block *b, int plane, int mixed,
+/* Area and volume alone, which need first derivatives only, and their gradients. `form` is a constant where this is
+ * called. */
+CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block *b, table_form form,
                                           lane sums[CO_N_SUMS]) {
     const co_basis_table *t = s->table;
-    const int last = plane ? 9 : 2;
+    const int last = form == OF_PLANE ? 9 : 2;
     lane offset[3];
-    plane_state m;
+    reader r;
     volume_offset(s->points, s->xyz, offset);
-    if (plane)
-        plane_begin(t, b->P, &m);
+    reader_begin(&r, form, t, b);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
-        const double *rows = rows_of(t, mixed, i), *w = plane ? t->blend + (size_t)i * CO_JET : NULL;
         const double weight = t->area_weight[i];
         lane S[CO_JET][3], S_bar[CO_JET][3], place[3], normal[3];
-        jets(rows, mixed, t->n_points, b->P, 0, last, S);
-        if (plane)
-            plane_forward(&m, w, S);
+        reader_advance(&r, form, 1);
+        read_jets(&r, form, 0, last, S);
         from_origin(S[0], offset, place);
         lane_cross(S[1], S[2], normal);
         const lane J = lane_sqrt(lane_dot(normal, normal));
@@ -170,21 +242,28 @@ CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block
         memset(S_bar, 0, sizeof S_bar);
         add_volume_adjoint(place, S, s->integrand.volume * weight, S_bar);
         add_area_adjoint(S, normal, s->integrand.area * weight / J, S_bar);
-        if (plane)
-            plane_adjoint(&m, w, S, S_bar);
-        scatter_jets(rows, mixed, t->n_points, S_bar, 0, last, b->G);
+        scatter_jets(&r, form, S, S_bar, 0, last);
+        scatter_strip(&r, form, 1, 0);
     }
-    if (plane && s->gradient)
-        plane_end(t, &m, b->G);
+    if (form == OF_PLANE && s->gradient)
+        plane_end(t, &r.plane, b->G);
 }
 
 static void run_first_order(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
-    if (s->table->blend)
-        integrate_first_order(s, b, 1, 0, sums);
-    else if (s->table->is_mixed)
-        integrate_first_order(s, b, 0, 1, sums);
-    else
-        integrate_first_order(s, b, 0, 0, sums);
+    switch (form_of(s->table)) {
+    case OF_ROWS:
+        integrate_first_order(s, b, OF_ROWS, sums);
+        break;
+    case OF_MIXED_ROWS:
+        integrate_first_order(s, b, OF_MIXED_ROWS, sums);
+        break;
+    case OF_PLANE:
+        integrate_first_order(s, b, OF_PLANE, sums);
+        break;
+    case OF_STRIPS:
+        integrate_first_order(s, b, OF_STRIPS, sums);
+        break;
+    }
 }
 
 static void store(const co_element_block *s, const block *b, const lane sums[CO_N_SUMS]) {
@@ -202,19 +281,32 @@ static void store(const co_element_block *s, const block *b, const lane sums[CO_
     }
 }
 
+/* `third` is a constant where this is called. */
+CO_SIMD_INLINE void integrate_form(const co_element_block *s, const block *b, int third, lane sums[CO_N_SUMS]) {
+    switch (form_of(s->table)) {
+    case OF_ROWS:
+        integrate_samples(s, b, third, OF_ROWS, sums);
+        break;
+    case OF_MIXED_ROWS:
+        integrate_samples(s, b, third, OF_MIXED_ROWS, sums);
+        break;
+    case OF_STRIPS:
+        integrate_samples(s, b, third, OF_STRIPS, sums);
+        break;
+    case OF_PLANE:
+        break;
+    }
+}
+
 static void run_energies(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
     if (s->table->blend) {
-        integrate_samples(s, b, 1, 1, 0, sums);
+        integrate_samples(s, b, 1, OF_PLANE, sums);
         if (s->gradient && s->area_gradient)
             integrate_plane_area(s, b);
-    } else if (s->third && s->table->is_mixed) {
-        integrate_samples(s, b, 1, 0, 1, sums);
     } else if (s->third) {
-        integrate_samples(s, b, 1, 0, 0, sums);
-    } else if (s->table->is_mixed) {
-        integrate_samples(s, b, 0, 0, 1, sums);
+        integrate_form(s, b, 1, sums);
     } else {
-        integrate_samples(s, b, 0, 0, 0, sums);
+        integrate_form(s, b, 0, sums);
     }
 }
 

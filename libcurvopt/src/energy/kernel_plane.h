@@ -50,10 +50,6 @@ CO_SIMD_INLINE void plane_end(const co_basis_table *t, const plane_state *m, lan
 /* Binomials of Leibniz' rule. */
 static const int binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
 
-CO_SIMD_INLINE int jet_index(int p, int q) {
-    return (p + q) * (p + q + 1) / 2 + q;
-}
-
 /* psi = w phi; or, transposed, phi from psi. */
 CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane in[CO_JET], lane out[CO_JET]) {
     for (int k = 0; k < CO_JET; k++)
@@ -61,7 +57,7 @@ CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane i
     for (int k = 0; k < CO_JET; k++)
         for (int i = 0; i <= co_jet_order_u[k]; i++)
             for (int j = 0; j <= co_jet_order_v[k]; j++) {
-                int from = jet_index(i, j), with = jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
+                int from = co_jet_index(i, j), with = co_jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
                 double factor = binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with];
                 if (transposed)
                     out[from] += factor * in[k];

@@ -45,8 +45,8 @@ CO_SIMD_INLINE int jets_from(int k, int last) {
     return last + 1 - k < JETS_TOGETHER ? last + 1 - k : JETS_TOGETHER;
 }
 
-/* S [0..n - 1] from the rows' entries for these. */
-CO_SIMD_INLINE void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+/* S [0..n - 1] from the rows' entries for these. `mixed` and n are constants where this is called. */
+CO_SIMD_INLINE void sum_some_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
     lane sum[JETS_TOGETHER][3];
     for (int k = 0; k < n; k++)
         for (int c = 0; c < 3; c++)
@@ -60,18 +60,35 @@ CO_SIMD_INLINE void sum_rows(const double *rows, int mixed, int32_t n_points, la
             S[k][c] = sum[k][c];
 }
 
-/* S [first..last] of one sample from its rows; `mixed`, `first` and `last` are constants where this is called. Calls
- * are written out: in a loop, compilers would keep the sums in memory. */
+/* n is a constant where this is called. */
+CO_SIMD_INLINE void sum_rows_of(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+    if (mixed)
+        sum_some_rows(rows, 1, n_points, P, n, S);
+    else
+        sum_some_rows(rows, 0, n_points, P, n, S);
+}
+
+/* Not inlined: loops then have all registers. Inlined they share them with what surrounds them, which gets slower, too
+ * (libcurvopt/notes/94-where-the-time-goes.md). */
+__attribute__((noinline)) static void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n,
+                                               lane (*S)[3]) {
+    if (n == 1)
+        sum_rows_of(rows, mixed, n_points, P, 1, S);
+    else if (n == 2)
+        sum_rows_of(rows, mixed, n_points, P, 2, S);
+    else if (n == 3 || JETS_TOGETHER == 3)
+        sum_rows_of(rows, mixed, n_points, P, 3, S);
+    else if (n == 4)
+        sum_rows_of(rows, mixed, n_points, P, 4, S);
+    else
+        sum_rows_of(rows, mixed, n_points, P, 5, S);
+}
+
+/* S [first..last] of one sample from its rows. */
 CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
                          lane S[CO_JET][3]) {
-    const int k1 = first + JETS_TOGETHER, k2 = k1 + JETS_TOGETHER, k3 = k2 + JETS_TOGETHER;
-    sum_rows(entries(rows, mixed, first), mixed, n_points, P, jets_from(first, last), S + first);
-    if (k1 <= last)
-        sum_rows(entries(rows, mixed, k1), mixed, n_points, P, jets_from(k1, last), S + k1);
-    if (k2 <= last)
-        sum_rows(entries(rows, mixed, k2), mixed, n_points, P, jets_from(k2, last), S + k2);
-    if (k3 <= last)
-        sum_rows(entries(rows, mixed, k3), mixed, n_points, P, jets_from(k3, last), S + k3);
+    for (int k = first; k <= last; k += JETS_TOGETHER)
+        sum_rows(entries(rows, mixed, k), mixed, n_points, P, jets_from(k, last), S + k);
 }
 
 /* A vector, as a whole in registers. */
@@ -84,9 +101,9 @@ CO_SIMD_INLINE void add_entry(lane r, const vector *bar, vector *sum) {
         sum->c[c] += r * bar->c[c];
 }
 
-/* The transpose of sum_rows(): G becomes rows^T S_bar, or that much more. `mixed`, n and `more` are constants. */
-CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
-                                      int more, vector *G) {
+/* The transpose of sum_some_rows(): G becomes rows^T S_bar, or that much more. `mixed`, n and `more` are constants. */
+CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                        int more, vector *G) {
     const vector bar0 = S_bar[0], bar1 = S_bar[n > 1 ? 1 : 0], bar2 = S_bar[n > 2 ? 2 : 0], bar3 = S_bar[n > 3 ? 3 : 0],
                  bar4 = S_bar[n > 4 ? 4 : 0];
     for (int32_t p = 0; p < n_points; p++) {
@@ -105,45 +122,34 @@ CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_p
     }
 }
 
-CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
-                                        int more, vector *G) {
+/* n is a constant where this is called. */
+CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+                                      int more, vector *G) {
     if (mixed && more)
-        transpose_rows_of(rows, 1, n_points, S_bar, n, 1, G);
+        transpose_some_rows(rows, 1, n_points, S_bar, n, 1, G);
     else if (mixed)
-        transpose_rows_of(rows, 1, n_points, S_bar, n, 0, G);
+        transpose_some_rows(rows, 1, n_points, S_bar, n, 0, G);
     else if (more)
-        transpose_rows_of(rows, 0, n_points, S_bar, n, 1, G);
+        transpose_some_rows(rows, 0, n_points, S_bar, n, 1, G);
     else
-        transpose_rows_of(rows, 0, n_points, S_bar, n, 0, G);
+        transpose_some_rows(rows, 0, n_points, S_bar, n, 0, G);
 }
 
-/* Not inlined: loops then have all registers. Inlined they share them with what surrounds them, and were a fifth slower
- * (libcurvopt/notes/94-where-the-time-goes.md). */
+/* Not inlined, as sum_rows(). */
 __attribute__((noinline)) static void transpose_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3],
                                                      int n, int more, lane (*G)[3]) {
     const vector *bar = (const vector *)(const void *)S_bar;
     vector *to = (vector *)(void *)G;
-    switch (n) {
-    case 1:
-        transpose_some_rows(rows, mixed, n_points, bar, 1, more, to);
-        break;
-    case 2:
-        transpose_some_rows(rows, mixed, n_points, bar, 2, more, to);
-        break;
-    case 3:
-        transpose_some_rows(rows, mixed, n_points, bar, 3, more, to);
-        break;
-#if CO_LANES == 8 || defined(__aarch64__)
-    case 4:
-        transpose_some_rows(rows, mixed, n_points, bar, 4, more, to);
-        break;
-    case 5:
-        transpose_some_rows(rows, mixed, n_points, bar, 5, more, to);
-        break;
-#endif
-    default:
-        break;
-    }
+    if (n == 1)
+        transpose_rows_of(rows, mixed, n_points, bar, 1, more, to);
+    else if (n == 2)
+        transpose_rows_of(rows, mixed, n_points, bar, 2, more, to);
+    else if (n == 3 || JETS_TOGETHER == 3)
+        transpose_rows_of(rows, mixed, n_points, bar, 3, more, to);
+    else if (n == 4)
+        transpose_rows_of(rows, mixed, n_points, bar, 4, more, to);
+    else
+        transpose_rows_of(rows, mixed, n_points, bar, 5, more, to);
 }
 
 /* The transpose of jets(): G becomes rows^T S_bar, or that much more. */

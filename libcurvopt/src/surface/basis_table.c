@@ -21,6 +21,7 @@ void co_basis_table_destroy(co_basis_table *t) {
     free(t->weight);
     free(t->jacobian_scale);
     free(t->rows);
+    free(t->side);
     free(t->blend);
     free(t->masks);
     free(t);
@@ -33,9 +34,11 @@ static int32_t allocate(co_basis_table *t, curvopt_error *error) {
     t->weight = CO_NEW(double, samples);
     t->jacobian_scale = CO_NEW(double, samples);
     t->rows = CO_NEW_ALIGNED(double, samples *points *CO_JET);
+    t->side = t->n_side ? CO_NEW(double, 16 * (size_t)t->n_side) : NULL;
     t->blend = plane ? CO_NEW(double, samples *CO_JET) : NULL;
     t->masks = plane ? CO_NEW(double, 3 * points) : NULL;
-    if (!t->area_weight || !t->weight || !t->jacobian_scale || !t->rows || (plane && (!t->blend || !t->masks)))
+    if (!t->area_weight || !t->weight || !t->jacobian_scale || !t->rows || (t->n_side && !t->side) ||
+        (plane && (!t->blend || !t->masks)))
         return co_status_no_memory(error);
     return CURVOPT_OK;
 }
@@ -104,13 +107,18 @@ typedef struct cell_grid {
     double node[CO_FACE_RULE_GAUSS], weight[CO_FACE_RULE_GAUSS];
 } cell_grid;
 
+/* Point i of a side. */
+static double place_of(const cell_grid *g, int i) {
+    return (i / g->gauss + g->node[i % g->gauss]) / g->splits;
+}
+
 static void store_samples(void *context, size_t begin, size_t end) {
     const cell_grid *g = context;
     const cell_samples *c = g->samples;
     const int gauss = g->gauss, splits = g->splits;
     for (int k = (int)begin; k < (int)end && !co_cancel_is_due(c->cancel); k++) {
         int i = k % c->n_side, j = k / c->n_side;
-        store_sample(g->table, c, (i / gauss + g->node[i % gauss]) / splits, (j / gauss + g->node[j % gauss]) / splits,
+        store_sample(g->table, c, place_of(g, i), place_of(g, j),
                      g->weight[i % gauss] * g->weight[j % gauss] / (splits * splits), g->first + k);
     }
 }
@@ -122,6 +130,8 @@ static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sam
     g.gauss = c->n_side / g.splits;
     co_gauss_legendre(g.gauss, g.node, g.weight);
     co_thread_pool_for(c->threads, (size_t)c->n_side * (size_t)c->n_side, store_samples, &g);
+    for (int32_t i = 0; i < t->n_side; i++)
+        co_bspline_cubic(place_of(&g, i), (double(*)[4])(t->side + 16 * (size_t)i));
     return sample + c->n_side * c->n_side;
 }
 
@@ -151,6 +161,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_table_making *making, 
         co_stam_characteristic_map(disc, map);
     status = co_ring_cell_create(disc, polynomial, chart, &cell, error);
     cell.window = window_of(t, tail.n_rings);
+    cell.order = t->surface == CURVOPT_SURFACE_LIMIT ? 2 : 3; /* third derivatives have no finite energies there */
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
@@ -199,6 +210,7 @@ static int32_t fill(co_basis_table *t, const co_table_making *making, const co_f
     int32_t status = one_piece ? CURVOPT_OK : co_stam_disc_create(co_fan_at_vertex(t->kind), &disc, error);
     if (status != CURVOPT_OK)
         return status;
+    t->n_side = t->kind == CO_FAN_REGULAR ? rule->points : 0;
     if (one_piece)
         t->n_samples = rule->points * rule->points;
     else

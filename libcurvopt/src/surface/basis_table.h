@@ -22,6 +22,9 @@ typedef struct co_basis_table {
     double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
     double *rows;           /* [n_samples][n_points][CO_JET], of a mixed table
                                [parts][n_samples][n_points][CO_JET][lanes] (basis_table_mixed.h) */
+    int32_t n_side;         /* samples a side of a regular face, those of one v after the other; else 0 */
+    double *side;           /* [n_side][4][4] co_bspline_cubic() at these, of which a regular face's rows are products;
+                               else NULL */
     int is_mixed;           /* whether each vector lane has a kind of its own (basis_table_mixed.h) */
     double *blend;          /* [n_samples][CO_JET] the weight w(u) w(v) of `plane`; NULL on other surfaces */
     double *masks;          /* [3][n_points] limit position and tangents at the vertex, for `plane`; else NULL */

@@ -16,6 +16,11 @@ enum { CO_JET = 10 };
 static const int co_jet_order_u[CO_JET] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
 static const int co_jet_order_v[CO_JET] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
+/* Where a derivative stands in a jet. */
+static inline int co_jet_index(int order_u, int order_v) {
+    return (order_u + order_v) * (order_u + order_v + 1) / 2 + order_v;
+}
+
 /* Jet of f(u) g(v) from the derivatives f[0..3], g[0..3]. */
 void co_jet_of_product(const double f[4], const double g[4], double jet[CO_JET]);
 /* out = a b, by Leibniz' rule; out may be neither. */

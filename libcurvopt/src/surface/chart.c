@@ -4,29 +4,31 @@
 
 #include "linalg/small_dense.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { LARGEST_BLOCK = 4 };
-static const int block_start[4] = {0, 1, 3, 6}; /* derivatives of order 0, 1, 2, 3 */
+static const int block_start[5] = {0, 1, 3, 6, CO_JET}; /* derivatives of order 0, 1, 2, 3 */
 
-void co_chart_create(const double x[CO_JET], const double y[CO_JET], co_chart *chart) {
+void co_chart_create(const double x[CO_JET], const double y[CO_JET], int highest, co_chart *chart) {
     double d[2][CO_JET];
     memcpy(d[0], x, sizeof d[0]);
     memcpy(d[1], y, sizeof d[1]);
     d[0][0] = d[1][0] = 0;
+    chart->order = highest;
     memset(chart->monomial, 0, sizeof chart->monomial);
     chart->monomial[0][0] = 1;
-    for (int order = 1; order <= 3; order++) {
+    for (int order = 1; order <= highest; order++) {
         int at = block_start[order], before = block_start[order - 1];
         for (int b = 0; b <= order; b++) /* dx^(order - b) dy^b, from one factor less of the coordinate that is there */
             co_jet_multiply(d[b > 0], chart->monomial[before + (b > 0 ? b - 1 : 0)], chart->monomial[at + b]);
     }
-    for (int k = 0; k < CO_JET; k++) {
+    for (int k = 0; k < block_start[highest + 1]; k++) {
         static const double factorial[4] = {1, 1, 2, 6};
         for (int j = 0; j < CO_JET; j++)
             chart->monomial[k][j] /= factorial[co_jet_order_u[k]] * factorial[co_jet_order_v[k]];
     }
-    for (int order = 1; order <= 3; order++) {
+    for (int order = 1; order <= highest; order++) {
         int first = block_start[order], n = order + 1;
         double block[LARGEST_BLOCK][LARGEST_BLOCK];
         for (int j = 0; j < n; j++)
@@ -38,8 +40,9 @@ void co_chart_create(const double x[CO_JET], const double y[CO_JET], co_chart *c
 }
 
 void co_chart_apply(const co_chart *chart, double jet[CO_JET]) {
-    for (int order = 1; order <= 3; order++) {
-        int first = block_start[order], end = first + order + 1;
+    const int n = block_start[chart->order + 1];
+    for (int order = 1; order <= chart->order; order++) {
+        int first = block_start[order], end = block_start[order + 1];
         double in[LARGEST_BLOCK];
         memcpy(in, jet + first, sizeof *in * (size_t)(end - first));
         for (int k = first; k < end; k++) {
@@ -47,8 +50,10 @@ void co_chart_apply(const co_chart *chart, double jet[CO_JET]) {
             for (int j = first; j < end; j++)
                 jet[k] += chart->inverse[order][k - first][j - first] * in[j - first];
         }
-        for (int j = end; j < CO_JET; j++) /* takes the part of this order out of higher ones */
+        for (int j = end; j < n; j++) /* takes the part of this order out of higher ones */
             for (int k = first; k < end; k++)
                 jet[j] -= jet[k] * chart->monomial[k][j];
     }
+    for (int j = n; j < CO_JET; j++)
+        jet[j] = NAN;
 }

@@ -28,8 +28,11 @@ static int32_t allocate(co_ring_cell *cell, curvopt_error *error) {
 
 int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const double *chart,
                             co_ring_cell *cell, curvopt_error *error) {
-    *cell = (co_ring_cell){
-        .sector = co_fan_sector(disc->fan), .n_points = disc->n_points, .polynomial = polynomial, .chart = chart};
+    *cell = (co_ring_cell){.sector = co_fan_sector(disc->fan),
+                           .n_points = disc->n_points,
+                           .polynomial = polynomial,
+                           .order = 3,
+                           .chart = chart};
     return allocate(cell, error);
 }
 
@@ -136,8 +139,13 @@ static void map_at(const co_ring_cell *cell, int x, int y, double at[2]) {
 
 int32_t co_ring_cell_create_face(const co_blend_fit *polynomial, int32_t sector, int i, int j, co_ring_cell *cell,
                                  curvopt_error *error) {
-    *cell = (co_ring_cell){
-        .sector = sector, .is_face = 1, .n_points = 16, .origin = {i, j}, .side = 1, .polynomial = polynomial};
+    *cell = (co_ring_cell){.sector = sector,
+                           .is_face = 1,
+                           .n_points = 16,
+                           .order = 3,
+                           .origin = {i, j},
+                           .side = 1,
+                           .polynomial = polynomial};
     int32_t status = allocate(cell, error);
     if (status != CURVOPT_OK)
         return status;
@@ -205,7 +213,7 @@ static void find_generators(const co_ring_cell *cell, double s, double t, genera
         map_jets(cell, basis, chi);
     chart->jacobian = 1;
     if (cell->chart) {
-        co_chart_create(chi[0], chi[1], chart);
+        co_chart_create(chi[0], chi[1], cell->order, chart);
         for (int i = 0; i < 16; i++)
             co_chart_apply(chart, basis[i]);
         for (int c = 0; c < 2; c++)
@@ -231,15 +239,23 @@ static void find_generators(const co_ring_cell *cell, double s, double t, genera
     }
 }
 
+/* The first n_jet numbers of a row; n_jet is a constant where this is called. */
+static inline void add_generators(generators g, const double *weight, int n, int n_jet, double *row) {
+    double sum[CO_JET] = {0};
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n_jet; k++)
+            sum[k] += weight[i] * g[i][k];
+    for (int k = 0; k < CO_JET; k++)
+        row[k] = k < n_jet ? sum[k] : NAN;
+}
+
 /* The row of those weights: through the patch's control points, and through a fit that is folded in. */
 static void weighted_row(const co_ring_cell *cell, generators g, const double *weight, double *row) {
     int n = is_half(cell) ? CO_RING_CELL_GENERATORS : is_folded(cell) ? CO_RING_CELL_CURVE : CO_RING_CELL_TERM;
-    double sum[CO_JET] = {0};
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k < CO_JET; k++)
-            sum[k] += weight[i] * g[i][k];
-    for (int k = 0; k < CO_JET; k++)
-        row[k] = sum[k];
+    if (cell->order == 2)
+        add_generators(g, weight, n, 6, row);
+    else
+        add_generators(g, weight, n, CO_JET, row);
 }
 
 /* Row of a disc's coefficient. */

@@ -34,12 +34,13 @@ typedef struct co_ring_cell {
     int32_t window;         /* sectors on either side whose points have rows; 0: all */
     double mean[2][CO_RING_CELL_GENERATORS]; /* weights of the functions in the rows of means; 0 without window */
     const co_blend_fit *polynomial;          /* NULL: the limit surface itself */
+    int order;           /* of the highest derivatives that rows have, 2 or 3; what is above is NAN */
     const double *chart; /* [2 n_points] the characteristic map; NULL: derivatives are with respect to s, t */
 } co_ring_cell;
 
-/* Makes room for the cells of a disc, without window. polynomial: NULL for the limit surface. chart: the polynomial's
- * map; without polynomial the characteristic map's control points [2 n_points] over the two-ring; NULL for derivatives
- * with respect to s and t. Both are borrowed and must outlive the cell. ERROR_MEMORY. */
+/* Makes room for the cells of a disc, without window, of third order. polynomial: NULL for the limit surface. chart:
+ * the polynomial's map; without polynomial the characteristic map's control points [2 n_points] over the two-ring; NULL
+ * for derivatives with respect to s and t. Both are borrowed and must outlive the cell. ERROR_MEMORY. */
 int32_t co_ring_cell_create(const co_stam_disc *disc, const co_blend_fit *polynomial, const double *chart,
                             co_ring_cell *cell, curvopt_error *error);
 /* Makes a cell that is the whole face (i, j) of a sector of a wide disc, not the one at the vertex. ERROR_MEMORY. */
