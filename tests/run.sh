@@ -374,13 +374,14 @@ main() {
     mapfile -t wanted < <(for part in "$@"; do preset_of "$part"; done | sort -ru)
     need "${packages[@]}"
     mkdir -p "$LOGS"
+    # Once and not in run_tidy: what is built after it links the library anew, which others may be reading.
+    [[ " $* " != *" tidy "* || " ${wanted[*]} " == *" release "* ]] || cmake --preset release >/dev/null
     for preset in "${wanted[@]}"; do
         before=$SECONDS
         mapfile -t targets < <(targets_of "$preset")
         { archives_of "$preset" && build "$preset" "${targets[@]}"; } ||
             record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
     done
-    [[ " $* " != *" tidy "* ]] || cmake --preset release >/dev/null # not in run_tidy: beside it others read that folder
     execute_all "$@"
     for part in "$@"; do
         passed=0 failed=1 seconds=0 why="it did not end"
