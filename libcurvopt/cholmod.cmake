@@ -60,7 +60,10 @@ foreach(name cholmod suitesparseconfig)
                           --redefine-sym omp_get_max_threads=co_sparse_cholesky_most_threads
                           --redefine-sym omp_get_thread_num=co_sparse_cholesky_thread
                           --redefine-sym omp_get_wtime=co_clock_seconds
-                          ${CURVOPT_${name}} ${serial} COMMAND_ERROR_IS_FATAL ANY)
+                          ${CURVOPT_${name}} ${serial}.new
+                  COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${serial}.new ${serial} # or else all programs would be linked anew
+                  COMMAND_ERROR_IS_FATAL ANY)
   list(TRANSFORM archives REPLACE "^${CURVOPT_${name}}$" ${serial})
 endforeach()
 

@@ -18,6 +18,7 @@ used() {
 
 # Ends the session: politely, then not.
 stop() {
+    trap "" PIPE # of whoever reads, the interrupt may have ended it already
     echo "cpu_limit: $1"
     pkill -TERM -s "$session"
     sleep 5

@@ -9,8 +9,8 @@
 # The parts tao and wine are skipped, and say so, where what they need is not there: PETSc; Wine, the compiler for Windows and
 # CHOLMOD made by it.
 #
-# At the end: passed, failed and seconds of each part; what was skipped, and why; the ten slowest tests. The last line is "N passed, N failed". A part
-# that cannot run, or runs nothing, is a failure.
+# At the end: passed, failed and seconds of each part, which may have run beside others; what was skipped, and why; the ten
+# slowest tests. The last line is "N passed, N failed". A part that cannot run, or runs nothing, is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit 1
 # shellcheck source=tests/setup.sh
@@ -19,6 +19,10 @@ export PYTEST_ADDOPTS="--durations=0 --durations-min=1 -rs ${PYTEST_ADDOPTS:-}" 
 
 PYTHON=/usr/bin/python3
 PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python wine addon)
+# Most of their time these keep one processor busy: they run one after another, in their order, beside any of the others in
+# the second list, and are over before a further part begins (tao builds in the folder that they read).
+ONE_PROCESSOR=(format cages blends install python wine)
+BESIDE_THEM=(cppcheck tidy release asan tsan numeric)
 EXTRA=(coverage package windows arm64 macos reproducible) # by name only: coverage's time in a whole run is not measured yet;
 # package needs root; windows and arm64 run in Wine and qemu, which takes minutes; macos needs npm; reproducible builds all of
 # them twice
@@ -107,9 +111,8 @@ run_cppcheck() { # its own -j works on one file at a time
 run_tidy() { # which checks, and why not others: .clang-tidy
     local nodes=()
     [[ -z ${CURVOPT_LONG:-} ]] || nodes=(--extra-arg={-Xclang,-analyzer-config,-Xclang,max-nodes=225000})
-    cmake --preset release >/dev/null &&
-        find libcurvopt/src libcurvopt/tools tests/unit tests/robust tests/fuzz tests/abi -name '*.c' \
-            ! -name '*_windows.c' -print0 | # which this system does not compile
+    find libcurvopt/src libcurvopt/tools tests/unit tests/robust tests/fuzz tests/abi -name '*.c' \
+        ! -name '*_windows.c' -print0 | # which this system does not compile
         xargs -0 -P "$(nproc)" -n 4 clang-tidy --quiet -p build/release "${nodes[@]}"
 }
 
@@ -282,22 +285,53 @@ counts_of() {
     fi
 }
 
-# execute PART: runs it for at most LIMIT CPU seconds in a session of its own and adds what it counted to the totals.
+# execute PART: runs it for at most LIMIT CPU seconds in a session of its own. What it counted: LOGS/PART.result.
 execute() {
     local log=$LOGS/$1.log before=$SECONDS code passed failed why
     say "$1 ..."
     bash tests/cpu_limit.sh "$LIMIT" bash tests/run.sh --part "$1" </dev/null 2>&1 | tee "$log"
     code=${PIPESTATUS[0]}
     read -r passed failed why < <(counts_of "$1" "$log" "$code")
-    record "$1" "$passed" "$failed" $((SECONDS - before)) "$why"
+    echo "$passed $failed $((SECONDS - before)) $why" >"$LOGS/$1.result"
+    say "$(line "$1" "$passed" "$failed" $((SECONDS - before)) "$why")"
 }
 
-# record PART PASSED FAILED SECONDS WHY
+# execute_quietly PART...: one after another; the output of each at its end.
+execute_quietly() {
+    local part output
+    for part in "$@"; do
+        output=$(execute "$part" 2>&1)
+        echo "$output"
+    done
+}
+
+# execute_all PART...
+execute_all() {
+    local part others=() beside
+    for part in "$@"; do
+        [[ " ${ONE_PROCESSOR[*]} " != *" $part "* ]] || others+=("$part")
+        rm -f "$LOGS/$part.result"
+    done
+    env --default-signal=INT,QUIT bash tests/run.sh --quietly "${others[@]}" & # see cpu_limit.sh
+    beside=$!
+    for part in "$@"; do
+        [[ " ${others[*]} " != *" $part "* ]] || continue
+        [[ " ${BESIDE_THEM[*]} " == *" $part "* ]] || wait "$beside"
+        execute "$part"
+    done
+    wait "$beside"
+}
+
+# line PART PASSED FAILED SECONDS WHY
+line() {
+    printf '%-9s %5d passed %4d failed %5d s  %s' "$@"
+}
+
+# record PART PASSED FAILED SECONDS WHY: adds to the totals.
 record() {
     total_passed=$((total_passed + $2))
     total_failed=$((total_failed + $3))
-    results+=("$(printf '%-9s %5d passed %4d failed %5d s  %s' "$@")")
-    say "${results[-1]}"
+    results+=("$(line "$@")")
 }
 
 # times PART...: "seconds part test" of the tests in these parts' logs, the slowest first; from ctest's lines and pytest's
@@ -330,7 +364,7 @@ report_skipped() {
 }
 
 main() {
-    local part preset before packages wanted targets
+    local part preset before packages wanted targets passed failed seconds why
     (($# > 0)) || set -- "${PARTS[@]}"
     for part in "$@"; do
         [[ " ${PARTS[*]} ${EXTRA[*]} " == *" $part "* ]] ||
@@ -340,14 +374,19 @@ main() {
     mapfile -t wanted < <(for part in "$@"; do preset_of "$part"; done | sort -ru)
     need "${packages[@]}"
     mkdir -p "$LOGS"
+    # Once and not in run_tidy: what is built after it links the library anew, which others may be reading.
+    [[ " $* " != *" tidy "* || " ${wanted[*]} " == *" release "* ]] || cmake --preset release >/dev/null
     for preset in "${wanted[@]}"; do
         before=$SECONDS
         mapfile -t targets < <(targets_of "$preset")
         { archives_of "$preset" && build "$preset" "${targets[@]}"; } ||
             record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
     done
+    execute_all "$@"
     for part in "$@"; do
-        execute "$part"
+        passed=0 failed=1 seconds=0 why="it did not end"
+        [[ ! -e $LOGS/$part.result ]] || read -r passed failed seconds why <"$LOGS/$part.result"
+        record "$part" "$passed" "$failed" "$seconds" "$why"
     done
     say "in all, $SECONDS s:"
     printf '  %s\n' "${results[@]}"
@@ -357,8 +396,11 @@ main() {
     ((total_failed == 0))
 }
 
+trap 'exit 130' INT # once the part that is on has ended by it
 if [[ ${1:-} == --part ]]; then
     "run_$2"
+elif [[ ${1:-} == --quietly ]]; then
+    execute_quietly "${@:2}"
 else
     main "$@"
 fi

@@ -16,7 +16,6 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import (  # noqa: E402
     RESULTS,
-    both_clocks,
     click,
     click_up_the_panel,
     contents,
@@ -35,6 +34,7 @@ from driver import (  # noqa: E402
     turns,
     viewport,
     window,
+    without_waiting,
 )
 
 CHECKS = []
@@ -471,16 +471,16 @@ def refusal_is_reported_and_nothing_changes():
 
 
 def timed(owner, name, times):
-    """Have every call of a method of `owner` timed, as (processor time of this thread, time on the clock); returns what
-    undoes it."""
+    """Have every call of a method of `owner` timed, as (processor time of this thread, that and what it waits for but
+    a processor); returns what undoes it."""
     function = getattr(owner, name)
 
     def call(*arguments):
-        begin = both_clocks()
+        begin = without_waiting()
         try:
             return function(*arguments)
         finally:
-            times.append(both_clocks() - begin)
+            times.append(without_waiting() - begin)
 
     count = function.__code__.co_argcount  # Blender passes as many arguments as the function names
     wrapped = {1: lambda a: call(a), 2: lambda a, b: call(a, b), 3: lambda a, b, c: call(a, b, c)}[count]
@@ -488,38 +488,51 @@ def timed(owner, name, times):
     return lambda: setattr(owner, name, function)
 
 
+def noted(owner, events):
+    """Have the type of every event that `owner.modal` gets noted; returns what undoes it."""
+    modal = owner.modal
+
+    def noting(self, context, event):
+        events.append(event.type)
+        return modal(self, context, event)
+
+    owner.modal = noting
+    return lambda: setattr(owner, "modal", modal)
+
+
 @check
 def the_main_thread_is_free_during_a_run_of_20000_faces():
     """No call of ours takes 0.1 s, neither in the modal operator nor in what draws, and the one that Esc comes to ends
-    the run. From the key to the end it is 0.2 s on the clock where nothing else runs, most of it drawing without a
-    GPU."""
+    the run. From the key to the end all threads together, the worker's and those that draw without a GPU among them, take
+    0.28 to 0.48 s of processor time, whatever else the machine does; on the clock 0.2 s, and 0.9 s at load 8."""
     setup(200, 100, noise=1e-3)
     operators, preview = part("ui.operators"), part("ui.preview")
-    times = {name: [] for name in ("modal", "surface", "curve", "panel")}
+    times, events = {name: [] for name in ("modal", "surface", "curve", "panel")}, []
     undo = [
+        noted(operators.CURVOPT_OT_minimize, events),
         timed(operators.CURVOPT_OT_minimize, "modal", times["modal"]),
         timed(preview.Preview, "_draw_surface", times["surface"]),
         timed(preview.Preview, "_draw_curve", times["curve"]),
         timed(part("ui.panel").CURVOPT_PT_minimize, "draw", times["panel"]),
     ]
-    begin = both_clocks()
+    begin = without_waiting()
     assert invoke(energy="WILLMORE", resolution="SAME") == {"RUNNING_MODAL"}
-    times["invoke"] = [both_clocks() - begin]
+    times["invoke"] = [without_waiting() - begin]
     job = operators._run.job
     yield lambda: job.latest is not None and job.latest.iteration >= 2 and len(times["surface"]) >= 3
     screenshot("busy")
     ticks = len(times["modal"])
     yield lambda: len(times["modal"]) > ticks
-    begin = time.perf_counter()
+    begin = time.process_time(), time.perf_counter()
     press("ESC")
     yield lambda: not state().running
-    cancelling = time.perf_counter() - begin
-    for function in undo:
+    cancelling, on_the_clock = time.process_time() - begin[0], time.perf_counter() - begin[1]
+    for function in reversed(undo):
         function()
     worst = {name: np.max(found, axis=0).round(4).tolist() for name, found in times.items()}
-    print(f"20000 faces: worst [thread, clock] {worst}, cancelled after {cancelling:.3f} s", flush=True)
-    assert all(thread < 0.1 and clock < 0.5 for thread, clock in worst.values()), worst
-    assert cancelling < 1.0, cancelling
+    print(f"20000 faces: worst [thread, with what it waits for] {worst}, cancelled after {cancelling:.3f} s, {on_the_clock:.3f} s on the clock", flush=True)
+    assert all(thread < 0.1 and waiting < 0.5 for thread, waiting in worst.values()), worst
+    assert events[-1] == "ESC" and cancelling < 0.8, (events[-3:], cancelling)
     yield lambda: not job.running  # of a cancelled run: it ends by itself
 
 
@@ -534,8 +547,8 @@ def result_of_20000_faces_is_written_without_a_pause():
     press("RET")
     yield lambda: not state().running
     undo()
-    thread, clock = np.max(times, axis=0)
-    print(f"20000 faces: written in {thread:.3f} s, {clock:.3f} s on the clock", flush=True)
+    thread, waiting = np.max(times, axis=0)
+    print(f"20000 faces: written in {thread:.3f} s, {waiting:.3f} s with what it waits for", flush=True)
     assert "Torus Willmore" in bpy.data.objects and thread < 0.1, thread
 
 
