@@ -54,7 +54,7 @@ if(NOT CMAKE_OBJCOPY)
 endif()
 foreach(name cholmod suitesparseconfig)
   set(serial ${CMAKE_CURRENT_BINARY_DIR}/lib${name}_serial.a)
-  execute_process(COMMAND ${CMAKE_OBJCOPY}
+  execute_process(COMMAND ${CMAKE_OBJCOPY} --enable-deterministic-archives
                           --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel
                           --redefine-sym omp_get_num_threads=co_sparse_cholesky_n_threads
                           --redefine-sym omp_get_max_threads=co_sparse_cholesky_most_threads
@@ -62,7 +62,8 @@ foreach(name cholmod suitesparseconfig)
                           --redefine-sym omp_get_wtime=co_clock_seconds
                           ${CURVOPT_${name}} ${serial}.new
                   COMMAND_ERROR_IS_FATAL ANY)
-  execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${serial}.new ${serial} # or else all programs would be linked anew
+  # Only if it differs: a new archive would have all programs linked anew.
+  execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${serial}.new ${serial}
                   COMMAND_ERROR_IS_FATAL ANY)
   list(TRANSFORM archives REPLACE "^${CURVOPT_${name}}$" ${serial})
 endforeach()

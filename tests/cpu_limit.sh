@@ -18,7 +18,7 @@ used() {
 
 # Ends the session: politely, then not.
 stop() {
-    trap "" PIPE # of whoever reads, the interrupt may have ended it already
+    trap "" PIPE # whoever reads the output may have been ended by the interrupt already
     echo "cpu_limit: $1"
     pkill -TERM -s "$session"
     sleep 5

@@ -19,8 +19,8 @@ export PYTEST_ADDOPTS="--durations=0 --durations-min=1 -rs ${PYTEST_ADDOPTS:-}" 
 
 PYTHON=/usr/bin/python3
 PARTS=(format cppcheck tidy cages blends release install asan tsan numeric tao python wine addon)
-# Most of their time these keep one processor busy: they run one after another, in their order, beside any of the others in
-# the second list, and are over before a further part begins (tao builds in the folder that they read).
+# Most of their time these keep one processor busy: they run one after another, in their order, beside the parts of
+# BESIDE_THEM, and end before any other part begins (tao builds in the folder that they read).
 ONE_PROCESSOR=(format cages blends install python wine)
 BESIDE_THEM=(cppcheck tidy release asan tsan numeric)
 EXTRA=(coverage package windows arm64 macos reproducible) # by name only: coverage's time in a whole run is not measured yet;
@@ -374,13 +374,13 @@ main() {
     mapfile -t wanted < <(for part in "$@"; do preset_of "$part"; done | sort -ru)
     need "${packages[@]}"
     mkdir -p "$LOGS"
-    # Once and not in run_tidy: what is built after it links the library anew, which others may be reading.
+    # Once and not in run_tidy: parts beside it may be reading what configuring writes.
     [[ " $* " != *" tidy "* || " ${wanted[*]} " == *" release "* ]] || cmake --preset release >/dev/null
     for preset in "${wanted[@]}"; do
         before=$SECONDS
         mapfile -t targets < <(targets_of "$preset")
         { archives_of "$preset" && build "$preset" "${targets[@]}"; } ||
-            record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"
+            { record "build of $preset" 0 1 $((SECONDS - before)) "it does not build"; say "${results[-1]}"; }
     done
     execute_all "$@"
     for part in "$@"; do

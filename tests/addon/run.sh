@@ -47,8 +47,8 @@ report() {
 start=$SECONDS
 zips=$root/build/release # as the build's target `addon` made them
 some="new_object or off_and_on or shape_of_the_catalogue or presets or picture_and_report"
-# The window, which waits for its screen at times, beside all others; of these two at a time. No limit of theirs is one of time
-# on the clock, but for what waits for ever.
+# The window, which waits for its screen at times, beside all others; of these two at a time. Its limits are of processor
+# time; half a second of what a call waits for beside a processor; and timeouts for what waits for ever.
 windows() {
     part window bash "$here/window/run.sh"
     part campaign bash "$here/window/campaign.sh" "$([ -n "${CURVOPT_LONG:-}" ] && echo 200 || echo 5)"

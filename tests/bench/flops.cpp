@@ -19,7 +19,7 @@ static inline lane &operator+=(lane &a, lane b) { return a = a + b; }
 static inline lane &operator-=(lane &a, lane b) { return a = a - b; }
 static inline lane &operator*=(lane &a, lane b) { return a = a * b; }
 
-/* In place of lane.h. */
+/* In place of simd.h. */
 #define CO_BASE_SIMD_H
 #define CO_SIMD_INLINE static inline
 CO_SIMD_INLINE lane lane_all(double x) { return lane(x); }

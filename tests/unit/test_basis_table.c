@@ -24,7 +24,7 @@ static co_basis_table *table_of(int32_t surface, int32_t valence, int32_t rule) 
  * nothing. Third derivatives, which the limit surface has no finite energy of there, are not made. */
 static void check_rows_sum(const co_basis_table *t) {
     double tolerance = t->kind == 4 || t->surface == CURVOPT_SURFACE_POLYNOMIAL ? 2e-14 : 1e-8;
-    const int n = t->kind != 4 && t->surface == CURVOPT_SURFACE_LIMIT ? 6 : CO_JET;
+    const int n = t->kind != 4 && t->surface == CURVOPT_SURFACE_LIMIT ? CO_JET_SECOND : CO_JET;
     for (int32_t s = 0; s < t->n_samples; s++) {
         for (int k = n; k < CO_JET; k++)
             CHECK_TRUE(isnan(t->rows[s * t->n_points * CO_JET + k]));

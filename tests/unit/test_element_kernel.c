@@ -49,8 +49,10 @@ static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *ou
 }
 
 /* All faces through one kernel: energies up to third order or not, or area and volume alone, if `order` is 3, 2 or 1.
- * Lanes left over take the block's first face, or the one of NANs. */
-static void run_order(const co_element_kernel *kernel, const faces *in, int order, int bad_padding, results *out) {
+ * n_gradients: none, the energy's, or the area's, too. Lanes left over take the block's first face, or the one of
+ * NANs. */
+static void run_order(const co_element_kernel *kernel, const faces *in, int order, int n_gradients, int bad_padding,
+                      results *out) {
     const int32_t n = in->table->n_points;
     const size_t lanes = (size_t)kernel->lanes, work_size = sizeof(double) * 9 * (size_t)n * lanes;
     int32_t points[MOST_POINTS * CO_BLOCK_FACES];
@@ -76,15 +78,15 @@ static void run_order(const co_element_kernel *kernel, const faces *in, int orde
             .first_order = order == 1,
             .volume = 1,
             .jump = 1,
-            .gradient = 1,
-            .area_gradient = order > 1,
+            .gradient = n_gradients > 0,
+            .area_gradient = n_gradients > 1,
             .sums = sums,
             .gradients = gradients,
             .work = work};
         kernel->run(&block);
         for (int32_t l = 0; l < n_used; l++) {
             const double *sum = sums + co_lane_place((size_t)l, CO_N_SUMS, lanes);
-            const size_t own = order > 1 ? 6 : 3; /* numbers of a point */
+            const size_t own = 3 * (size_t)n_gradients; /* numbers of a point */
             const double *gradient = gradients + co_lane_place((size_t)l, own * (size_t)n, lanes);
             for (size_t i = 0; i < CO_N_SUMS; i++)
                 out->sums[first + l][i] = sum[i * lanes];
@@ -96,7 +98,7 @@ static void run_order(const co_element_kernel *kernel, const faces *in, int orde
 }
 
 static void run(const co_element_kernel *kernel, const faces *in, int third, int bad_padding, results *out) {
-    run_order(kernel, in, third ? 3 : 2, bad_padding, out);
+    run_order(kernel, in, third ? 3 : 2, 2, bad_padding, out);
 }
 
 static double largest(const double *x, int n) {
@@ -128,22 +130,40 @@ static const kind kinds[] = {{CURVOPT_SURFACE_LIMIT, 4, 1, 1}, {CURVOPT_SURFACE_
                              {CURVOPT_SURFACE_PLANE, 7, 0, 1}, {CURVOPT_SURFACE_POLYNOMIAL, 5, 0, 1}};
 enum { N_KINDS = sizeof kinds / sizeof *kinds };
 
+static void check_kernels(const faces *in, int order) {
+    static results portable, other;
+    const int n_gradients = order > 1 ? 2 : 1;
+    run_order(co_element_kernel_select("portable"), in, order, n_gradients, 0, &portable);
+    for (int i = 0; i < N_KERNELS; i++) {
+        const co_element_kernel *kernel = co_element_kernel_select(names[i]);
+        if (!kernel) /* this processor has not got it */
+            continue;
+        assert_string_equal(kernel->name, names[i]);
+        run_order(kernel, in, order, n_gradients, 0, &other);
+        check_same(&other, &portable);
+    }
+}
+
 static void test_all_kernels_have_the_same_bits(void **state) {
     (void)state;
     static faces in;
-    static results portable, other;
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
-        run(co_element_kernel_select("portable"), &in, kinds[k].third, 0, &portable);
-        for (int i = 0; i < N_KERNELS; i++) {
-            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
-            if (!kernel) /* this processor has not got it */
-                continue;
-            assert_string_equal(kernel->name, names[i]);
-            run(kernel, &in, kinds[k].third, 0, &other);
-            check_same(&other, &portable);
-        }
+        check_kernels(&in, 1);
+        check_kernels(&in, kinds[k].third ? 3 : 2);
         co_basis_table_destroy(in.table);
+    }
+}
+
+static void check_strips(const results *strips, const results *samples, int n_gradients) {
+    for (int f = 0; f < N_FACES; f++) {
+        const double *of_strips = &strips->gradients[f][0][0][0], *of_samples = &samples->gradients[f][0][0][0];
+        const double most = largest(of_samples, MOST_POINTS * 6);
+        CHECK_TRUE((most > 0) == (n_gradients > 0) && samples->sums[f][CO_INT_AREA] > 0.05);
+        for (int i = 0; i < CO_N_SUMS; i++)
+            CHECK_NEAR(strips->sums[f][i], samples->sums[f][i], 1e-12 * (1 + fabs(samples->sums[f][i])));
+        for (int i = 0; i < MOST_POINTS * 6; i++)
+            CHECK_NEAR(of_strips[i], of_samples[i], 1e-12 * most);
     }
 }
 
@@ -161,16 +181,10 @@ static void test_strips_are_the_samples_by_themselves(void **state) {
         table.side = NULL;
         by_itself = in;
         by_itself.table = &table;
-        run_order(co_element_kernel_select(NULL), &in, order, 0, &strips);
-        run_order(co_element_kernel_select(NULL), &by_itself, order, 0, &samples);
-        for (int f = 0; f < N_FACES; f++) {
-            const double *of_strips = &strips.gradients[f][0][0][0], *of_samples = &samples.gradients[f][0][0][0];
-            const double most = largest(of_samples, MOST_POINTS * 6);
-            CHECK_TRUE(most > 0 && samples.sums[f][CO_INT_AREA] > 0.05);
-            for (int i = 0; i < CO_N_SUMS; i++)
-                CHECK_NEAR(strips.sums[f][i], samples.sums[f][i], 1e-12 * (1 + fabs(samples.sums[f][i])));
-            for (int i = 0; i < MOST_POINTS * 6; i++)
-                CHECK_NEAR(of_strips[i], of_samples[i], 1e-12 * most);
+        for (int n_gradients = 0; n_gradients <= (order > 1 ? 2 : 1); n_gradients++) {
+            run_order(co_element_kernel_select(NULL), &in, order, n_gradients, 0, &strips);
+            run_order(co_element_kernel_select(NULL), &by_itself, order, n_gradients, 0, &samples);
+            check_strips(&strips, &samples, n_gradients);
         }
         co_basis_table_destroy(in.table);
     }

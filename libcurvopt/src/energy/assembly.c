@@ -382,7 +382,7 @@ static void add_batches_of_points(void *context, size_t begin, size_t end) {
             add_batches(r->assembly, r->batches, first);
 }
 
-/* A sample is work of about so many steps (co_thread_pool_if_worth), 15 ns, and twice as many with a gradient. */
+/* A sample is work of about so many steps (co_thread_pool_if_worth), 10 to 15 ns, and twice as many with a gradient. */
 enum { STEPS_OF_SAMPLE = 2 };
 
 /* Evaluates all blocks; gradients are those of `integrand`. */

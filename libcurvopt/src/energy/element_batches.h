@@ -69,7 +69,8 @@ int32_t co_element_batches_make_tables(const co_element_batches_spec *spec, curv
 int32_t co_element_batches_create(const co_element_batches_spec *spec, co_element_batches *out, curvopt_error *error);
 void co_element_batches_free(co_element_batches *batches);
 
-/* Time of an evaluation of one of a block's patches, in samples times points. */
+/* Cost of an evaluation of one of a block's patches, in samples times points. Regular faces take less time for it
+ * (kernel_strip.h), which is not counted. */
 static inline double co_block_cost(const co_block *block) {
     return (double)block->table->n_samples * block->table->n_points;
 }

@@ -46,15 +46,17 @@ CO_SIMD_INLINE void reader_begin(reader *r, table_form form, const co_basis_tabl
         plane_begin(t, b->P, &r->plane);
 }
 
-/* To the next sample, whose derivatives are wanted up to `order`. */
-CO_SIMD_INLINE void reader_advance(reader *r, table_form form, int order) {
+/* To the next sample, whose derivatives are wanted up to `order`; n_gradients: 0, 1, or 2 with the area's. */
+CO_SIMD_INLINE void reader_advance(reader *r, table_form form, int order, int n_gradients) {
     r->sample++;
     if (form != OF_STRIPS || ++r->at_side % r->table->n_side)
         return;
     r->at_side = 0;
     strip_begin(r->table->side + 16 * (r->sample / r->table->n_side), order, r->b->P, r->points);
-    memset(r->bar, 0, sizeof r->bar);
-    memset(r->area_bar, 0, sizeof r->area_bar);
+    if (n_gradients > 0)
+        memset(r->bar, 0, sizeof *r->bar * (size_t)(order + 1));
+    if (n_gradients > 1)
+        memset(r->area_bar, 0, 2 * sizeof *r->area_bar); /* strip_end() reads orders 0 and 1 */
 }
 
 CO_SIMD_INLINE const double *blend_of(const reader *r) {
@@ -73,7 +75,8 @@ CO_SIMD_INLINE void read_jets(reader *r, table_form form, int first, int last, l
         plane_forward(&r->plane, blend_of(r), S);
 }
 
-/* What S_bar [first..last] is for the points, on `plane` 0..9, which it changes there. */
+/* Adds what S_bar [first..last] contributes to the points' gradient, on strips when they end (scatter_strip). On
+ * `plane` that is 0..9, and S_bar is changed. */
 CO_SIMD_INLINE void scatter_jets(reader *r, table_form form, lane S[CO_JET][3], lane S_bar[CO_JET][3], int first,
                                  int last) {
     const co_basis_table *t = r->table;
@@ -96,7 +99,8 @@ CO_SIMD_INLINE void scatter_area(reader *r, table_form form, lane S_bar[CO_JET][
         transpose_jets(rows_of(t, mixed, r->sample), mixed, t->n_points, S_bar, 1, 2, 1, r->b->G_area);
 }
 
-/* After all that a sample has: derivatives had been wanted up to `order`. */
+/* At the end of a sample: if it is the last of its strip, the strip's adjoints go to the points' gradients. `order` as
+ * of reader_advance(); area: the area's as well. */
 CO_SIMD_INLINE void scatter_strip(reader *r, table_form form, int order, int area) {
     const co_basis_table *t = r->table;
     if (form != OF_STRIPS || r->at_side + 1 < t->n_side)
@@ -161,7 +165,7 @@ CO_SIMD_INLINE void integrate_samples(const co_element_block *s, const block *b,
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value = {0};
-        reader_advance(&r, form, order);
+        reader_advance(&r, form, order, s->gradient ? 1 + s->area_gradient : 0);
         read_jets(&r, form, first, last, S);
         forward_second(S, &state, &value);
         if (third) {
@@ -208,7 +212,7 @@ CO_SIMD_INLINE void integrate_plane_area(const co_element_block *s, const block 
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
-        reader_advance(&r, OF_PLANE, 2);
+        reader_advance(&r, OF_PLANE, 2, 1);
         read_jets(&r, OF_PLANE, 0, 9, S);
         forward_second(S, &state, &value);
         area_adjoint(S, &state, lane_all(t->area_weight[i]), 0, CO_JET - 1, S_bar);
@@ -230,7 +234,7 @@ CO_SIMD_INLINE void integrate_first_order(const co_element_block *s, const block
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
         const double weight = t->area_weight[i];
         lane S[CO_JET][3], S_bar[CO_JET][3], place[3], normal[3];
-        reader_advance(&r, form, 1);
+        reader_advance(&r, form, 1, s->gradient);
         read_jets(&r, form, 0, last, S);
         from_origin(S[0], offset, place);
         lane_cross(S[1], S[2], normal);
@@ -293,7 +297,7 @@ CO_SIMD_INLINE void integrate_form(const co_element_block *s, const block *b, in
     case OF_STRIPS:
         integrate_samples(s, b, third, OF_STRIPS, sums);
         break;
-    case OF_PLANE:
+    case OF_PLANE: /* run_energies() calls that itself */
         break;
     }
 }

@@ -1,4 +1,5 @@
-/* Products of a sample's rows with points, S = R x, and of their transpose with adjoints: most of what a kernel does.
+/* Products of a sample's rows with points, S = R x, and of their transpose with adjoints. Energies and
+ * gradients of regular faces have kernel_strip.h instead.
  * Included by element_kernel.c only, as kernel_gradient.h is. SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_KERNEL_ROWS_H
 #define CO_ENERGY_KERNEL_ROWS_H

@@ -1,7 +1,8 @@
-/* Products of rows and points on regular faces, where a basis function is a product of one along u and one along v, by
- * sum factorization (S. A. Orszag, "Spectral methods for problems in complex geometries", J. Comput. Phys. 37, 1980):
- * a strip of samples with the same v has its points summed along v once, and its samples sum four of these along u,
- * instead of sixteen each. Their transposes likewise. Included by element_kernel.c only, as kernel_rows.h is.
+/* Products of rows and points on regular faces, where a basis function is a product of one along u and one along v (a
+ * tensor product), by sum factorization (S. A. Orszag, "Spectral methods for problems in complex geometries", J.
+ * Comput. Phys. 37, 1980): a strip of samples with the same v has its points summed along v once, and its samples sum
+ * four of these along u, instead of sixteen each. Their transposes likewise. Included by element_kernel.c only, as
+ * kernel_rows.h is.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_KERNEL_STRIP_H
@@ -57,6 +58,7 @@ CO_SIMD_INLINE void strip_jets(const double *along_u, strip m, int first, int la
     strip_jets_of(along_u, 3, m[3], first, last, S);
 }
 
+/* The transpose of strip_jets_of(), added to the adjoints of its points. */
 CO_SIMD_INLINE void strip_scatter_of(const double *along_u, int b, lane S_bar[CO_JET][3], int first, int last,
                                      lane (*bar)[3]) {
     for (int i = 0; i < 4; i++)
@@ -74,8 +76,10 @@ CO_SIMD_INLINE void strip_scatter_of(const double *along_u, int b, lane S_bar[CO
 /* The transpose of strip_jets(), added to `bar`. */
 CO_SIMD_INLINE void strip_scatter(const double *along_u, lane S_bar[CO_JET][3], int first, int last, strip bar) {
     strip_scatter_of(along_u, 0, S_bar, first, last, bar[0]);
-    strip_scatter_of(along_u, 1, S_bar, first, last, bar[1]);
-    strip_scatter_of(along_u, 2, S_bar, first, last, bar[2]);
+    if (last >= co_jet_index(0, 1))
+        strip_scatter_of(along_u, 1, S_bar, first, last, bar[1]);
+    if (last >= co_jet_index(0, 2))
+        strip_scatter_of(along_u, 2, S_bar, first, last, bar[2]);
     if (last >= co_jet_index(0, 3))
         strip_scatter_of(along_u, 3, S_bar, first, last, bar[3]);
 }

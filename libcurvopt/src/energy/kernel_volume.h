@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-/* Each face's first point, from which its points are counted (gather in element_kernel.c). */
+/* Each face's first point, from which its points are counted (gather in kernel_rows.h). */
 CO_SIMD_INLINE void volume_offset(const int32_t *points, const double *xyz, lane offset[3]) {
     double place[3][CO_LANES];
     for (int l = 0; l < CO_LANES; l++)

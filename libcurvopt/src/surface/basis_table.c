@@ -161,7 +161,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_table_making *making, 
         co_stam_characteristic_map(disc, map);
     status = co_ring_cell_create(disc, polynomial, chart, &cell, error);
     cell.window = window_of(t, tail.n_rings);
-    cell.order = t->surface == CURVOPT_SURFACE_LIMIT ? 2 : 3; /* third derivatives have no finite energies there */
+    cell.order = t->surface == CURVOPT_SURFACE_LIMIT ? 2 : 3; /* no energy of third order is finite there */
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,

@@ -21,10 +21,12 @@ typedef struct co_basis_table {
     double *weight;         /* [n_samples] for integrals of squared curvature, which behave differently in the limit */
     double *jacobian_scale; /* [n_samples] undoes the shrinking of the rings in |S_u x S_v| */
     double *rows;           /* [n_samples][n_points][CO_JET], of a mixed table
-                               [parts][n_samples][n_points][CO_JET][lanes] (basis_table_mixed.h) */
+                               [parts][n_samples][n_points][CO_JET][lanes] (basis_table_mixed.h); round
+                               extraordinary vertices of the limit surface third derivatives are NAN, for no energy of
+                               third order is finite there */
     int32_t n_side;         /* samples a side of a regular face, those of one v after the other; else 0 */
-    double *side;           /* [n_side][4][4] co_bspline_cubic() at these, of which a regular face's rows are products;
-                               else NULL */
+    double *side;           /* [n_side][4][4] co_bspline_cubic() at these: one-dimensional shape functions, whose tensor
+                               products are a regular face's rows; else NULL */
     int is_mixed;           /* whether each vector lane has a kind of its own (basis_table_mixed.h) */
     double *blend;          /* [n_samples][CO_JET] the weight w(u) w(v) of `plane`; NULL on other surfaces */
     double *masks;          /* [3][n_points] limit position and tangents at the vertex, for `plane`; else NULL */

@@ -9,7 +9,7 @@
 #ifndef CO_SURFACE_BSPLINE_H
 #define CO_SURFACE_BSPLINE_H
 
-enum { CO_JET = 10 };
+enum { CO_JET = 10, CO_JET_SECOND = 6 /* of these, up to second order */ };
 
 /* Order of differentiation of each jet entry with respect to u and v. Not extern: element_kernel.c's loops over them
  * are unrolled by the compiler, which must see the numbers. */

@@ -8,7 +8,8 @@
 #include <string.h>
 
 enum { LARGEST_BLOCK = 4 };
-static const int block_start[5] = {0, 1, 3, 6, CO_JET}; /* derivatives of order 0, 1, 2, 3 */
+static const int block_start[5] = {0, 1, 3, 6,
+                                   CO_JET}; /* first of the derivatives of order 0, 1, 2, 3; last, their number */
 
 void co_chart_create(const double x[CO_JET], const double y[CO_JET], int highest, co_chart *chart) {
     double d[2][CO_JET];
@@ -55,5 +56,5 @@ void co_chart_apply(const co_chart *chart, double jet[CO_JET]) {
                 jet[j] -= jet[k] * chart->monomial[k][j];
     }
     for (int j = n; j < CO_JET; j++)
-        jet[j] = NAN;
+        jet[j] = (double)NAN;
 }

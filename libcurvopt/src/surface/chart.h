@@ -17,15 +17,15 @@
 #include "surface/bspline.h"
 
 typedef struct co_chart {
-    int order;                       /* of the highest derivatives that are changed, 2 or 3 */
+    int order;                       /* of the highest derivatives with respect to the new coordinates, 2 or 3 */
     double monomial[CO_JET][CO_JET]; /* [k] jet of m_k = dx^a dy^b / (a! b!), k as in jets */
     double inverse[4][4][4];         /* [order] inverse of the block of the D_j m_k with j and k of that order */
     double jacobian;                 /* Jacobian of (x, y) with respect to the old coordinates */
 } co_chart;
 
-/* Makes a chart from the jets x, y of the new coordinates with respect to the old ones; their Jacobian must not be 0.
- */
-void co_chart_create(const double x[CO_JET], const double y[CO_JET], int order, co_chart *chart);
+/* Makes a chart for derivatives up to order `highest`, 2 or 3, from the jets x, y of the new coordinates with respect
+ * to the old ones; their Jacobian must not be 0. */
+void co_chart_create(const double x[CO_JET], const double y[CO_JET], int highest, co_chart *chart);
 /* Replaces a function's derivatives with respect to the old coordinates by those with respect to the new ones; those of
  * higher order than the chart's become NAN. */
 void co_chart_apply(const co_chart *chart, double jet[CO_JET]);

@@ -239,21 +239,21 @@ static void find_generators(const co_ring_cell *cell, double s, double t, genera
     }
 }
 
-/* The first n_jet numbers of a row; n_jet is a constant where this is called. */
+/* A row from its first n_jet numbers; the others are NAN. n_jet is a constant where this is called. */
 static inline void add_generators(generators g, const double *weight, int n, int n_jet, double *row) {
     double sum[CO_JET] = {0};
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n_jet; k++)
             sum[k] += weight[i] * g[i][k];
     for (int k = 0; k < CO_JET; k++)
-        row[k] = k < n_jet ? sum[k] : NAN;
+        row[k] = k < n_jet ? sum[k] : (double)NAN;
 }
 
 /* The row of those weights: through the patch's control points, and through a fit that is folded in. */
 static void weighted_row(const co_ring_cell *cell, generators g, const double *weight, double *row) {
     int n = is_half(cell) ? CO_RING_CELL_GENERATORS : is_folded(cell) ? CO_RING_CELL_CURVE : CO_RING_CELL_TERM;
     if (cell->order == 2)
-        add_generators(g, weight, n, 6, row);
+        add_generators(g, weight, n, CO_JET_SECOND, row);
     else
         add_generators(g, weight, n, CO_JET, row);
 }

@@ -51,7 +51,7 @@ void co_ring_cell_free(co_ring_cell *cell);
 void co_ring_cell_set(co_ring_cell *cell, const co_stam_disc *disc, int which);
 /* Rows at (s, t) in 0..1 of the cell: rows [n_support][CO_JET] for the points support [n_support]; those from n_points
  * on are a disc's coefficients. Derivatives are with respect to the characteristic map, and *chart is the change to it;
- * without one they are with respect to s, t, and chart->jacobian is 1. */
+ * without one they are with respect to s, t, and chart->jacobian is 1. Derivatives above cell->order are NAN. */
 void co_ring_cell_rows(const co_ring_cell *cell, double s, double t, int32_t n_support, const int32_t *support,
                        double *rows, co_chart *chart);
 /* Jet of the blending weight at (s, t), derivatives with respect to s, t. */

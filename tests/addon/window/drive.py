@@ -504,7 +504,7 @@ def noted(owner, events):
 def the_main_thread_is_free_during_a_run_of_20000_faces():
     """No call of ours takes 0.1 s, neither in the modal operator nor in what draws, and the one that Esc comes to ends
     the run. From the key to the end all threads together, the worker's and those that draw without a GPU among them, take
-    0.28 to 0.48 s of processor time, whatever else the machine does; on the clock 0.2 s, and 0.9 s at load 8."""
+    0.28 to 0.48 s of processor time at loads of 2 to 13; on the clock 0.2 to 1.1 s."""
     setup(200, 100, noise=1e-3)
     operators, preview = part("ui.operators"), part("ui.preview")
     times, events = {name: [] for name in ("modal", "surface", "curve", "panel")}, []
