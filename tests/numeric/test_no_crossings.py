@@ -32,7 +32,7 @@ def touching(mesh: Mesh, pairs, levels: int) -> float:
     return min(float(cKDTree(points[int(f)]).query(points[int(g)])[0].min()) for f, g in pairs)
 
 
-KNOTS = [("trefoil", "mvs", 1), (66, "mvs", 2 if lib.LONG else 1)] + [("trefoil", "willmore", 1)] * lib.LONG
+KNOTS = [("trefoil", "mvs", 1), (66, "mvs", 2)] + [("trefoil", "willmore", 1)] * lib.LONG
 
 
 def knot(name) -> Mesh:

@@ -129,6 +129,7 @@ static int32_t minimize_curved(const cage *c, const curvopt_mesh *mesh, curvopt_
     curvopt_options o = small_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     curvopt_result *result;
     o.max_iterations = 1;
+    o.levels = 1;
     o.through = &through;
     int32_t status = curvopt_minimize(mesh, c->xyz, &o, NULL, NULL, NULL, &result, error);
     CHECK_TRUE((result != NULL) == (status == CURVOPT_OK));

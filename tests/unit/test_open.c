@@ -55,7 +55,8 @@ static void test_rows_of_every_fan_reproduce_constants(void **state) {
                          &error);
                 CHECK_INT(t->surface, type == CO_FAN_CORNER || type == CO_FAN_CONE ? CURVOPT_SURFACE_LIMIT
                                                                                    : CURVOPT_SURFACE_POLYNOMIAL);
-                const int n_jet = t->surface == CURVOPT_SURFACE_LIMIT ? CO_JET_SECOND : CO_JET; /* no third derivatives there */
+                const int n_jet =
+                    t->surface == CURVOPT_SURFACE_LIMIT ? CO_JET_SECOND : CO_JET; /* no third derivatives there */
                 for (int32_t i = 0; i < t->n_samples * CO_JET; i++) {
                     double sum = 0, absolute = 0;
                     if (i % CO_JET >= n_jet)
