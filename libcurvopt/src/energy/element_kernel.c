@@ -23,10 +23,10 @@ typedef struct block {
 
 /* How a table's samples are read; a constant where these functions are called, so that each way is compiled without
  * the others' work. */
-typedef enum { OF_ROWS, OF_MIXED_ROWS, OF_PLANE, OF_STRIPS } table_form;
+typedef enum { OF_ROWS, OF_PLANE, OF_STRIPS } table_form;
 
 static table_form form_of(const co_basis_table *t) {
-    return t->blend ? OF_PLANE : t->is_mixed ? OF_MIXED_ROWS : t->side ? OF_STRIPS : OF_ROWS;
+    return t->blend ? OF_PLANE : t->side ? OF_STRIPS : OF_ROWS;
 }
 
 /* What reads one sample of a table after the other, and gives adjoints back. */
@@ -66,11 +66,10 @@ CO_SIMD_INLINE const double *blend_of(const reader *r) {
 /* S [first..last], on `plane` 0..9. */
 CO_SIMD_INLINE void read_jets(reader *r, table_form form, int first, int last, lane S[CO_JET][3]) {
     const co_basis_table *t = r->table;
-    const int mixed = form == OF_MIXED_ROWS;
     if (form == OF_STRIPS)
         strip_jets(t->side + 16 * r->at_side, r->points, first, last, S);
     else
-        jets(rows_of(t, mixed, r->sample), mixed, t->n_points, r->b->P, first, last, S);
+        jets(rows_of(t, r->sample), t->is_mixed, t->n_points, r->b->P, first, last, S);
     if (form == OF_PLANE)
         plane_forward(&r->plane, blend_of(r), S);
 }
@@ -80,23 +79,21 @@ CO_SIMD_INLINE void read_jets(reader *r, table_form form, int first, int last, l
 CO_SIMD_INLINE void scatter_jets(reader *r, table_form form, lane S[CO_JET][3], lane S_bar[CO_JET][3], int first,
                                  int last) {
     const co_basis_table *t = r->table;
-    const int mixed = form == OF_MIXED_ROWS;
     if (form == OF_PLANE)
         plane_adjoint(&r->plane, blend_of(r), S, S_bar);
     if (form == OF_STRIPS)
         strip_scatter(t->side + 16 * r->at_side, S_bar, first, last, r->bar);
     else
-        transpose_jets(rows_of(t, mixed, r->sample), mixed, t->n_points, S_bar, first, last, 1, r->b->G);
+        transpose_jets(rows_of(t, r->sample), t->is_mixed, t->n_points, S_bar, first, last, 1, r->b->G);
 }
 
 /* Likewise for the area, not on `plane`. */
 CO_SIMD_INLINE void scatter_area(reader *r, table_form form, lane S_bar[CO_JET][3]) {
     const co_basis_table *t = r->table;
-    const int mixed = form == OF_MIXED_ROWS;
     if (form == OF_STRIPS)
         strip_scatter(t->side + 16 * r->at_side, S_bar, 1, 2, r->area_bar);
     else
-        transpose_jets(rows_of(t, mixed, r->sample), mixed, t->n_points, S_bar, 1, 2, 1, r->b->G_area);
+        transpose_jets(rows_of(t, r->sample), t->is_mixed, t->n_points, S_bar, 1, 2, 1, r->b->G_area);
 }
 
 /* At the end of a sample: if it is the last of its strip, the strip's adjoints go to the points' gradients. `order` as
@@ -258,9 +255,6 @@ static void run_first_order(const co_element_block *s, const block *b, lane sums
     case OF_ROWS:
         integrate_first_order(s, b, OF_ROWS, sums);
         break;
-    case OF_MIXED_ROWS:
-        integrate_first_order(s, b, OF_MIXED_ROWS, sums);
-        break;
     case OF_PLANE:
         integrate_first_order(s, b, OF_PLANE, sums);
         break;
@@ -290,9 +284,6 @@ CO_SIMD_INLINE void integrate_form(const co_element_block *s, const block *b, in
     switch (form_of(s->table)) {
     case OF_ROWS:
         integrate_samples(s, b, third, OF_ROWS, sums);
-        break;
-    case OF_MIXED_ROWS:
-        integrate_samples(s, b, third, OF_MIXED_ROWS, sums);
         break;
     case OF_STRIPS:
         integrate_samples(s, b, third, OF_STRIPS, sums);
@@ -383,11 +374,11 @@ CO_SIMD_INLINE void add_squares(const lane *V, int n_columns, int size, lane *ma
 }
 
 /* Gradient of one residual with respect to the face's points: out [3 n]. */
-CO_SIMD_INLINE void residual_gradient(const co_basis_table *t, int mixed, int32_t sample, lane S_bar[CO_JET][3],
-                                      int first, int last, lane *out) {
-    const double *rows = rows_of(t, mixed, sample);
+CO_SIMD_INLINE void residual_gradient(const co_basis_table *t, int32_t sample, lane S_bar[CO_JET][3], int first,
+                                      int last, lane *out) {
+    const double *rows = rows_of(t, sample);
     double weight = sqrt(t->weight[sample]);
-    transpose_jets(rows, mixed, t->n_points, S_bar, first, last, 0, (lane(*)[3])(void *)out);
+    transpose_jets(rows, t->is_mixed, t->n_points, S_bar, first, last, 0, (lane(*)[3])(void *)out);
     for (int32_t i = 0; i < 3 * t->n_points; i++)
         out[i] *= weight;
 }
@@ -398,14 +389,13 @@ CO_SIMD_INLINE void plane_residual(plane_state *m, const co_basis_table *t, int3
     memset(S_bar[0], 0, sizeof S_bar[0]);
     memset(m->V_bar, 0, sizeof m->V_bar);
     plane_adjoint(m, t->blend + (size_t)sample * CO_JET, S, S_bar);
-    residual_gradient(t, 0, sample, S_bar, 0, 9, out);
+    residual_gradient(t, sample, S_bar, 0, 9, out);
     for (int32_t p = 0; p < t->n_points; p++)
         lane_add_scaled(out + 3 * p, lane_all(t->masks[p] * sqrt(t->weight[sample])), m->V_bar);
 }
 
-/* `third`, `plane` and `mixed` are constants where this is called. */
-CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int plane,
-                                     int mixed) {
+/* `third` and `plane` are constants where this is called. */
+CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int plane) {
     const co_basis_table *t = s->table;
     const int size = 3 * t->n_points, first = plane ? 0 : 1, last = third || plane ? 9 : 5;
     int n_columns = 0;
@@ -417,7 +407,7 @@ CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], 
         lane S[CO_JET][3], S_bar[CO_JET][3];
         sample_state state;
         sample_values value;
-        jets(rows_of(t, mixed, i), mixed, t->n_points, P, first, last, S);
+        jets(rows_of(t, i), t->is_mixed, t->n_points, P, first, last, S);
         if (plane)
             plane_forward(&vertex, t->blend + (size_t)i * CO_JET, S);
         forward_second(S, &state, &value);
@@ -432,7 +422,7 @@ CO_SIMD_INLINE void add_gauss_newton(const co_element_hessian *s, lane (*P)[3], 
             if (plane)
                 plane_residual(&vertex, t, i, S, S_bar, V + n_columns * size);
             else
-                residual_gradient(t, mixed, i, S_bar, first, last, V + n_columns * size);
+                residual_gradient(t, i, S_bar, first, last, V + n_columns * size);
             if (++n_columns == CO_SECOND_COLUMNS) {
                 add_squares(V, n_columns, size, matrix);
                 n_columns = 0;
@@ -470,14 +460,15 @@ CO_SIMD_INLINE void lift_curvature(const double *rows, int mixed, int32_t n_poin
  * At each sample, with S the 9 derivatives (27 numbers) and x the points (S = R x, R the rows of the table), matrix +=
  * R^T core R. The core is in kernel_hessian.h, the products are in kernel_products.h. V: rows in the frame's
  * parameters, [n][CO_JET], then `before`. */
-CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third, int mixed) {
+CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane *V, int third) {
     const co_basis_table *t = s->table;
-    const int n = t->n_points, last = third ? 9 : 5, n_low = n_low_of(third), n_top = n_top_of(third);
+    const int n = t->n_points, mixed = t->is_mixed, last = third ? 9 : 5, n_low = n_low_of(third),
+              n_top = n_top_of(third);
     lane(*before)[3] = (lane(*)[3])(void *)(V + CO_JET * n);
     if (third && s->before)
         gather(n, s->points, s->before, before);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
-        const double *rows = rows_of(t, mixed, i);
+        const double *rows = rows_of(t, i);
         const sample_integrand at = {&s->integrand, s->eps4, t->weight[i], t->area_weight[i]};
         lane S[CO_JET][3], C[4];
         sample_state state;
@@ -511,13 +502,14 @@ CO_SIMD_INLINE void add_hessian(const co_element_hessian *s, lane (*P)[3], lane 
     }
 }
 
-/* Adds the volume's second derivatives. `mixed` is a constant where this is called. */
-CO_SIMD_INLINE void add_volume_hessian(const co_element_hessian *s, lane (*P)[3], int mixed) {
+/* Adds the volume's second derivatives. */
+static void add_volume_hessian(const co_element_hessian *s, lane (*P)[3]) {
     const co_basis_table *t = s->table;
+    const int mixed = t->is_mixed;
     lane offset[3], *matrix = (lane *)(void *)s->matrix;
     volume_offset(s->points, s->xyz, offset);
     for (int32_t i = 0; i < t->n_samples && !co_cancel_is_due(s->cancel); i++) {
-        const double *rows = rows_of(t, mixed, i), weight = s->integrand.volume * t->area_weight[i];
+        const double *rows = rows_of(t, i), weight = s->integrand.volume * t->area_weight[i];
         lane S[CO_JET][3];
         jets(rows, mixed, t->n_points, P, 0, 2, S);
         lane_add_scaled(S[0], lane_all(1), offset);
@@ -535,30 +527,21 @@ CO_SIMD_INLINE void add_volume_hessian(const co_element_hessian *s, lane (*P)[3]
 
 /* The energies' Hessian, or their Gauss-Newton matrix. */
 static void add_energies(const co_element_hessian *s, lane (*P)[3], lane *V) {
-    const int mixed = s->table->is_mixed;
     if (s->exact && !s->table->blend) {
-        if (s->third && mixed)
-            add_hessian(s, P, V, 1, 1);
-        else if (s->third)
-            add_hessian(s, P, V, 1, 0);
-        else if (mixed)
-            add_hessian(s, P, V, 0, 1);
+        if (s->third)
+            add_hessian(s, P, V, 1);
         else
-            add_hessian(s, P, V, 0, 0);
+            add_hessian(s, P, V, 0);
         return;
     }
     if (s->table->blend && s->third)
-        add_gauss_newton(s, P, V, 1, 1, 0);
+        add_gauss_newton(s, P, V, 1, 1);
     else if (s->table->blend)
-        add_gauss_newton(s, P, V, 0, 1, 0);
-    else if (s->third && mixed)
-        add_gauss_newton(s, P, V, 1, 0, 1);
+        add_gauss_newton(s, P, V, 0, 1);
     else if (s->third)
-        add_gauss_newton(s, P, V, 1, 0, 0);
-    else if (mixed)
-        add_gauss_newton(s, P, V, 0, 0, 1);
+        add_gauss_newton(s, P, V, 1, 0);
     else
-        add_gauss_newton(s, P, V, 0, 0, 0);
+        add_gauss_newton(s, P, V, 0, 0);
     for (size_t i = 0; i < co_element_hessian_size(s->table->n_points) * CO_LANES; i++)
         s->matrix[i] *= 2; /* a square r^2 has 2 grad r grad r^T */
 }
@@ -569,12 +552,8 @@ static void run_second_part(const co_element_hessian *s) {
     gather(s->table->n_points, s->points, s->xyz, P);
     memset(s->matrix, 0, sizeof(lane) * entries);
     add_energies(s, P, V);
-    if (!s->exact || s->integrand.volume == 0 || s->table->blend)
-        return;
-    if (s->table->is_mixed)
-        add_volume_hessian(s, P, 1);
-    else
-        add_volume_hessian(s, P, 0);
+    if (s->exact && s->integrand.volume != 0 && !s->table->blend)
+        add_volume_hessian(s, P);
 }
 
 static void run_second(const co_element_hessian *s) {

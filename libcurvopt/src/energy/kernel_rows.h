@@ -7,11 +7,11 @@
 #include "base/simd.h"
 #include "surface/basis_table.h"
 
-/* Where a sample's rows begin. `mixed` is a constant where this is called: of co_basis_table. */
-CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int mixed, int32_t sample) {
-    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (mixed ? CO_LANES : 1);
+/* Where a sample's rows begin. */
+CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int32_t sample) {
+    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (t->is_mixed ? CO_LANES : 1);
 }
-/* Entry i of some rows. */
+/* Entry i of some rows; mixed: of co_basis_table. */
 CO_SIMD_INLINE lane entry(const double *rows, int mixed, int32_t i) {
     return mixed ? ((const lane *)(const void *)rows)[i] : lane_all(rows[i]);
 }
