@@ -279,18 +279,12 @@ static void store(const co_element_block *s, const block *b, const lane sums[CO_
     }
 }
 
-/* `third` is a constant where this is called. */
-CO_SIMD_INLINE void integrate_form(const co_element_block *s, const block *b, int third, lane sums[CO_N_SUMS]) {
-    switch (form_of(s->table)) {
-    case OF_ROWS:
-        integrate_samples(s, b, third, OF_ROWS, sums);
-        break;
-    case OF_STRIPS:
+/* On surfaces other than `plane`. `third` is a constant where this is called. */
+CO_SIMD_INLINE void integrate_linear(const co_element_block *s, const block *b, int third, lane sums[CO_N_SUMS]) {
+    if (s->table->side)
         integrate_samples(s, b, third, OF_STRIPS, sums);
-        break;
-    case OF_PLANE: /* run_energies() calls that itself */
-        break;
-    }
+    else
+        integrate_samples(s, b, third, OF_ROWS, sums);
 }
 
 static void run_energies(const co_element_block *s, const block *b, lane sums[CO_N_SUMS]) {
@@ -299,9 +293,9 @@ static void run_energies(const co_element_block *s, const block *b, lane sums[CO
         if (s->gradient && s->area_gradient)
             integrate_plane_area(s, b);
     } else if (s->third) {
-        integrate_form(s, b, 1, sums);
+        integrate_linear(s, b, 1, sums);
     } else {
-        integrate_form(s, b, 0, sums);
+        integrate_linear(s, b, 0, sums);
     }
 }
 

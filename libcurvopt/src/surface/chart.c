@@ -8,8 +8,8 @@
 #include <string.h>
 
 enum { LARGEST_BLOCK = 4 };
-static const int block_start[5] = {0, 1, 3, 6,
-                                   CO_JET}; /* first of the derivatives of order 0, 1, 2, 3; last, their number */
+/* First of the derivatives of order 0, 1, 2, 3; last, their number. */
+static const int block_start[5] = {0, 1, 3, 6, CO_JET};
 
 void co_chart_create(const double x[CO_JET], const double y[CO_JET], int highest, co_chart *chart) {
     double d[2][CO_JET];

@@ -72,7 +72,7 @@ void co_evaluate_to_face(const co_place *place, int n, const double *along_st, d
     const int r = place->rotation;
     for (int k = 0; k < n; k++) {
         const int p = co_jet_order_u[k], q = co_jet_order_v[k], order = p + q;
-        const int from = order * (order + 1) / 2 + (swaps[r] ? p : q);
+        const int from = swaps[r] ? co_jet_index(q, p) : co_jet_index(p, q);
         const double factor = (p % 2 ? sign_u[r] : 1) * (q % 2 ? sign_v[r] : 1) * ldexp(1, place->level * order);
         along_uv[k] = factor * along_st[from];
     }
