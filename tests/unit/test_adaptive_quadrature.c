@@ -283,7 +283,7 @@ static void test_a_third_rule_is_compared_where_errors_are_largest(void **state)
 }
 
 /* Sums of each patch that is in some batches; counts how often each is in. */
-static void sums_of(co_assembly *a, const co_element_batches *l, double (*sums)[CO_N_SUMS], int *times) {
+static void sums_of(co_assembly *a, co_element_batches *l, double (*sums)[CO_N_SUMS], int *times) {
     co_values values;
     curvopt_error error;
     CHECK_OK(co_assembly_evaluate_batches(a, l, 1, &values, &error), &error);

@@ -128,7 +128,7 @@ static int32_t take_threads(co_assembly *a, const curvopt_options *options, cons
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co_substitution *substitution,
                            const curvopt_options *options, co_basis_table_cache *tables, const double *face_weight,
                            co_assembly *a, curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs()};
+    *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs(), .placement = 1};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->spontaneous = co_spontaneous_curvature_of(options->weights, options->spontaneous_curvature);
@@ -206,30 +206,53 @@ typedef struct normalization {
     const double *from;
     double *to;
     double centroid[3], unit;
+    _Atomic int changes; /* whether any is another than before */
 } normalization;
 
+/* Whether x gets another value; what is no number is another. */
+static int set_to(double value, double *x) {
+    const int changes = !(value == *x);
+    *x = value;
+    return changes;
+}
+
 static void normalize_points(void *context, size_t begin, size_t end) {
-    const normalization *m = context;
+    normalization *m = context;
+    int changes = 0;
     for (size_t v = begin; v < end; v++)
         for (size_t c = 0; c < 3; c++)
-            m->to[3 * v + c] = (m->from[3 * v + c] - m->centroid[c]) * m->unit;
+            changes |= set_to((m->from[3 * v + c] - m->centroid[c]) * m->unit, &m->to[3 * v + c]);
+    if (changes)
+        m->changes = 1;
+}
+
+int co_assembly_place_normalized(const co_assembly *a, const double *x, double *points) {
+    const size_t n = (size_t)(a->active ? a->n_active_cage : a->patches.n_cage);
+    int changes = 0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0, v = a->active ? (size_t)a->active[i] : i; c < 3; c++)
+            changes |= set_to(x[3 * v + c], &points[3 * v + c]);
+    if (changes)
+        co_patches_derive(&a->patches, points);
+    return changes;
 }
 
 double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
-    size_t n = (size_t)a->patches.n_cage;
     double radius = 1;
-    if (is_normalized && a->active) {
-        for (int32_t i = 0; i < a->n_active_cage; i++)
-            memcpy(a->points + 3 * (size_t)a->active[i], xyz + 3 * (size_t)a->active[i], 3 * sizeof *xyz);
-    } else if (is_normalized) {
-        memcpy(a->points, xyz, 3 * n * sizeof *xyz);
+    int changes = 0;
+    if (is_normalized) {
+        changes = co_assembly_place_normalized(a, xyz, a->points);
     } else {
+        const size_t n = (size_t)a->patches.n_cage;
         normalization m = {.from = xyz, .to = a->points};
         radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, m.centroid);
         m.unit = 1 / radius;
         co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, normalize_points, &m);
+        changes = m.changes;
+        if (changes)
+            co_patches_derive(&a->patches, a->points);
     }
-    co_patches_derive(&a->patches, a->points);
+    a->placement += changes;
     return radius;
 }
 
@@ -385,8 +408,14 @@ static void add_batches_of_points(void *context, size_t begin, size_t end) {
 /* A sample is work of about so many steps (co_thread_pool_if_worth), 10 to 15 ns, and twice as many with a gradient. */
 enum { STEPS_OF_SAMPLE = 2 };
 
-/* Evaluates all blocks; gradients are those of `integrand`. */
-static void run_blocks(co_assembly *a, const co_element_batches *l, const co_integrand *integrand, int third,
+/* Whether the batches' sums have all that is wanted. Those of third order have no other numbers than those of second. */
+static int has_sums(const co_element_batches *l, const co_sums_of *wanted) {
+    const co_sums_of *have = &l->sums_of;
+    return have->placement == wanted->placement && have->third == wanted->third && have->volume >= wanted->volume;
+}
+
+/* Evaluates all blocks unless their sums are known; gradients are those of `integrand`. */
+static void run_blocks(co_assembly *a, co_element_batches *l, const co_integrand *integrand, int third,
                        numbers_wanted numbers, int gradient) {
     block_run r = {.assembly = a,
                    .batches = l,
@@ -394,12 +423,18 @@ static void run_blocks(co_assembly *a, const co_element_batches *l, const co_int
                    .third = third,
                    .gradient = gradient,
                    .numbers = numbers == NO_VOLUME && a->measures_volume ? WITH_VOLUME : numbers};
+    const co_sums_of wanted = {.placement = a->placement, .third = third, .volume = r.numbers == WITH_VOLUME};
     const size_t steps = (size_t)l->n_samples * STEPS_OF_SAMPLE * (gradient ? 2 : 1);
+    if (!gradient && numbers != FIRST_ORDER_ALONE && has_sums(l, &wanted))
+        return;
+    l->sums_of = (co_sums_of){0};
     co_work_sharing_start(a->sharing, a->n_threads);
     co_thread_pool_run(co_thread_pool_if_worth(a->threads, steps), run_shared_blocks, &r);
     if (gradient)
         co_thread_pool_for(co_thread_pool_if_worth(a->threads, l->batch_touched[l->n_batches]),
                            l->batch_touched[l->n_batches], add_batches_of_points, &r);
+    if (r.numbers != FIRST_ORDER_ALONE && !co_cancel_is_due(a->cancel))
+        l->sums_of = wanted;
 }
 
 /* Adds blocks begin .. end - 1 to a sum of blocks. */
@@ -553,7 +588,7 @@ void co_assembly_number_gradient(co_assembly *a, int scalar, double *gradient) {
     collect_gradient(a, 1, 0, gradient);
 }
 
-int32_t co_assembly_evaluate_batches(co_assembly *a, const co_element_batches *l, int third, co_values *out,
+int32_t co_assembly_evaluate_batches(co_assembly *a, co_element_batches *l, int third, co_values *out,
                                      curvopt_error *error) {
     int32_t status = ensure_work(a, l, error);
     if (status != CURVOPT_OK)

@@ -57,6 +57,7 @@ typedef struct co_assembly {
     co_element_batches batches;       /* by the present rules */
     co_element_batches finer_batches; /* by rules one step finer, for values only; made when first needed */
     double *points;                   /* [3 n_points] normalized positions, evaluated last */
+    int64_t placement;                /* 1, and one more with each change of points */
     double *point_gradient; /* [3 n_points] gradient with respect to derived points; the cage's part is unused */
     double *point_sums;     /* [n_points][2][3] gradients of the integrand and of the area */
     double radius;          /* root mean square radius of the positions evaluated last, before they were normalized */
@@ -107,8 +108,12 @@ int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, c
  * of a gradient is not written (`active`). */
 void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
 
+/* Sets points [3 n_points] from normalized positions x [3 n_cage], as assembly->points; whether any of the cage's
+ * changes. What is derived is as it was if none does. */
+int co_assembly_place_normalized(const co_assembly *assembly, const double *x, double *points);
 /* Sets assembly->points from xyz [3 n_cage]: the cage's, normalized unless they are so already, and what is derived
- * from them. Returns the radius that was divided by. */
+ * from them. Returns the radius that was divided by. While points stay what they are, values that were evaluated by the
+ * present rules are not evaluated again (co_sums_of). */
 double co_assembly_place(co_assembly *assembly, const double *xyz, int is_normalized);
 
 /* Gradients [3 n_cage] of the parts of an objective, second + area * third. NULL: not wanted; `third` and `area` only
@@ -136,7 +141,7 @@ double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 int32_t co_assembly_update_batches(co_assembly *assembly, curvopt_error *error);
 /* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY,
  * CO_CANCELLED. */
-int32_t co_assembly_evaluate_batches(co_assembly *assembly, const co_element_batches *batches, int third,
+int32_t co_assembly_evaluate_batches(co_assembly *assembly, co_element_batches *batches, int third,
                                      co_values *out, curvopt_error *error);
 
 #endif

@@ -29,6 +29,12 @@ typedef struct co_touched {
     size_t incident;  /* place in co_element_batches.incident of its first contribution; the next one's ends them */
 } co_touched;
 
+/* What sums over patches were evaluated for; another evaluation for the same would find the same. */
+typedef struct co_sums_of {
+    int64_t placement; /* positions: the number of changes of an assembly's points; 0: unknown */
+    int third, volume; /* third-order integrals, and the volume, are among the sums */
+} co_sums_of;
+
 typedef struct co_element_batches {
     int32_t lanes; /* the kernel's */
     int32_t n_blocks;
@@ -39,7 +45,8 @@ typedef struct co_element_batches {
     int32_t *points;        /* points of all blocks' patches, co_block.points says where */
     co_basis_table **mixed; /* [n_mixed] tables of blocks of several kinds */
     int32_t n_mixed;
-    double *sums; /* [n_blocks][parts][CO_N_SUMS][lanes] what was summed over each patch, evaluated last */
+    double *sums;       /* [n_blocks][parts][CO_N_SUMS][lanes] what was summed over each patch, evaluated last */
+    co_sums_of sums_of; /* what for */
 
     /* The rest is for gradients only, else NULL. */
     size_t batch_size;     /* doubles that the gradients of the largest batch take */

@@ -407,13 +407,11 @@ static void scatter_chunk(void *context, size_t begin, size_t end) {
 }
 
 /* Sets h->before from positions. */
-static int32_t place_before(co_assembly *a, const double *x, co_sparse_hessian *h, curvopt_error *error) {
-    size_t n = 3 * (size_t)a->patches.n_points;
-    h->before = h->before ? h->before : CO_NEW(double, n);
+static int32_t place_before(const co_assembly *a, const double *x, co_sparse_hessian *h, curvopt_error *error) {
+    h->before = h->before ? h->before : CO_NEW(double, 3 * (size_t)a->patches.n_points);
     if (!h->before)
         return co_status_no_memory(error);
-    co_assembly_place(a, x, 1);
-    memcpy(h->before, a->points, n * sizeof *h->before);
+    co_assembly_place_normalized(a, x, h->before);
     return CURVOPT_OK;
 }
 
