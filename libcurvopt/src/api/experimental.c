@@ -116,6 +116,7 @@ int32_t curvopt_hessian_assemble(curvopt_hessian *hessian, const double *xyz, in
     if (!hessian || !xyz)
         return co_api_null(error, hessian ? "xyz" : "hessian");
     co_assembly *a = &hessian->problem->assembly;
-    return co_sparse_hessian_assemble(a, xyz, &(co_second_kind){.exact = exact, .whole = &(co_whole){area, third}},
-                                      &hessian->hessian, error);
+    const co_second_kind kind = {
+        .exact = exact, .whole = &(co_whole){area, third}, .coarser = exact ? 0 : CO_COARSEST_RULES};
+    return co_sparse_hessian_assemble(a, xyz, &kind, &hessian->hessian, error);
 }

@@ -305,31 +305,42 @@ static void report_energies(const co_assembly *a, const co_values *v, int third,
         out->term_error[t] = isnan(out->term[t]) ? (double)NAN : co_quadrature_error_claimed(&e.term[t]);
 }
 
+/* Makes the batches by a third rule, unless those that are there have the same patches. */
+static int32_t update_finest(co_assembly *a, curvopt_error *error) {
+    co_quadrature_estimates *e = &a->estimates;
+    const size_t n = (size_t)a->patches.n_patches;
+    const co_element_batches_spec spec = {.patches = &a->patches,
+                                          .cache = a->cache,
+                                          .lanes = a->kernel->lanes,
+                                          .rule = a->rule,
+                                          .only = e->in_finest,
+                                          .step = 2};
+    if (a->finest_batches.n_blocks && memcmp(e->in_finest, e->has_third_rule, n) == 0)
+        return CURVOPT_OK;
+    co_element_batches_free(&a->finest_batches);
+    memcpy(e->in_finest, e->has_third_rule, n);
+    return co_element_batches_create(&spec, &a->finest_batches, error);
+}
+
 /* Compares the rules one step finer with those two steps finer, where that tells most for its cost: an estimate is as
  * good as the finer of two rules, and two may miss the same fold. `area`: the whole one, by the former. */
 static int32_t evaluate_third_rule(co_assembly *a, double area, int third, curvopt_error *error) {
     co_quadrature_estimates *e = &a->estimates;
-    co_element_batches finest;
     co_values values;
     divide_by_costs(a, &a->batches, &a->finer_batches);
     double threshold = threshold_of(a, is_refinable, a->tuning->quadrature_two_rules * e->sum);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         e->has_third_rule[p] = is_refinable(a, p) && !(e->error_per_cost[p] < threshold);
-    co_element_batches_spec spec = {.patches = &a->patches,
-                                    .cache = a->cache,
-                                    .lanes = a->kernel->lanes,
-                                    .rule = a->rule,
-                                    .only = e->has_third_rule,
-                                    .step = 2};
-    int32_t status = co_element_batches_create(&spec, &finest, error);
+    int32_t status = update_finest(a, error);
     if (status == CURVOPT_OK)
-        status = co_assembly_evaluate_batches(a, &finest, third, &values, error);
-    if (status == CURVOPT_OK)
-        store_terms(a, &finest, area, third, e->finest);
-    if (status == CURVOPT_OK)
-        co_quadrature_estimates_use_best_area(e, (size_t)a->patches.n_patches, area);
-    co_element_batches_free(&finest);
-    return status;
+        status = co_assembly_evaluate_batches(a, &a->finest_batches, third, &values, error);
+    if (status != CURVOPT_OK) {
+        co_element_batches_free(&a->finest_batches);
+        return status;
+    }
+    store_terms(a, &a->finest_batches, area, third, e->finest);
+    co_quadrature_estimates_use_best_area(e, (size_t)a->patches.n_patches, area);
+    return CURVOPT_OK;
 }
 
 /* --------------------------------------------------------------------------------------------- refinement -- */

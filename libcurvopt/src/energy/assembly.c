@@ -43,8 +43,13 @@ int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
     int32_t status = co_element_batches_make_tables(&spec, error);
     if (status == CO_CANCELLED) /* the result is evaluated by the batches of before */
         return status;
+    if (status == CURVOPT_OK && a->batches.n_known)
+        status = co_known_sums_keep(&a->known, 0, a->patches.n_patches, &a->batches, a->placement, error);
+    if (status == CURVOPT_OK && a->finer_batches.n_known)
+        status = co_known_sums_keep(&a->known, 1, a->patches.n_patches, &a->finer_batches, a->placement, error);
     co_element_batches_free(&a->batches);
     co_element_batches_free(&a->finer_batches);
+    co_element_batches_free(&a->finest_batches);
     a->rules_version++;
     if (status == CURVOPT_OK)
         status = co_element_batches_create(&spec, &a->batches, error);
@@ -181,6 +186,8 @@ void co_assembly_free(co_assembly *a) {
     co_basis_table_cache_free(&a->own_cache);
     co_element_batches_free(&a->batches);
     co_element_batches_free(&a->finer_batches);
+    co_element_batches_free(&a->finest_batches);
+    co_known_sums_free(&a->known);
     free(a->rule);
     free(a->weight);
     free(a->active);
@@ -321,6 +328,11 @@ static void weigh_block(const co_assembly *a, const co_element_batches *l, int32
 /* Whether the volume is evaluated with the energies, or area and volume instead of them, which costs a fraction. */
 typedef enum numbers_wanted { NO_VOLUME, WITH_VOLUME, FIRST_ORDER_ALONE } numbers_wanted;
 
+/* CO_SUM_JUMP is told from the finer of two rules. */
+static int wants_jump(const co_assembly *a, const co_element_batches *l) {
+    return l != &a->batches;
+}
+
 /* Evaluates a block. gradients: where its gradients go, or NULL; work: this thread's. */
 static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, const co_integrand *integrand, int third,
                       numbers_wanted numbers, double *gradients, double *work) {
@@ -337,7 +349,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .gradient = gradient,
                                 .area_gradient = area,
                                 .volume = numbers == WITH_VOLUME,
-                                .jump = l != &a->batches, /* it is told from the finer of two rules */
+                                .jump = wants_jump(a, l),
                                 .first_order = numbers == FIRST_ORDER_ALONE,
                                 .sums = co_element_batches_sums(l, b, 0),
                                 .gradients = gradients,
@@ -394,7 +406,7 @@ static void run_shared_blocks(void *context, int32_t thread, int32_t n_threads) 
            (k = co_work_sharing_next(a->sharing, r->gradient ? l->n_batches : l->n_blocks, &me)) >= 0)
         if (r->gradient)
             run_batch(a, l, k, r->integrand, r->third, r->numbers, work);
-        else
+        else if (!l->is_known[k])
             run_block(a, l, k, r->integrand, r->third, r->numbers, NULL, work);
 }
 
@@ -408,13 +420,24 @@ static void add_batches_of_points(void *context, size_t begin, size_t end) {
 /* A sample is work of about so many steps (co_thread_pool_if_worth), 10 to 15 ns, and twice as many with a gradient. */
 enum { STEPS_OF_SAMPLE = 2 };
 
-/* Whether the batches' sums have all that is wanted. Those of third order have no other numbers than those of second. */
-static int has_sums(const co_element_batches *l, const co_sums_of *wanted) {
-    const co_sums_of *have = &l->sums_of;
-    return have->placement == wanted->placement && have->third == wanted->third && have->volume >= wanted->volume;
+/* Marks the blocks as known whose sums have what is wanted already. */
+static void find_known(const co_assembly *a, const co_sums_of *wanted, co_element_batches *l) {
+    if (co_sums_of_has(&l->sums_of, wanted))
+        return;
+    memset(l->is_known, 0, (size_t)l->n_blocks);
+    l->n_known = 0;
+    l->sums_of = *wanted;
+    co_known_sums_give(&a->known, wanted, l);
 }
 
-/* Evaluates all blocks unless their sums are known; gradients are those of `integrand`. */
+/* After an evaluation of all blocks that were not known: all are, if `wanted` says for what, or none. */
+static void set_known(const co_sums_of *wanted, co_element_batches *l) {
+    memset(l->is_known, wanted != NULL, (size_t)l->n_blocks);
+    l->n_known = wanted ? l->n_blocks : 0;
+    l->sums_of = wanted ? *wanted : (co_sums_of){0};
+}
+
+/* Evaluates blocks whose sums are not known, or all of them with gradients, which are those of `integrand`. */
 static void run_blocks(co_assembly *a, co_element_batches *l, const co_integrand *integrand, int third,
                        numbers_wanted numbers, int gradient) {
     block_run r = {.assembly = a,
@@ -423,18 +446,22 @@ static void run_blocks(co_assembly *a, co_element_batches *l, const co_integrand
                    .third = third,
                    .gradient = gradient,
                    .numbers = numbers == NO_VOLUME && a->measures_volume ? WITH_VOLUME : numbers};
-    const co_sums_of wanted = {.placement = a->placement, .third = third, .volume = r.numbers == WITH_VOLUME};
+    const int are_energies = r.numbers != FIRST_ORDER_ALONE;
+    const co_sums_of wanted = {
+        .placement = a->placement, .third = third, .volume = r.numbers == WITH_VOLUME, .jump = wants_jump(a, l)};
     const size_t steps = (size_t)l->n_samples * STEPS_OF_SAMPLE * (gradient ? 2 : 1);
-    if (!gradient && numbers != FIRST_ORDER_ALONE && has_sums(l, &wanted))
+    if (gradient || !are_energies)
+        set_known(NULL, l);
+    else
+        find_known(a, &wanted, l);
+    if (l->n_known == l->n_blocks)
         return;
-    l->sums_of = (co_sums_of){0};
     co_work_sharing_start(a->sharing, a->n_threads);
     co_thread_pool_run(co_thread_pool_if_worth(a->threads, steps), run_shared_blocks, &r);
     if (gradient)
         co_thread_pool_for(co_thread_pool_if_worth(a->threads, l->batch_touched[l->n_batches]),
                            l->batch_touched[l->n_batches], add_batches_of_points, &r);
-    if (r.numbers != FIRST_ORDER_ALONE && !co_cancel_is_due(a->cancel))
-        l->sums_of = wanted;
+    set_known(are_energies && !co_cancel_is_due(a->cancel) ? &wanted : NULL, l);
 }
 
 /* Adds blocks begin .. end - 1 to a sum of blocks. */

@@ -17,6 +17,7 @@
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
 #include "energy/held_numbers.h"
+#include "energy/known_sums.h"
 #include "energy/quadrature_error.h"
 #include "energy/spontaneous_curvature.h"
 #include "surface/boundary_turning.h"
@@ -48,16 +49,18 @@ typedef struct co_assembly {
     int third_allowed;                    /* the surface can carry third-order energies */
     int measures_volume;                  /* the volume is wanted in every evaluation */
     int is_closed;                        /* no boundary: the surface has a volume */
-    int leaves_out;                   /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
-    int32_t *isolated;                /* [n_isolated] vertices that no face uses, ascending; NULL: none */
-    int32_t n_isolated;               /* number of these */
-    double *weight;                   /* [n_patches] factor of each patch's contribution; NULL: all are 1 */
-    uint8_t *rule;                    /* [n_patches] quadrature rule, 0 .. CO_FINEST_RULE */
-    int32_t rules_version;            /* number of times that rules have changed */
-    co_element_batches batches;       /* by the present rules */
-    co_element_batches finer_batches; /* by rules one step finer, for values only; made when first needed */
-    double *points;                   /* [3 n_points] normalized positions, evaluated last */
-    int64_t placement;                /* 1, and one more with each change of points */
+    int leaves_out;                    /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
+    int32_t *isolated;                 /* [n_isolated] vertices that no face uses, ascending; NULL: none */
+    int32_t n_isolated;                /* number of these */
+    double *weight;                    /* [n_patches] factor of each patch's contribution; NULL: all are 1 */
+    uint8_t *rule;                     /* [n_patches] quadrature rule, 0 .. CO_FINEST_RULE */
+    int32_t rules_version;             /* number of times that rules have changed */
+    co_element_batches batches;        /* by the present rules */
+    co_element_batches finer_batches;  /* by rules one step finer, for values only; made when first needed */
+    co_element_batches finest_batches; /* by rules two steps finer, of estimates.in_finest; made when first needed */
+    co_known_sums known;               /* of batches that were freed */
+    double *points;                    /* [3 n_points] normalized positions, evaluated last */
+    int64_t placement;                 /* 1, and one more with each change of points */
     double *point_gradient; /* [3 n_points] gradient with respect to derived points; the cage's part is unused */
     double *point_sums;     /* [n_points][2][3] gradients of the integrand and of the area */
     double radius;          /* root mean square radius of the positions evaluated last, before they were normalized */
@@ -141,7 +144,7 @@ double co_assembly_defect(const co_assembly *assembly, const co_values *values);
 int32_t co_assembly_update_batches(co_assembly *assembly, curvopt_error *error);
 /* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY,
  * CO_CANCELLED. */
-int32_t co_assembly_evaluate_batches(co_assembly *assembly, co_element_batches *batches, int third,
-                                     co_values *out, curvopt_error *error);
+int32_t co_assembly_evaluate_batches(co_assembly *assembly, co_element_batches *batches, int third, co_values *out,
+                                     curvopt_error *error);
 
 #endif

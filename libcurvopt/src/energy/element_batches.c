@@ -20,6 +20,7 @@ void co_element_batches_free(co_element_batches *l) {
     free(l->patch);
     free(l->points);
     free(l->sums);
+    free(l->is_known);
     for (int32_t i = 0; i < l->n_mixed; i++)
         co_basis_table_destroy(l->mixed[i]);
     free(l->mixed);
@@ -173,22 +174,23 @@ typedef struct place {
     size_t points;
 } place;
 
-static void add_block(const co_patches *patches, const co_basis_table *table, const int32_t *order, int32_t n_used,
-                      co_element_batches *l, place *at) {
+static void add_block(const co_patches *patches, const co_basis_table *table, int32_t rule, const int32_t *order,
+                      int32_t n_used, co_element_batches *l, place *at) {
     l->block[at->block].table = table;
+    l->block[at->block].rule = (uint8_t)rule;
     l->block[at->block].points = at->points;
     fill_block(patches, order, n_used < CO_BLOCK_FACES ? n_used : CO_BLOCK_FACES, l, at->block);
     at->points += (size_t)table->n_points * CO_BLOCK_FACES;
     at->block++;
 }
 
-static int32_t add_mixed(const co_patches *patches, const co_basis_table **tables, const int32_t *order, int32_t n_used,
-                         co_element_batches *l, place *at, curvopt_error *error) {
+static int32_t add_mixed(const co_patches *patches, const co_basis_table **tables, int32_t rule, const int32_t *order,
+                         int32_t n_used, co_element_batches *l, place *at, curvopt_error *error) {
     for (int32_t k = n_used; k < CO_BLOCK_FACES; k++)
         tables[k] = tables[0];
     int32_t status = co_basis_table_mix(tables, CO_BLOCK_FACES, l->lanes, &l->mixed[at->mixed], error);
     if (status == CURVOPT_OK)
-        add_block(patches, l->mixed[at->mixed++], order, n_used, l, at);
+        add_block(patches, l->mixed[at->mixed++], rule, order, n_used, l, at);
     return status;
 }
 
@@ -202,11 +204,11 @@ static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches
             order[n] = d->order[i];
             status = table_of(s, k, &tables[n++], error);
             if (status == CURVOPT_OK && n == CO_BLOCK_FACES) {
-                status = add_mixed(s->patches, tables, order, n, l, at, error);
+                status = add_mixed(s->patches, tables, rule, order, n, l, at, error);
                 n = 0;
             }
         }
-    return status == CURVOPT_OK && n ? add_mixed(s->patches, tables, order, n, l, at, error) : status;
+    return status == CURVOPT_OK && n ? add_mixed(s->patches, tables, rule, order, n, l, at, error) : status;
 }
 
 static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patches *d, co_element_batches *l,
@@ -218,7 +220,7 @@ static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patche
         if (d->whole[k])
             status = table_of(s, k, &table, error);
         for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += CO_BLOCK_FACES)
-            add_block(s->patches, table, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
+            add_block(s->patches, table, k % CO_N_RULES, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
     }
     for (int32_t rule = 0; rule < CO_N_RULES && status == CURVOPT_OK; rule++)
         status = fill_mixed(s, d, rule, l, &at, error);
@@ -350,8 +352,9 @@ static int32_t allocate(co_element_batches *l, size_t n_points, curvopt_error *e
     l->patch = CO_NEW(int32_t, (size_t)l->n_blocks * CO_BLOCK_FACES);
     l->points = CO_NEW(int32_t, n_points);
     l->sums = CO_NEW_ALIGNED(double, (size_t)l->n_blocks *CO_N_SUMS *CO_BLOCK_FACES);
+    l->is_known = CO_NEW(uint8_t, l->n_blocks);
     l->mixed = CO_NEW(co_basis_table *, l->n_mixed);
-    if (l->block && l->patch && l->points && l->sums && l->mixed)
+    if (l->block && l->patch && l->points && l->sums && l->is_known && l->mixed)
         return CURVOPT_OK;
     l->n_mixed = l->mixed ? l->n_mixed : 0;
     return co_status_no_memory(error);

@@ -19,6 +19,7 @@ typedef struct co_block {
     size_t points;   /* place in co_element_batches.points of its [parts][table->n_points][lanes] (element_kernel.h) */
     size_t gradient; /* place among its batch's gradients of its [parts][table->n_points][1 + area][3][lanes] */
     int32_t n_used;  /* patches */
+    uint8_t rule;    /* of all of them */
 } co_block;
 
 /* A point that a batch contributes to. */
@@ -31,9 +32,15 @@ typedef struct co_touched {
 
 /* What sums over patches were evaluated for; another evaluation for the same would find the same. */
 typedef struct co_sums_of {
-    int64_t placement; /* positions: the number of changes of an assembly's points; 0: unknown */
-    int third, volume; /* third-order integrals, and the volume, are among the sums */
+    int64_t placement;       /* positions: co_assembly.placement; 0: unknown */
+    int third, volume, jump; /* third-order integrals, the volume, and CO_SUM_JUMP are among the sums */
 } co_sums_of;
+
+/* Whether such sums have all that is wanted. Of sums of third order those of second order are not told. */
+static inline int co_sums_of_has(const co_sums_of *have, const co_sums_of *wanted) {
+    return have->placement == wanted->placement && have->third == wanted->third && have->volume >= wanted->volume &&
+           have->jump >= wanted->jump;
+}
 
 typedef struct co_element_batches {
     int32_t lanes; /* the kernel's */
@@ -47,6 +54,8 @@ typedef struct co_element_batches {
     int32_t n_mixed;
     double *sums;       /* [n_blocks][parts][CO_N_SUMS][lanes] what was summed over each patch, evaluated last */
     co_sums_of sums_of; /* what for */
+    int32_t n_known;    /* blocks whose sums these are */
+    uint8_t *is_known;  /* [n_blocks] which */
 
     /* The rest is for gradients only, else NULL. */
     size_t batch_size;     /* doubles that the gradients of the largest batch take */

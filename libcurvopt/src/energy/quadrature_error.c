@@ -42,10 +42,12 @@ int32_t co_quadrature_estimates_ensure(co_quadrature_estimates *e, size_t n, cur
                                    .finer = CO_NEW(co_patch_terms, n),
                                    .finest = CO_NEW(co_patch_terms, n),
                                    .has_third_rule = CO_NEW(uint8_t, n),
+                                   .in_finest = CO_NEW(uint8_t, n),
                                    .error = CO_NEW(double, n),
                                    .error_per_cost = CO_NEW(double, n),
                                    .candidates = CO_NEW(co_marking_candidate, n)};
-    if (e->used && e->finer && e->finest && e->has_third_rule && e->error && e->error_per_cost && e->candidates)
+    if (e->used && e->finer && e->finest && e->has_third_rule && e->in_finest && e->error && e->error_per_cost &&
+        e->candidates)
         return CURVOPT_OK;
     co_quadrature_estimates_free(e);
     return co_status_no_memory(error);
@@ -74,6 +76,7 @@ void co_quadrature_estimates_free(co_quadrature_estimates *e) {
     free(e->finer);
     free(e->finest);
     free(e->has_third_rule);
+    free(e->in_finest);
     free(e->error);
     free(e->error_per_cost);
     free(e->candidates);

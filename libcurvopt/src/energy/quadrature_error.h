@@ -89,6 +89,7 @@ typedef struct co_quadrature_estimates {
     co_patch_terms *finer;            /* [n_patches] terms by the rule one step finer */
     co_patch_terms *finest;           /* [n_patches] terms by the rule two steps finer, where has_third_rule */
     uint8_t *has_third_rule;          /* [n_patches] whether `finest` was evaluated */
+    uint8_t *in_finest;               /* [n_patches] whether it is among the batches by which that is evaluated */
     double *error;                    /* [n_patches] relative difference of two rules' terms */
     double *error_per_cost;           /* [n_patches] the same per cost of changing the rule */
     co_marking_candidate *candidates; /* [n_patches] work space of the marking */

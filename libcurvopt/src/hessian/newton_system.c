@@ -238,6 +238,7 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     co_integrand more;
     double integral[CO_N_INTEGRALS];
     m->mix = 0;
+    m->coarser = kind->coarser;
     if (n_held(m) || has_spontaneous(m))
         co_assembly_numbers(m->assembly, x, has_spontaneous(m) || co_held_numbers_has_mean(m->held->numbers), integral);
     for (int k = 0; k < n_held(m); k++)
@@ -266,7 +267,7 @@ int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x
     if (!m->exact || !m->gauss_newton)
         return co_status_no_memory(error);
     memcpy(m->exact, h->value, h->pattern.n_entries * sizeof *h->value);
-    const co_second_kind kind = {.own_rules = 1};
+    const co_second_kind kind = {.coarser = m->coarser};
     return co_sparse_hessian_assemble(m->assembly, x, &kind, &m->hessian, error);
 }
 

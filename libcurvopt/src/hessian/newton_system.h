@@ -57,6 +57,7 @@ typedef struct co_newton_system {
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
     double mix;           /* part of the Gauss-Newton matrix in the mixture */
+    int coarser;          /* rules of the matrix that was assembled last, as in co_second_kind */
 } co_newton_system;
 
 /* Assembly and dofs must outlive the system; dofs has variables. couplings: as co_sparsity_create. ERROR_SIZE,

@@ -27,21 +27,15 @@ void co_sparse_hessian_free(co_sparse_hessian *h) {
     *h = (co_sparse_hessian){0};
 }
 
-/* The Hessian is that of the function that is minimized, by the rules that the assembly has now. The Gauss-Newton
- * matrix preconditions only, and is positive with any rules: the coarsest will do. */
-static int is_by_coarsest(const co_second_kind *kind) {
-    return !kind->exact && !kind->own_rules;
-}
-
 enum { KEY_OF_COARSEST = -2 };
 
 /* Batches with the same key have the same rules. */
-static int32_t key_of(const co_assembly *a, int coarsest) {
-    return coarsest ? KEY_OF_COARSEST : a->rules_version;
+static int64_t key_of(const co_assembly *a, int coarser) {
+    return coarser == CO_COARSEST_RULES ? KEY_OF_COARSEST : (int64_t)a->rules_version * CO_N_RULES + coarser;
 }
 
-/* Makes the batches, by the assembly's rules or the coarsest, and room for them. */
-static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarsest, curvopt_error *error) {
+/* Makes the batches, by rules so many steps coarser than the assembly's, and room for them. */
+static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
     uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
     co_element_batches_free(&h->batches);
@@ -52,7 +46,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarsest
     if (!rule)
         return co_status_no_memory(error);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        rule[p] = coarsest ? 0 : a->rule[p];
+        rule[p] = a->rule[p] > coarser ? (uint8_t)(a->rule[p] - coarser) : 0;
     co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
     int32_t status = co_element_batches_create(&spec, &h->batches, error);
     free(rule);
@@ -64,7 +58,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarsest
     h->work = CO_NEW_ALIGNED(double, (size_t)a->n_threads * h->work_stride);
     if (!h->chunk || !h->work)
         return co_status_no_memory(error);
-    h->rules_key = key_of(a, coarsest);
+    h->rules_key = key_of(a, coarser);
     return CURVOPT_OK;
 }
 
@@ -417,9 +411,9 @@ static int32_t place_before(const co_assembly *a, const double *x, co_sparse_hes
 
 int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_sparse_hessian *h,
                                    curvopt_error *error) {
-    const int exact = kind->exact, coarsest = is_by_coarsest(kind);
+    const int exact = kind->exact;
     const co_whole *whole = kind->whole;
-    int32_t status = h->rules_key == key_of(a, coarsest) ? CURVOPT_OK : update_batches(a, h, coarsest, error);
+    int32_t status = h->rules_key == key_of(a, kind->coarser) ? CURVOPT_OK : update_batches(a, h, kind->coarser, error);
     if (status == CURVOPT_OK && kind->before)
         status = place_before(a, kind->before, h, error);
     if (status != CURVOPT_OK)

@@ -15,7 +15,7 @@ typedef struct co_sparse_hessian {
     co_stencils stencils;       /* what the points of each face's matrix are in terms of vertices */
     double *value;              /* [pattern.n_entries] */
     co_element_batches batches; /* by the rules that were used last */
-    int32_t rules_key;          /* identifies those rules */
+    int64_t rules_key;          /* identifies those rules */
     double *chunk;              /* [CHUNK_BLOCKS][matrix_stride] matrices of some blocks, on their way into `value` */
     size_t matrix_stride;       /* doubles of one block's matrices */
     double *work;               /* [n_threads][work_stride] work space of the kernels */
@@ -39,6 +39,9 @@ typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
+/* co_second_kind.coarser: steps that take every rule to the coarsest. */
+enum { CO_COARSEST_RULES = CO_N_RULES };
+
 /* The matrix that is wanted. */
 typedef struct co_second_kind {
     int exact;                /* 1: the Hessian; 0: the Gauss-Newton matrix */
@@ -46,7 +49,7 @@ typedef struct co_second_kind {
                                  matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole;    /* NULL: the assembly's faces are all there are */
     const co_integrand *more; /* added to the Hessian's: what holds numbers of the surface; NULL: nothing */
-    int own_rules; /* for the Gauss-Newton matrix: by the assembly's rules, as the Hessian is, not by the coarsest */
+    int coarser;              /* steps from the assembly's rules to coarser ones; CO_COARSEST_RULES: the coarsest */
 } co_second_kind;
 
 /* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order

@@ -9,6 +9,10 @@
 
 enum { LARGEST_COUNT = CURVOPT_MAX_COUNTED_VARIABLES }; /* that factor is slower */
 
+/* The Gauss-Newton matrix preconditions only, and is positive with any rules: the coarsest will do. */
+static const co_second_kind preconditioner = {.coarser = CO_COARSEST_RULES};
+enum { STEP_COARSER = 1 };
+
 static const co_tuning *tuning_of(const co_level_hessian *h) {
     return h->objective->run->tuning;
 }
@@ -116,7 +120,7 @@ int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, doub
     h->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     if (co_run_context_is_cancelled(h->objective->run))
         return CURVOPT_OK;
-    int32_t status = assemble_at(h, now->x, (co_second_kind){.exact = 0}, co_gauge_exact(h->objective->gauge), error);
+    int32_t status = assemble_at(h, now->x, preconditioner, co_gauge_exact(h->objective->gauge), error);
     if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
         return status;
     double wanted = h->shift * shift_change(tuning_of(h), step_excess);
@@ -125,7 +129,8 @@ int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, doub
 
 int32_t co_level_hessian_assemble(co_level_hessian *h, const co_iterate *now, const double *before,
                                   curvopt_error *error) {
-    const co_second_kind kind = {.exact = 1, .before = before};
+    const char *e_ = getenv("CO_H");
+    const co_second_kind kind = {.exact = 1, .before = before, .coarser = e_ ? atoi(e_) : STEP_COARSER};
     h->has_factor = h->has_gauss_newton = 0;
     h->assembled = now->x;
     return assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
@@ -166,9 +171,8 @@ static const double SOFTENING = 0.1;
 int32_t co_level_hessian_soften_ways(co_level_hessian *h, const co_iterate *now, curvopt_error *error) {
     co_held_level *numbers = &h->objective->numbers;
     const size_t n = co_level_objective_n(h->objective);
-    const co_second_kind kind = {.exact = 0};
     h->system.held = NULL; /* of the matrix itself */
-    int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
+    int32_t status = assemble_at(h, now->x, preconditioner, co_gauge_exact(h->objective->gauge), error);
     if (status == CURVOPT_OK)
         status = co_level_hessian_factorize_shifted(h, SOFTENING * co_newton_system_mean_diagonal(&h->system), error);
     for (int k = 0; k < numbers->numbers.n && status == CURVOPT_OK && h->has_factor; k++) {
@@ -188,7 +192,7 @@ int32_t co_level_hessian_solve(co_level_hessian *h, const double *in, double *ou
 
 int32_t co_level_hessian_factorize_at(co_level_hessian *h, const co_iterate *now, int exact, int *positive,
                                       curvopt_error *error) {
-    const co_second_kind kind = {.exact = exact};
+    const co_second_kind kind = exact ? (co_second_kind){.exact = 1} : preconditioner;
     int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
     return status == CURVOPT_OK
                ? co_newton_system_factorize(&h->system, co_level_hessian_least_shift(h, now->value), positive, error)
