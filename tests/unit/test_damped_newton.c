@@ -26,6 +26,8 @@ typedef struct problem {
     int wrong_before;         /* calls of assemble whose `before` is not what it must be */
     int rejected;             /* the last step was */
     double seen;              /* part of ROUND's curvature that the matrix has */
+    int misleads;             /* ROUND's is a saddle unless it is asked for closely */
+    int close;                /* times that it was */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
     int evaluations, reports, never_positive;
@@ -101,9 +103,10 @@ static co_step_verdict settle(void *context, const co_iterate *before, co_iterat
     return says ? p->verdict : CO_STEP_KEEP;
 }
 
-static int assemble(void *context, const co_iterate *now, const double *before) {
+static int assemble(void *context, const co_iterate *now, const double *before, int closely) {
     problem *p = context;
     const double *x = now->x;
+    p->close += closely;
     int wants = p->settles > 0 && !p->rejected && p->shape != SADDLE;
     if (p->shape != SADDLE)
         p->wrong_before += wants ? !before || memcmp(before, p->start, sizeof p->start) != 0 : before != NULL;
@@ -123,6 +126,8 @@ static int assemble(void *context, const co_iterate *now, const double *before) 
     case ROUND:
         p->H[0] = p->H[2] = p->G[0] = p->G[2] = p->seen;
         p->H[1] = p->G[1] = 0;
+        if (p->misleads && !closely)
+            p->H[2] = -1e-3 * p->seen;
         break;
     default:
         p->H[0] = p->G[0] = 12 * x[0] * x[0];
@@ -355,6 +360,25 @@ static void test_small_steps_are_shortened(void **state) {
     }
 }
 
+/* Where a matrix that is off by a little says that all that is left is a saddle, a close one decides. */
+static void test_saddles_are_looked_at_closely(void **state) {
+    (void)state;
+    problem p = {.shape = ROUND, .seen = 1, .misleads = 1};
+    double x[2], value;
+    co_method_options o = usual;
+    o.decrement_tolerance = 1e-2;
+    co_outcome end = run(&p, o, 0.05, -0.02, x, &value);
+    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+    CHECK_INT(end.iterations, 1);
+    CHECK_INT(p.assembled, 2);
+    CHECK_INT(p.close, 1);
+    CHECK_NEAR(x[0], 0, 1e-8);
+    CHECK_NEAR(x[1], 0, 1e-8);
+    problem far = {.shape = ROSENBROCK}; /* no saddle */
+    run(&far, usual, -1.2, 1, x, &value);
+    CHECK_INT(far.close, 0);
+}
+
 static void test_ends(void **state) {
     (void)state;
     double x[2], value;
@@ -406,6 +430,7 @@ int main(void) {
         cmocka_unit_test(test_rejected_step_has_not_converged),
         cmocka_unit_test(test_damping),
         cmocka_unit_test(test_small_steps_are_shortened),
+        cmocka_unit_test(test_saddles_are_looked_at_closely),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -73,7 +73,7 @@ static void check_solution_of_motion(cage c, curvopt_options options, co_motion 
     if (options.spacing == CURVOPT_SPACING_EVEN)
         co_level_objective_weigh_spacing(&m.l->objective, 0.5 * m.l->now.value, &m.l->now);
     co_damping damping = {.shift = co_level_hessian_least_shift(m.h, m.l->now.value)};
-    CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, &error), &error);
+    CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, 1, &error), &error);
     for (; !positive; damping.shift *= positive ? 1 : 2)
         CHECK_OK(co_level_hessian_factorize(m.h, &damping, &positive, &error), &error);
     CHECK_TRUE(m.h->has_factor && m.h->shift == damping.shift);
@@ -86,6 +86,30 @@ static void check_solution_of_motion(cage c, curvopt_options options, co_motion 
 
 static void check_solution(cage c, curvopt_options options) {
     check_solution_of_motion(c, options, CO_MOTION_ALL);
+}
+
+/* The matrix of a step is by coarser rules than the function: near its Hessian, and another. Where all rules are the
+ * coarsest it is the Hessian. */
+static void test_steps_have_a_matrix_by_coarser_rules(void **state) {
+    (void)state;
+    const curvopt_options mvs = solve_options(CURVOPT_SURFACE_POLYNOMIAL, CURVOPT_TERM_MVS);
+    matrices m = matrices_of(cage_shaken(cage_trapezohedron(5), 0.2), &mvs);
+    co_assembly *a = &m.l->objective.assembly;
+    curvopt_error error;
+    double *close = m.v, *of_step = m.v + m.n, norm = co_vector_norm(m.n, m.l->now.gradient);
+    for (int rule = 0; rule < 3; rule++) {
+        memset(a->rule, rule, (size_t)a->patches.n_patches);
+        CHECK_OK(co_assembly_update_batches(a, &error), &error);
+        for (int closely = 0; closely < 2; closely++) {
+            CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, closely, &error), &error);
+            co_sparse_hessian_multiply(&m.h->system.hessian, m.l->now.gradient, closely ? close : of_step);
+        }
+        const double size = co_vector_norm(m.n, close);
+        co_vector_add(m.n, -1, close, of_step);
+        CHECK_TRUE(norm > 0 && size > 0);
+        CHECK_BETWEEN(co_vector_norm(m.n, of_step) / size, rule ? 1e-9 : 0, rule ? 0.3 : 0);
+    }
+    matrices_free(&m);
 }
 
 /* There the motions that are left out are far from flat. */
@@ -247,7 +271,7 @@ static void test_springs_are_in_every_mixture(void **state) {
     curvopt_error error;
     int positive;
     for (int j = 0; j < 2; j++)
-        CHECK_OK(co_level_hessian_assemble(m[j].h, &m[j].l->now, NULL, &error), &error);
+        CHECK_OK(co_level_hessian_assemble(m[j].h, &m[j].l->now, NULL, 1, &error), &error);
     for (size_t i = 0; i < sizeof mixes / sizeof *mixes; i++) {
         for (int j = 0; j < 2; j++) {
             const co_damping damping = {.shift = 1e4, .mix = mixes[i]};
@@ -369,6 +393,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solutions_are_confirmed_by_differences),
         cmocka_unit_test(test_solutions_where_the_surface_is_held),
+        cmocka_unit_test(test_steps_have_a_matrix_by_coarser_rules),
         cmocka_unit_test(test_solutions_along_normals),
         cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
         cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),

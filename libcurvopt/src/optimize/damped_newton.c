@@ -226,11 +226,20 @@ static int has_settled(solver *s, const co_iterate *now) {
     return co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
+static search find_step_by_new_matrix(solver *s, const co_iterate *now, const double *before, int closely) {
+    if (s->f->assemble(s->f->context, now, before, closely))
+        return FOUND_FAILURE;
+    return find_step(s, now);
+}
+
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
-    if (s->f->assemble(s->f->context, now, *before))
-        return CURVOPT_STOP_STALLED;
-    search found = find_step(s, now);
+    const double shift = s->shift;
+    search found = find_step_by_new_matrix(s, now, *before, 0);
+    if (found != FOUND_FAILURE && is_small(s, now) && s->indefinite) { /* a saddle, or the matrix is off */
+        s->shift = shift;
+        found = find_step_by_new_matrix(s, now, *before, 1);
+    }
     int small = is_small(s, now);
     if (found == FOUND_FAILURE)
         return CURVOPT_STOP_STALLED;

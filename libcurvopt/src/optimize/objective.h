@@ -63,10 +63,10 @@ typedef struct co_objective {
     /* Makes M that of `now`; if that cannot be done there is none. `step_excess` is how many times too long the last
      * direction was, 0 at first: where it is large, M should be stiffer. */
     void (*update_preconditioner)(void *context, const co_iterate *now, double step_excess);
-    /* The Hessian at `now`, for Newton's method, else NULL. `before` is NULL, or where the last step began: the matrix
-     * may then be a better guide after such a step, and is the Hessian in the limit of short ones. Nonzero if that
-     * failed. */
-    int (*assemble)(void *context, const co_iterate *now, const double *before);
+    /* The Hessian at `now`, for Newton's method, else NULL; if not `closely` one that may be off by a little. `before`
+     * is NULL, or where the last step began: the matrix may then be a better guide after such a step, and is the
+     * Hessian in the limit of short ones. Nonzero if that failed. */
+    int (*assemble)(void *context, const co_iterate *now, const double *before, int closely);
     /* M is that matrix, damped, if that is *positive definite. Nonzero if that failed. */
     int (*factorize)(void *context, const co_damping *damping, int *positive);
     /* The least shift: curvature that is not told from none at `now`. */

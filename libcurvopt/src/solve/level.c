@@ -143,11 +143,11 @@ static void update_preconditioner(void *context, const co_iterate *now, double s
         l->failed = co_level_hessian_update(&l->hessian, now, step_excess, l->error);
 }
 
-static int assemble(void *context, const co_iterate *now, const double *before) {
+static int assemble(void *context, const co_iterate *now, const double *before, int closely) {
     co_level *l = context;
     l->hessian.has_factor = l->hessian.has_gauss_newton = 0;
     if (!is_over(l))
-        l->failed = co_level_hessian_assemble(&l->hessian, now, before, l->error);
+        l->failed = co_level_hessian_assemble(&l->hessian, now, before, closely, l->error);
     return is_over(l);
 }
 
@@ -448,7 +448,7 @@ int32_t co_level_refresh_factor(co_level *l, curvopt_error *error) {
     int positive = 0;
     if (n_of(l) == 0)
         return CURVOPT_OK;
-    int32_t status = co_level_hessian_assemble(h, &l->now, NULL, error);
+    int32_t status = co_level_hessian_assemble(h, &l->now, NULL, 1, error);
     for (int k = 0; k < 3 && status == CURVOPT_OK && !positive && !is_cancelled(l); k++) {
         damping.mix = mixes[k];
         status = co_level_hessian_factorize(h, &damping, &positive, error);

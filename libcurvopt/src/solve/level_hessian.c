@@ -11,7 +11,6 @@ enum { LARGEST_COUNT = CURVOPT_MAX_COUNTED_VARIABLES }; /* that factor is slower
 
 /* The Gauss-Newton matrix preconditions only, and is positive with any rules: the coarsest will do. */
 static const co_second_kind preconditioner = {.coarser = CO_COARSEST_RULES};
-enum { STEP_COARSER = 1 };
 
 static const co_tuning *tuning_of(const co_level_hessian *h) {
     return h->objective->run->tuning;
@@ -127,10 +126,9 @@ int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, doub
     return co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);
 }
 
-int32_t co_level_hessian_assemble(co_level_hessian *h, const co_iterate *now, const double *before,
+int32_t co_level_hessian_assemble(co_level_hessian *h, const co_iterate *now, const double *before, int closely,
                                   curvopt_error *error) {
-    const char *e_ = getenv("CO_H");
-    const co_second_kind kind = {.exact = 1, .before = before, .coarser = e_ ? atoi(e_) : STEP_COARSER};
+    const co_second_kind kind = {.exact = 1, .before = before, .coarser = closely ? 0 : tuning_of(h)->newton_coarser};
     h->has_factor = h->has_gauss_newton = 0;
     h->assembled = now->x;
     return assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);

@@ -28,8 +28,9 @@ double co_level_hessian_least_shift(const co_level_hessian *hessian, double valu
  * as keeps steps near the cap: `step_excess` is how many times too long the last one was. ERROR_MEMORY. */
 int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess,
                                 curvopt_error *error);
-/* For Newton's method: as co_objective's assemble and factorize. ERROR_MEMORY. */
-int32_t co_level_hessian_assemble(co_level_hessian *hessian, const co_iterate *now, const double *before,
+/* For Newton's method: as co_objective's assemble and factorize; by the assembly's rules, or if not `closely` by
+ * coarser ones (libcurvopt/notes/121-rules-of-a-steps-matrix.md). ERROR_MEMORY. */
+int32_t co_level_hessian_assemble(co_level_hessian *hessian, const co_iterate *now, const double *before, int closely,
                                   curvopt_error *error);
 int32_t co_level_hessian_factorize(co_level_hessian *hessian, const co_damping *damping, int *positive,
                                    curvopt_error *error);
