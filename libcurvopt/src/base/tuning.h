@@ -46,7 +46,7 @@
     X(double, newton_longer_from, 0.7, 0.1, 1, "gain ratio", "from here on a longer step is tried", "56")              \
     X(double, newton_softer, 1.3, 1.01, 10, "factor", "damping that is softer by less is not worth a trial", "56")     \
     X(int, newton_longer, 2, 0, 20, "trials", "most longer steps by one matrix", "56")                                 \
-    X(int, newton_coarser, 1, 0, 7, "steps", "from the rules to coarser ones, by which matrices of steps are", "121")  \
+    X(int, newton_coarser, 1, 0, 7, "steps", "from the rules to coarser ones, by which matrices of steps are", "75")   \
     /* The matrix of a level: solve/level_hessian.c. */                                                                \
     X(double, shift_least, 0.1, 1e-6, 10, "of the energy by vertices",                                                 \
       "curvature that counts as none; defines the certificate, too", "70")                                             \

@@ -29,7 +29,7 @@ double co_level_hessian_least_shift(const co_level_hessian *hessian, double valu
 int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess,
                                 curvopt_error *error);
 /* For Newton's method: as co_objective's assemble and factorize; by the assembly's rules, or if not `closely` by
- * coarser ones (libcurvopt/notes/121-rules-of-a-steps-matrix.md). ERROR_MEMORY. */
+ * coarser ones (libcurvopt/notes/75-rules-of-a-steps-matrix.md). ERROR_MEMORY. */
 int32_t co_level_hessian_assemble(co_level_hessian *hessian, const co_iterate *now, const double *before, int closely,
                                   curvopt_error *error);
 int32_t co_level_hessian_factorize(co_level_hessian *hessian, const co_damping *damping, int *positive,
