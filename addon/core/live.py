@@ -18,6 +18,7 @@ from ..binding import library
 from ..binding.values import Cage, LevelReport, Summary
 from .job import Request, Solution, measured, options_of
 from .memory import check_cage
+from .record import Recorder
 from .snapshot import Snapshot, Watcher
 
 REST = 0.04  # seconds without new targets after which the hand rests: a mouse that moves reports every 8 to 17 ms
@@ -53,10 +54,11 @@ class Live:
 
     `latest` is the newest View or None. `trouble` is why the newest targets cannot be followed, such as two handles in
     one place, or None: other targets may be. `error` has ended the session. `solution` is there some time after
-    `finish`."""
+    `finish`, with the way of all surfaces that were shown as its path. `recorder` has that of a worker before this one."""
 
-    def __init__(self, cage: Cage, request: Request, places: np.ndarray) -> None:
+    def __init__(self, cage: Cage, request: Request, places: np.ndarray, recorder: Recorder | None = None) -> None:
         self.cage = cage
+        self.recorder = recorder or Recorder(cage.positions)
         self.latest: View | None = None
         self.trouble: BaseException | None = None
         self.error: BaseException | None = None
@@ -242,6 +244,7 @@ class Live:
         summary: Summary | None = None, exact: bool = False,
     ) -> None:  # fmt: skip
         begin = time.monotonic()
+        self.recorder.see(xyz)
         snapshot = self._watcher.take(mesh, xyz, exact, None)
         end = time.monotonic()
         self.latest = View(snapshot, number, energy, first, end, summary)  # replaced whole: a reader sees one or the other
@@ -256,7 +259,7 @@ class Live:
         return Solution(
             final, self.cage.positions, summary.start, summary.end, mesh.info().euler, summary.stop, summary.verification,
             summary.seconds, (report,), summary.symmetry_order, exceptions, 0, deviation, crossings,
-            summary.multipliers, summary.scalar_residuals,
+            summary.multipliers, summary.scalar_residuals, path=self.recorder.path(mesh, xyz),
         )  # fmt: skip
 
 

@@ -148,7 +148,7 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
             report_failure(self, error)
             return False
         try:
-            _session.check_finish(context.scene.curvopt.outcome)
+            _session.check_finish(context.scene.curvopt.outcome, context.scene.curvopt.animation)
         except Exception as error:
             display.show(context, messages.failure_text(error), failed=True)
             report_failure(self, error)
@@ -180,11 +180,11 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
         return result
 
     def _write(self, context: bpy.types.Context) -> set[str]:
-        session, live, outcome = _session, _session.live, context.scene.curvopt.outcome
+        session, live, settings = _session, _session.live, context.scene.curvopt
         try:
             if live.solution is None:
                 raise session.source.named(live.error or RuntimeError("The worker has ended without a result"))
-            session.check_finish(outcome)
+            session.check_finish(settings.outcome, settings.animation)
         except Exception as error:
             session.resume()
             display.show(context, messages.failure_text(error), failed=True)
@@ -192,14 +192,14 @@ class CURVOPT_OT_live_finish(bpy.types.Operator):
         session.stop()
         _set_state("")
         try:
-            source = session.source_there()
+            source, (request, solution) = session.source_there(), session.found(settings.animation)
             handles.end(context, session.id, session.name, session.source)
-            remark, warns = adjust.apply(source, session.request, live.solution, outcome)
+            remark, warns = adjust.apply(source, request, solution, settings.outcome)
         except Exception as error:
             display.show(context, messages.failure_text(error), failed=True)
             bpy.ops.ed.undo_push(message=self.bl_label)
             return report_failure(self, error)
-        self.report({"WARNING" if warns else "INFO"}, messages.solution_text(session.request, live.solution, remark))
+        self.report({"WARNING" if warns else "INFO"}, messages.solution_text(request, solution, remark))
         return {"FINISHED"}
 
 

@@ -57,6 +57,8 @@ class Session:
         self._spoken = 0.0
         self._refusal: BaseException | None = None  # of settings
         self.live: Live | None = None
+        self._recorder: Recorder | None = None
+        self._edits = edits
         self.view = None
         self.ended = self.finishing = False
         self._places = np.empty((0, 3))
@@ -108,8 +110,9 @@ class Session:
             self.view.show(self.live, seen.frame, self.base.of_vertices(seen.vertices[there]) + seen.shifts[there], self.name)
 
     def restart(self) -> None:
-        """A worker for the newest targets."""
-        self.live = Live(self.source.cage, self._request, self._places)
+        """A worker for the newest targets. Its way goes on where that of the one before ended."""
+        self.live = Live(self.source.cage, self._request, self._places, self._recorder)
+        self._recorder = self.live.recorder
         self.live.start()
 
     def resume(self) -> None:
@@ -117,14 +120,15 @@ class Session:
         self.live.close(_LAST_WAIT)
         self.live, self.finishing = None, False
 
-    def check_finish(self, outcome: str) -> None:
+    def check_finish(self, outcome: str, animation: bool) -> None:
         """CageError or ValueError, before anything is written, where the result cannot be as the settings want it."""
         if self._refusal is not None:
             raise self._refusal
-        placement.check_outcome(outcome, replace(self._plain, levels=1))
+        plain = replace(self._plain, levels=1, records=animation and not self._edits)
+        placement.check_outcome(outcome, plain)
         obj = handles.find(self.id, self.name)
         if obj is not None:
-            placement.check_outcome(outcome, replace(self._plain, levels=1), obj)
+            placement.check_outcome(outcome, plain, obj)
             placement.check_keys(outcome, obj)
 
     def source_there(self) -> read_cage.Source:
@@ -185,6 +189,11 @@ class Session:
         """What is minimized now, through the handles."""
         held = self._request.held
         return replace(self._request, held=replace(held, places=self._places if len(self._places) else None))
+
+    def found(self, animation: bool) -> tuple[job.Request, job.Solution]:
+        """What was minimized, and the result; in Object Mode with the way there, if an animation is wanted."""
+        records, solution = animation and not self._edits, self.live.solution
+        return replace(self.request, records=records), solution if records else replace(solution, path=())
 
     def stop(self) -> None:
         """End the worker and the drawing."""

@@ -39,8 +39,8 @@ def session():
     """Starts sessions, and has every one of them end with its thread."""
     begun = []
 
-    def start(cage, request, places):
-        begun.append(live.Live(cage, request, places))
+    def start(cage, request, places, recorder=None):
+        begun.append(live.Live(cage, request, places, recorder))
         begun[-1].start()
         return begun[-1]
 
@@ -299,6 +299,27 @@ def test_finishing_settles_and_measures(session):
     assert np.array_equal(found.cage.positions[PINS], places) and np.array_equal(found.start_positions, cage.positions)
     assert found.deviation.bound >= found.deviation.max > 0.01 and found.crossings is not None
     assert messages.solution_text(request, found).startswith("Willmore ")
+
+
+def test_the_way_that_was_shown_is_the_path(session):
+    """From the cage through the place that the hand was drawn back from to the result; a second worker goes on with it."""
+    cage = shaken_torus()
+    request, places = request_of(cage), cage.positions[PINS].copy()
+    one = session(cage, request, places)
+    wait(lambda: one.is_settled)
+    drag(one, request, places, np.array([0, 0, 0.6]), 12)
+    one.close()
+    two = session(cage, request, places, one.recorder)
+    wait(lambda: two.is_settled)
+    two.finish()
+    wait(lambda: not two.running)
+    path = two.solution.path
+    assert 5 < len(path) <= 25 and all(state.shape == cage.positions.shape for state in path)
+    assert np.array_equal(path[0], cage.positions) and np.array_equal(path[-1], two.solution.cage.positions)
+    heights = np.array([state[PINS[0], 2] - places[0, 2] for state in path])
+    assert heights.max() > 0.4 and abs(heights[-1]) < 1e-9
+    gaps = [np.linalg.norm(a - b) for a, b in zip(path, path[1:])]
+    assert max(gaps) < 0.5 * sum(gaps), gaps
 
 
 def test_quick_pictures_are_those_of_the_surface(session):

@@ -448,6 +448,36 @@ def test_what_finish_cannot_write_is_said_and_nothing_is_changed(shaken, empties
         assert is_clean(finish())
 
 
+@pytest.mark.parametrize("outcome", ["NEW", "REPLACE"])
+def test_with_animation_the_result_keeps_the_way(shaken, empties, part, outcome):
+    before, settings = positions(shaken), bpy.context.scene.curvopt
+    settings.outcome = outcome
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    empties(shaken)[9].location.x += 0.2
+    settings.animation = True  # also where that is ticked at last
+    result = finish()
+    end, keys = positions(result), result.data.shape_keys.key_blocks
+    assert "Frames " in part("ui.properties").state.message and keys[0].name == "Basis" and 2 <= len(keys) <= 25
+    first = np.array([point.co for point in keys[1].data])
+    assert np.abs((first - first.mean(axis=0)) - (before - before.mean(axis=0))).max() < 1e-5
+    assert np.abs(np.array([point.co for point in keys[0].data]) - end).max() < 1e-6
+    if outcome == "REPLACE":
+        assert result == shaken and np.abs(end[9] - before[9] - (0.2, 0, 0)).max() < 1e-5
+    settings.animation, settings.outcome = False, "NEW"
+
+
+def test_a_shape_key_cannot_keep_the_way(shaken, empties, part):
+    settings = bpy.context.scene.curvopt
+    settings.outcome = "SHAPE_KEY"
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    settings.animation = True
+    with pytest.raises(RuntimeError, match="Animation gives the result shape keys"):
+        bpy.ops.curvopt.live_finish()
+    assert part("ui.properties").state.live == "ON" and sorted(empties(shaken)) == HANDLES and not shaken.data.shape_keys
+    settings.animation, settings.outcome = False, "NEW"
+    assert is_clean(finish())
+
+
 def test_a_scale_of_zero_is_a_sentence(shaken, part):
     assert bpy.ops.curvopt.live() == {"FINISHED"} and look(part)
     shaken.scale = (0, 0, 0)
