@@ -26,6 +26,7 @@ core/               everything that works on arrays                       (no bp
     job             one run: here and now, on a worker thread, modal
     live            a surface that follows the hand: a worker that stays
     targets         handles that were moved -> what is held, and where
+    balls           empties as balls: where a surface touches one, and how it is curved there
     go_through      places in space -> points of the surface that go there
     guides          curves that chains of edges follow
     messages        progress, outcome, verdict, failure as sentences

@@ -106,6 +106,11 @@ def _parser() -> argparse.ArgumentParser:
         help="with the Z axes of the empties and the meshes' attribute curvopt_normal as normals of the surface",
     )  # fmt: skip
     parser.add_argument(
+        "--through-balls", action="store_true",
+        help="empties that are shown as spheres are balls, or ellipsoids: the surface touches each at the tip of its Z axis, and "
+        "is curved like it there",
+    )  # fmt: skip
+    parser.add_argument(
         "--object", metavar="NAME", action="append",
         help="the object (default: the active or the only mesh object); again for more with --into",
     )  # fmt: skip

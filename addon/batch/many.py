@@ -92,7 +92,7 @@ def _combination(
 ) -> tuple[argparse.Namespace, dict[str, object]]:
     parts = [path.stem, *([name] if name else []), energy, str(levels)]
     stem = "-".join(re.sub(r"[^\w.]+", "_", part) for part in parts)
-    settings = "strength boundary symmetry pin_group pin_surface through through_normals through_weight threads max_iterations escape slide keep_volume within no_crossings spontaneous_curvature animation".split()
+    settings = "strength boundary symmetry pin_group pin_surface through through_normals through_balls through_weight threads max_iterations escape slide keep_volume within no_crossings spontaneous_curvature animation".split()
     about = {
         "file": str(path), "sha256": digest, "object": name, "energy": energy, "levels": levels,
         **{setting: getattr(options, setting) for setting in settings},

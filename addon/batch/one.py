@@ -54,7 +54,8 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         request = source.fitted(request)
         request = job.with_marks(source.cage, request, *read_marks.read_marks(obj.data, source))
         weight = options.through_weight
-        places = read_targets.read_targets(bpy.context, options.through, options.through_normals, source, weight)
+        wanted = options.through, options.through_normals, options.through_balls
+        places = read_targets.read_targets(bpy.context, *wanted, source, weight)
         request = replace(request, through=places.entries(source.cage), chains=places.chains)
         with _progress_on_terminal() as show:
             solution = _solve(source, request, places, show)

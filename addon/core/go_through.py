@@ -8,7 +8,7 @@ that, else one inside a face.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -19,6 +19,7 @@ from ..binding.library import CurvoptError
 from ..binding.through import Chain, Through
 from ..binding.values import Cage
 from . import surface_points
+from .balls import Touch
 
 _SAMPLES = 100_000  # of the surface, about; from 1 to 4 quads along a patch have one at each corner
 _PATCHES = 6  # whose nearest samples Newton's method begins at: a patch of the nearest sample alone need not have the point
@@ -32,7 +33,8 @@ _EDGE = 1e-6  # of a patch: derivatives need not exist at its corners
 @dataclass(frozen=True)
 class Places:
     """points (k, 3); normals (k, 3) of the surface there, NAN where it is free; and what each is of, for people. `weight`, 0 to 1,
-    says how firmly. Of the cage also `chains`, on curves of those names."""
+    says how firmly. `balls` by number of the places at which the surface is curved like a ball, too. Of the cage also `chains`,
+    on curves of those names."""
 
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     normals: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
@@ -40,6 +42,7 @@ class Places:
     weight: float = 1.0
     chains: tuple[Chain, ...] = ()
     chain_names: tuple[str, ...] = ()
+    balls: Mapping[int, Touch] = field(default_factory=dict)
 
     def named(self, error: BaseException, cage: Cage) -> BaseException:
         """The library's refusal with the names of what entries are of, and, for the vertex of `cage` that it blames among those
@@ -69,16 +72,26 @@ class Places:
             raise ValueError(f"{self.names[bad[0]]} is at no place: {self.points[bad[0]]}.")
         with library.Mesh.of_cage(library.load(), cage) as mesh:
             face, corner, uv = nearest(mesh, cage.positions, self.points)
+            outward = _normals(mesh, cage.positions, face, corner, uv)
         sizes = np.asarray(cage.face_sizes)
         vertex = _vertices(cage, face, corner, uv)
+        vertex[[k for k in self.balls if vertex[k] >= 0 and not _has_curvatures(cage, vertex[k])]] = -1
         middle = (sizes[face] != 4) & (uv > _INSIDE).all(axis=1)
         uv = np.where(middle[:, None], _INSIDE, uv)
         return tuple(
             Through(vertex=None if v < 0 else int(v), face=int(f) if v < 0 else None, uv=tuple(p) if v < 0 else None,
                     corner=int(c) if v < 0 else 0, at=place, normal=normal if np.isfinite(normal).all() else None,
-                    weight=self.weight)
-            for v, f, c, p, place, normal in zip(vertex, face, corner, uv, self.points, self.normals)
+                    weight=self.weight, **self._curvatures(k, outward[k]))
+            for k, (v, f, c, p, place, normal) in enumerate(zip(vertex, face, corner, uv, self.points, self.normals))
         )  # fmt: skip
+
+    def _curvatures(self, k: int, outward: np.ndarray) -> dict[str, np.ndarray]:
+        """Of place k, where the original's normal (3,) points `outward`: a ball on that side is in a hollow."""
+        if k not in self.balls:
+            return {}
+        ball = self.balls[k]
+        sign = -1.0 if ball.normal @ outward < 0 else 1.0
+        return {"curvatures": sign * ball.curvatures, "curvature_direction": ball.direction}
 
 
 def nearest(mesh: library.Mesh, xyz: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -98,6 +111,24 @@ def nearest(mesh: library.Mesh, xyz: np.ndarray, points: np.ndarray) -> tuple[np
         uv, distance = _descend(sampler, face, corner, samples.inside[first], np.repeat(points, tried, axis=0))
     best = np.arange(0, len(first), tried) + distance.reshape(-1, tried).argmin(axis=1)
     return face[best], corner[best], uv[best]
+
+
+def _normals(
+    mesh: library.Mesh, xyz: np.ndarray, face: np.ndarray, corner: np.ndarray, uv: np.ndarray
+) -> np.ndarray:
+    """Normals (k, 3), of any length, of the limit surface at these points."""
+    options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index("limit"))
+    with library.Sampler.create(mesh, xyz, options) as sampler:
+        jets = sampler.jets(face, corner, uv)
+    return np.cross(jets[:, 1], jets[:, 2])
+
+
+def _has_curvatures(cage: Cage, vertex: int) -> bool:
+    """Whether the library holds curvatures at a vertex: four faces meet there, all round it."""
+    of_corner = np.repeat(np.arange(len(cage.face_sizes)), cage.face_sizes)
+    faces = of_corner[np.asarray(cage.face_vertices) == vertex]
+    edges = surface_points.face_edges(cage.face_sizes, cage.face_vertices)
+    return len(faces) == 4 and len(np.unique(np.sort(edges[(edges == vertex).any(axis=1)], axis=1), axis=0)) == 4
 
 
 def _first(at: np.ndarray, points: np.ndarray) -> np.ndarray:

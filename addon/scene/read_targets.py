@@ -5,13 +5,14 @@ follow which curves."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import bpy
 import numpy as np
 
 from ..binding.through import Chain
-from ..core import guides
+from ..core import balls, guides
 from ..core.go_through import Places, evenly, polylines
 from ..core.surface_points import face_edges
 from .modifiers import CageError
@@ -23,13 +24,24 @@ _MOST_DRAWN = 10_000  # places of a weight below 1, for which no vertex has to m
 _FINEST = 12  # resolution of curves that are evaluated, at least; what Blender gives to new ones
 _EDGES_APART = 1.5  # of a curve's points: where they are an edge apart, those of a row may hang on each other
 
-# A place and its normal in the world, and a name.
-_Place = tuple[np.ndarray, np.ndarray, str]
 
 
-def read_targets(context: bpy.types.Context, name: str, with_normals: bool, source: Source, weight: float = 1.0) -> Places:
+@dataclass(frozen=True)
+class _Place:
+    """A place, its normal (NAN: free) and its ball, in the world, and a name."""
+
+    point: np.ndarray
+    normal: np.ndarray
+    name: str
+    ball: balls.Touch | None = None
+
+
+def read_targets(
+    context: bpy.types.Context, name: str, with_normals: bool, with_balls: bool, source: Source, weight: float = 1.0
+) -> Places:
     """Places in the frame of `source`. Of the collection's objects, those of its collections too, an empty is a place, and
-    `with_normals` its Z axis is the surface's normal there; of a mesh the vertices are, with normals by its attribute
+    `with_normals` its Z axis is the surface's normal there; `with_balls` one that is shown as a sphere is a ball that the surface
+    touches at the tip of its Z axis, and is curved like there; of a mesh the vertices are, with normals by its attribute
     curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. A curve that has the name of a vertex group of the
     source is followed by the chain of edges between the group's vertices instead. All as firmly as `weight` says. Modifiers and shape keys do
     not count. The source's own object and results of it are left out, and what Blender does not evaluate: it excludes its
@@ -49,7 +61,7 @@ def read_targets(context: bpy.types.Context, name: str, with_normals: bool, sour
     cage = bpy.data.objects[source.name, None]
     followed = [obj for obj in objects if obj.type == "CURVE" and obj.name in cage.vertex_groups]
     chains = tuple(_chain_of(obj, cage, source, weight) for obj in followed)
-    places = (place for obj in objects if obj not in followed for place in _places_of(obj, with_normals, spacing, most))
+    places = (place for obj in objects if obj not in followed for place in _places_of(obj, with_normals, with_balls, spacing, most))
     found = list(islice(places, most + 1))
     if not found and not chains:
         raise CageError(
@@ -63,11 +75,15 @@ def read_targets(context: bpy.types.Context, name: str, with_normals: bool, sour
             f"Collection '{name}' has more places than '{source.name}' has vertices, {most}, and one vertex has to move for each: "
             "take some out, set a Weight below 1, or subdivide the cage."
         )
-    points = np.array([place[0] for place in found]).reshape(-1, 3)
-    normals = np.array([place[1] for place in found]).reshape(-1, 3)
+    points = np.array([place.point for place in found]).reshape(-1, 3)
+    normals = np.array([place.normal for place in found]).reshape(-1, 3)
     turn = np.array(source.frame, np.float64)[:3, :3]
-    names = tuple(place[2] for place in found)
-    return Places(_in_frame(points, source), normals @ turn, names, weight, chains, tuple(obj.name for obj in followed))
+    touched = {
+        k: replace(place.ball, tip=_in_frame(place.point, source), normal=place.ball.normal @ turn, direction=place.ball.direction @ turn)
+        for k, place in enumerate(found) if place.ball is not None
+    }  # fmt: skip
+    names, followed = tuple(place.name for place in found), tuple(obj.name for obj in followed)
+    return Places(_in_frame(points, source), normals @ turn, names, weight, chains, followed, touched)
 
 
 def _in_frame(points: np.ndarray, source: Source) -> np.ndarray:
@@ -125,23 +141,34 @@ def _mean_edge(source: Source) -> float:
     return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
 
 
-def _places_of(obj: bpy.types.Object, with_normals: bool, spacing: float, most: int) -> Iterator[_Place]:
+def _places_of(obj: bpy.types.Object, with_normals: bool, with_balls: bool, spacing: float, most: int) -> Iterator[_Place]:
     """Of a curve more than `most` points are not made."""
     world = np.array(obj.matrix_world, np.float64)
     free = np.full(3, np.nan)
-    if obj.type == "EMPTY":
+    if obj.type == "EMPTY" and with_balls and obj.empty_display_type == "SPHERE":
+        yield _ball_of(obj, world)
+    elif obj.type == "EMPTY":
         place, axis = world[:3, 3] if np.isfinite(world).all() else free, world[:3, 2]
-        yield place, axis if with_normals and axis.any() else free, f"empty '{obj.name}'"
+        yield _Place(place, axis if with_normals and axis.any() else free, f"empty '{obj.name}'")
     elif obj.type == "MESH":
         normals = _normals_of(obj, world, with_normals)
         for index, point in enumerate(_moved(read_positions(obj.data), world)):
-            yield point, normals[index], f"vertex {index} of '{obj.name}'"
+            yield _Place(point, normals[index], f"vertex {index} of '{obj.name}'")
     else:
         _check_splines(obj)
         points, ends = _lines_of(obj)
         lines = (evenly(line, spacing, most) for line in polylines(_moved(points, world), ends))
         for index, point in enumerate(point for line in lines for point in line):
-            yield point, free, f"point {index} along '{obj.name}'"
+            yield _Place(point, free, f"point {index} along '{obj.name}'")
+
+
+def _ball_of(obj: bpy.types.Object, world: np.ndarray) -> _Place:
+    """Of an empty that is shown as a sphere."""
+    try:
+        ball = balls.touch(world[:3, 3], obj.empty_display_size * world[:3, :3])
+    except ValueError as error:
+        raise CageError(f"Empty '{obj.name}', a ball that the surface is to touch, {error}.") from error
+    return _Place(ball.tip, ball.normal, f"empty '{obj.name}'", ball)
 
 
 def _check_splines(obj: bpy.types.Object) -> None:

@@ -25,7 +25,7 @@ _LAST_WAIT = 5.0  # seconds that the end waits for the worker, which looks up ev
 # Settings that are looked at all the time. The others count when it starts, or are for runs on several levels.
 _WATCHED = tuple(
     name for name in properties.SETTINGS
-    if name not in ("resolution", "levels", "slide", "rim", "pin", "pin_surface", "vertex_group", "through", "through_normals", "through_weight", "outcome", "threads",
+    if name not in ("resolution", "levels", "slide", "rim", "pin", "pin_surface", "vertex_group", "through", "through_normals", "through_balls", "through_weight", "outcome", "threads",
                     "animation")
 )  # fmt: skip
 

@@ -145,7 +145,8 @@ Edit Mode the selected vertices move, and all others stay"""
         request, cage = self._source.fitted(properties.request_of(values, held)), self._source.cage
         marks = read_marks.read_marks(obj.data, self._source)
         weight = properties.strength_of(values["through_weight"])
-        self._places = read_targets.read_targets(context, values["through"], values["through_normals"], self._source, weight)
+        wanted = values["through"], values["through_normals"], values["through_balls"]
+        self._places = read_targets.read_targets(context, *wanted, self._source, weight)
         request = job.with_marks(cage, request, *marks)
         request = replace(request, through=self._places.entries(cage), chains=self._places.chains)
         self._request = job.freed(cage, request)

@@ -98,6 +98,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         column.prop_search(settings, "through", bpy.data, "collections")
         if settings.through:
             column.prop(settings, "through_normals")
+            column.prop(settings, "through_balls")
             column.prop(settings, "through_weight", slider=True)
             for line in _lines(context, GO_THROUGH_STRENGTH) if settings.strength < 1 else ():
                 column.label(text=line)

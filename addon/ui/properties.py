@@ -198,6 +198,11 @@ class RunSettings:
         name="Normals", description="The surface is perpendicular to the Z axes of the empties, and to the vectors that "
         "meshes have in an attribute curvopt_normal of their vertices", default=False,
     )
+    through_balls: bpy.props.BoolProperty(
+        name="Curvatures", description="Empties that are shown as spheres are balls: the surface touches each at the tip of "
+        "its Z axis, and is curved there like the ball, or the ellipsoid if its scale is uneven. Point the Z axis out of "
+        "the shape, or into it for a hollow", default=False,
+    )
     through_weight: bpy.props.FloatProperty(
         name="Weight", description="How firmly the surface goes through them. 1: exactly; less: springs draw it there, and it stays "
         "fairer. For places that were measured, or drawn by hand, and for curves that cross without meeting", default=1.0,

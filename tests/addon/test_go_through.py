@@ -7,7 +7,7 @@ import shapes
 from addon.binding import library
 from addon.binding.library import CurvoptError
 from addon.binding.values import Cage
-from addon.core import go_through, surface_points
+from addon.core import balls, go_through, surface_points
 
 
 def triangles():
@@ -47,6 +47,51 @@ def test_no_point_of_a_fine_grid_is_nearer(name):
                 found = np.linalg.norm(sampler.jets(face, corner, uv)[:, 0] - places, axis=1)
             least = np.array([np.linalg.norm(fine - place, axis=1).min() for place in places])
             assert (found <= least + 1e-5 * size).all(), (off, (found - least).max() / size)
+
+
+def test_a_ball_is_touched_where_an_ellipsoid_has_that_curvature():
+    """Against second differences of the ellipsoid itself, sheared and turned, and the ball's 1 / radius."""
+    round_ball = balls.touch(np.array([1.0, 2, 3]), 0.25 * np.eye(3)[:, [1, 2, 0]])
+    assert round_ball.tip == pytest.approx([1.25, 2, 3]) and round_ball.normal == pytest.approx([1, 0, 0])
+    assert round_ball.curvatures == pytest.approx([4, 4])
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        middle, axes = random.normal(size=3), random.normal(size=(3, 3))
+        if abs(np.linalg.det(axes)) < 0.2:
+            continue
+        found, step = balls.touch(middle, axes), 1e-4
+        inverse = np.linalg.inv(axes)
+
+        def height(along, across):
+            """How far above the tangent plane the ellipsoid is, beside its tip."""
+            at = found.tip + along * found.direction + across * np.cross(found.normal, found.direction)
+            p, q = inverse @ (at - middle), inverse @ found.normal
+            roots = np.roots([q @ q, 2 * p @ q, p @ p - 1])
+            return roots[np.abs(roots).argmin()].real
+
+        bends = [-(height(step, 0) + height(-step, 0)) / step**2, -(height(0, step) + height(0, -step)) / step**2]
+        twist = (height(step, step) - height(step, -step) - height(-step, step) + height(-step, -step)) / (4 * step**2)
+        assert found.curvatures == pytest.approx(bends, rel=1e-4) and abs(twist) < 1e-4 * max(bends)
+        assert np.linalg.norm(inverse @ (found.tip - middle)) == pytest.approx(1) and found.normal @ (found.tip - middle) > 0
+    for bad in (np.zeros((3, 3)), np.diag([1.0, 0, 1]), np.diag([1.0, 1, 0]), np.full((3, 3), np.nan)):
+        with pytest.raises(ValueError, match="is flat"):
+            balls.touch(np.zeros(3), bad)
+
+
+def test_a_ball_outside_is_in_a_hollow():
+    """The sign is that of the original's normal; a vertex of three faces has no curvatures, so the face beside it has."""
+    points, faces = shapes.quad_sphere(2)
+    cage = cage_of(points, faces)
+    valence = np.bincount(cage.face_vertices)
+    pole, regular = int(np.flatnonzero(valence == 3)[0]), int(np.flatnonzero(valence == 4)[0])
+    for vertex, snaps in ((pole, False), (regular, True)):
+        for out in (1.0, -1.0):
+            tip = 0.8 * np.asarray(points[vertex])
+            axis = out * tip / np.linalg.norm(tip)
+            ball = balls.Touch(tip, axis, np.array([2.0, 2.0]), np.cross(axis, [0.3, 0.5, 0.7]))
+            (entry,) = go_through.Places(tip[None], axis[None], ("a ball",), balls={0: ball}).entries(cage)
+            assert (entry.vertex == vertex) == snaps and (entry.vertex is None) != snaps
+            assert entry.curvatures == pytest.approx([2 * out, 2 * out]) and entry.curvature_direction is ball.direction
 
 
 def test_entries_of_a_face_that_is_no_quad():

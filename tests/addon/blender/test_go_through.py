@@ -40,6 +40,44 @@ def surface_of(obj):
     return BVHTree.FromPolygons([vertex.co for vertex in mesh.vertices], [polygon.vertices[:] for polygon in mesh.polygons])
 
 
+@pytest.mark.parametrize("scale, out", [((1, 1, 1), 1), ((1.5, 0.8, 1), 1), ((1, 1, 1), -1)])
+def test_balls_are_touched_and_the_surface_is_curved_like_them(ball, targets, part, scale, out):
+    """By the library's derivatives at the nearest point of the result: the ellipsoid's curvatures, in a hollow negative."""
+    size, library = 0.5, part("binding.library")
+    before = {obj.name for obj in bpy.data.objects}
+    empty = add_empty(targets, ball, (0, 0, 1.0), (0.1, 0, out))
+    empty.empty_display_type, empty.empty_display_size, empty.scale = "SPHERE", size, scale
+    bpy.context.view_layer.update()
+    tip = ball.matrix_world.inverted() @ empty.matrix_world @ Vector((0, 0, size))
+    result = minimize(ball, through="Targets", through_balls=True, resolution="SAME")
+    assert {obj.name for obj in bpy.data.objects} == before | {empty.name, result.name}
+    read = part("scene.read_cage").source_of(bpy.context, result, result.data)
+    cage, at = read.cage, np.array([(result.matrix_world @ tip)])
+    frame = np.array(read.frame, float)
+    with library.Mesh.of_cage(library.load(), cage) as mesh:
+        place = (at - frame[:3, 3]) @ frame[:3, :3]
+        face, corner, uv = part("core.go_through").nearest(mesh, cage.positions, place)
+        options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index("limit"))
+        with library.Sampler.create(mesh, cage.positions, options) as sampler:
+            jets = sampler.jets(face, corner, uv)
+    assert np.linalg.norm(jets[0, 0] - place[0]) < 1e-5
+    found = part("core.curvature").of_jets(jets)
+    wanted = out * np.array([scale[2] / scale[0] ** 2, scale[2] / scale[1] ** 2]) / size
+    mean, gauss = wanted.mean(), wanted.prod()
+    assert [found.H[0], found.K[0]] == pytest.approx([mean, gauss], rel=1e-4)
+
+
+def test_balls_that_cannot_be_are_refused(ball, targets):
+    empty = add_empty(targets, ball, (0, 0, 0.6), (0, 0, 1))
+    empty.empty_display_type = "SPHERE"
+    for scale, weight, match in (((1, 0, 1), 1.0, "Empty 'Place', a ball that the surface is to touch, is flat"),
+                                 ((1, 1, 1), 0.5, "Empty 'Place' has curvatures and the weight 0.5")):  # fmt: skip
+        empty.scale, cage = scale, positions(ball).copy()
+        with pytest.raises(RuntimeError, match=match):
+            minimize(ball, through="Targets", through_balls=True, through_weight=weight)
+        assert (positions(ball) == cage).all() and len(bpy.data.meshes) == 1
+
+
 @pytest.mark.parametrize("resolution, levels", [("SAME", 1), ("REFINE", 2)])
 def test_through_empties_with_their_normals(ball, targets, part, resolution, levels):
     empties = [add_empty(targets, ball, place, place + [0.2, -0.1, 0.1]) for place in AXES]
@@ -173,7 +211,7 @@ def names(ball, part):
 
     def names_now(with_normals=False):
         source = part("scene.read_cage").read_source(bpy.context, ball)
-        return part("scene.read_targets").read_targets(bpy.context, "Targets", with_normals, source).names
+        return part("scene.read_targets").read_targets(bpy.context, "Targets", with_normals, False, source).names
 
     return names_now
 
@@ -203,7 +241,7 @@ def test_what_counts(ball, targets, names, part):
     assert result.name in targets.objects
     assert set(names()) == counted
     source = part("scene.read_cage").read_source(bpy.context, ball)
-    places = part("scene.read_targets").read_targets(bpy.context, "Targets", False, source)
+    places = part("scene.read_targets").read_targets(bpy.context, "Targets", False, False, source)
     hidden = places.points[places.names.index("empty 'hidden'")]
     assert (ball.matrix_world @ Vector(hidden) - Vector((4, 1, -2))).length < 1e-5
     for name in ("seen", "hidden", "inner", "child"):
