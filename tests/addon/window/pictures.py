@@ -332,6 +332,38 @@ def go_through():
     settings.through = ""
 
 
+def touched_balls():
+    """A ball that is to touch three others, one of them from outside, and the result beside it, among copies of them."""
+    setup()
+    settings = bpy.context.scene.curvopt
+    bpy.data.objects.remove(bpy.data.objects["Torus"])
+    points, faces = shapes.quad_sphere()
+    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
+    ball.data.from_pydata(points.tolist(), [], faces)
+    bpy.context.scene.collection.objects.link(ball)
+    ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
+    touched = bpy.data.collections.new("Balls")
+    bpy.context.scene.collection.children.link(touched)
+    for name, place, axis, size in (
+        ("Left", (-0.9, 0, 0.3), (-1, 0, 0.4), 0.35), ("Right", (0.75, 0, 0.3), (1, 0, 0.4), 0.55),
+        ("Below", (0, 0, -0.5), (0, 0, -1), 0.6), ("Above", (0, 0, 1.05), (0, 0, -1), 0.7),
+    ):  # fmt: skip
+        empty = bpy.data.objects.new(name, None)
+        empty.empty_display_type, empty.empty_display_size, empty.location, empty.show_in_front = "SPHERE", size, place, True
+        empty.rotation_euler = Vector(axis).to_track_quat("Z", "Y").to_euler()
+        touched.objects.link(empty)
+    in_viewport(bpy.ops.object.select_all, action="DESELECT")
+    bpy.context.view_layer.objects.active = ball
+    ball.select_set(True)
+    settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "REFINE", "AUTO"
+    settings.levels, settings.through, settings.through_balls = 2, touched.name, True
+    assert invoke() == {"RUNNING_MODAL"}
+    yield lambda: not state().running
+    yield from beside(ball, list(touched.objects), 1.3, 8)
+    screenshot("28_balls")
+    settings.through, settings.through_balls = "", False
+
+
 def select(obj, vertices):
     """Select vertices of a mesh in Edit Mode."""
     for elements in (obj.data.vertices, obj.data.edges, obj.data.polygons):
@@ -463,7 +495,7 @@ def animation():
 def everything():
     acts = (
         preferences, add_lawson, minimize, adjust_panel, undo_and_redo, compare, cancel_and_refusal, pins_and_planes, slide,
-        go_through, guides, live, inspect, animation,
+        go_through, touched_balls, guides, live, inspect, animation,
     )  # fmt: skip
     wanted = os.environ.get("CURVOPT_ACTS", "").split()
     try:
