@@ -360,8 +360,8 @@ static void test_small_steps_are_shortened(void **state) {
     }
 }
 
-/* Where a matrix that is off by a little says that all that is left is a saddle, a close one decides. */
-static void test_saddles_are_looked_at_closely(void **state) {
+/* Where a matrix that is off by a little is indefinite, a close one decides, and all after it are close. */
+static void test_indefinite_matrices_are_looked_at_closely(void **state) {
     (void)state;
     problem p = {.shape = ROUND, .seen = 1, .misleads = 1};
     double x[2], value;
@@ -377,6 +377,10 @@ static void test_saddles_are_looked_at_closely(void **state) {
     problem far = {.shape = ROSENBROCK}; /* no saddle */
     run(&far, usual, -1.2, 1, x, &value);
     CHECK_INT(far.close, 0);
+    problem saddle = {.shape = SADDLE};
+    CHECK_INT(run(&saddle, usual, 1e-3, 0.5, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    CHECK_BETWEEN(saddle.assembled, 3, 100);
+    CHECK_INT(saddle.close, saddle.assembled - 1);
 }
 
 static void test_ends(void **state) {
@@ -430,7 +434,7 @@ int main(void) {
         cmocka_unit_test(test_rejected_step_has_not_converged),
         cmocka_unit_test(test_damping),
         cmocka_unit_test(test_small_steps_are_shortened),
-        cmocka_unit_test(test_saddles_are_looked_at_closely),
+        cmocka_unit_test(test_indefinite_matrices_are_looked_at_closely),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -31,9 +31,10 @@ typedef struct solver {
     co_damping used;         /* damping of the last direction */
     co_damping too_soft;     /* damping that was found to be too little; 0 where none is known */
     int indefinite;          /* whether the matrix at hand is, with the least shift */
+    int closely;             /* whether matrices are asked for closely from now on */
 } solver;
 
-typedef enum search { FOUND, FOUND_NOTHING, FOUND_FAILURE } search;
+typedef enum search { FOUND, FOUND_NOTHING, FOUND_FAILURE, FOUND_INDEFINITE } search;
 
 /* M with the shift, or with so much more damping that it is positive; nonzero if there is none. */
 static int factorize(solver *s, double least) {
@@ -155,7 +156,8 @@ static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
     return (now->value - s->trial.value) / s->control.predicted;
 }
 
-/* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. */
+/* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. A matrix
+ * that is off by a little may be indefinite by that alone: then none is looked for. */
 static search find_step(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
     double least = s->f->least_shift(s->f->context, now);
@@ -164,6 +166,8 @@ static search find_step(solver *s, const co_iterate *now) {
     for (int k = 0; k < t->trials; k++) {
         if (factorize(s, least))
             return FOUND_FAILURE;
+        if (s->indefinite && !s->closely)
+            return FOUND_INDEFINITE;
         double length = find_direction(s, now);
         if (!(length < INFINITY))
             return FOUND_FAILURE;
@@ -226,8 +230,8 @@ static int has_settled(solver *s, const co_iterate *now) {
     return co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
-static search find_step_by_new_matrix(solver *s, const co_iterate *now, const double *before, int closely) {
-    if (s->f->assemble(s->f->context, now, before, closely))
+static search find_step_by_new_matrix(solver *s, const co_iterate *now, const double *before) {
+    if (s->f->assemble(s->f->context, now, before, s->closely))
         return FOUND_FAILURE;
     return find_step(s, now);
 }
@@ -235,10 +239,11 @@ static search find_step_by_new_matrix(solver *s, const co_iterate *now, const do
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
     const double shift = s->shift;
-    search found = find_step_by_new_matrix(s, now, *before, 0);
-    if (found != FOUND_FAILURE && is_small(s, now) && s->indefinite) { /* a saddle, or the matrix is off */
+    search found = find_step_by_new_matrix(s, now, *before);
+    if (found == FOUND_INDEFINITE) {
+        s->closely = 1;
         s->shift = shift;
-        found = find_step_by_new_matrix(s, now, *before, 1);
+        found = find_step_by_new_matrix(s, now, *before);
     }
     int small = is_small(s, now);
     if (found == FOUND_FAILURE)
