@@ -6,12 +6,8 @@
 #include "constraints/constraints.h"
 #include "constraints/symmetry_group.h"
 
-/* Distance from a vertex's image to a vertex up to which they count as one, in units of the cage's radius. Single
- * precision, in which Blender keeps cages, leaves some 1e-7 (libcurvopt/notes/60-keeping-symmetry.md). */
-#define CO_SYMMETRY_TOLERANCE 1e-5
-
 /* The group of `mesh` at xyz [3 n_vertices], in which every vertex comes to its image within CO_SYMMETRY_TOLERANCE,
- * sharpness is kept, and so are constraints. `with_mirrors`: with elements that mirror faces. A group of more than 512
+ * sharpness is kept, and so are constraints and entries (value_images.h); chains are not looked at. `with_mirrors`: with elements that mirror faces. A group of more than 512
  * elements counts as none. Where the elements found are no group, a tenth of the tolerance is tried, down to 1e-12.
  * ERROR_MEMORY. */
 int32_t co_symmetry_create(const curvopt_mesh *mesh, const double *xyz, const co_constraints *constraints,
