@@ -89,17 +89,6 @@ static void free_directions(const curvopt_mesh *m, const co_symmetry *s, const c
     *size = s->order / stabilizer;
 }
 
-/* An image's own constraint may have the image's direction but for a tolerance: it is kept all the same, and columns are
- * shorter by the square of that. */
-static void keep_own_freedom(const co_constraints *constraints, int32_t w, double basis[9]) {
-    double own[9], moved[9];
-    if (!constraints->freedom || constraints->freedom[w] == CO_FREEDOM_ALL)
-        return;
-    memcpy(moved, basis, sizeof moved);
-    co_freedom_projector(constraints->freedom[w], constraints->direction + 3 * (size_t)w, own);
-    co_small_dense_multiply_3(own, moved, basis);
-}
-
 /* The orbit of v becomes a node, unless it cannot move. */
 static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_constraints *constraints, int32_t v,
                       co_dof_map *r) {
@@ -115,8 +104,6 @@ static void add_orbit(const curvopt_mesh *m, const co_symmetry *s, const co_cons
             continue;
         r->node[w] = n ? r->n_nodes : FIXED;
         co_small_dense_multiply_3(s->matrix + 9 * (size_t)g, basis, to);
-        if (w != v)
-            keep_own_freedom(constraints, w, to);
         for (int k = 0; k < 9; k++)
             to[k] *= stretch;
     }

@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Tolerance of an entry's image that is the entry itself, and so of how far symmetric surfaces are from it. */
-static const double ITSELF = 1e-9;
 /* Part of each other up to which stiffnesses are the same. */
 static const double SAME_STIFFNESS = 1e-9;
 /* Least |det(1 - rho)| of a map of two numbers along the normal that leaves none but 0. A third of a turn has 3, a
@@ -219,8 +217,7 @@ static int keeps_pair(const co_value_index *x, const co_value_motion *g, int32_t
 /* Whether the motion takes the entry of value a to that of value b, both its first. */
 static int takes_entry(const co_value_index *x, const co_value_motion *g, int32_t a, int32_t b) {
     const int32_t n = entry_size(x, a), pair = find_pair(x, a), other = find_pair(x, b);
-    const double tolerance =
-        a == b && x->values.item[a].stiffness == 0 ? fmin(ITSELF, g->tolerance) : g->tolerance;
+    const double tolerance = g->tolerance;
     if (entry_size(x, b) != n || (pair >= 0 ? pair - a : -1) != (other >= 0 ? other - b : -1))
         return 0;
     if (pair >= 0 && !keeps_pair(x, g, pair, other, tolerance))
@@ -344,6 +341,7 @@ int32_t co_value_images_adapt(const curvopt_mesh *m, const co_symmetry *s, co_su
             adapt_pair(&x, s, i, is_done, values);
     free(is_done);
     co_value_index_free(&x);
+    co_sparse_rows_free(&values->rows);
     return status;
 }
 

@@ -36,12 +36,11 @@ typedef struct co_value_motion {
 } co_value_motion;
 
 /* Whether a motion takes every entry to one of the same kind, within its tolerance: place, what is held there, in
- * which directions, and how stiffly. One that is held exactly and comes to itself must do so to rounding: the images
- * that symmetric surfaces have of it are one. Entries with curvatures are not looked at: 0. */
+ * which directions, and how stiffly. 0 where there are entries with curvatures. */
 int co_value_index_keeps(const co_value_index *index, const co_value_motion *motion);
 
 /* Chooses the two tangents of each normal that is held so that symmetries take them to each other, as far as that can
- * be; the surface's normal is what it was. Of a symmetry that keeps `values`. ERROR_MEMORY. */
+ * be; the surface's normal is what it was. Of a symmetry that keeps `values`, whose rows are dropped. ERROR_MEMORY. */
 int32_t co_value_images_adapt(const curvopt_mesh *mesh, const co_symmetry *symmetry, co_surface_values *values,
                               curvopt_error *error);
 
