@@ -90,7 +90,8 @@ int32_t co_pivot_orbits_create(const curvopt_mesh *m, const co_symmetry *s, cons
     }
     for (int32_t i = 0; i < values->n; i++) {
         find_chief(o, root, i);
-        o->is_given[i] |= freedom_left(o, &values->item[i], i, direction) == CO_FREEDOM_ALL;
+        if (!o->is_given[i])
+            o->is_given[i] = freedom_left(o, &values->item[i], i, direction) == CO_FREEDOM_ALL;
     }
     return CURVOPT_OK;
 }
@@ -113,8 +114,7 @@ int32_t co_pivot_orbits_set(const co_pivot_orbits *o, int32_t value, int32_t w, 
     for (int32_t h = 0; h < o->symmetry->order; h++) { /* the identity is the first */
         if (image_of(o, h, value) != value)
             continue;
-        const int32_t v =
-            co_symmetry_vertex(o->symmetry, o->mesh, g, co_symmetry_vertex(o->symmetry, o->mesh, h, w));
+        const int32_t v = co_symmetry_vertex(o->symmetry, o->mesh, g, co_symmetry_vertex(o->symmetry, o->mesh, h, w));
         int32_t k = 0;
         while (k < n && o->set[k] != v)
             k++;
@@ -190,8 +190,7 @@ static void put_slot(const co_pivot_orbits *o, int32_t i, int8_t sign, int32_t n
         c->anchor[3 * (size_t)w + k] = sign * f->anchor[k];
 }
 
-int32_t co_pivot_orbits_enter(const co_pivot_orbits *o, const int32_t *pivot, co_constraints *c,
-                              curvopt_error *error) {
+int32_t co_pivot_orbits_enter(const co_pivot_orbits *o, const int32_t *pivot, co_constraints *c, curvopt_error *error) {
     slots to;
     int32_t status = allocate(o, pivot, &c->values, &to, error);
     for (int32_t i = 0; status == CURVOPT_OK && i < c->values.n; i++)

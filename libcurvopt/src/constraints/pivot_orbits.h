@@ -34,8 +34,8 @@ int32_t co_pivot_orbits_create(const curvopt_mesh *mesh, const co_symmetry *symm
                                const int32_t *root, co_pivot_orbits *out, int *fits, curvopt_error *error);
 void co_pivot_orbits_free(co_pivot_orbits *orbits);
 
-/* How many vertices a value's mean is of if vertex w is its pivot; 0: w cannot be, for a symmetry that leaves w where it
- * is moves the value. */
+/* How many vertices a value's mean is of if vertex w is its pivot; 0: w cannot be, for a symmetry that leaves w where
+ * it is moves the value. */
 int32_t co_pivot_orbits_count(const co_pivot_orbits *orbits, int32_t value, int32_t w);
 /* orbits->set becomes these vertices of the image of the value under element g, that of w first. Returns their
  * number. */

@@ -24,21 +24,22 @@ typedef struct group {
     double *scale;   /* [n_rows] largest weight */
     double *largest; /* [n_rows] largest entry that can be a pivot, in parts of that */
     int32_t *column; /* [n_rows] where it is */
-    int32_t *count;  /* [n_rows][n_columns] with symmetries, co_pivot_orbits_count of chiefs; of other rows 0. Else NULL */
-    size_t stride;   /* n_columns + n_rows */
-    double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
-    double *before;  /* with symmetries: room for a copy */
+    int32_t
+        *count; /* [n_rows][n_columns] with symmetries, co_pivot_orbits_count of chiefs; of other rows 0. Else NULL */
+    size_t stride;  /* n_columns + n_rows */
+    double *matrix; /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
+    double *before; /* with symmetries: room for a copy */
 } group;
 
 typedef struct search {
     const curvopt_mesh *mesh;
     co_constraints *constraints;
     const co_surface_values *values;
-    int32_t *root;   /* [n] the least value of the group */
-    int32_t *first;  /* [n_vertices] a value that can have the vertex as its pivot; -1 */
-    int32_t *column; /* [n_vertices] column of the present group; -1 */
-    int32_t *row;    /* [n] row of the present group; -1 */
-    int32_t *pivot;  /* [n] of chiefs; -1 */
+    int32_t *root;           /* [n] the least value of the group */
+    int32_t *first;          /* [n_vertices] a value that can have the vertex as its pivot; -1 */
+    int32_t *column;         /* [n_vertices] column of the present group; -1 */
+    int32_t *row;            /* [n] row of the present group; -1 */
+    int32_t *pivot;          /* [n] of chiefs; -1 */
     co_pivot_orbits *orbits; /* NULL: no symmetry is kept */
 } search;
 

@@ -31,9 +31,9 @@ typedef struct search {
     double centroid[3], radius; /* the frame of x */
     const co_constraints *constraints;
     co_value_index held, drawn; /* of the constraints' values */
-    double *x;      /* [3 n_vertices] centroid 0, radius 1 */
-    double *length; /* [n_vertices] |x| */
-    int32_t *queue; /* [n_corners] */
+    double *x;                  /* [3 n_vertices] centroid 0, radius 1 */
+    double *length;             /* [n_vertices] |x| */
+    int32_t *queue;             /* [n_corners] */
     int with_mirrors;
     int32_t seed;      /* corner whose images are tried */
     double tolerance;  /* length, at radius 1 */

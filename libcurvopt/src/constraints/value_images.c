@@ -20,6 +20,8 @@ void co_value_index_free(co_value_index *x) {
     free(x->first);
     free(x->start);
     free(x->user);
+    free(x->heaviest);
+    free(x->largest);
     free(x->work);
     *x = (co_value_index){0};
 }
@@ -39,6 +41,16 @@ static void list_users(co_value_index *x) {
     x->start[n] = (int32_t)rows->start[rows->n_rows];
 }
 
+static void find_heaviest(co_value_index *x, int32_t i) {
+    const co_sparse_rows *rows = &x->values.rows;
+    size_t most = rows->start[i];
+    for (size_t e = most; e < rows->start[i + 1]; e++)
+        if (fabs(rows->value[e]) > fabs(rows->value[most]))
+            most = e;
+    x->heaviest[i] = rows->column[most];
+    x->largest[i] = fabs(rows->value[most]);
+}
+
 int32_t co_value_index_create(const curvopt_mesh *m, const co_surface_values *values, co_value_index *out,
                               curvopt_error *error) {
     *out = (co_value_index){.mesh = m};
@@ -51,14 +63,18 @@ int32_t co_value_index_create(const curvopt_mesh *m, const co_surface_values *va
         out->first = CO_NEW(int32_t, values->n);
         out->start = CO_NEW(int32_t, (size_t)m->info.n_vertices + 1);
         out->user = CO_NEW(int32_t, out->values.rows.start[values->n]);
+        out->heaviest = CO_NEW(int32_t, values->n);
+        out->largest = CO_NEW(double, values->n);
         out->work = CO_NEW(double, m->info.n_vertices);
-        if (!out->first || !out->start || !out->user || !out->work)
+        if (!out->first || !out->start || !out->user || !out->heaviest || !out->largest || !out->work)
             status = co_status_no_memory(error);
     }
     if (status != CURVOPT_OK) {
         co_value_index_free(out);
         return status;
     }
+    for (int32_t i = 0; i < values->n; i++)
+        find_heaviest(out, i);
     for (int32_t i = 0; i < values->n; i++)
         out->first[i] = i > 0 && values->item[i].number == values->item[i - 1].number ? out->first[i - 1] : i;
     list_users(out);
@@ -105,14 +121,6 @@ static double clear_row(const co_value_index *x, const int32_t *corner, int32_t 
     return largest;
 }
 
-static double largest_weight(const co_value_index *x, int32_t i) {
-    const co_sparse_rows *rows = &x->values.rows;
-    double largest = 0;
-    for (size_t e = rows->start[i]; e < rows->start[i + 1]; e++)
-        largest = fmax(largest, fabs(rows->value[e]));
-    return largest;
-}
-
 /* The image of row i as a combination part [n] of rows to [n], n = 1 or 2: by least squares. Returns what is left of
  * it, in parts of its largest weight. */
 static double combine(const co_value_index *x, const int32_t *corner, int32_t i, int n, const int32_t *to,
@@ -135,13 +143,15 @@ static double combine(const co_value_index *x, const int32_t *corner, int32_t i,
     double left = clear_row(x, corner, i);
     for (int k = 0; k < n; k++)
         left = fmax(left, clear_row(x, NULL, to[k]));
-    return bottom > 0 ? left / largest_weight(x, i) : (double)INFINITY;
+    return bottom > 0 ? left / x->largest[i] : (double)INFINITY;
 }
 
 /* Whether the image of row i is that of value `to` but for the sign. */
 static int is_image(const co_value_index *x, const int32_t *corner, int32_t i, int32_t to, double tolerance,
                     int8_t *sign) {
     double part[2];
+    if (!(fabs(x->largest[i] - x->largest[to]) <= tolerance * x->largest[i]))
+        return 0;
     const double left = combine(x, corner, i, 1, &to, part);
     *sign = part[0] < 0 ? -1 : 1;
     return left <= tolerance && fabs(fabs(part[0]) - 1) <= tolerance;
@@ -209,8 +219,8 @@ static int is_orthogonal(const double part[4], double tolerance) {
 
 static int keeps_pair(const co_value_index *x, const co_value_motion *g, int32_t a, int32_t b, double tolerance) {
     double part[4];
-    return combine_pair(x, g->corner, a, b, part) <= tolerance &&
-           keeps_what_is_held(x, g, a, b, tolerance) && keeps_what_is_held(x, g, a + 1, b + 1, tolerance) &&
+    return keeps_what_is_held(x, g, a, b, tolerance) && keeps_what_is_held(x, g, a + 1, b + 1, tolerance) &&
+           combine_pair(x, g->corner, a, b, part) <= tolerance &&
            (x->values.item[a].stiffness == 0 || is_orthogonal(part, tolerance));
 }
 
@@ -236,18 +246,9 @@ static int takes_entry(const co_value_index *x, const co_value_motion *g, int32_
     return 1;
 }
 
-static int32_t heaviest_vertex(const co_value_index *x, int32_t i) {
-    const co_sparse_rows *rows = &x->values.rows;
-    size_t most = rows->start[i];
-    for (size_t e = most; e < rows->start[i + 1]; e++)
-        if (fabs(rows->value[e]) > fabs(rows->value[most]))
-            most = e;
-    return rows->column[most];
-}
-
 /* The entry that the motion takes the one of value a to, by its first value; -1. */
 static int32_t find_entry(const co_value_index *x, const co_value_motion *g, int32_t a) {
-    const int32_t v = vertex_image(x->mesh, g->corner, heaviest_vertex(x, a));
+    const int32_t v = vertex_image(x->mesh, g->corner, x->heaviest[a]);
     for (int32_t e = x->start[v], last = -1; e < x->start[v + 1]; e++) {
         const int32_t b = x->first[x->user[e]];
         if (b != last && takes_entry(x, g, a, b))
@@ -271,13 +272,22 @@ int co_value_index_keeps(const co_value_index *x, const co_value_motion *g) {
 
 /* The pair whose tangents are those of pair i moved; -1. part as combine_pair. */
 static int32_t find_moved_pair(const co_value_index *x, const int32_t *corner, int32_t i, double part[4]) {
-    const int32_t v = vertex_image(x->mesh, corner, heaviest_vertex(x, i));
+    const int32_t v = vertex_image(x->mesh, corner, x->heaviest[i]);
     for (int32_t e = x->start[v]; e < x->start[v + 1]; e++) {
         const int32_t k = find_pair(x, x->first[x->user[e]]);
         if (k >= 0 && combine_pair(x, corner, i, k, part) <= CO_SYMMETRY_TOLERANCE)
             return k;
     }
     return -1;
+}
+
+/* Whether pair i is moved to itself. */
+static int is_own_image(const co_value_index *x, const int32_t *corner, int32_t i, double part[4]) {
+    const int32_t v = vertex_image(x->mesh, corner, x->heaviest[i]);
+    int depends = 0;
+    for (int32_t e = x->start[v]; e < x->start[v + 1]; e++)
+        depends |= x->user[e] == i || x->user[e] == i + 1;
+    return depends && combine_pair(x, corner, i, i, part) <= CO_SYMMETRY_TOLERANCE;
 }
 
 static const int32_t *map_of(const co_symmetry *s, int32_t g) {
@@ -310,7 +320,7 @@ static void adapt_pair(const co_value_index *x, const co_symmetry *s, int32_t i,
                        co_surface_values *values) {
     double rho[4], own[4] = {1, 0, 0, 1};
     for (int32_t g = 1; g < s->order; g++)
-        if (find_moved_pair(x, map_of(s, g), i, rho) == i && rho[0] * rho[3] - rho[1] * rho[2] < 0) {
+        if (is_own_image(x, map_of(s, g), i, rho) && rho[0] * rho[3] - rho[1] * rho[2] < 0) {
             split(rho, own);
             break;
         }
@@ -363,43 +373,51 @@ static int are_given(const co_value_index *x, const double matrix[9], int32_t pa
     return fabs((1 - turn * rho[0]) * (1 - turn * rho[3]) - rho[1] * rho[2]) > LEAVES_NONE;
 }
 
-/* Where element g takes value i: its number; -1 as co_value_images.to; -2 if there is no such value. */
-static int32_t find_image(const co_value_index *x, const co_symmetry *s, int32_t g, int32_t i, int8_t *sign) {
-    const int32_t v = vertex_image(x->mesh, map_of(s, g), heaviest_vertex(x, i));
-    const int32_t own = find_pair(x, x->first[i]);
+/* Marks the pairs that are so for some element; is_given [n]. */
+static void mark_given(const co_value_index *x, const co_symmetry *s, uint8_t *is_given) {
     double rho[4];
+    for (int32_t i = 0; i < x->values.n; i++)
+        for (int32_t g = 1; find_pair(x, x->first[i]) == i && !is_given[i] && g < s->order; g++)
+            is_given[i] = is_given[i + 1] =
+                is_own_image(x, map_of(s, g), i, rho) && are_given(x, s->matrix + 9 * (size_t)g, i, rho);
+}
+
+/* The value that an element takes value i to; -1: there is none. */
+static int32_t find_image(const co_value_index *x, const int32_t *corner, int32_t i, int8_t *sign) {
+    const int32_t v = vertex_image(x->mesh, corner, x->heaviest[i]);
     for (int32_t e = x->start[v]; e < x->start[v + 1]; e++) {
         const co_surface_value *a = &x->values.item[i], *b = &x->values.item[x->user[e]];
         if (a->order == b->order && a->freedom == b->freedom &&
-            is_image(x, map_of(s, g), i, x->user[e], CO_SYMMETRY_TOLERANCE, sign))
+            is_image(x, corner, i, x->user[e], CO_SYMMETRY_TOLERANCE, sign))
             return x->user[e];
     }
-    for (int32_t e = 0; own >= 0 && (i == own || i == own + 1) && e < s->order; e++)
-        if (find_moved_pair(x, map_of(s, e), own, rho) == own &&
-            are_given(x, s->matrix + 9 * (size_t)e, own, rho))
-            return -1;
-    return -2;
+    return -1;
 }
 
 int32_t co_value_images_create(const curvopt_mesh *m, const co_symmetry *s, const co_surface_values *values,
                                co_value_images *out, int *fits, curvopt_error *error) {
     const size_t n = (size_t)values->n;
     co_value_index x;
+    uint8_t *is_given = CO_NEW(uint8_t, n);
     *out = (co_value_images){.n = values->n};
     *fits = 1;
-    int32_t status = co_value_index_create(m, values, &x, error);
+    int32_t status = is_given ? co_value_index_create(m, values, &x, error) : co_status_no_memory(error);
+    if (!is_given)
+        return status;
     if (status == CURVOPT_OK) {
         out->to = CO_NEW(int32_t, (size_t)s->order * n);
         out->sign = CO_NEW(int8_t, (size_t)s->order * n);
         if (!out->to || !out->sign)
             status = co_status_no_memory(error);
+        mark_given(&x, s, is_given);
     }
     for (int32_t g = 0; status == CURVOPT_OK && *fits && g < s->order; g++)
         for (int32_t i = 0; *fits && i < values->n; i++) {
             const size_t at = (size_t)g * n + (size_t)i;
-            out->to[at] = find_image(&x, s, g, i, &out->sign[at]);
-            *fits = out->to[at] > -2;
+            out->to[at] = is_given[i] ? -1 : find_image(&x, map_of(s, g), i, &out->sign[at]);
+            *fits = is_given[i] || out->to[at] >= 0;
         }
+    free(is_given);
     co_value_index_free(&x);
     if (status != CURVOPT_OK || !*fits)
         co_value_images_free(out);

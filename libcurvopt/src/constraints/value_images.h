@@ -19,6 +19,8 @@ typedef struct co_value_index {
     int32_t *first;           /* [values.n] first value of the same entry */
     int32_t *start;           /* [n_vertices + 1] */
     int32_t *user;            /* [start[n_vertices]] values that depend on a vertex */
+    int32_t *heaviest;        /* [values.n] vertex of the largest weight */
+    double *largest;          /* [values.n] that weight's size */
     double *work;             /* [n_vertices] 0 */
 } co_value_index;
 
@@ -45,9 +47,9 @@ int32_t co_value_images_adapt(const curvopt_mesh *mesh, const co_symmetry *symme
                               curvopt_error *error);
 
 typedef struct co_value_images {
-    int32_t n;    /* values */
-    int32_t *to;  /* [order][n] value that element g takes value i to; -1: a combination of two tangents that are 0 along
-                     the normal on all symmetric surfaces, as at an axis */
+    int32_t n;   /* values */
+    int32_t *to; /* [order][n] value that element g takes value i to; -1: a combination of two tangents that are 0 along
+                    the normal on all symmetric surfaces, as at an axis */
     int8_t *sign; /* [order][n] value to[g][i] of the image is this times the image of value i */
 } co_value_images;
 

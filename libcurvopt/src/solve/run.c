@@ -214,7 +214,8 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
     return status;
 }
 
-/* A symmetric cage has what entries hold but for the tolerance by which these are symmetric; the result has it exactly. */
+/* A symmetric cage has what entries hold but for the tolerance by which these are symmetric; the result has it exactly.
+ */
 static int32_t meet_entries(co_run *r, curvopt_error *error) {
     if (r->at.symmetry.order == 1 || !r->constraints.values.n)
         return CURVOPT_OK;

@@ -185,7 +185,8 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     co_constraints *c = &r->constraints;
     if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || c->chains.n || co_held_curvatures_exist(&c->values))
         return co_symmetry_none(mesh, &r->at.symmetry, error);
-    int32_t status = co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry, error);
+    int32_t status =
+        co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = co_value_images_adapt(mesh, &r->at.symmetry, &c->values, error);
     if (status == CURVOPT_OK)
