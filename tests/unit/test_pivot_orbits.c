@@ -90,6 +90,16 @@ static void check_positions(const setting *s) {
     CHECK_NEAR(asymmetry(s, x), 0, 1e-11);
 }
 
+/* Entries hold so many numbers of symmetric cages. */
+static void check_count(const setting *s, int32_t n_held) {
+    const co_constraints none = {0};
+    curvopt_error error;
+    co_dof_map all;
+    CHECK_OK(co_dof_map_create(s->mesh, &s->symmetry, &none, s->c.xyz, &all, &error), &error);
+    CHECK_INT(s->dofs.n_variables, all.n_variables - n_held);
+    co_dof_map_free(&all);
+}
+
 /* Far from the cage that variables were made of. */
 static void check_variables(setting *s) {
     double z[N], x[N], *found;
@@ -137,6 +147,7 @@ static void test_frames_on_mirror_planes(void **state) {
     CHECK_INT(s.held.values.n, 4); /* points by their own vertices */
     for (int k = 0; k < 4; k++)
         CHECK_INT(s.held.values.item[k].pivot, s.held.values.item[k].vertex);
+    check_count(&s, 1);
     check_positions(&s);
     check_variables(&s);
     end(&s);
@@ -155,6 +166,7 @@ static void test_tilted_frames(void **state) {
     }
     setting s = begin(RINGS, &(curvopt_through){.n = 4, .vertices = vertices, .normals = normals}, 4, 4);
     CHECK_INT(s.held.values.n, 12);
+    check_count(&s, 5);
     check_positions(&s);
     end(&s);
 }
@@ -173,6 +185,7 @@ static void test_means_of_vertices(void **state) {
     curvopt_through through = {.n = 4, .vertices = vertices, .faces = faces, .uv = uv};
     setting s = begin(RINGS, &through, 8, 8);
     CHECK_INT(s.held.values.n, 8); /* each by two vertices */
+    check_count(&s, 2);            /* where on the mirror plane */
     check_positions(&s);
     check_variables(&s);
     end(&s);
@@ -182,6 +195,7 @@ static void test_means_of_vertices(void **state) {
     through.n = ODD;
     s = begin(ODD, &through, 18, 9);
     CHECK_INT(s.held.values.n, ODD);
+    check_count(&s, 3);
     check_positions(&s);
     check_variables(&s);
     end(&s);
@@ -202,6 +216,7 @@ static void test_lines_and_planes(void **state) {
     setting s =
         begin(RINGS, &(curvopt_through){.n = RINGS, .vertices = vertices, .freedom = freedom, .directions = directions},
               24, 24);
+    check_count(&s, 2); /* how far out both kinds are */
     check_positions(&s);
     check_variables(&s);
     end(&s);
