@@ -303,16 +303,21 @@ static void change_pair(co_surface_values *values, int32_t i, const double part[
             f[k].along[l] = part[2 * k] * a[l] + part[2 * k + 1] * b[l];
 }
 
+/* The longer one of two rows, as a unit vector. */
+static void take_longer(const double row[2][2], double out[2]) {
+    const double square[2] = {row[0][0] * row[0][0] + row[0][1] * row[0][1],
+                              row[1][0] * row[1][0] + row[1][1] * row[1][1]};
+    const int k = square[1] > square[0];
+    for (int l = 0; l < 2; l++)
+        out[l] = row[k][l] / sqrt(square[k]);
+}
+
 /* Of a reflection rho: one tangent that it keeps, and one that it turns round. */
 static void split(const double rho[4], double part[4]) {
     const double kept[2][2] = {{1 + rho[0], rho[1]}, {rho[2], 1 + rho[3]}};
     const double turned[2][2] = {{1 - rho[0], -rho[1]}, {-rho[2], 1 - rho[3]}};
-    const double *a = hypot(kept[0][0], kept[0][1]) >= hypot(kept[1][0], kept[1][1]) ? kept[0] : kept[1];
-    const double *b = hypot(turned[0][0], turned[0][1]) >= hypot(turned[1][0], turned[1][1]) ? turned[0] : turned[1];
-    for (int l = 0; l < 2; l++) {
-        part[l] = a[l] / hypot(a[0], a[1]);
-        part[2 + l] = b[l] / hypot(b[0], b[1]);
-    }
+    take_longer(kept, part);
+    take_longer(turned, part + 2);
 }
 
 /* The part of pair i of an orbit whose other pairs follow it. */
