@@ -24,11 +24,10 @@ typedef struct group {
     double *scale;   /* [n_rows] largest weight */
     double *largest; /* [n_rows] largest entry that can be a pivot, in parts of that */
     int32_t *column; /* [n_rows] where it is */
-    int32_t
-        *count; /* [n_rows][n_columns] with symmetries, co_pivot_orbits_count of chiefs; of other rows 0. Else NULL */
-    size_t stride;  /* n_columns + n_rows */
-    double *matrix; /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
-    double *before; /* with symmetries: room for a copy */
+    int32_t *count;  /* [n_rows][n_columns] with symmetries: co_pivot_orbits_count() of chiefs, else 0 */
+    size_t stride;   /* n_columns + n_rows */
+    double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
+    double *before;  /* with symmetries: room for a copy */
 } group;
 
 typedef struct search {
