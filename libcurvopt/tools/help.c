@@ -119,7 +119,7 @@ static const char help_of_constraints[] =
     "                       parameters: where on the curve each vertex is, in numbers of its points; without it at "
     "the\n"
     "                       nearest place; weight: as of points\n"
-    "                       `-` reads standard input; symmetries are not kept\n"
+    "                       `-` reads standard input; symmetries that they do not have are not kept\n"
     "  --volume V, --area A, --total-mean-curvature M\n"
     "                       hold this number of the whole surface: keep for the input's, or a value in units of the\n"
     "                       cage. The volume is that inside, M is the integral of (k1 + k2) / 2. Where nothing else "

@@ -10,6 +10,10 @@
 #include "constraints/given_through.h"
 #include "constraints/held_curvatures.h"
 #include "constraints/interpolation.h"
+#include "constraints/kept_symmetry.h"
+#include "constraints/pivots.h"
+#include "constraints/symmetry.h"
+#include "constraints/value_images.h"
 #include "failing_allocator.h"
 #include "hessian/blend_disc_hessian.h"
 #include "hessian/surface_springs.h"
@@ -264,6 +268,31 @@ static int32_t through_parts(const cage *c, const curvopt_mesh *mesh, curvopt_er
     return status;
 }
 
+/* What symmetries that are kept with such add. */
+static int32_t symmetric_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
+    const int32_t vertex = 0;
+    const double normal[3] = {1, 0, 0};
+    const curvopt_through wanted = {.struct_size = sizeof wanted, .n = 1, .vertices = &vertex, .normals = normal};
+    curvopt_options o;
+    co_constraints held = {0};
+    co_symmetry symmetry = {0};
+    curvopt_options_init(&o, sizeof o);
+    o.through = &wanted;
+    int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
+    if (status == CURVOPT_OK)
+        status = co_symmetry_create(mesh, c->xyz, &held, 1, &symmetry, error);
+    CHECK_TRUE(status != CURVOPT_OK || symmetry.order == 4);
+    if (status == CURVOPT_OK)
+        status = co_value_images_adapt(mesh, &symmetry, &held.values, error);
+    if (status == CURVOPT_OK)
+        status = co_kept_symmetry_restrict(mesh, &held, o.boundary, &symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_pivots_choose(mesh, &symmetry, &held, error);
+    co_symmetry_free(&symmetry);
+    co_constraints_free(&held);
+    return status;
+}
+
 /* What an open and a closed chain of edges add, and one that springs draw, a level on, too. */
 static int32_t chain_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     static const double curve[12] = {1.5, 0, 0, 0, 1.5, 0, -1.5, 0, 0, 0, -1.5, 0};
@@ -458,6 +487,7 @@ static void test_held_limit_points_survive_every_failure(void **state) {
     fail_each(cage_torus(4, 3, 1, 0.45), through_parts, 30);
     fail_each(cage_torus(4, 3, 1, 0.45), spring_parts, 30);
     fail_each(cage_torus(4, 3, 1, 0.45), chain_parts, 50);
+    fail_each(cage_torus(4, 4, 1, 0.45), symmetric_parts, 40);
     fail_each(cage_tetrahedron(), limit_parts, 30);
 }
 

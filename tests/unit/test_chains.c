@@ -228,7 +228,7 @@ static void test_rows_do_not_grow_with_the_chain(void **state) {
     co_interpolation map;
     set_up(&s, 200, 5, 200, 1);
     CHECK_OK(co_given_through_create(s.mesh, s.cage.xyz, &s.options, &s.held, &error), &error);
-    CHECK_OK(co_pivots_choose(s.mesh, &s.held, &error), &error);
+    CHECK_OK(co_pivots_choose(s.mesh, NULL, &s.held, &error), &error);
     CHECK_OK(co_interpolation_create(s.mesh, &s.held, &map, &error), &error);
     CHECK_INT(map.limit.n_rows, 200);
     for (int32_t i = 0; i < 200; i++)
@@ -261,7 +261,7 @@ static void test_middles_yield_to_entries(void **state) {
         CHECK_OK(co_given_through_create(s.mesh, s.cage.xyz, &s.options, &s.held, &error), &error);
         CHECK_INT(s.held.values.n, 2 + 2 * has_normal);
         CHECK_OK(co_given_constraints_place(s.mesh, &s.held, CURVOPT_BOUNDARY_FREE, s.cage.xyz, &error), &error);
-        CHECK_OK(co_pivots_choose(s.mesh, &s.held, &error), &error);
+        CHECK_OK(co_pivots_choose(s.mesh, NULL, &s.held, &error), &error);
         for (int k = 0; k < s.held.values.n; k++) {
             const co_surface_value *f = &s.held.values.item[k];
             const int yields = has_normal && f->is_optional && k == 2;

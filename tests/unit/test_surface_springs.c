@@ -64,7 +64,7 @@ static void setting_of(setting *s) {
     CHECK_OK(co_given_through_create(s->mesh, s->c.xyz, &o, &s->held, &error), &error);
     CHECK_INT(s->held.values.n, 1);
     CHECK_INT(s->held.drawn.n, N_SPRINGS);
-    CHECK_OK(co_pivots_choose(s->mesh, &s->held, &error), &error);
+    CHECK_OK(co_pivots_choose(s->mesh, NULL, &s->held, &error), &error);
     CHECK_OK(co_interpolation_create(s->mesh, &s->held, &s->map, &error), &error);
     co_interpolation_from_cage(&s->map, s->x);
     CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);

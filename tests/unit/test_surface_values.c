@@ -233,7 +233,7 @@ static void test_pivots_make_a_map_that_can_be_inverted(void **state) {
     CHECK_OK(co_given_constraints_create(mesh, c.xyz, &pins, &given, &error), &error);
     CHECK_OK(co_given_through_create(mesh, c.xyz, &o, &given, &error), &error);
     CHECK_INT(given.values.n, 6);
-    CHECK_OK(co_pivots_choose(mesh, &given, &error), &error);
+    CHECK_OK(co_pivots_choose(mesh, NULL, &given, &error), &error);
     for (int i = 0; i < 6; i++) {
         const co_surface_value *f = &given.values.item[i];
         CHECK_TRUE(f->pivot >= 0 && f->pivot != 9 && f->pivot != 7);

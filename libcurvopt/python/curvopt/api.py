@@ -291,7 +291,7 @@ def minimize(
     places (k, 3) where the held vertices or limit points are to be; NAN: where they are
     left_out     faces that do not count and stay
     through      points of the surface, at vertices and inside faces, with places, normals, tangents and curvatures: a list of
-                 Through, or one; no symmetries are kept then
+                 Through, or one; symmetries are kept that take these to each other, with curvatures none
     chains       chains of edges whose limit curves follow curves: a list of Chain, or one; no symmetries are kept then
     on_progress  called on this thread after every step; a true value ends the run with the best cage so far
     cancel       the same from any thread

@@ -273,7 +273,7 @@ int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *
     if (status == CURVOPT_OK)
         status = check_chains(constraints, &all, error);
     if (status == CURVOPT_OK)
-        status = co_pivots_choose(m, &all, error);
+        status = co_pivots_choose(m, NULL, &all, error);
     if (status == CURVOPT_OK)
         status = co_interpolation_of_all(m, &all, &map, error);
     if (status == CURVOPT_OK && moves_cage) {

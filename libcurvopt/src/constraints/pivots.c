@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "constraints/interpolation.h"
+#include "constraints/pivot_orbits.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -23,17 +24,22 @@ typedef struct group {
     double *scale;   /* [n_rows] largest weight */
     double *largest; /* [n_rows] largest entry that can be a pivot, in parts of that */
     int32_t *column; /* [n_rows] where it is */
+    int32_t *count;  /* [n_rows][n_columns] with symmetries: co_pivot_orbits_count() of chiefs, else 0 */
     size_t stride;   /* n_columns + n_rows */
     double *matrix;  /* [n_rows][stride]: weights, then which combination of the rows at first each row is */
+    double *before;  /* with symmetries: room for a copy */
 } group;
 
 typedef struct search {
     const curvopt_mesh *mesh;
     co_constraints *constraints;
     const co_surface_values *values;
-    int32_t *root;   /* [n] the least value of the group */
-    int32_t *first;  /* [n_vertices] a value that can have the vertex as its pivot; -1 */
-    int32_t *column; /* [n_vertices] column of the present group; -1 */
+    int32_t *root;           /* [n] the least value of the group */
+    int32_t *first;          /* [n_vertices] a value that can have the vertex as its pivot; -1 */
+    int32_t *column;         /* [n_vertices] column of the present group; -1 */
+    int32_t *row;            /* [n] row of the present group; -1 */
+    int32_t *pivot;          /* [n] of chiefs; -1 */
+    co_pivot_orbits *orbits; /* NULL: no symmetry is kept */
 } search;
 
 static void group_free(group *g) {
@@ -43,7 +49,9 @@ static void group_free(group *g) {
     free(g->scale);
     free(g->largest);
     free(g->column);
+    free(g->count);
     free(g->matrix);
+    free(g->before);
 }
 
 /* Whether nothing else is at vertex v. */
@@ -93,13 +101,18 @@ static void visit_mask(int32_t v, double weight, void *context) {
         to->row[to->search->column[v]] += weight;
 }
 
+/* Whether value i needs a pivot in the group of value `root`. */
+static int is_row_of(const search *s, int32_t i, int32_t root) {
+    return s->root[i] == root && !(s->orbits && s->orbits->is_given[i]);
+}
+
 /* Columns and names of rows of the group of value `root`. */
 static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *error) {
     const co_sparse_rows *rows = &s->values->rows;
     size_t n_rows = 0, n_entries = 0;
     *g = (group){0};
     for (int32_t i = root; i < rows->n_rows; i++)
-        if (s->root[i] == root) {
+        if (is_row_of(s, i, root)) {
             n_rows++;
             n_entries += rows->start[i + 1] - rows->start[i];
         }
@@ -108,7 +121,7 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
     if (!g->value || !g->vertex)
         return co_status_no_memory(error);
     for (int32_t i = root; i < rows->n_rows; i++)
-        for (size_t e = rows->start[i]; s->root[i] == root && e < rows->start[i + 1]; e++) {
+        for (size_t e = rows->start[i]; is_row_of(s, i, root) && e < rows->start[i + 1]; e++) {
             const int32_t v = rows->column[e];
             if (s->column[v] >= 0 || !has_column(s, v))
                 continue;
@@ -119,22 +132,45 @@ static int32_t list_group(search *s, int32_t root, group *g, curvopt_error *erro
         }
     g->n_fixed = g->n_rows;
     for (int32_t i = root; i < rows->n_rows; i++)
-        if (s->root[i] == root)
+        if (is_row_of(s, i, root)) {
+            s->row[i] = g->n_rows;
             g->value[g->n_rows++] = i;
+        }
     return CURVOPT_OK;
 }
 
-/* Finds the largest entry of row r. */
+/* How many vertices give way together if column j is the pivot of row r; 0: it cannot be. */
+static int32_t count_of(const search *s, const group *g, int32_t r, int32_t j) {
+    if (!s->orbits)
+        return 1;
+    return s->orbits->is_taken[g->vertex[j]] ? 0 : g->count[(size_t)r * (size_t)g->n_columns + (size_t)j];
+}
+
+/* Finds the largest entry of row r; with symmetries the largest coefficient of a mean. */
 static void look_at_row(const search *s, group *g, int32_t r) {
     const double *row = g->matrix + (size_t)r * g->stride;
     g->largest[r] = -1;
     for (int32_t j = 0; r >= g->n_fixed && j < g->n_columns; j++) {
-        const double size = fabs(row[j]) / g->scale[r];
-        if (size > g->largest[r] && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
+        const int32_t count = count_of(s, g, r, j);
+        const double size = count * fabs(row[j]) / g->scale[r];
+        if (count && size > g->largest[r] && s->constraints->of_limit[g->vertex[j]] != CO_OF_OWN_POINT) {
             g->largest[r] = size;
             g->column[r] = j;
         }
     }
+}
+
+/* g->count, and room for a copy of the matrix; 0: no memory. */
+static int count_means(const search *s, group *g) {
+    g->count = CO_NEW(int32_t, (size_t)g->n_rows * (size_t)g->n_columns);
+    g->before = CO_NEW(double, (size_t)g->n_rows * g->stride);
+    if (!g->count || !g->before)
+        return 0;
+    for (int32_t r = g->n_fixed; r < g->n_rows; r++)
+        for (int32_t j = 0; s->orbits->chief[g->value[r]] == g->value[r] && j < g->n_columns; j++)
+            g->count[(size_t)r * (size_t)g->n_columns + (size_t)j] =
+                co_pivot_orbits_count(s->orbits, g->value[r], g->vertex[j]);
+    return 1;
 }
 
 static int32_t fill_group(search *s, group *g, curvopt_error *error) {
@@ -146,6 +182,8 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
     g->largest = CO_NEW(double, g->n_rows);
     g->matrix = CO_NEW(double, (size_t)g->n_rows * g->stride);
     if (!g->pivot || !g->column || !g->scale || !g->largest || !g->matrix)
+        return co_status_no_memory(error);
+    if (s->orbits && !count_means(s, g))
         return co_status_no_memory(error);
     for (int32_t r = 0; r < g->n_rows; r++) {
         double *row = g->matrix + (size_t)r * g->stride;
@@ -164,19 +202,63 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Row r has its pivot in column c: takes it off all rows that have none yet. */
-static void eliminate(const search *s, group *g, int32_t r, int32_t c) {
-    const size_t n = g->stride;
-    const double *from = g->matrix + (size_t)r * n;
-    g->pivot[r] = c;
+/* Sum of a row over n vertices. */
+static double sum_over(const search *s, const double *row, int32_t n, const int32_t *vertex) {
+    double sum = 0;
+    for (int32_t k = 0; k < n; k++)
+        sum += row[s->column[vertex[k]]];
+    return sum;
+}
+
+/* Row r has the mean of n vertices as its unknown, the first of which is its pivot: takes it off all rows that have
+ * none yet. */
+static void eliminate(const search *s, group *g, int32_t r, int32_t n, const int32_t *vertex) {
+    const size_t stride = g->stride;
+    const double *from = g->matrix + (size_t)r * stride, pivot = sum_over(s, from, n, vertex);
+    g->pivot[r] = s->column[vertex[0]];
     for (int32_t k = 0; k < g->n_rows; k++) {
-        double *row = g->matrix + (size_t)k * n;
-        if (g->pivot[k] >= 0 || row[c] == 0 || from[c] == 0)
+        double *row = g->matrix + (size_t)k * stride;
+        const double sum = sum_over(s, row, n, vertex);
+        if (g->pivot[k] >= 0 || sum == 0 || pivot == 0)
             continue;
-        const double factor = row[c] / from[c];
-        for (size_t j = 0; j < n; j++)
+        const double factor = sum / pivot;
+        for (size_t j = 0; j < stride; j++)
             row[j] -= factor * from[j];
-        row[c] = 0;
+        if (n == 1)
+            row[g->pivot[r]] = 0;
+        look_at_row(s, g, k);
+    }
+}
+
+/* The rows of the orbit of row r that are in the group get the images of vertex w. Where they depend on each other
+ * then, nothing is changed but that it cannot be w. */
+static void eliminate_orbit(search *s, group *g, int32_t r, int32_t w) {
+    co_pivot_orbits *o = s->orbits;
+    const int32_t value = g->value[r];
+    int fits = 1;
+    memcpy(g->before, g->matrix, (size_t)g->n_rows * g->stride * sizeof *g->matrix);
+    for (int32_t e = 0; fits && e < o->symmetry->order; e++) {
+        const int32_t row = s->row[o->images.to[(size_t)e * (size_t)o->images.n + (size_t)value]];
+        const int32_t n = co_pivot_orbits_set(o, value, w, e);
+        if (row < 0 || g->pivot[row] >= 0)
+            continue;
+        for (int32_t k = 0; k < n; k++)
+            fits &= s->column[o->set[k]] >= 0;
+        if (fits)
+            fits = fabs(sum_over(s, g->matrix + (size_t)row * g->stride, n, o->set)) > INDEPENDENT * g->scale[row];
+        if (fits)
+            eliminate(s, g, row, n, o->set);
+    }
+    if (fits) {
+        co_pivot_orbits_take(o, w);
+        s->pivot[value] = w;
+    } else {
+        memcpy(g->matrix, g->before, (size_t)g->n_rows * g->stride * sizeof *g->matrix);
+        g->count[(size_t)r * (size_t)g->n_columns + (size_t)s->column[w]] = 0;
+    }
+    for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
+        if (!fits && o->chief[g->value[k]] == value)
+            g->pivot[k] = -1;
         look_at_row(s, g, k);
     }
 }
@@ -241,7 +323,10 @@ static int32_t choose_rows(search *s, group *g, int is_optional, curvopt_error *
     for (int32_t r = find_largest(s, g, is_optional); r >= 0; r = find_largest(s, g, is_optional)) {
         if (!(g->largest[r] > INDEPENDENT))
             return is_optional ? CURVOPT_OK : refuse(s, g, r, error);
-        eliminate(s, g, r, g->column[r]);
+        if (s->orbits)
+            eliminate_orbit(s, g, r, g->vertex[g->column[r]]);
+        else
+            eliminate(s, g, r, 1, &g->vertex[g->column[r]]);
     }
     return CURVOPT_OK;
 }
@@ -277,19 +362,56 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
-        eliminate(s, &g, k, s->column[-1 - g.value[k]]);
+        eliminate(s, &g, k, 1, &(int32_t){-1 - g.value[k]});
     for (int is_optional = 0; status == CURVOPT_OK && is_optional < 2; is_optional++)
         status = choose_rows(s, &g, is_optional, error);
     for (int32_t k = 0; k < g.n_columns; k++)
         s->column[g.vertex[k]] = -1;
-    for (int32_t k = g.n_fixed; status == CURVOPT_OK && k < g.n_rows; k++)
+    for (int32_t k = g.n_fixed; k < g.n_rows; k++)
+        s->row[g.value[k]] = -1;
+    for (int32_t k = g.n_fixed; status == CURVOPT_OK && !s->orbits && k < g.n_rows; k++)
         if (g.pivot[k] >= 0)
             enter(s, &g, k);
     group_free(&g);
     return status;
 }
 
-int32_t co_pivots_choose(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
+/* Whether pivots of the group of value `root` are chosen, and not those of an image of it. */
+static int has_chief(const search *s, int32_t root) {
+    for (int32_t i = root; i < s->values->n; i++)
+        if (is_row_of(s, i, root) && (!s->orbits || s->orbits->chief[i] == i))
+            return 1;
+    return 0;
+}
+
+static int32_t choose(search *s, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    for (int32_t i = 0; i < s->values->n; i++)
+        s->row[i] = s->pivot[i] = -1;
+    for (int32_t i = 0; status == CURVOPT_OK && i < s->values->n; i++)
+        if (s->root[i] == i && has_chief(s, i))
+            status = choose_in_group(s, i, error);
+    return status;
+}
+
+/* With pivots that come in orbits. */
+static int32_t choose_by_orbits(search *s, const co_symmetry *symmetry, curvopt_error *error) {
+    co_pivot_orbits orbits;
+    int fits;
+    int32_t status = co_pivot_orbits_create(s->mesh, symmetry, s->values, s->root, &orbits, &fits, error);
+    if (status == CURVOPT_OK && !fits)
+        status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what is held does not have the symmetry");
+    s->orbits = &orbits;
+    if (status == CURVOPT_OK)
+        status = choose(s, error);
+    if (status == CURVOPT_OK)
+        status = co_pivot_orbits_enter(&orbits, s->pivot, s->constraints, error);
+    co_pivot_orbits_free(&orbits);
+    return status;
+}
+
+int32_t co_pivots_choose(const curvopt_mesh *m, const co_symmetry *symmetry, co_constraints *constraints,
+                         curvopt_error *error) {
     const int32_t n = constraints->values.n;
     if (n == 0)
         return CURVOPT_OK;
@@ -299,16 +421,19 @@ int32_t co_pivots_choose(const curvopt_mesh *m, co_constraints *constraints, cur
                 .values = &constraints->values,
                 .root = CO_NEW(int32_t, n),
                 .first = CO_NEW(int32_t, m->info.n_vertices),
-                .column = CO_NEW(int32_t, m->info.n_vertices)};
-    if (status == CURVOPT_OK && (!s.root || !s.first || !s.column))
+                .column = CO_NEW(int32_t, m->info.n_vertices),
+                .row = CO_NEW(int32_t, n),
+                .pivot = CO_NEW(int32_t, n)};
+    if (status == CURVOPT_OK && (!s.root || !s.first || !s.column || !s.row || !s.pivot))
         status = co_status_no_memory(error);
     if (status == CURVOPT_OK)
         find_groups(&s);
-    for (int32_t i = 0; status == CURVOPT_OK && i < n; i++)
-        if (s.root[i] == i)
-            status = choose_in_group(&s, i, error);
+    if (status == CURVOPT_OK)
+        status = symmetry && symmetry->order > 1 ? choose_by_orbits(&s, symmetry, error) : choose(&s, error);
     free(s.root);
     free(s.first);
     free(s.column);
+    free(s.row);
+    free(s.pivot);
     return status;
 }

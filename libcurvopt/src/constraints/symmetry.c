@@ -9,6 +9,7 @@
 
 #include "base/memory.h"
 #include "base/vec3.h"
+#include "constraints/value_images.h"
 #include "linalg/small_dense.h"
 #include "mesh/crease.h"
 #include "mesh/similarity.h"
@@ -29,9 +30,10 @@ typedef struct search {
     const curvopt_mesh *mesh;
     double centroid[3], radius; /* the frame of x */
     const co_constraints *constraints;
-    double *x;      /* [3 n_vertices] centroid 0, radius 1 */
-    double *length; /* [n_vertices] |x| */
-    int32_t *queue; /* [n_corners] */
+    co_value_index held, drawn; /* of the constraints' values */
+    double *x;                  /* [3 n_vertices] centroid 0, radius 1 */
+    double *length;             /* [n_vertices] |x| */
+    int32_t *queue;             /* [n_corners] */
     int with_mirrors;
     int32_t seed;      /* corner whose images are tried */
     double tolerance;  /* length, at radius 1 */
@@ -192,7 +194,7 @@ static int keeps_anchor(const search *s, int32_t v, int32_t w, const double matr
     return co_distance3(image, wanted) <= s->tolerance;
 }
 
-/* Whether `map` is the motion, and keeps the constraints' directions and places. */
+/* Whether `map` is the motion, and keeps the constraints' directions and places, and entries. */
 static int is_motion(const search *s, const int32_t *map, const double matrix[9]) {
     const curvopt_mesh *m = s->mesh;
     const co_soft_constraints *springs = &s->constraints->springs;
@@ -208,7 +210,8 @@ static int is_motion(const search *s, const int32_t *map, const double matrix[9]
               keeps_anchor(s, v, w, matrix)))
             return 0;
     }
-    return 1;
+    const co_value_motion motion = {map, matrix, s->centroid, s->radius, s->tolerance};
+    return co_value_index_keeps(&s->held, &motion) && co_value_index_keeps(&s->drawn, &motion);
 }
 
 /* The other components, once the first has told the motion. */
@@ -371,6 +374,8 @@ static void end_search(search *s) {
     free(s->x);
     free(s->length);
     free(s->queue);
+    co_value_index_free(&s->held);
+    co_value_index_free(&s->drawn);
 }
 
 static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
@@ -393,7 +398,8 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
         s->x[i] = (xyz[i] - centroid[i % 3]) / radius;
     for (size_t v = 0; v < n; v++)
         s->length[v] = co_length3(s->x + 3 * v);
-    return CURVOPT_OK;
+    int32_t status = co_value_index_create(m, &constraints->values, &s->held, error);
+    return status == CURVOPT_OK ? co_value_index_create(m, &constraints->drawn, &s->drawn, error) : status;
 }
 
 int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,

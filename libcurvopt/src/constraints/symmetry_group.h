@@ -6,6 +6,10 @@
 
 #include <stddef.h>
 
+/* Distance from a vertex's image to a vertex up to which they count as one, in units of the cage's radius. Single
+ * precision, in which Blender keeps cages, leaves some 1e-7 (libcurvopt/notes/60-keeping-symmetry.md). */
+#define CO_SYMMETRY_TOLERANCE 1e-5
+
 /* A group; element 0 is the identity. Motions are about the centroid of the vertices. */
 typedef struct co_symmetry {
     int32_t order;     /* number of elements */

@@ -342,14 +342,15 @@ static void pull_limit_points(co_level_objective *o) {
 }
 
 /* The gauge is that of the whole problem: motion along normals does not see similarities either. */
-static int32_t hold(co_level_objective *o, const co_constraints *constraints, co_motion motion, curvopt_error *error) {
+static int32_t hold(co_level_objective *o, const co_symmetry *symmetry, const co_constraints *constraints,
+                    co_motion motion, curvopt_error *error) {
     co_constraints all = {0};
     int32_t status = co_constraints_all(o->mesh, constraints, o->run->options->boundary, &all, error);
     o->gauge = co_gauge_of(o->run->options->weights, &all,
                            o->run->held != NULL || o->run->options->spontaneous_curvature != 0);
     o->is_framed = all.freedom != NULL;
     if (status == CURVOPT_OK)
-        status = co_pivots_choose(o->mesh, &all, error);
+        status = co_pivots_choose(o->mesh, symmetry, &all, error);
     if (motion == CO_MOTION_SLIDE && status == CURVOPT_OK)
         co_sliding_free_along(o->mesh->info.n_vertices, constraints->tangent, &all);
     if (motion != CO_MOTION_NORMALS || status != CURVOPT_OK) {
@@ -409,7 +410,7 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
             ? CURVOPT_OK
             : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = hold(o, constraints, motion, error);
+        status = hold(o, symmetry, constraints, motion, error);
     if (status == CURVOPT_OK)
         status = create_variables(o, symmetry, z, error);
     if (status == CURVOPT_OK)
@@ -449,7 +450,7 @@ int32_t co_level_objective_move(co_level_objective *o, const co_symmetry *symmet
     o->n_sliding = 0;
     o->start = o->likeness = start;
     *fits = 0;
-    int32_t status = hold(o, constraints, motion, error);
+    int32_t status = hold(o, symmetry, constraints, motion, error);
     if (status == CURVOPT_OK)
         status = create_variables(o, symmetry, z, error);
     o->penalty.weight = weight;

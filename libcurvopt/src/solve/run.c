@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "solve/discretization_error.h"
 #include "solve/held_scalars.h"
 #include "solve/level_figures.h"
@@ -213,6 +214,14 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
     return status;
 }
 
+/* A symmetric cage has what entries hold but for the tolerance by which these are symmetric; the result has it exactly.
+ */
+static int32_t meet_entries(co_run *r, curvopt_error *error) {
+    if (r->at.symmetry.order == 1 || !r->constraints.values.n)
+        return CURVOPT_OK;
+    return co_given_constraints_place(r->result->mesh, &r->constraints, r->context.options->boundary, r->at.xyz, error);
+}
+
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
@@ -236,6 +245,8 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
         co_run_end_cancelled(r, l, started);
         status = CURVOPT_OK;
     }
+    if (status == CURVOPT_OK)
+        status = meet_entries(r, error);
     if (status != CURVOPT_OK) {
         co_level_destroy(l);
         l = NULL;

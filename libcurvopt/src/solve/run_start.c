@@ -4,8 +4,11 @@
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
+#include "constraints/held_curvatures.h"
+#include "constraints/kept_symmetry.h"
 #include "constraints/loose_components.h"
 #include "constraints/mirror_planes.h"
+#include "constraints/value_images.h"
 #include "energy/admissibility.h"
 #include "mesh/ring.h"
 #include "mesh/similarity.h"
@@ -179,11 +182,16 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     const curvopt_options *o = r->context.options;
     if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
         return hold_planes(r, mesh, xyz, error);
-    const co_constraints *c = &r->constraints;
-    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || c->values.n || c->drawn.n || c->chains.n)
+    co_constraints *c = &r->constraints;
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || c->chains.n || co_held_curvatures_exist(&c->values))
         return co_symmetry_none(mesh, &r->at.symmetry, error);
-    return co_symmetry_create(mesh, xyz, &r->constraints, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry,
-                              error);
+    int32_t status =
+        co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry, error);
+    if (status == CURVOPT_OK)
+        status = co_value_images_adapt(mesh, &r->at.symmetry, &c->values, error);
+    if (status == CURVOPT_OK)
+        status = co_kept_symmetry_restrict(mesh, c, o->boundary, &r->at.symmetry, error);
+    return status;
 }
 
 /* Constraints, exceptions and symmetries of the input cage. */

@@ -10,6 +10,7 @@
 #include "solve/saddle_escape.h"
 
 #include "base/memory.h"
+#include "constraints/kept_symmetry.h"
 #include "constraints/subgroups.h"
 #include "mesh/similarity.h"
 
@@ -80,6 +81,8 @@ static int32_t look_in_subgroup(const place *p, const co_symmetry *symmetry, con
     double gain = 0;
     int found = 0;
     int32_t status = co_subgroup_select(symmetry, member, &sub, error);
+    if (status == CURVOPT_OK)
+        status = co_kept_symmetry_restrict(p->mesh, p->constraints, p->run->options->boundary, &sub, error);
     if (status == CURVOPT_OK)
         status = look(p, &sub, s->xyz, &found, &gain, error);
     if (status == CURVOPT_OK && found && (!s->best->found || gain > s->gain)) {
