@@ -407,26 +407,6 @@ static void test_nothing_found(void **state) {
     }
 }
 
-/* A step that came true as the model said leaves a factor that is good for the gradient that it led to: the last one
- * has no matrix of its own, and there is next to nothing left. By a matrix of half of the curvature nothing comes true.
- */
-static void test_last_step_by_same_matrix(void **state) {
-    (void)state;
-    problem p = {.shape = ROSENBROCK};
-    double x[2], value;
-    co_method_options o = usual;
-    o.decrement_tolerance = 1e-8;
-    co_outcome end = run(&p, o, 1.001, 1.0021, x, &value);
-    CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
-    CHECK_INT(p.assembled, 1);
-    CHECK_INT(end.iterations, 2);
-    CHECK_NEAR(value, 1, 1e-12);
-    problem wrong = {.shape = ROUND, .seen = 0.6, .across = 0.6};
-    o.decrement_tolerance = 1e-3;
-    CHECK_INT(run(&wrong, o, 1, 1, x, &value).stop, CURVOPT_STOP_CONVERGED);
-    CHECK_INT(wrong.assembled, wrong.settles);
-}
-
 /* Where a matrix that is off by a little is indefinite, a close one decides, and all after it are close. */
 static void test_indefinite_matrices_are_looked_at_closely(void **state) {
     (void)state;
@@ -505,7 +485,6 @@ int main(void) {
         cmocka_unit_test(test_steps_small_by_their_shift),
         cmocka_unit_test(test_negative_curvature_without_decrease),
         cmocka_unit_test(test_nothing_found),
-        cmocka_unit_test(test_last_step_by_same_matrix),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

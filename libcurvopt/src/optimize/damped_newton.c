@@ -284,32 +284,6 @@ static int end(solver *s, co_iterate *now, search found, const double **before) 
     return stop;
 }
 
-/* Whether the step in s->trial comes true as the model says. */
-static int is_exact(const solver *s, const co_iterate *now) {
-    return fabs(gain_ratio_of(s, now) - 1) < 1 - s->tuning->newton_exact;
-}
-
-/* After a step that came true as the model said, its factor is good for the gradient that it led to, too (the
- * simplified Newton correction: Deuflhard, "Newton methods for nonlinear problems", 2004, section 2.1). Where little is
- * left by that, and comes true as well, the last step is by that factor, and has no matrix of its own. A stop reason,
- * or -1 to go on. */
-static int end_by_same_matrix(solver *s, co_iterate *now, const double **before) {
-    const double rounding = s->tuning->rounding * fabs(now->value);
-    if (!(find_direction(s, now) <= s->control.cap) || !is_small(s, now))
-        return -1;
-    if (s->control.predicted <= rounding)
-        return CURVOPT_STOP_CONVERGED;
-    exchange(&s->trial, &s->other); /* *before stays what it is */
-    try_step(s, now, 1);
-    if (!(s->trial.value < now->value)) {
-        exchange(&s->trial, &s->other);
-        return -1;
-    }
-    const int exact = is_exact(s, now);
-    int stop = take_step(s, now, before);
-    return stop < 0 && s->control.last_stands && exact ? CURVOPT_STOP_CONVERGED : stop;
-}
-
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
     const search found = find_step_at(s, now, *before);
@@ -321,10 +295,7 @@ static int step(solver *s, co_iterate *now, const double **before) {
     }
     if (is_small(s, now) && gain_ratio_of(s, now) > s->tuning->newton_good) /* nor does one that comes true */
         s->shift = 0;
-    const int exact = is_exact(s, now);
     int stop = take_step(s, now, before);
-    if (stop < 0 && s->control.last_stands && exact && !s->indefinite && s->used.shift <= s->needed)
-        stop = end_by_same_matrix(s, now, before);
     return stop < 0 && has_settled(s, now) ? CURVOPT_STOP_SETTLED : stop;
 }
 
