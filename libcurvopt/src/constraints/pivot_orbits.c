@@ -66,8 +66,9 @@ static void find_chief(const co_pivot_orbits *o, const int32_t *root, int32_t va
     o->is_given[value] = 0;
     for (int32_t g = 0; g < o->symmetry->order; g++) {
         const int32_t image = image_of(o, g, value);
+        const int is_before = image < chief;
         o->is_given[value] |= image < 0;
-        if (image >= 0 && (root[image] < root[chief] || (root[image] == root[chief] && image < chief)))
+        if (image >= 0 && (root[image] == root[chief] ? is_before : root[image] < root[chief]))
             chief = image;
     }
     o->chief[value] = chief;

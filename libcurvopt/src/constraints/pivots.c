@@ -361,8 +361,10 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
             s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
-    for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
-        eliminate(s, &g, k, 1, &(int32_t){-1 - g.value[k]});
+    for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) { /* what is singular interpolation.c refuses */
+        const int32_t own = -1 - g.value[k];
+        eliminate(s, &g, k, 1, &own);
+    }
     for (int is_optional = 0; status == CURVOPT_OK && is_optional < 2; is_optional++)
         status = choose_rows(s, &g, is_optional, error);
     for (int32_t k = 0; k < g.n_columns; k++)
