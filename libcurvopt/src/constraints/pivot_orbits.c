@@ -66,8 +66,9 @@ static void find_chief(const co_pivot_orbits *o, const int32_t *root, int32_t va
     o->is_given[value] = 0;
     for (int32_t g = 0; g < o->symmetry->order; g++) {
         const int32_t image = image_of(o, g, value);
+        const int is_before = image < chief;
         o->is_given[value] |= image < 0;
-        if (image >= 0 && (root[image] < root[chief] || (root[image] == root[chief] && image < chief)))
+        if (image >= 0 && (root[image] == root[chief] ? is_before : root[image] < root[chief]))
             chief = image;
     }
     o->chief[value] = chief;
@@ -97,8 +98,8 @@ int32_t co_pivot_orbits_create(const curvopt_mesh *m, const co_symmetry *s, cons
 }
 
 int32_t co_pivot_orbits_count(const co_pivot_orbits *o, int32_t value, int32_t w) {
-    int32_t n_value = 0, n_vertex = 0;
-    for (int32_t g = 0; g < o->symmetry->order; g++) {
+    int32_t n_value = 1, n_vertex = 1; /* by the identity */
+    for (int32_t g = 1; g < o->symmetry->order; g++) {
         const int keeps_value = image_of(o, g, value) == value;
         const int keeps_vertex = co_symmetry_vertex(o->symmetry, o->mesh, g, w) == w;
         if ((keeps_vertex && !keeps_value) || (keeps_value && sign_of(o, g, value) < 0))

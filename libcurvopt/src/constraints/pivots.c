@@ -361,8 +361,10 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
             s->values->item[root].number, g.n_rows, CO_INTERPOLATION_MOST_TOUCHING);
     if (status == CURVOPT_OK)
         status = fill_group(s, &g, error);
-    for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) /* what is singular there interpolation.c refuses */
-        eliminate(s, &g, k, 1, &(int32_t){-1 - g.value[k]});
+    for (int32_t k = 0; status == CURVOPT_OK && k < g.n_fixed; k++) { /* what is singular interpolation.c refuses */
+        const int32_t own = -1 - g.value[k];
+        eliminate(s, &g, k, 1, &own);
+    }
     for (int is_optional = 0; status == CURVOPT_OK && is_optional < 2; is_optional++)
         status = choose_rows(s, &g, is_optional, error);
     for (int32_t k = 0; k < g.n_columns; k++)
@@ -395,17 +397,18 @@ static int32_t choose(search *s, curvopt_error *error) {
 }
 
 /* With pivots that come in orbits. */
-static int32_t choose_by_orbits(search *s, const co_symmetry *symmetry, curvopt_error *error) {
+static int32_t choose_by_orbits(const search *without, const co_symmetry *symmetry, curvopt_error *error) {
     co_pivot_orbits orbits;
+    search s = *without;
     int fits;
-    int32_t status = co_pivot_orbits_create(s->mesh, symmetry, s->values, s->root, &orbits, &fits, error);
+    int32_t status = co_pivot_orbits_create(s.mesh, symmetry, s.values, s.root, &orbits, &fits, error);
     if (status == CURVOPT_OK && !fits)
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what is held does not have the symmetry");
-    s->orbits = &orbits;
+    s.orbits = &orbits;
     if (status == CURVOPT_OK)
-        status = choose(s, error);
+        status = choose(&s, error);
     if (status == CURVOPT_OK)
-        status = co_pivot_orbits_enter(&orbits, s->pivot, s->constraints, error);
+        status = co_pivot_orbits_enter(&orbits, s.pivot, s.constraints, error);
     co_pivot_orbits_free(&orbits);
     return status;
 }
