@@ -190,7 +190,9 @@ int32_t co_level_hessian_solve(co_level_hessian *h, const double *in, double *ou
 
 int32_t co_level_hessian_factorize_at(co_level_hessian *h, const co_iterate *now, int exact, int *positive,
                                       curvopt_error *error) {
-    const co_second_kind kind = exact ? (co_second_kind){.exact = 1} : preconditioner;
+    co_second_kind kind = preconditioner;
+    if (exact)
+        kind = (co_second_kind){.exact = 1};
     int32_t status = assemble_at(h, now->x, kind, co_gauge_exact(h->objective->gauge), error);
     return status == CURVOPT_OK
                ? co_newton_system_factorize(&h->system, co_level_hessian_least_shift(h, now->value), positive, error)
