@@ -420,21 +420,21 @@ static void add_batches_of_points(void *context, size_t begin, size_t end) {
 /* A sample is work of about so many steps (co_thread_pool_if_worth), 10 to 15 ns, and twice as many with a gradient. */
 enum { STEPS_OF_SAMPLE = 2 };
 
+/* All blocks are known, for what `wanted` says, or none if it is NULL. */
+static void set_known(const co_sums_of *wanted, co_element_batches *l) {
+    if (l->n_blocks) /* there are none when memory was out */
+        memset(l->is_known, wanted != NULL, (size_t)l->n_blocks);
+    l->n_known = wanted ? l->n_blocks : 0;
+    l->sums_of = wanted ? *wanted : (co_sums_of){0};
+}
+
 /* Marks the blocks as known whose sums have what is wanted already. */
 static void find_known(const co_assembly *a, const co_sums_of *wanted, co_element_batches *l) {
     if (co_sums_of_has(&l->sums_of, wanted))
         return;
-    memset(l->is_known, 0, (size_t)l->n_blocks);
-    l->n_known = 0;
+    set_known(NULL, l);
     l->sums_of = *wanted;
     co_known_sums_give(&a->known, wanted, l);
-}
-
-/* After an evaluation of all blocks that were not known: all are, if `wanted` says for what, or none. */
-static void set_known(const co_sums_of *wanted, co_element_batches *l) {
-    memset(l->is_known, wanted != NULL, (size_t)l->n_blocks);
-    l->n_known = wanted ? l->n_blocks : 0;
-    l->sums_of = wanted ? *wanted : (co_sums_of){0};
 }
 
 /* Evaluates blocks whose sums are not known, or all of them with gradients, which are those of `integrand`. */
