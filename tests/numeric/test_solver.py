@@ -98,12 +98,15 @@ def test_with_spontaneous_curvature_it_ends_where_a_run_ends(pretzel, c0):
 
 
 def test_what_it_shows_on_the_way(pretzel):
+    """Of seven drags the first picture leaves a tenth of what passing states gain in the middle; how much it is of one drag
+    hangs on the last digits of where it begins."""
+    left: list[float] = []
     start = pretzel.positions[PINS]
     with curvopt.Solver(pretzel, "mvs", held=PINS, places=start, threads=2) as solver, curvopt.Problem(
         pretzel, "mvs"
     ) as problem:
         solver.solve()
-        for places in drags(pretzel, start, 2, 0.02):
+        for places in drags(pretzel, start, 7, 0.02):
             jumped = solver.positions
             jumped[PINS] = places
             shown: list[np.ndarray] = []
@@ -112,7 +115,8 @@ def test_what_it_shows_on_the_way(pretzel):
             assert passing.verification.verdict == "unknown"
             assert len(shown) == solver.report.iterations + 1
             before, first, last = (problem.energies(x).objective for x in (jumped, shown[0], solver.positions))
-            assert last <= first * (1 + 1e-3) and first - last < 0.5 * (before - last)
+            assert last <= first * (1 + 1e-3) and first <= before
+            left.append((first - last) / (before - last))
             assert np.allclose(solver.positions, shown[-1], rtol=0, atol=1e-12)
             assert passing.end.objective == pytest.approx(last, rel=1e-3)
             with curvopt.Cancel() as cancel:
@@ -122,6 +126,7 @@ def test_what_it_shows_on_the_way(pretzel):
             with pytest.raises(KeyError):
                 solver.solve(on_progress=lambda _: {}["raised in a callback"])
             assert solver.solve().verification.verdict == "minimum"
+    assert np.median(left) < 0.1, left
 
 
 def test_limit_points_are_where_they_are_to_be(pretzel):

@@ -30,8 +30,7 @@ typedef struct solver {
     double shift;            /* the first one for the next matrix */
     co_damping used;         /* damping of the last direction */
     co_damping too_soft;     /* damping that was found to be too little; 0 where none is known */
-    int indefinite;          /* whether the matrix at hand is, with the shift that was tried first */
-    double needed;           /* least shift with which it is positive; -1 where that was not looked for */
+    int indefinite;          /* whether the matrix at hand is, with the least shift */
     int closely;             /* whether matrices are asked for closely from now on */
 } solver;
 
@@ -84,10 +83,6 @@ static void exchange(co_iterate *a, co_iterate *b) {
     *b = was;
 }
 
-static double gain_ratio_of(const solver *s, const co_iterate *now) {
-    return (now->value - s->trial.value) / s->control.predicted;
-}
-
 /* Damping for a longer step than that by s->used, which had this gain ratio; 0 if there is none worth a trial. */
 static int soften(const solver *s, double gain_ratio, double least, co_damping *out) {
     const co_tuning *t = s->tuning;
@@ -107,7 +102,7 @@ static double probe(solver *s, const co_iterate *now) {
     if (s->f->factorize(s->f->context, &s->used, &positive) || !positive || !(find_direction(s, now) <= s->control.cap))
         return -(double)INFINITY;
     try_step(s, now, 1);
-    return gain_ratio_of(s, now);
+    return (now->value - s->trial.value) / s->control.predicted;
 }
 
 /* From a step in s->trial that stands to longer ones, as long as they bring more. The gain ratio of the last. */
@@ -141,12 +136,6 @@ static int is_small(const solver *s, const co_iterate *now) {
     return s->control.predicted <= s->options->decrement_tolerance * fabs(now->value);
 }
 
-/* Whether the step at hand is small and its shift is not what makes it so: any step is small by a shift that is large
- * enough, and says nothing of what is left. */
-static int is_last(const solver *s, const co_iterate *now) {
-    return is_small(s, now) && s->used.shift <= s->needed;
-}
-
 /* Where the matrix is wrong in a soft direction, small steps overshoot, however small they are, and a shift that holds
  * them back makes all others stiff. Of a step in s->trial that brought too little so much as is least on the parabola
  * through its slope and both values, if that is better (Nocedal, Yuan, "Combining trust region and line search
@@ -164,18 +153,15 @@ static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
     }
     s->control.length *= part;
     s->control.predicted = part * (part * (slope + s->control.predicted) - slope);
-    return gain_ratio_of(s, now);
+    return (now->value - s->trial.value) / s->control.predicted;
 }
 
-/* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. If there
- * is none, the predicted decrease is that with the shift that the matrix needs. A matrix that is off by a little may be
- * indefinite by that alone: then none is looked for. */
+/* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. A matrix
+ * that is off by a little may be indefinite by that alone: then none is looked for. */
 static search find_step(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
-    double least = s->f->least_shift(s->f->context, now), promised = (double)INFINITY;
-    const int from_least = s->shift <= least;
+    double least = s->f->least_shift(s->f->context, now);
     s->indefinite = 0;
-    s->needed = -1;
     s->too_soft.shift = 0;
     for (int k = 0; k < t->trials; k++) {
         if (factorize(s, least))
@@ -186,18 +172,14 @@ static search find_step(solver *s, const co_iterate *now) {
         if (!(length < INFINITY))
             return FOUND_FAILURE;
         s->shift = s->used.shift;
-        if (k == 0 && from_least) {
-            s->needed = s->used.shift;
-            promised = s->control.predicted;
-        }
         if (length > s->control.cap) {
             s->too_soft.shift = s->shift;
             s->shift *= fmax(length / s->control.cap, t->newton_change);
             continue;
         }
         try_step(s, now, 1);
-        double gain_ratio = gain_ratio_of(s, now);
-        if (is_last(s, now) && gain_ratio < t->newton_good)
+        double gain_ratio = (now->value - s->trial.value) / s->control.predicted;
+        if (is_small(s, now) && gain_ratio < t->newton_good)
             gain_ratio = shorten(s, now, gain_ratio);
         if (gain_ratio > t->newton_accept) {
             if (!is_small(s, now))
@@ -209,30 +191,29 @@ static search find_step(solver *s, const co_iterate *now) {
             return FOUND;
         }
         if (s->control.predicted <= t->rounding * fabs(now->value))
-            break;
+            return FOUND_NOTHING;
         s->too_soft.shift = s->shift;
         s->shift *= t->newton_change;
     }
-    s->control.predicted = promised;
     return FOUND_NOTHING;
 }
 
-/* A step away from a saddle into s->trial, as long as the cap or shorter by halves, that brings a decrease worth the
- * name. FOUND_FAILURE if there is no negative curvature. */
-static search leave_saddle(solver *s, const co_iterate *now) {
+/* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
+ * decrease worth the name. */
+static int leave_saddle(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
     double least = s->options->decrement_tolerance * fabs(now->value);
     if (!s->f->negative_curvature(s->f->context, now, s->direction))
-        return FOUND_FAILURE;
+        return 0;
     double length = s->f->step_length(s->f->context, s->direction), scale = s->control.cap / length;
     s->control.predicted = (double)NAN;
     for (int halving = 0; halving < t->trials; halving++, scale *= 0.5) {
         try_step(s, now, scale);
         s->control.length = scale * length;
         if (s->trial.value < now->value - least)
-            return FOUND;
+            return 1;
     }
-    return FOUND_NOTHING;
+    return 0;
 }
 
 /* *before is where the step began if the lifted matrix is to know it, else NULL. As co_step_control_take. */
@@ -249,53 +230,39 @@ static int has_settled(solver *s, const co_iterate *now) {
     return co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
-/* The same by the matrix at `now`. Where it is off by a little and indefinite it is made anew, closely, as are all
- * after it. */
-static search find_step_at(solver *s, const co_iterate *now, const double *before) {
-    const double shift = s->shift;
+static search find_step_by_new_matrix(solver *s, const co_iterate *now, const double *before) {
     if (s->f->assemble(s->f->context, now, before, s->closely))
         return FOUND_FAILURE;
-    search found = find_step(s, now);
-    if (found == FOUND_NOTHING && s->needed < 0) { /* of which the shift may be the cause: from the least one on */
-        s->shift = 0;
-        found = find_step(s, now);
-    }
-    if (found != FOUND_INDEFINITE)
-        return found;
-    s->closely = 1;
-    s->shift = shift;
-    return find_step_at(s, now, before);
-}
-
-/* What follows where little is promised with the least shift, and a step was found or none. A stop reason, or -1 to go
- * on. Beside negative curvature no promise is all: the model has more to give the farther it is trusted. So if nothing
- * comes of that, the function has settled, which is not to say that it is at a minimum. */
-static int end(solver *s, co_iterate *now, search found, const double **before) {
-    const search way = s->indefinite ? leave_saddle(s, now) : FOUND_FAILURE;
-    if (way == FOUND_NOTHING)
-        return CURVOPT_STOP_SETTLED;
-    if (way == FOUND_FAILURE && found == FOUND_NOTHING)
-        return CURVOPT_STOP_CONVERGED;
-    int stop = take_step(s, now, before);
-    if (way == FOUND)
-        *before = NULL; /* that step was none of the model's */
-    else if (stop < 0 && s->control.last_stands)
-        stop = CURVOPT_STOP_CONVERGED;
-    return stop;
+    return find_step(s, now);
 }
 
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
-    const search found = find_step_at(s, now, *before);
-    if (found == FOUND_FAILURE || (found == FOUND_NOTHING && !is_small(s, now)))
-        return CURVOPT_STOP_STALLED;
-    if (found == FOUND_NOTHING || is_last(s, now)) {
-        s->shift = 0; /* short steps need no shift but one that makes the matrix positive */
-        return end(s, now, found, before);
+    const double shift = s->shift;
+    search found = find_step_by_new_matrix(s, now, *before);
+    if (found == FOUND_INDEFINITE) {
+        s->closely = 1;
+        s->shift = shift;
+        found = find_step_by_new_matrix(s, now, *before);
     }
-    if (is_small(s, now) && gain_ratio_of(s, now) > s->tuning->newton_good) /* nor does one that comes true */
-        s->shift = 0;
+    int small = is_small(s, now);
+    if (found == FOUND_FAILURE)
+        return CURVOPT_STOP_STALLED;
+    if (small && s->indefinite) { /* nothing to gain but along negative curvature */
+        if (!leave_saddle(s, now))
+            return CURVOPT_STOP_CONVERGED;
+        int stop = take_step(s, now, before);
+        *before = NULL; /* that step was none of the model's */
+        return stop;
+    }
+    if (found == FOUND_NOTHING)
+        return small ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
+    double least = s->f->least_shift(s->f->context, now);
     int stop = take_step(s, now, before);
+    if (stop < 0 && s->control.last_stands && small && s->used.shift <= least)
+        return CURVOPT_STOP_CONVERGED;
+    if (small) /* short steps need no shift but one that makes the matrix positive */
+        s->shift = 0;
     return stop < 0 && has_settled(s, now) ? CURVOPT_STOP_SETTLED : stop;
 }
 
