@@ -72,7 +72,7 @@ class Places:
             raise ValueError(f"{self.names[bad[0]]} is at no place: {self.points[bad[0]]}.")
         with library.Mesh.of_cage(library.load(), cage) as mesh:
             face, corner, uv = nearest(mesh, cage.positions, self.points)
-            outward = _normals(mesh, cage.positions, face, corner, uv)
+            outward = _normals(mesh, cage.positions, face, corner, uv) if self.balls else self.normals
         sizes = np.asarray(cage.face_sizes)
         vertex = _vertices(cage, face, corner, uv)
         vertex[[k for k in self.balls if vertex[k] >= 0 and not _has_curvatures(cage, vertex[k])]] = -1

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "base/ordered_sum.h"
 #include "energy/admissibility.h"
-#include "mesh/similarity.h"
+#include "energy/normalization.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -208,29 +208,11 @@ int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_
     return co_assembly_update_batches(a, error);
 }
 
-/* Positions on their way to normalized ones. */
-typedef struct normalization {
-    const double *from;
-    double *to;
-    double centroid[3], unit;
-    _Atomic int changes; /* whether any is another than before */
-} normalization;
-
-/* Whether x gets another value; what is no number is another. */
-static int set_to(double value, double *x) {
-    const int changes = !(value == *x);
-    *x = value;
-    return changes;
-}
-
-static void normalize_points(void *context, size_t begin, size_t end) {
-    normalization *m = context;
-    int changes = 0;
-    for (size_t v = begin; v < end; v++)
-        for (size_t c = 0; c < 3; c++)
-            changes |= set_to((m->from[3 * v + c] - m->centroid[c]) * m->unit, &m->to[3 * v + c]);
-    if (changes)
-        m->changes = 1;
+static co_normalization normalization_of(const co_assembly *a) {
+    return (co_normalization){.n = (size_t)a->patches.n_cage,
+                              .n_skipped = (size_t)a->n_isolated,
+                              .skipped = a->isolated,
+                              .threads = a->threads};
 }
 
 int co_assembly_place_normalized(const co_assembly *a, const double *x, double *points) {
@@ -238,7 +220,7 @@ int co_assembly_place_normalized(const co_assembly *a, const double *x, double *
     int changes = 0;
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0, v = a->active ? (size_t)a->active[i] : i; c < 3; c++)
-            changes |= set_to(x[3 * v + c], &points[3 * v + c]);
+            changes |= co_normalization_set(x[3 * v + c], &points[3 * v + c]);
     if (changes)
         co_patches_derive(&a->patches, points);
     return changes;
@@ -250,66 +232,13 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     if (is_normalized) {
         changes = co_assembly_place_normalized(a, xyz, a->points);
     } else {
-        const size_t n = (size_t)a->patches.n_cage;
-        normalization m = {.from = xyz, .to = a->points};
-        radius = co_similarity_frame_without(n, xyz, (size_t)a->n_isolated, a->isolated, m.centroid);
-        m.unit = 1 / radius;
-        co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, normalize_points, &m);
-        changes = m.changes;
+        const co_normalization c = normalization_of(a);
+        radius = co_normalization_apply(&c, xyz, a->points, &changes);
         if (changes)
             co_patches_derive(&a->patches, a->points);
     }
     a->placement += changes;
     return radius;
-}
-
-/* What gradient_of_normalized() is about. */
-typedef struct gradient_parts {
-    const double *points;
-    double *gradient;
-    size_t n;
-    double part, unit, mean[3], radial;   /* `radial` drops out, per position */
-    double sum[CO_ORDERED_SUM_CHUNKS][6]; /* of the gradient, and of its products with positions */
-} gradient_parts;
-
-static void sum_gradient(void *context, size_t begin, size_t end) {
-    gradient_parts *g = context;
-    for (int k = (int)begin; k < (int)end; k++)
-        for (size_t v = co_ordered_sum_begin(g->n, k); v < co_ordered_sum_begin(g->n, k + 1); v++)
-            for (size_t c = 0; c < 3; c++) {
-                g->sum[k][c] += g->part * g->gradient[3 * v + c];
-                g->sum[k][3 + c] += g->part * g->gradient[3 * v + c] * g->points[3 * v + c];
-            }
-}
-
-static void project_gradient(void *context, size_t begin, size_t end) {
-    const gradient_parts *g = context;
-    for (size_t v = begin; v < end; v++)
-        for (size_t c = 0; c < 3; c++)
-            g->gradient[3 * v + c] = (g->gradient[3 * v + c] - g->mean[c] - g->radial * g->points[3 * v + c]) * g->unit;
-}
-
-/* Gradient with respect to positions from that with respect to normalized ones x: parts along translations and scaling
- * drop out, the rest scales:  g <- (g - mean g - x (g.x) / n) / radius . co_dof_map_normalized_gradient() has the same
- * formula in the variables of a minimization. `stays`: what of g.x does not drop out. */
-static void gradient_of_normalized(const co_assembly *a, double radius, double stays, double *gradient) {
-    size_t n = (size_t)a->patches.n_cage;
-    double along[3] = {0, 0, 0};
-    gradient_parts g = {.points = a->points,
-                        .gradient = gradient,
-                        .n = n,
-                        .part = 1 / (double)(n - (size_t)a->n_isolated),
-                        .unit = 1 / radius};
-    co_ordered_sum_run(a->threads, n, sum_gradient, &g);
-    for (int k = 0; k < CO_ORDERED_SUM_CHUNKS; k++)
-        for (size_t c = 0; c < 3; c++) {
-            g.mean[c] += g.sum[k][c];
-            along[c] += g.sum[k][3 + c];
-        }
-    g.radial = along[0] + along[1] + along[2] - stays * g.part;
-    co_thread_pool_for(co_thread_pool_if_worth(a->threads, n), n, project_gradient, &g);
-    for (int32_t i = 0; i < a->n_isolated; i++)
-        memset(gradient + 3 * (size_t)a->isolated[i], 0, 3 * sizeof *gradient);
 }
 
 /* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
@@ -575,8 +504,10 @@ void co_assembly_evaluate(co_assembly *a, const double *xyz, const co_request *r
         factor = f->has_second ? 1 : out->integral[CO_INT_AREA];
     }
     collect_gradient(a, factor, area_factor, request->gradient);
-    if (!request->is_normalized)
-        gradient_of_normalized(a, radius, scaling, request->gradient);
+    if (!request->is_normalized) {
+        const co_normalization c = normalization_of(a);
+        co_normalization_gradient(&c, a->points, radius, scaling, request->gradient);
+    }
 }
 
 void co_assembly_pieces(co_assembly *a, const double *x, int all_terms, const co_pieces *gradients, co_values *out) {

@@ -36,7 +36,7 @@ typedef struct co_sums_of {
     int third, volume, jump; /* third-order integrals, the volume, and CO_SUM_JUMP are among the sums */
 } co_sums_of;
 
-/* Whether such sums have all that is wanted. Of sums of third order those of second order are not told. */
+/* Whether such sums have all that is wanted. Those of third order are not taken for those of second order. */
 static inline int co_sums_of_has(const co_sums_of *have, const co_sums_of *wanted) {
     return have->placement == wanted->placement && have->third == wanted->third && have->volume >= wanted->volume &&
            have->jump >= wanted->jump;

@@ -301,16 +301,29 @@ def beside(ball, targets, tilt, distance):
     yield from settled()
 
 
-def go_through():
-    """A ball whose surface is to go through three rings, and the result beside it, among copies of the rings."""
+def add_ball():
+    """A ball of quads with a Subdivision Surface modifier, alone in the scene."""
     setup()
-    settings = bpy.context.scene.curvopt
     bpy.data.objects.remove(bpy.data.objects["Torus"])
     points, faces = shapes.quad_sphere()
     ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
     ball.data.from_pydata(points.tolist(), [], faces)
     bpy.context.scene.collection.objects.link(ball)
     ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
+    return ball
+
+
+def choose(ball):
+    """The ball alone, selected and active."""
+    in_viewport(bpy.ops.object.select_all, action="DESELECT")
+    bpy.context.view_layer.objects.active = ball
+    ball.select_set(True)
+
+
+def go_through():
+    """A ball whose surface is to go through three rings, and the result beside it, among copies of the rings."""
+    ball = add_ball()
+    settings = bpy.context.scene.curvopt
     rings = bpy.data.collections.new("Rings")
     bpy.context.scene.collection.children.link(rings)
     for radius, height in ((0.95, -0.5), (0.5, 0.45), (0.75, 0.95)):
@@ -320,9 +333,7 @@ def go_through():
             collection.objects.unlink(ring)
         rings.objects.link(ring)
         ring.data.bevel_depth = 0.012
-    in_viewport(bpy.ops.object.select_all, action="DESELECT")
-    bpy.context.view_layer.objects.active = ball
-    ball.select_set(True)
+    choose(ball)
     settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "SAME", "AUTO"
     settings.through = rings.name
     assert invoke() == {"RUNNING_MODAL"}
@@ -333,15 +344,9 @@ def go_through():
 
 
 def touched_balls():
-    """A ball that is to touch three others, one of them from outside, and the result beside it, among copies of them."""
-    setup()
+    """A ball that is to touch four others, one of them from outside, and the result beside it, among copies of them."""
+    ball = add_ball()
     settings = bpy.context.scene.curvopt
-    bpy.data.objects.remove(bpy.data.objects["Torus"])
-    points, faces = shapes.quad_sphere()
-    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
-    ball.data.from_pydata(points.tolist(), [], faces)
-    bpy.context.scene.collection.objects.link(ball)
-    ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
     touched = bpy.data.collections.new("Balls")
     bpy.context.scene.collection.children.link(touched)
     for name, place, axis, size in (
@@ -352,9 +357,7 @@ def touched_balls():
         empty.empty_display_type, empty.empty_display_size, empty.location, empty.show_in_front = "SPHERE", size, place, True
         empty.rotation_euler = Vector(axis).to_track_quat("Z", "Y").to_euler()
         touched.objects.link(empty)
-    in_viewport(bpy.ops.object.select_all, action="DESELECT")
-    bpy.context.view_layer.objects.active = ball
-    ball.select_set(True)
+    choose(ball)
     settings.energy, settings.strength, settings.resolution, settings.symmetry = "MVS", 1.0, "REFINE", "AUTO"
     settings.levels, settings.through, settings.through_balls = 2, touched.name, True
     assert invoke() == {"RUNNING_MODAL"}
@@ -375,14 +378,8 @@ def select(obj, vertices):
 
 def guides():
     """A ball with two guides by New Guide, one of them bent up and down, and the result beside it, among copies of them."""
-    setup()
+    ball = add_ball()
     settings = bpy.context.scene.curvopt
-    bpy.data.objects.remove(bpy.data.objects["Torus"])
-    points, faces = shapes.quad_sphere()
-    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
-    ball.data.from_pydata(points.tolist(), [], faces)
-    bpy.context.scene.collection.objects.link(ball)
-    ball.modifiers.new("Subdivision", "SUBSURF").levels = 3
     bpy.context.view_layer.objects.active = ball
     ball.select_set(True)
     x, y, z = np.abs(points).T
