@@ -382,6 +382,7 @@ def guides():
     settings = bpy.context.scene.curvopt
     bpy.context.view_layer.objects.active = ball
     ball.select_set(True)
+    points = shapes.quad_sphere()[0]
     x, y, z = np.abs(points).T
     for chain in (z < 1e-6, (x < 1e-6) & (y < 0.75) & (points[:, 2] > 0.3)):
         select(ball, np.flatnonzero(chain))
