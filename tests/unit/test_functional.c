@@ -114,7 +114,7 @@ static void test_third_order_terms_are_those_with_derivatives_of_curvature(void 
         CHECK_INT(f.has_third, is_third(t));
         CHECK_INT(f.has_second, !is_third(t));
     }
-    CHECK_NEAR(co_functional_eps4(), 1.6e-7, 1e-22);
+    CHECK_NEAR(co_functional_eps4(1), 1.6e-7, 1e-22);
 }
 
 static void test_value_is_the_weighted_sum_of_terms(void **state) {

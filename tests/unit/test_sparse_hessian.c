@@ -134,7 +134,7 @@ static double *dense_hessian(const setting *s) {
                                                     .n_used = b->n_used,
                                                     .points = h->batches.points + b->points,
                                                     .xyz = a->points,
-                                                    .eps4 = co_functional_eps4(),
+                                                    .eps4 = co_functional_eps4(1),
                                                     .integrand = a->functional.second,
                                                     .exact = 1,
                                                     .matrix = matrix,

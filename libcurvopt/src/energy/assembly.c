@@ -133,7 +133,8 @@ static int32_t take_threads(co_assembly *a, const curvopt_options *options, cons
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co_substitution *substitution,
                            const curvopt_options *options, co_basis_table_cache *tables, const double *face_weight,
                            co_assembly *a, curvopt_error *error) {
-    *a = (co_assembly){.surface = options->surface, .tuning = co_tuning_of_runs(), .placement = 1};
+    *a = (co_assembly){
+        .surface = options->surface, .tuning = co_tuning_of_runs(), .placement = 1, .eps4 = co_functional_eps4(1)};
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->spontaneous = co_spontaneous_curvature_of(options->weights, options->spontaneous_curvature);
@@ -241,6 +242,12 @@ double co_assembly_place(co_assembly *a, const double *xyz, int is_normalized) {
     return radius;
 }
 
+void co_assembly_take_radius(co_assembly *a, double radius) {
+    const double eps4 = co_functional_eps4(radius);
+    a->placement += eps4 != a->eps4;
+    a->eps4 = eps4;
+}
+
 /* Multiplies a block's results by the weights of its patches. gradients: the block's, or NULL. */
 static void weigh_block(const co_assembly *a, const co_element_batches *l, int32_t b, double *gradients, int area) {
     const co_block *block = &l->block[b];
@@ -271,7 +278,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .n_used = block->n_used,
                                 .points = l->points + block->points,
                                 .xyz = a->points,
-                                .eps4 = co_functional_eps4(),
+                                .eps4 = a->eps4,
                                 .integrand = *integrand,
                                 .third = third,
                                 .cancel = a->cancel,

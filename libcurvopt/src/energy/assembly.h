@@ -60,7 +60,8 @@ typedef struct co_assembly {
     co_element_batches finest_batches; /* by rules two steps finer, of estimates.in_finest; made when first needed */
     co_known_sums known;               /* of batches that were freed */
     double *points;                    /* [3 n_points] normalized positions, evaluated last */
-    int64_t placement;                 /* 1, and one more with each change of points */
+    int64_t placement;                 /* 1, and one more with each change of points or of eps4 */
+    double eps4;                       /* co_functional_eps4() of `points`: of radius 1 until replaced */
     double *point_gradient; /* [3 n_points] gradient with respect to derived points; the cage's part is unused */
     double *point_sums;     /* [n_points][2][3] gradients of the integrand and of the area */
     double radius;          /* root mean square radius of the positions evaluated last, before they were normalized */
@@ -118,6 +119,8 @@ int co_assembly_place_normalized(const co_assembly *assembly, const double *x, d
  * from them. Returns the radius that was divided by. While points stay what they are, values that were evaluated by the
  * present rules are not evaluated again (co_sums_of). */
 double co_assembly_place(co_assembly *assembly, const double *xyz, int is_normalized);
+/* Positions that are taken as they are belong to a cage of this root mean square radius; 1 until then. */
+void co_assembly_take_radius(co_assembly *assembly, double radius);
 
 /* Gradients [3 n_cage] of the parts of an objective, second + area * third. NULL: not wanted; `third` and `area` only
  * together. Where the objective has no such terms they are not written. */

@@ -32,7 +32,7 @@ typedef struct co_element_block {
     int32_t n_used;         /* faces */
     const int32_t *points;  /* [parts][table->n_points][L] */
     const double *xyz;      /* [3 n_points of the whole surface] */
-    double eps4;            /* co_functional_eps4() */
+    double eps4;            /* co_assembly.eps4 */
     co_integrand integrand; /* integrand of the gradient */
     int third;              /* third-order integrals are wanted */
     int gradient;           /* the gradient of the integral of `integrand` is wanted */
@@ -55,7 +55,7 @@ typedef struct co_element_hessian {
     const double *xyz;     /* [3 n_points of the whole surface] */
     const double
         *before; /* as xyz: where the last step began, for the lifted Newton method; NULL: the Hessian itself */
-    double eps4; /* co_functional_eps4() */
+    double eps4; /* co_assembly.eps4 */
     co_integrand integrand;
     co_cancel *cancel; /* leaves samples out; NULL: never */
     int third;         /* the integrand has third-order parts */

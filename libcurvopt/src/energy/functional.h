@@ -22,9 +22,10 @@
  * (libcurvopt/notes/15-umbilics.md). */
 #define CO_UMBILIC 2e-2
 
-/* eps^4 of the regularization, in units of the normalized cage's curvature. */
-static inline double co_functional_eps4(void) {
-    return CO_UMBILIC * CO_UMBILIC * CO_UMBILIC * CO_UMBILIC;
+/* eps^4 of the regularization for a cage of this root mean square radius, in the units of positions. */
+static inline double co_functional_eps4(double radius) {
+    const double eps = CO_UMBILIC / radius;
+    return eps * eps * eps * eps;
 }
 
 /* Integrals that the element kernels sum up. */

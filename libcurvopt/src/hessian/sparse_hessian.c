@@ -319,7 +319,7 @@ static void run_blocks_of_chunk(void *context, int32_t thread, int32_t n_threads
                                       .points = h->batches.points + b->points,
                                       .xyz = a->points,
                                       .before = r->before,
-                                      .eps4 = co_functional_eps4(),
+                                      .eps4 = a->eps4,
                                       .integrand = *r->integrand,
                                       .third = a->functional.has_third,
                                       .cancel = a->cancel,

@@ -286,10 +286,20 @@ static int32_t run_method(void *context, co_method method, const co_method_optio
     return status;
 }
 
+/* Change of the cage's size, by itself, that smooths umbilics much as before. */
+static const double SAME_SIZE = 1e-3;
+
 static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvopt_error *error) {
     co_level *l = context;
     l->objective.assembly.met = 0;
-    return co_step_review_check(&l->review, &l->now, verdict, error);
+    co_level_objective_place(&l->objective, l->now.x);
+    const int is_other = co_level_objective_take_size(&l->objective) > SAME_SIZE;
+    if (is_other)
+        co_level_objective_evaluate(&l->objective, &l->now);
+    int32_t status = co_step_review_check(&l->review, &l->now, verdict, error);
+    if (is_other && *verdict == CO_STEP_KEEP)
+        *verdict = CO_STEP_CHANGED;
+    return status;
 }
 
 static int32_t decrement(void *context, double *left, curvopt_error *error) {

@@ -28,6 +28,7 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
     if (!x)
         return 0;
     co_level_objective_place(&l->objective, x);
+    co_level_objective_take_size(&l->objective);
     co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
     if (!(energies->area > 0))
         return 0;
@@ -39,6 +40,7 @@ int co_level_finish_cancelled(co_level *l, double *xyz, curvopt_energies *energi
 
 int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) {
     co_level_objective_value_of(&l->objective, xyz);
+    co_level_objective_take_size(&l->objective);
     co_adaptive_quadrature_glance(&l->objective.assembly, l->objective.positions, energies);
     if (!(energies->area > 0))
         return 0;
@@ -49,6 +51,7 @@ int co_level_glance(co_level *l, const double *xyz, curvopt_energies *energies) 
 int32_t co_level_finish(co_level *l, double *xyz, curvopt_energies *energies, int *resolved, curvopt_error *error) {
     int changed;
     co_level_objective_place(&l->objective, l->now.x);
+    co_level_objective_take_size(&l->objective);
     int32_t status = co_adaptive_quadrature_resolve(
         &l->objective.assembly, l->objective.positions,
         &(co_quadrature_goal){.tolerance = l->tolerance, .terms = CO_TERMS_REPORT, .is_normalized = 1}, energies,

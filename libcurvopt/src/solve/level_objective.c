@@ -198,6 +198,14 @@ void co_level_objective_place(co_level_objective *o, const double *z) {
     co_dof_map_expand(&o->reduction, z, o->positions);
 }
 
+double co_level_objective_take_size(co_level_objective *o) {
+    double centroid[3];
+    const double before = o->radius;
+    o->radius = is_fixed(o) ? co_similarity_mesh_frame(o->mesh, co_level_objective_cage(o), centroid) : 1;
+    co_assembly_take_radius(&o->assembly, o->radius);
+    return fabs(o->radius / before - 1);
+}
+
 void co_level_objective_normalize(co_level_objective *o, co_iterate *now) {
     size_t n = co_level_objective_n(o);
     co_level_objective_go_back(o, now);
@@ -415,8 +423,11 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
         status = create_variables(o, symmetry, z, error);
     if (status == CURVOPT_OK)
         status = create_energy(o, symmetry, error);
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK) {
+        co_level_objective_place(o, z);
+        co_level_objective_take_size(o);
         status = create_repulsion(o, error);
+    }
     if (status == CURVOPT_OK && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
         status = span_sliding(o, error);
     if (status != CURVOPT_OK)
@@ -459,6 +470,10 @@ int32_t co_level_objective_move(co_level_objective *o, const co_symmetry *symmet
                 have_same_limits(&limits, &o->interpolation);
     if (*fits && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
         status = span_sliding(o, error);
+    if (*fits) {
+        co_level_objective_place(o, z);
+        co_level_objective_take_size(o);
+    }
     co_dof_map_free(&before);
     co_interpolation_free(&limits);
     return status;

@@ -48,6 +48,7 @@ typedef struct co_level_objective {
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
     int n_sliding;            /* 0 but on normals */
     double edge;              /* mean edge length of the cage that was normalized last */
+    double radius;            /* root mean square radius of cages that the function is for, in its units */
     double *positions;        /* [3 n_vertices] of the point that was expanded last; limit points of those vertices
                                  that interpolate (interpolation.h) */
     double *cage;             /* [3 n_vertices] work: co_level_objective_cage() */
@@ -114,6 +115,10 @@ double co_level_objective_distance(co_level_objective *objective, const double *
 void co_level_objective_normalize(co_level_objective *objective, co_iterate *now);
 /* objective->positions become those of z. */
 void co_level_objective_place(co_level_objective *objective, const double *z);
+/* The function becomes the one for cages of the size of objective->positions: by that umbilics are smoothed
+ * (functional.h), and where positions are not normalized, the function does not see it change. Returns by how much of
+ * itself it has. */
+double co_level_objective_take_size(co_level_objective *objective);
 /* Places of the vertices [3 n_vertices] for objective->positions, until these change: the positions, or where values of
  * the surface stand in for vertices the cage. */
 const double *co_level_objective_cage(co_level_objective *objective);
