@@ -201,7 +201,7 @@ void co_level_objective_place(co_level_objective *o, const double *z) {
 double co_level_objective_take_size(co_level_objective *o) {
     double centroid[3];
     const double before = o->radius;
-    o->radius = is_fixed(o) ? co_similarity_mesh_frame(o->mesh, co_level_objective_cage(o), centroid) : 1;
+    o->radius = o->is_framed ? co_similarity_mesh_frame(o->mesh, co_level_objective_cage(o), centroid) : 1;
     co_assembly_take_radius(&o->assembly, o->radius);
     return fabs(o->radius / before - 1);
 }
@@ -424,7 +424,6 @@ int32_t co_level_objective_create(const co_run_context *run, const curvopt_mesh 
     if (status == CURVOPT_OK)
         status = create_energy(o, symmetry, error);
     if (status == CURVOPT_OK) {
-        co_level_objective_place(o, z);
         co_level_objective_take_size(o);
         status = create_repulsion(o, error);
     }
@@ -470,10 +469,8 @@ int32_t co_level_objective_move(co_level_objective *o, const co_symmetry *symmet
                 have_same_limits(&limits, &o->interpolation);
     if (*fits && motion == CO_MOTION_NORMALS && co_level_objective_n(o) > 0)
         status = span_sliding(o, error);
-    if (*fits) {
-        co_level_objective_place(o, z);
+    if (*fits)
         co_level_objective_take_size(o);
-    }
     co_dof_map_free(&before);
     co_interpolation_free(&limits);
     return status;
