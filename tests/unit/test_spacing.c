@@ -50,7 +50,7 @@ static void check_differences(variables_setting *s) {
     CHECK_TRUE(g);
     double whole = value(s, g);
     const co_spacing spacing = {.mesh = s->mesh, .dofs = &s->dofs, .weight = WEIGHT};
-    co_spacing_add_hessian(&spacing, s->x, &hessian);
+    CHECK_INT(co_spacing_add_hessian(&spacing, s->x, &hessian, NULL), CURVOPT_OK);
     for (int i = 0; i < n; i++) {
         double at = s->z[i];
         s->z[i] = at + step;
@@ -84,10 +84,62 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
     variables_setting_free(&s);
 }
 
+/* Of s = sum w x over the vertices of a face, which hang together, H_ij = s_i . block s_j with s_i its change by
+ * variable i. */
+static void check_sum(variables_setting *s) {
+    enum { MOST = 4 };
+    static const double block[9] = {3, 1, .5, 1, 4, -1, .5, -1, 5}, weights[MOST] = {1, -.3, .7, -2};
+    const int n = s->dofs.n_variables;
+    co_sparse_hessian hessian = variables_hessian(s);
+    co_weighted_vertex sum[MOST];
+    size_t n_terms = 0;
+    double *change = calloc(4 * (size_t)n, sizeof *change), *column = change + 3 * n;
+    CHECK_TRUE(change);
+    for (int32_t node = 0; node < s->dofs.n_nodes; node++) /* nodes ascend */
+        for (int k = 0; k < MOST; k++)
+            if (s->dofs.node[s->c.vertices[k]] == node)
+                sum[n_terms++] = (co_weighted_vertex){node, s->c.vertices[k], weights[k]};
+    CHECK_TRUE(n_terms > 0);
+    for (int sign = -1; sign <= 1; sign += 2)
+        for (int i = 0; i < n; i++) {
+            s->z[i] += sign;
+            co_dof_map_expand(&s->dofs, s->z, s->x);
+            s->z[i] -= sign;
+            for (size_t t = 0; t < n_terms; t++)
+                for (int c = 0; c < 3; c++)
+                    change[3 * i + c] += sign * sum[t].weight * s->x[3 * sum[t].vertex + c] / 2;
+        }
+    co_sparse_hessian_add_sum(&hessian, n_terms, sum, block);
+    for (int j = 0; j < n; j++) {
+        variables_hessian_column(&hessian, j, column);
+        for (int i = 0; i < n; i++) {
+            double expected = 0;
+            for (int a = 0; a < 9; a++)
+                expected += change[3 * i + a / 3] * block[a] * change[3 * j + a % 3];
+            CHECK_NEAR(column[i], expected, 1e-12);
+        }
+    }
+    co_sparse_hessian_free(&hessian);
+    free(change);
+}
+
+static void test_sums_of_vertices(void **state) {
+    (void)state;
+    static const int32_t some[3] = {0, 1, 9}, freedom[3] = {0, 1, 2};
+    static const double direction[9] = {0, 0, 0, 1, 2, 3, 0, 1, -1};
+    const curvopt_constraints pins = {.vertices = some, .n = 3, .freedom = freedom, .directions = direction};
+    for (int k = 0; k < 3; k++) { /* plain; held; with nodes of several vertices */
+        variables_setting s = variables_setting_of(cage_torus(8, 4, 3, 1.2), k == 1 ? &pins : NULL, k == 2);
+        check_sum(&s);
+        variables_setting_free(&s);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_value_is_the_sum_over_edges_that_move),
         cmocka_unit_test(test_gradient_and_hessian_are_its_differences),
+        cmocka_unit_test(test_sums_of_vertices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,10 @@
 /* An evenly spaced cage. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "hessian/spacing.h"
 
+#include "base/memory.h"
+
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Weights up to this are left out of the Hessian: where many limit points touch, those of far ones fall by a factor a
@@ -62,46 +65,69 @@ double co_spacing_value(const co_spacing *s, const double *x, double *gradient) 
     return s->weight * sum;
 }
 
-/* Block of two of the positions that an edge is a combination of, with their weights. */
-static void add_pair(co_sparse_hessian *hessian, int32_t v, int32_t w, double weight, const double own[9]) {
-    double block[9];
-    for (int i = 0; i < 9; i++)
-        block[i] = weight * own[i];
-    co_sparse_hessian_add_block(hessian, v, w, block);
+static int compare(const void *a, const void *b) {
+    const co_weighted_vertex *x = a, *y = b;
+    if (x->node != y->node)
+        return (x->node > y->node) - (x->node < y->node);
+    return (x->vertex > y->vertex) - (x->vertex < y->vertex);
 }
 
-/* Blocks of an edge from w to v, whose ends may be combinations: end[0] of v with its weights, end[1] of w with -1
- * times its. */
-static void add_edge(co_sparse_hessian *hessian, const co_point_row end[2], const double own[9]) {
-    const size_t n = end[0].n + end[1].n;
-    for (size_t i = 0; i < n; i++) {
-        const int b = i >= end[0].n;
-        const size_t at = b ? i - end[0].n : i;
-        const double weight = b ? -end[1].weight[at] : end[0].weight[at];
-        const int32_t v = end[b].vertex[at];
-        if (fabs(weight) <= NEGLIGIBLE)
-            continue;
-        add_pair(hessian, v, v, weight * weight, own);
-        for (size_t j = 0; j < i; j++) {
-            const int d = j >= end[0].n;
-            const size_t to = d ? j - end[0].n : j;
-            const double product = weight * (d ? -end[1].weight[to] : end[0].weight[to]);
-            const int32_t w = end[d].vertex[to];
-            if (fabs(product) > NEGLIGIBLE)
-                add_pair(hessian, v, w, v == w ? 2 * product : product, own);
+/* An edge's vector as a sum of positions. */
+typedef struct edge_sum {
+    int32_t *slot;            /* [n_vertices] place of a vertex in `term`; -1: none */
+    co_weighted_vertex *term; /* [n_vertices], of which n are used */
+    size_t n;
+} edge_sum;
+
+static int32_t edge_sum_create(size_t n_vertices, edge_sum *sum, curvopt_error *error) {
+    *sum = (edge_sum){.slot = CO_NEW(int32_t, n_vertices), .term = CO_NEW(co_weighted_vertex, n_vertices)};
+    if (!sum->slot || !sum->term)
+        return co_status_no_memory(error);
+    for (size_t v = 0; v < n_vertices; v++)
+        sum->slot[v] = -1;
+    return CURVOPT_OK;
+}
+
+static void edge_sum_free(edge_sum *sum) {
+    free(sum->slot);
+    free(sum->term);
+}
+
+static void make_sum(const co_spacing *s, const edge *e, edge_sum *sum) {
+    const int32_t end[2] = {e->v, e->w};
+    sum->n = 0;
+    for (int k = 0; k < 2; k++) {
+        const co_point_row row = positions_of(s, &end[k]);
+        for (size_t i = 0; i < row.n; i++) {
+            const int32_t v = row.vertex[i];
+            if (s->dofs->node[v] < 0 || fabs(row.weight[i]) <= NEGLIGIBLE)
+                continue;
+            if (sum->slot[v] < 0) {
+                sum->slot[v] = (int32_t)sum->n;
+                sum->term[sum->n++] = (co_weighted_vertex){.node = s->dofs->node[v], .vertex = v};
+            }
+            sum->term[sum->slot[v]].weight += k ? -row.weight[i] : row.weight[i];
         }
     }
+    for (size_t i = 0; i < sum->n; i++)
+        sum->slot[sum->term[i].vertex] = -1;
+    if (sum->n > 1)
+        qsort(sum->term, sum->n, sizeof *sum->term, compare);
 }
 
-void co_spacing_add_hessian(const co_spacing *s, const double *x, co_sparse_hessian *hessian) {
+int32_t co_spacing_add_hessian(const co_spacing *s, const double *x, co_sparse_hessian *hessian, curvopt_error *error) {
+    edge_sum sum;
     edge e;
-    for (int32_t k = 0; s->weight > 0 && k < s->mesh->info.n_edges; k++) {
+    const int32_t status = edge_sum_create((size_t)s->mesh->info.n_vertices, &sum, error);
+    for (int32_t k = 0; status == CURVOPT_OK && k < s->mesh->info.n_edges; k++) {
         double own[9];
         if (!find_edge(s, x, k, &e))
             continue;
         for (int i = 0; i < 9; i++)
             own[i] = 4 * s->weight * ((i % 4 == 0) * e.square + 2 * e.along[i / 3] * e.along[i % 3]);
-        const co_point_row end[2] = {positions_of(s, &e.v), positions_of(s, &e.w)};
-        add_edge(hessian, end, own);
+        make_sum(s, &e, &sum);
+        co_sparse_hessian_add_sum(hessian, sum.n, sum.term, own);
     }
+    edge_sum_free(&sum);
+    return status;
 }

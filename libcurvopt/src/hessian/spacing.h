@@ -22,7 +22,9 @@ typedef struct co_spacing {
 
 /* The value of cage x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
 double co_spacing_value(const co_spacing *spacing, const double *x, double *gradient);
-/* hessian += the second derivatives at cage x, with respect to positions; they are positive semidefinite. */
-void co_spacing_add_hessian(const co_spacing *spacing, const double *x, co_sparse_hessian *hessian);
+/* hessian += the second derivatives at cage x, with respect to positions; they are positive semidefinite. ERROR_MEMORY.
+ */
+int32_t co_spacing_add_hessian(const co_spacing *spacing, const double *x, co_sparse_hessian *hessian,
+                               curvopt_error *error);
 
 #endif

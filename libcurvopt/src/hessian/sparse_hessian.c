@@ -201,36 +201,76 @@ static void add_own_block(const face_matrix *f, size_t i, size_t j, const double
             f->value[f->pattern->column_start[r->first[node] + k] + c - k] += full[c][k];
 }
 
-void co_sparse_hessian_add_block(co_sparse_hessian *h, int32_t v, int32_t w, const double block[9]) {
-    const co_dof_map *r = h->dofs;
-    int32_t high = r->node[v], low = r->node[w];
-    double full[3][3] = {{0}};
-    if (high < 0 || low < 0)
-        return;
-    if (high < low) { /* the block is symmetric, and w's rows are as good */
-        co_sparse_hessian_add_block(h, w, v, block);
-        return;
-    }
-    project_block(r, v, w, block, full);
-    int32_t n_rows = co_dof_map_dimension(r, high), n_columns = co_dof_map_dimension(r, low);
-    int32_t rows = high == low ? 0 : n_columns + co_sparsity_rows(&h->pattern, high, low);
-    for (int32_t k = 0; k < n_columns; k++)
-        for (int32_t c = high == low ? k : 0; c < n_rows; c++)
-            h->value[h->pattern.column_start[r->first[low] + k] + rows - k + c] +=
-                full[c][k] + (high == low && v != w ? full[k][c] : 0);
+/* out = weight * block B_v, as many columns as v's node has variables. */
+static void project_columns(const co_dof_map *r, const co_weighted_vertex *v, const double block[9], double out[3][3]) {
+    const double *basis = r->basis + 9 * (size_t)v->vertex;
+    const int32_t n = co_dof_map_dimension(r, v->node);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < n; k++)
+            out[i][k] = v->weight *
+                        (block[3 * i] * basis[k] + block[3 * i + 1] * basis[3 + k] + block[3 * i + 2] * basis[6 + k]);
 }
 
+/* Adds weight * B_v^T half to the rows of v's node, from to[k] on in column k; for a `twin` its transpose, too, and of
+ * the node's own block the lower triangle alone. */
+static void add_rows(const co_dof_map *r, const co_weighted_vertex *v, double half[3][3], int32_t n_columns, int is_own,
+                     int is_twin, double *const to[3]) {
+    const double *basis = r->basis + 9 * (size_t)v->vertex;
+    const int32_t n_rows = co_dof_map_dimension(r, v->node);
+    double full[3][3] = {{0}};
+    for (int c = 0; c < n_rows; c++)
+        for (int k = 0; k < n_columns; k++)
+            full[c][k] = v->weight * (basis[c] * half[0][k] + basis[3 + c] * half[1][k] + basis[6 + c] * half[2][k]);
+    for (int k = 0; k < n_columns; k++)
+        for (int c = is_own ? k : 0; c < n_rows; c++)
+            to[k][c] += full[c][k] + (is_twin ? full[k][c] : 0);
+}
+
+/* Nodes and the neighbours of each ascend: every pattern's column is gone through once. */
+void co_sparse_hessian_add_sum(co_sparse_hessian *h, size_t n, const co_weighted_vertex *sum, const double block[9]) {
+    const co_dof_map *r = h->dofs;
+    const co_sparsity *p = &h->pattern;
+    for (size_t j = 0; j < n; j++) {
+        const int32_t low = sum[j].node, n_columns = co_dof_map_dimension(r, low);
+        size_t at = p->neighbour_start[low];
+        double half[3][3], *own[3], *to[3];
+        project_columns(r, &sum[j], block, half);
+        for (int32_t k = 0; k < n_columns; k++)
+            own[k] = h->value + p->column_start[r->first[low] + k] - k;
+        for (size_t i = j; i < n; i++) {
+            const int is_own = sum[i].node == low;
+            while (!is_own && p->neighbour[at] < sum[i].node)
+                at++;
+            for (int32_t k = 0; k < n_columns; k++)
+                to[k] = own[k] + (is_own ? 0 : n_columns + p->neighbour_row[at]);
+            add_rows(r, &sum[i], half, n_columns, is_own, is_own && i > j, to);
+        }
+    }
+}
+
+/* Nodes and the neighbours of each ascend: every pattern's column is gone through once. */
 void co_sparse_hessian_add_square(co_sparse_hessian *h, int32_t n, const co_node_derivative *d, double factor) {
     const co_dof_map *r = h->dofs;
-    for (int32_t i = 0; i < n; i++)
-        for (int32_t j = i; j < n; j++) {
-            const int32_t low = d[i].node, high = d[j].node, n_columns = co_dof_map_dimension(r, low);
-            const int32_t rows = i == j ? 0 : n_columns + co_sparsity_rows(&h->pattern, high, low);
-            for (int32_t k = 0; k < n_columns; k++)
-                for (int32_t c = i == j ? k : 0; c < co_dof_map_dimension(r, high); c++)
-                    h->value[h->pattern.column_start[r->first[low] + k] + rows - k + c] +=
-                        factor * d[i].by[k] * d[j].by[c];
+    const co_sparsity *p = &h->pattern;
+    for (int32_t i = 0; i < n; i++) {
+        const int32_t low = d[i].node, n_columns = co_dof_map_dimension(r, low);
+        double *column[3], times[3];
+        for (int32_t k = 0; k < n_columns; k++) {
+            column[k] = h->value + p->column_start[r->first[low] + k] + n_columns - k; /* below the node's own rows */
+            times[k] = factor * d[i].by[k];
+            for (int32_t c = k; c < n_columns; c++)
+                column[k][c - n_columns] += times[k] * d[i].by[c];
         }
+        size_t at = p->neighbour_start[low];
+        for (int32_t j = i + 1; j < n; j++) {
+            while (p->neighbour[at] < d[j].node)
+                at++;
+            const int32_t rows = p->neighbour_row[at], n_rows = co_dof_map_dimension(r, d[j].node);
+            for (int32_t k = 0; k < n_columns; k++)
+                for (int32_t c = 0; c < n_rows; c++)
+                    column[k][rows + c] += times[k] * d[j].by[c];
+        }
+    }
 }
 
 /* Adds the columns of the face's vertex j (libcurvopt/notes/49-from-points-to-vertices.md). With M the face's matrix

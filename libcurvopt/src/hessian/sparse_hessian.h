@@ -57,9 +57,16 @@ typedef struct co_second_kind {
  * well. ERROR_MEMORY. */
 int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const co_second_kind *kind,
                                    co_sparse_hessian *hessian, curvopt_error *error);
-/* Adds a symmetric 3 x 3 block of second derivatives with respect to vertices v (rows) and w of the cage, and for v !=
- * w also to (w, v). Vertices that cannot move drop out; others must have a face in common. */
-void co_sparse_hessian_add_block(co_sparse_hessian *hessian, int32_t v, int32_t w, const double block[9]);
+/* A vertex in a sum of some. */
+typedef struct co_weighted_vertex {
+    int32_t node, vertex; /* the node is the vertex' own in the dof_map, and no -1 */
+    double weight;
+} co_weighted_vertex;
+
+/* Adds second derivatives, a symmetric 3 x 3 block, by the sum of weight x over n vertices, each once; their nodes
+ * ascend, and all pairs of them have entries. */
+void co_sparse_hessian_add_sum(co_sparse_hessian *hessian, size_t n, const co_weighted_vertex *sum,
+                               const double block[9]);
 /* A derivative by the variables of a node. */
 typedef struct co_node_derivative {
     int32_t node;

@@ -229,18 +229,6 @@ void co_sparsity_free(co_sparsity *s) {
     *s = (co_sparsity){0};
 }
 
-int32_t co_sparsity_rows(const co_sparsity *s, int32_t high, int32_t low) {
-    size_t begin = s->neighbour_start[low], end = s->neighbour_start[low + 1];
-    while (end - begin > 1) {
-        size_t middle = (begin + end) / 2;
-        if (s->neighbour[middle] <= high)
-            begin = middle;
-        else
-            end = middle;
-    }
-    return s->neighbour_row[begin];
-}
-
 int co_sparsity_has(const co_sparsity *s, int32_t one, int32_t other) {
     const int32_t low = one < other ? one : other, high = one < other ? other : one;
     if (low < 0 || low == high)

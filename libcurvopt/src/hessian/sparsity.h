@@ -39,9 +39,6 @@ int32_t co_sparsity_create(const co_patches *patches, const co_dof_map *dofs, co
                            co_cancel *cancel, co_sparsity *out, curvopt_error *error);
 void co_sparsity_free(co_sparsity *sparsity);
 
-/* Where the rows of node `high` begin below the own block of node `low`, which is smaller and its neighbour: by
- * bisection. */
-int32_t co_sparsity_rows(const co_sparsity *sparsity, int32_t high, int32_t low);
 /* Whether there are entries for two nodes, in any order; for a node with itself, and with -1, which does not move, yes.
  */
 int co_sparsity_has(const co_sparsity *sparsity, int32_t one, int32_t other);

@@ -21,7 +21,7 @@ typedef struct co_stencils {
     double *weight;  /* value of each entry */
     size_t *pair;    /* [n_patches + 1] first pair of each patch, in `place` */
     int32_t *place;  /* of the pairs (i, j), j < i, in the order (1, 0), (2, 0), (2, 1), ...: where the rows of i's node
-                        begin in the columns of j's (co_sparsity_rows); 0 for two vertices of one node */
+                        begin in the columns of j's (neighbour_row); 0 for two vertices of one node */
     int32_t most_points; /* largest number of own points of a patch */
     int32_t most_used;   /* of those that its surface can depend on (co_patches_own_is_used) */
 } co_stencils;

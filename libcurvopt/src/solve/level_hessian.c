@@ -62,13 +62,14 @@ double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
 }
 
 /* What springs and spacing add at z, which was placed last. */
-static void add_to_energy(co_level_hessian *h, const double *z) {
+static int32_t add_to_energy(co_level_hessian *h, const double *z, curvopt_error *error) {
     co_level_objective *o = h->objective;
     co_penalty_add_hessian(&o->penalty, z, &h->system.hessian);
-    if (o->spacing.weight > 0)
-        co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian);
     if (o->repulsion.mesh)
         co_repulsion_add_hessian(&o->repulsion, &h->system.hessian);
+    if (o->spacing.weight > 0)
+        return co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian, error);
+    return CURVOPT_OK;
 }
 
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */
@@ -90,7 +91,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     if (status == CURVOPT_OK)
         status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
     if (status == CURVOPT_OK)
-        add_to_energy(h, z);
+        status = add_to_energy(h, z, error);
     return status;
 }
 
@@ -144,8 +145,10 @@ static int32_t mix_with_gauss_newton(co_level_hessian *h, double mix, curvopt_er
         int32_t status = co_newton_system_begin_gauss_newton(&h->system, h->objective->positions, error);
         if (status != CURVOPT_OK)
             return status;
-        add_to_energy(h, h->assembled);
+        status = add_to_energy(h, h->assembled, error);
         co_newton_system_end_gauss_newton(&h->system);
+        if (status != CURVOPT_OK)
+            return status;
         h->has_gauss_newton = 1;
     }
     co_newton_system_mix(&h->system, mix);
