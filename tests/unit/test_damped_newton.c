@@ -7,7 +7,7 @@
 #include "optimize/step_control.h"
 
 /* Functions of two variables, their second derivatives, and a record of what the method did. */
-typedef enum shape { ROSENBROCK, SADDLE, QUARTIC, FLAT, ROUND } shape;
+typedef enum shape { ROSENBROCK, SADDLE, QUARTIC, FLAT, ROUND, WRONG } shape;
 
 typedef struct problem {
     shape shape;
@@ -25,7 +25,7 @@ typedef struct problem {
     double longest;           /* step that was evaluated */
     int wrong_before;         /* calls of assemble whose `before` is not what it must be */
     int rejected;             /* the last step was */
-    double seen;              /* part of ROUND's curvature that the matrix has */
+    double seen, across;      /* part of ROUND's curvature that the matrix has, and WRONG's; across x, 0: the same */
     int misleads;             /* ROUND's is a saddle unless it is asked for closely */
     int close;                /* times that it was */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
@@ -55,6 +55,10 @@ static double value_of(problem *p, const double *x, double *g) {
         g[0] = x[0];
         g[1] = x[1];
         return 1 + 0.5 * (x[0] * x[0] + x[1] * x[1]);
+    case WRONG: /* gradient */
+        g[0] = 1;
+        g[1] = 0;
+        return 1;
     default:
         g[0] = 4 * x[0] * x[0] * x[0];
         g[1] = 2e6 * x[1];
@@ -124,7 +128,9 @@ static int assemble(void *context, const co_iterate *now, const double *before, 
         p->H[2] = p->G[2] = 1;
         break;
     case ROUND:
-        p->H[0] = p->H[2] = p->G[0] = p->G[2] = p->seen;
+    case WRONG:
+        p->H[0] = p->G[0] = p->seen;
+        p->H[2] = p->G[2] = p->across != 0 ? p->across : p->seen;
         p->H[1] = p->G[1] = 0;
         if (p->misleads && !closely)
             p->H[2] = -1e-3 * p->seen;
@@ -360,6 +366,56 @@ static void test_small_steps_are_shortened(void **state) {
     }
 }
 
+/* The matrix has a thousandth of the curvature along x, where the gradient is, and a little negative curvature across,
+ * of which nothing comes. Only a shift makes steps right, and it makes their promise small: to stay where the first one
+ * begins would leave .5 .05^2 / .001 = 1.25 by the matrix, and .00125 in truth. */
+static void test_steps_small_by_their_shift(void **state) {
+    (void)state;
+    for (int closely = 0; closely < 2; closely++) {
+        problem p = {.shape = ROUND, .seen = 1e-3, .across = -1e-3};
+        double x[2], value;
+        co_method_options o = usual;
+        o.decrement_tolerance = 1e-2;
+        o.closely = closely;
+        co_outcome end = run(&p, o, 0.05, 0, x, &value);
+        CHECK_INT(end.stop == CURVOPT_STOP_CONVERGED || (closely && end.stop == CURVOPT_STOP_SETTLED), 1);
+        CHECK_BETWEEN(end.iterations, closely, closely ? 20 : 0);
+        CHECK_INT(0.5 * x[0] * x[0] / p.seen < 1e-2 * value, closely);
+    }
+}
+
+/* Along negative curvature the matrix promises more the longer the step: that none brings anything is no minimum. */
+static void test_negative_curvature_without_decrease(void **state) {
+    (void)state;
+    for (int closely = 0; closely < 2; closely++) {
+        problem p = {.shape = ROUND, .seen = -0.5, .across = 1};
+        double x[2], value;
+        co_method_options o = usual;
+        o.decrement_tolerance = 1e-4;
+        o.closely = closely;
+        CHECK_INT(run(&p, o, 1e-3, 0, x, &value).stop, closely ? CURVOPT_STOP_SETTLED : CURVOPT_STOP_CONVERGED);
+    }
+}
+
+/* Where no step brings anything, the shift rises until next to nothing is promised. What counts closely is what was
+ * promised without: much, or so little that rounding may hide it. */
+static void test_nothing_found(void **state) {
+    (void)state;
+    for (int much = 0; much < 2; much++) {
+        problem p = {.shape = WRONG, .seen = 1};
+        double x[2], value;
+        co_method_options o = usual;
+        o.decrement_tolerance = much ? 0.1 : 1;
+        o.closely = 1;
+        co_outcome end = run(&p, o, 0, 0, x, &value);
+        CHECK_INT(end.stop, much ? CURVOPT_STOP_STALLED : CURVOPT_STOP_CONVERGED);
+        CHECK_INT(end.iterations, 0);
+        p = (problem){.shape = WRONG, .seen = 1};
+        o.closely = 0;
+        CHECK_INT(run(&p, o, 0, 0, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    }
+}
+
 /* Where a matrix that is off by a little is indefinite, a close one decides, and all after it are close. */
 static void test_indefinite_matrices_are_looked_at_closely(void **state) {
     (void)state;
@@ -435,6 +491,9 @@ int main(void) {
         cmocka_unit_test(test_damping),
         cmocka_unit_test(test_small_steps_are_shortened),
         cmocka_unit_test(test_indefinite_matrices_are_looked_at_closely),
+        cmocka_unit_test(test_steps_small_by_their_shift),
+        cmocka_unit_test(test_negative_curvature_without_decrease),
+        cmocka_unit_test(test_nothing_found),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

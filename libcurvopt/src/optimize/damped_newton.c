@@ -32,6 +32,7 @@ typedef struct solver {
     co_damping too_soft;     /* damping that was found to be too little; 0 where none is known */
     int indefinite;          /* whether the matrix at hand is, with the least shift */
     int closely;             /* whether matrices are asked for closely from now on */
+    double needed;           /* shift that the matrix at hand needs; -1 where that was not looked for */
 } solver;
 
 typedef enum search { FOUND, FOUND_NOTHING, FOUND_FAILURE, FOUND_INDEFINITE } search;
@@ -156,12 +157,21 @@ static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
     return (now->value - s->trial.value) / s->control.predicted;
 }
 
+/* Whether the step at hand may be the last: it is small, and, closely, not by its shift. Any step is small by a shift
+ * that is large enough, and says nothing of what is left. */
+static int is_last(const solver *s, const co_iterate *now) {
+    return is_small(s, now) && (!s->options->closely || s->used.shift <= s->needed);
+}
+
 /* A step into s->trial that stands. The shift rises until there is one, and is then made ready for the next. A matrix
- * that is off by a little may be indefinite by that alone: then none is looked for. */
+ * that is off by a little may be indefinite by that alone: then none is looked for. Closely, what is predicted if there
+ * is none is what the shift that the matrix needs promises. */
 static search find_step(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
-    double least = s->f->least_shift(s->f->context, now);
+    double least = s->f->least_shift(s->f->context, now), promised = (double)INFINITY;
+    const int from_least = s->shift <= least;
     s->indefinite = 0;
+    s->needed = -1;
     s->too_soft.shift = 0;
     for (int k = 0; k < t->trials; k++) {
         if (factorize(s, least))
@@ -172,6 +182,10 @@ static search find_step(solver *s, const co_iterate *now) {
         if (!(length < INFINITY))
             return FOUND_FAILURE;
         s->shift = s->used.shift;
+        if (k == 0 && from_least) {
+            s->needed = s->used.shift;
+            promised = s->control.predicted;
+        }
         if (length > s->control.cap) {
             s->too_soft.shift = s->shift;
             s->shift *= fmax(length / s->control.cap, t->newton_change);
@@ -179,7 +193,7 @@ static search find_step(solver *s, const co_iterate *now) {
         }
         try_step(s, now, 1);
         double gain_ratio = (now->value - s->trial.value) / s->control.predicted;
-        if (is_small(s, now) && gain_ratio < t->newton_good)
+        if (is_last(s, now) && gain_ratio < t->newton_good)
             gain_ratio = shorten(s, now, gain_ratio);
         if (gain_ratio > t->newton_accept) {
             if (!is_small(s, now))
@@ -191,10 +205,12 @@ static search find_step(solver *s, const co_iterate *now) {
             return FOUND;
         }
         if (s->control.predicted <= t->rounding * fabs(now->value))
-            return FOUND_NOTHING;
+            break;
         s->too_soft.shift = s->shift;
         s->shift *= t->newton_change;
     }
+    if (s->options->closely)
+        s->control.predicted = promised;
     return FOUND_NOTHING;
 }
 
@@ -236,32 +252,47 @@ static search find_step_by_new_matrix(solver *s, const co_iterate *now, const do
     return find_step(s, now);
 }
 
-/* One step; a stop reason, or -1 to go on. */
-static int step(solver *s, co_iterate *now, const double **before) {
+/* Beside negative curvature no promise is all: the model has more to give the farther it is trusted. So, closely, if
+ * nothing comes of that the function has settled, which is not to say that it is at a minimum. */
+static int end_at_saddle(solver *s, co_iterate *now, const double **before) {
+    if (!leave_saddle(s, now))
+        return s->options->closely ? CURVOPT_STOP_SETTLED : CURVOPT_STOP_CONVERGED;
+    int stop = take_step(s, now, before);
+    *before = NULL; /* that step was none of the model's */
+    return stop;
+}
+
+static search find_some_step(solver *s, const co_iterate *now, const double *before) {
     const double shift = s->shift;
-    search found = find_step_by_new_matrix(s, now, *before);
+    search found = find_step_by_new_matrix(s, now, before);
     if (found == FOUND_INDEFINITE) {
         s->closely = 1;
         s->shift = shift;
-        found = find_step_by_new_matrix(s, now, *before);
+        found = find_step_by_new_matrix(s, now, before);
     }
-    int small = is_small(s, now);
+    if (found == FOUND_NOTHING && s->options->closely && s->needed < 0) { /* of which the shift may be the cause */
+        s->shift = 0;
+        found = find_step(s, now);
+    }
+    return found;
+}
+
+/* One step; a stop reason, or -1 to go on. */
+static int step(solver *s, co_iterate *now, const double **before) {
+    const search found = find_some_step(s, now, *before);
+    const int small = is_small(s, now), last = found == FOUND_NOTHING ? small : is_last(s, now);
     if (found == FOUND_FAILURE)
         return CURVOPT_STOP_STALLED;
-    if (small && s->indefinite) { /* nothing to gain but along negative curvature */
-        if (!leave_saddle(s, now))
-            return CURVOPT_STOP_CONVERGED;
-        int stop = take_step(s, now, before);
-        *before = NULL; /* that step was none of the model's */
-        return stop;
-    }
+    if (last && s->indefinite) /* nothing to gain but along negative curvature */
+        return end_at_saddle(s, now, before);
     if (found == FOUND_NOTHING)
         return small ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
-    double least = s->f->least_shift(s->f->context, now);
+    const double least = s->f->least_shift(s->f->context, now);
+    const int comes_true = (now->value - s->trial.value) / s->control.predicted > s->tuning->newton_good;
     int stop = take_step(s, now, before);
-    if (stop < 0 && s->control.last_stands && small && s->used.shift <= least)
+    if (stop < 0 && s->control.last_stands && last && s->used.shift <= fmax(least, s->needed))
         return CURVOPT_STOP_CONVERGED;
-    if (small) /* short steps need no shift but one that makes the matrix positive */
+    if (last || (small && comes_true)) /* short steps need no shift but one that makes the matrix positive */
         s->shift = 0;
     return stop < 0 && has_settled(s, now) ? CURVOPT_STOP_SETTLED : stop;
 }
@@ -289,6 +320,7 @@ int32_t co_damped_newton(const co_objective *f, const co_method_options *options
                 .options = options,
                 .tuning = options->tuning,
                 .outcome = outcome,
+                .closely = options->closely,
                 .control = co_step_control_begin(options->tuning, options->max_step, now)};
     if (!work) {
         status = co_status_no_memory(error);

@@ -322,6 +322,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,
                                   .stops_short = prospect->stops_short,
+                                  .closely = prospect->closely,
                                   .decrement = prospect->decrement,
                                   .max_iterations = o->max_iterations - l->spent,
                                   .gradient_tolerance = o->gradient_tolerance,

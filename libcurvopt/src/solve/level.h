@@ -15,6 +15,7 @@ typedef struct co_level_prospect {
     int is_near;         /* as in co_level_facts; the first stage begins by the factor that the level has */
     int stops_short;     /* as in co_level_facts */
     int is_passing;      /* figures are wanted of nothing */
+    int closely;         /* as in co_level_facts */
     double decrement;    /* as in co_level_facts */
 } co_level_prospect;
 

@@ -25,6 +25,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .settled_decrease = f->is_final ? t->final_settled * tolerance : t->coarse_settled,
                     .settled_steps = is_quick ? t->quick_steps : t->slow_steps,
                     .max_step = f->max_step,
+                    .closely = f->closely,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
         .ends = f->has_hessian && f->is_final && !f->stops_short,

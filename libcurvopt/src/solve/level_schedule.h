@@ -29,6 +29,7 @@ typedef struct co_level_facts {
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
     int is_near;         /* the level starts near its minimum, with a matrix that was good there */
     int stops_short;     /* the first stage is all that is wanted */
+    int closely;         /* what was found by matrices that are off by a little was not stationary */
     double decrement;    /* with is_near: relative decrement at which the first stage is at its end */
     int max_iterations;  /* the user's, of the level */
     double gradient_tolerance;

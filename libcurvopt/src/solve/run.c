@@ -255,6 +255,19 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     return status;
 }
 
+int32_t co_run_solve_on(co_run *r, co_level *l, curvopt_error *error) {
+    const double started = co_clock_seconds() - r->at.report.seconds;
+    l->spent = r->at.report.iterations;
+    r->prospect = (co_level_prospect){.is_near = 1, .closely = 1};
+    int32_t status = co_run_solve_level(r, l, started, error);
+    r->prospect = (co_level_prospect){0};
+    if (status == CO_CANCELLED) {
+        co_run_end_cancelled(r, l, started);
+        status = CURVOPT_OK;
+    }
+    return status == CURVOPT_OK ? meet_entries(r, error) : status;
+}
+
 void co_run_summarize(co_run *r) {
     curvopt_summary *summary = &r->result->summary;
     r->result->end = r->at.energies;

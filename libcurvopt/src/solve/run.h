@@ -79,6 +79,9 @@ void co_run_watch(co_run *run, co_level *level);
  * a failure, and where the run was cancelled before the level was there. As curvopt_minimize. */
 int32_t co_run_solve(co_run *run, int32_t number, co_level **level, curvopt_error *error);
 
+/* Solves a level on from its result, by the Hessian itself. As co_run_solve. */
+int32_t co_run_solve_on(co_run *run, co_level *level, curvopt_error *error);
+
 /* Solves a level that has begun, counts what it took with what was taken before, and has its figures. `started`: by
  * co_clock_seconds(). As curvopt_minimize. */
 int32_t co_run_solve_level(co_run *run, co_level *level, double started, curvopt_error *error);
