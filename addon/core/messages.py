@@ -257,7 +257,7 @@ _IN_BLENDER = (
     ("spontaneous_curvature is", "Spontaneous Curvature is"),
     ("neither willmore nor mean_curvature has a weight", "neither Willmore nor Mean curvature is minimized"),
     ("what the surface goes through cannot be had with a strength below 1", GO_THROUGH_STRENGTH),
-    ("what the surface goes through cannot be had with symmetries that are kept", "Go Through needs the Symmetry Automatic, or None"),
+    ("that the surface goes through cannot be had with mirror planes that were chosen", "need the Symmetry Automatic, or None"),
     ("what the surface goes through cannot be had with a distance that the surface stays within", "Go Through needs a Within of 0"),
     (
         ": leave the entry out; where on its curve a chain has its vertices its parameters say",

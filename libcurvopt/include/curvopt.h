@@ -470,8 +470,8 @@ typedef struct curvopt_chain {
  * progress is told; then both tangents at the entry are held as vectors near those of that minimum, for by fixed
  * tangents curvatures are linear in the cage. Along a row of a regular net such entries must be three edges apart.
  *
- * Refused with a strength below 1, a distance `within`, the symmetries KEEP, ROTATIONS and PLANES, and by solvers that
- * stay. */
+ * Refused with a strength below 1, a distance `within`, and by solvers that stay; with the symmetry PLANES where
+ * entries are not symmetric about these, and chains and curvatures in each case. */
 typedef struct curvopt_through {
     int32_t struct_size;     /* sizeof(curvopt_through) */
     int32_t n;               /* number of entries */

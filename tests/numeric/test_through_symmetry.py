@@ -139,6 +139,31 @@ def test_an_entry_that_breaks_a_symmetry_takes_it_away(what):
     assert abs(energies[0] / energies[1] - 1) <= 1e-9
 
 
+@pytest.mark.parametrize("symmetry, planes, order", [(2, 0, 12), (3, 0, 24), (4, 1, 2), (4, 7, 8), (4, 2, 2)],
+                         ids=["rotations", "keep", "plane x", "three planes", "plane y"])
+def test_symmetries_that_are_chosen_stay_with_entries(symmetry, planes, order):
+    """Corners have all 48 motions, four of them 24, of which 12 turn; planes through the axes are those of all corners."""
+    mesh = sphere()
+    vertices, fields = BALL["corners" if planes else "four corners, frames"]
+    result, none = (lib.minimize(mesh, levels=2, through=lib.through(vertices, **fields), tolerance=1e-8, **more)
+                    for more in (dict(symmetry=symmetry, symmetry_planes=planes), dict(symmetry=NONE)))
+    assert result.summary.symmetry_order == order and result.verdict == "minimum"
+    assert off(result.mesh, vertices, fields) <= 1e-9
+    assert result.summary.end.objective == pytest.approx(none.summary.end.objective, rel=1e-6)
+
+
+def test_chosen_planes_that_entries_do_not_have_are_refused():
+    mesh = sphere()
+    vertices, fields = BALL["four corners, frames"]  # of a tetrahedron: symmetric about diagonal planes alone
+    for places, why in ((fields["places"], "vertex 0 has no partner"), (None, "but not the directions .* or what the surface goes")):
+        with pytest.raises(lib.CurvoptError, match=f"not symmetric about the plane x = 0: .*{why}"):
+            lib.minimize(mesh, levels=1, symmetry=4, symmetry_planes=1, through=lib.through(vertices, places=places))
+    edge = list(mesh.face_list()[0][:2])
+    chains = [lib.chain(edge, osd_jets(mesh, [0], [0], [[0.5, 0.5]]).limit[edge])]
+    with pytest.raises(lib.CurvoptError, match="chains that the surface goes through cannot be had with mirror planes"):
+        lib.minimize(mesh, levels=1, symmetry=4, symmetry_planes=1, through=lib.through(chains=chains, chain_weights=[0.5]))
+
+
 def outer_ring(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Its vertices in order; limit points and normals of all vertices."""
     found = osd_jets(mesh, [0], [0], [[0.5, 0.5]])

@@ -232,7 +232,7 @@ test_bad_files_of_points_are_refused_by_name() {
     refused 1 "no/through.json: No such file" minimize cage.obj -o result.obj --levels 1 --through no/through.json
     printf '[{"vertex": 1, "at": "here"}]' >through.json
     refused 2 "standard input can be the cage or the file of --through, not both" minimize - -o result.obj --through -
-    refused 1 "through.json: what the surface goes through cannot be had with symmetries that are kept" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry keep
+    refused 1 "its vertices and faces are, but not the directions in which vertices may move, or what the surface goes through" minimize cage.obj -o result.obj --levels 1 --through through.json --symmetry x
 }
 
 test_symmetry_is_a_name_or_planes() {

@@ -348,9 +348,7 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     const char *what = o->strength < 1 ? "a strength below 1"
                        : o->within > 0 ? "a distance that the surface stays within"
-                       : o->symmetry != CURVOPT_SYMMETRY_AUTO && o->symmetry != CURVOPT_SYMMETRY_NONE
-                           ? "symmetries that are kept"
-                           : NULL;
+                                       : NULL;
     if (!what)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "what the surface goes through cannot be had with %s",

@@ -154,10 +154,11 @@ static int32_t refuse_connection(const diagnosis *q, curvopt_error *error) {
                               "the cage is not symmetric about the plane %c = %.6g: vertex %d and its "
                               "partner %d differ in creases or in how they are held",
                               "xyz"[q->axis], q -> position, vertex, q -> partner[vertex]);
-    return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
-                          "the cage is not symmetric about the plane %c = %.6g: its vertices and "
-                          "faces are, but not the directions in which vertices may move",
-                          "xyz"[q->axis], q -> position);
+    return co_status_fail(
+        error, CURVOPT_ERROR_GEOMETRY, -1,
+        "the cage is not symmetric about the plane %c = %.6g: its vertices and faces are, but not the "
+        "directions in which vertices may move, or what the surface goes through",
+        "xyz"[q->axis], q -> position);
 }
 
 int32_t co_mirror_planes_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,

@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
-#include "constraints/kept_symmetry.h"
 #include "mesh/subdivide.h"
 #include "solve/held_scalars.h"
 #include "solve/run_start.h"
@@ -98,7 +97,7 @@ int32_t co_run_level_subdivide(co_run *r, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = co_symmetry_subdivide(&r->at.symmetry, error);
     if (status == CURVOPT_OK)
-        status = co_kept_symmetry_restrict(fine, &r->constraints, r->context.options->boundary, &r->at.symmetry, error);
+        status = co_run_restrict_symmetry(r, fine, error);
     if (status == CURVOPT_OK)
         status = co_sliding_subdivide(r->result->mesh, &r->sliding, error);
     if (status == CURVOPT_OK && r->context.options->no_crossings)

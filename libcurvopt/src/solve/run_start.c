@@ -178,20 +178,35 @@ static int32_t check_motion(co_run *r, const curvopt_mesh *mesh, curvopt_error *
     return r->stands && !r->is_component ? co_constraints_refuse(mesh, error) : status;
 }
 
+int32_t co_run_restrict_symmetry(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    const int32_t order = r->at.symmetry.order;
+    int32_t status = co_kept_symmetry_restrict(mesh, &r->constraints, o->boundary, &r->at.symmetry, error);
+    if (status != CURVOPT_OK || o->symmetry != CURVOPT_SYMMETRY_PLANES || r->at.symmetry.order == order)
+        return status;
+    return co_status_fail(
+        error, CURVOPT_ERROR_GEOMETRY, -1,
+        "what the surface goes through leaves too little freedom for symmetry about the chosen planes: "
+        "take out entries near them, or choose no planes");
+}
+
 int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
-    if (o->symmetry == CURVOPT_SYMMETRY_PLANES)
-        return hold_planes(r, mesh, xyz, error);
+    const int has_planes = o->symmetry == CURVOPT_SYMMETRY_PLANES;
     co_constraints *c = &r->constraints;
-    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || c->chains.n || co_held_curvatures_exist(&c->values))
+    const char *drops = c->chains.n ? "chains" : co_held_curvatures_exist(&c->values) ? "curvatures" : NULL;
+    if (has_planes && drops)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
+                              "%s that the surface goes through cannot be had with mirror planes that were chosen",
+                              drops);
+    if (o->joshi_sequin || o->symmetry == CURVOPT_SYMMETRY_NONE || drops)
         return co_symmetry_none(mesh, &r->at.symmetry, error);
-    int32_t status =
-        co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS, &r->at.symmetry, error);
+    int32_t status = has_planes ? hold_planes(r, mesh, xyz, error)
+                                : co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS,
+                                                     &r->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = co_value_images_adapt(mesh, &r->at.symmetry, &c->values, error);
-    if (status == CURVOPT_OK)
-        status = co_kept_symmetry_restrict(mesh, c, o->boundary, &r->at.symmetry, error);
-    return status;
+    return status == CURVOPT_OK ? co_run_restrict_symmetry(r, mesh, error) : status;
 }
 
 /* Constraints, exceptions and symmetries of the input cage. */

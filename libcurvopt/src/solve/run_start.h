@@ -12,6 +12,9 @@ int32_t co_run_start(co_run *run, const curvopt_mesh *mesh, const double *xyz, c
 /* Frees what the run has, but for its result, its tables and threads. */
 void co_run_free_parts(co_run *run);
 
+/* Leaves of run->at.symmetry what can be kept beside the entries on `mesh`; refuses to give up chosen planes.
+ * ERROR_GEOMETRY, ERROR_MEMORY. */
+int32_t co_run_restrict_symmetry(co_run *run, const curvopt_mesh *mesh, curvopt_error *error);
 /* The symmetries that are kept of the cage run->at.start. As curvopt_minimize. */
 int32_t co_run_find_symmetry(co_run *run, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error);
 /* Takes the present cage as that by which half discs are chosen. ERROR_MEMORY. */
