@@ -19,6 +19,8 @@
 #define CO_ALLOWED_MOTION 0.1
 /* and of what is free, that must be left beside the other motions. */
 #define CO_INDEPENDENT_MOTION 1e-6
+/* Flat but for rounding: energy of a surface of radius 1. */
+#define CO_FLAT_ENERGY 1e-20
 /* Longest displacement for differences of the gradient, in mean edges. */
 #define CO_DIFFERENCE_STEP 1e-3
 

@@ -2,14 +2,15 @@
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/quadrature_error.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* No difference is no part, also of nothing: a flat surface has no energy. */
+/* No difference is no part, also of nothing: a flat surface has no energy. But for rounding, which no rule resolves. */
 static double part_of(double difference, double whole) {
-    return difference == 0 ? 0 : fabs(difference / whole);
+    return difference == 0 ? 0 : fabs(difference) / (fabs(whole) + CO_FLAT_ENERGY);
 }
 
 double co_quadrature_error_relative(const co_quadrature_error_measure *m, const co_patch_terms *x,

@@ -186,6 +186,8 @@ static search find_step(solver *s, const co_iterate *now) {
             s->needed = s->used.shift;
             promised = s->control.predicted;
         }
+        if (s->control.predicted < 0) /* the gradient is rounding */
+            return FOUND_NOTHING;
         if (length > s->control.cap) {
             s->too_soft.shift = s->shift;
             s->shift *= fmax(length / s->control.cap, t->newton_change);

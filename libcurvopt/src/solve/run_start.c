@@ -1,6 +1,7 @@
 /* What a run begins with. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/run_start.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "constraints/given_through.h"
@@ -23,8 +24,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Energy of a surface that is flat but for rounding: nothing moves it. */
-static const double NOTHING = 1e-20;
 /* Of a sphere's stiffness: energy of a dent of 1e-10 of the size, and less than rounding of most energies. */
 static const double LEAST = 1e-20;
 
@@ -36,7 +35,7 @@ static int is_size_free(const co_run *r, const curvopt_mesh *mesh, const co_cons
     int is_given = o->joshi_sequin || o->method == CURVOPT_METHOD_LMVM || o->weights[CURVOPT_TERM_AREA] > 0;
     for (int s = 0; s < CURVOPT_N_SCALARS; s++)
         is_given |= o->scalar_rule[s] == CURVOPT_SCALAR_RULE_KEEP || o->scalar_rule[s] == CURVOPT_SCALAR_RULE_VALUE;
-    is_given |= fabs(r->result->start.objective) <= NOTHING;
+    is_given |= fabs(r->result->start.objective) <= CO_FLAT_ENERGY; /* nothing moves it */
     return all->freedom && !r->is_live && !is_given &&
            co_constraints_allow_dilation(mesh, r->at.start, all, r->context.radius);
 }
