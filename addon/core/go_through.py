@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -61,6 +61,21 @@ class Places:
             touch = r"\bthe limit points of (\d+) vertices that touch each other, vertex \d+ among them,"
             text = re.sub(touch, lambda found: f"{found[1]} places near each other, {near} among them,", text)
         return CurvoptError(error.code, error.element, text)
+
+    def mirrored(self, axes: tuple[int, ...], near: float) -> Places:
+        """With the images of all places across the planes through 0 at right angles to `axes`, of 0 .. 2, each once: a place
+        nearer than `near` to a plane lies in it, and where an image is that near to a place there is none. Of no chains and
+        balls."""
+        points, normals, names = self.points, self.normals, self.names
+        for axis in axes:
+            flat = np.abs(points[:, axis]) <= near
+            points = np.where(flat[:, None] & (np.arange(3) == axis), 0.0, points)
+            across = np.where(np.arange(3) == axis, -1.0, 1.0)
+            new = [k for k in np.flatnonzero(~flat) if not (np.abs(points - points[k] * across).max(axis=1) <= near).any()]
+            points = np.concatenate([points, points[new] * across])
+            normals = np.concatenate([normals, normals[new] * across])
+            names += tuple(names[k] for k in new)
+        return replace(self, points=points, normals=normals, names=names)
 
     def entries(self, cage: Cage) -> tuple[Through, ...]:
         """What the cage's limit surface is to go through. ValueError for numbers that are none; LibraryError,

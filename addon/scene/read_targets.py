@@ -44,13 +44,11 @@ def read_targets(
     touches at the tip of its Z axis, and is curved like there; of a mesh the vertices are, with normals by its attribute
     curvopt_normal; of a curve, points along it, two for three edges of the cage that it is long. A curve that has the name of a vertex group of the
     source is followed by the chain of edges between the group's vertices instead. All as firmly as `weight` says. Modifiers and shape keys do
-    not count. The source's own object and results of it are left out, and what Blender does not evaluate: it excludes its
+    not count. By a Mirror modifier of the source all places have images. The source's own object and results of it are left out, and what Blender does not evaluate: it excludes its
     collection, or has it disabled in viewports. Nothing for no name. CageError if there is no such collection, nothing in
     it, or more than the cage can go through."""
     if not name:
         return Places()
-    if source.mirror is not None:
-        raise CageError(f"Object '{source.name}' has a Mirror modifier, with which the surface cannot go through places: apply it first.")
     collection = bpy.data.collections.get(name)
     if collection is None:
         raise CageError(f"There is no collection '{name}': choose another at Go Through, or none.")
@@ -60,6 +58,8 @@ def read_targets(
     objects = [obj for obj in collection.all_objects if _counts(obj, source, depsgraph)]
     cage = bpy.data.objects[source.name, None]
     followed = [obj for obj in objects if obj.type == "CURVE" and obj.name in cage.vertex_groups]
+    if source.mirror is not None and followed:
+        raise _without_mirror(source, f"the chain on curve '{followed[0].name}'")
     chains = tuple(_chain_of(obj, cage, source, weight) for obj in followed)
     places = (place for obj in objects if obj not in followed for place in _places_of(obj, with_normals, with_balls, spacing, most))
     found = list(islice(places, most + 1))
@@ -67,13 +67,6 @@ def read_targets(
         raise CageError(
             f"Collection '{name}' has no empty, mesh or curve that the surface could go through. What is excluded from the "
             "view layer or disabled in viewports does not count."
-        )
-    if len(found) > most and weight < 1:
-        raise CageError(f"Collection '{name}' has more than {most} places: take some out.")
-    if len(found) > most:
-        raise CageError(
-            f"Collection '{name}' has more places than '{source.name}' has vertices, {most}, and one vertex has to move for each: "
-            "take some out, set a Weight below 1, or subdivide the cage."
         )
     points = np.array([place.point for place in found]).reshape(-1, 3)
     normals = np.array([place.normal for place in found]).reshape(-1, 3)
@@ -83,7 +76,32 @@ def read_targets(
         for k, place in enumerate(found) if place.ball is not None
     }  # fmt: skip
     names, followed = tuple(place.name for place in found), tuple(obj.name for obj in followed)
-    return Places(_in_frame(points, source), normals @ turn, names, weight, chains, followed, touched)
+    all_places = Places(_in_frame(points, source), normals @ turn, names, weight, chains, followed, touched)
+    if source.mirror is not None:
+        all_places = _with_images(all_places, source)
+    if len(all_places.names) > most and weight < 1:
+        raise CageError(f"Collection '{name}' has more than {most} places: take some out.")
+    if len(all_places.names) > most:
+        raise CageError(
+            f"Collection '{name}' has more places than '{source.name}' has vertices, {most}, and one vertex has to move for each: "
+            "take some out, set a Weight below 1, or subdivide the cage."
+        )
+    return all_places
+
+
+_IN_PLANE = 1e-4  # of a mean edge: up to here a place is in a plane of the Mirror modifier, or at another's image
+
+
+def _with_images(places: Places, source: Source) -> Places:
+    """With their images by the source's Mirror modifier. CageError where there are balls."""
+    if places.balls:
+        raise _without_mirror(source, f"the ball of {places.names[min(places.balls)]}")
+    return places.mirrored(source.layout.halves.axes, _IN_PLANE * _mean_edge(source))
+
+
+def _without_mirror(source: Source, what: str) -> CageError:
+    """For what symmetries are not kept with."""
+    return CageError(f"Object '{source.name}' has a Mirror modifier, which cannot be had with {what}: apply the modifier first.")
 
 
 def _in_frame(points: np.ndarray, source: Source) -> np.ndarray:

@@ -6,6 +6,7 @@ import pytest
 import shapes
 from addon.binding.values import Cage, Held
 from addon.core import targets
+from addon.core.go_through import Places
 from test_layout import mesh_of
 
 AROUND, ACROSS = 8, 4  # of the torus
@@ -99,3 +100,19 @@ def test_images_across_chosen_planes_move_along():
         assert np.abs(place[one] - cage.positions[one] - shift).max() < 1e-12
         assert np.abs(place[other] - cage.positions[other] - shift * (-1, 1, 1)).max() < 1e-12
         assert np.abs(place[flat] - cage.positions[flat] - shift * (0, 1, 1)).max() < 1e-12
+
+
+def test_places_have_images_each_once():
+    """In one plane, in both, at the image of another, at a place that is none."""
+    points = np.array([[0.3, 0.2, 1], [1e-9, 0.5, 0], [0, -1e-9, 2], [-0.3, 0.2, 1], [np.nan, 0, 0]])
+    normals = np.array([[1, 2, 3], [0, 1, 0], [0, 0, 1], [-1, 2, 3], [np.nan] * 3])
+    places = Places(points, normals, tuple("abcde"), 0.5)
+    once, twice = places.mirrored((0,), 1e-6), places.mirrored((0, 1), 1e-6)
+    assert "".join(once.names) == "abcdee" and once.weight == twice.weight == 0.5
+    assert np.isnan(once.points[5]).any() and once.points[1].tolist() == [0, 0.5, 0]
+    assert "".join(twice.names) == "abcdeeabdee"
+    finite = [k for k in range(len(twice.names)) if np.isfinite(twice.points[k]).all()]
+    for sign in ([-1, 1, 1], [1, -1, 1], [-1, -1, 1]):
+        for k in finite:
+            image = np.flatnonzero(np.abs(twice.points[finite] - twice.points[k] * sign).max(axis=1) < 1e-12)
+            assert len(image) == 1 and (twice.normals[finite][image[0]] == twice.normals[k] * sign).all() or twice.points[k, 0] == 0

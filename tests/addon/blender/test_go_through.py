@@ -172,12 +172,46 @@ def test_too_many_for_the_cage(ball, targets, add):
     minimize(ball, through="Targets", max_iterations=5)
 
 
-def test_mirror_modifier_is_refused(add, targets):
-    half = add(*shapes.grid(), name="Half")
-    half.modifiers.new("Mirror", "MIRROR")
-    targets.objects.link(bpy.data.objects.new("Place", None))
-    with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, with which the surface cannot go through places"):
-        minimize(half, through="Targets")
+def halved(add, axes):
+    """A part of the ball, at x > 0 and so on, with a Mirror modifier across these axes, turned and moved."""
+    points, faces = shapes.quad_sphere(4)
+    points = np.asarray(points) * [1.0, 0.9, 1.1]
+    faces = [face for face in faces if all((points[list(face), axis] > -1e-9).all() for axis in axes)]
+    used = sorted({v for face in faces for v in face})
+    half = add(points[used], [[used.index(v) for v in face] for face in faces], name="Half")
+    half.matrix_world = Matrix.Translation((3, 1, -2)) @ Matrix.Rotation(0.7, 4, (1.0, 2.0, 0.5))
+    half.modifiers.new("Mirror", "MIRROR").use_axis = [axis in axes for axis in range(3)]
+    return half
+
+
+@pytest.mark.parametrize("energy", ["WILLMORE", "MVS"])
+@pytest.mark.parametrize("axes", [(0,), (0, 1)], ids=["half", "quarter"])
+def test_places_beside_a_mirror_modifier_have_images(add, targets, axes, energy):
+    """One is on the side of the mesh, one on the other, one in the plane, one given on both sides."""
+    half = halved(add, axes)
+    places = np.array([[0.7, 0.6, 0.5], [-0.6, 0.3, -0.8], [0, 0.2, 1.25], [0.8, 0.2, -0.6], [-0.8, 0.2, -0.6]])
+    for place in places:
+        add_empty(targets, half, place, (0, 0, 1))
+    before = positions(half).copy()
+    result = minimize(half, through="Targets", energy=energy, resolution="SAME")
+    assert [m.type for m in result.modifiers] == ["MIRROR", "SUBSURF"] and (positions(half) == before).all()
+    tree = surface_of(result)
+    for place in places:
+        for sign in (1, -1):
+            found, _, _, distance = tree.find_nearest(Vector(place * [sign, 1, 1]))
+            assert distance < 2e-3, (place, sign, distance)
+
+
+def test_what_breaks_the_symmetry_of_a_mirror_modifier_is_refused(add, targets):
+    half = halved(add, (0,))
+    empty = add_empty(targets, half, (0, 0.2, 1.25), (1, 0, 1))
+    before = positions(half).copy()
+    with pytest.raises(RuntimeError, match="not symmetric about the plane x"):
+        minimize(half, through="Targets", through_normals=True)
+    empty.empty_display_type = "SPHERE"
+    with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, which cannot be had with the ball of empty 'Place': apply the modifier first"):
+        minimize(half, through="Targets", through_balls=True)
+    assert (positions(half) == before).all() and len(bpy.data.meshes) == 1
 
 
 @pytest.mark.parametrize("scale, turn", [((-1, 1.2, 1), (0, 0, 0)), ((1, 2, 0.5), (0.4, 0.2, 0.5))], ids=["mirrored", "sheared"])

@@ -232,7 +232,7 @@ def test_a_mirror_modifier_is_refused(add, targets):
     half.modifiers.new("Mirror", "MIRROR")
     assign(half, "Ring", [0, 1])
     add_circle(targets)
-    with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, with which the surface cannot go through places"):
+    with pytest.raises(RuntimeError, match="'Half' has a Mirror modifier, which cannot be had with the chain on curve 'Ring': apply the modifier first"):
         minimize(half, through="Targets")
 
 
