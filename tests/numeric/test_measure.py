@@ -60,10 +60,12 @@ def test_bound_holds_and_is_close(seed):
     a = corpus_cage(seed)
     b = moved(a, seed)
     got, of_vertices = lib.deviation(a, b)
-    n = 16 if seed % 2 else 12
-    of_a, of_b = sampled(a, n), sampled(b, n // (1 + seed % 2))
-    from_a, from_b = distances(of_a.points, of_b), distances(of_b.points, of_a)
-    true = max(from_a.max(), from_b.max())
+    n, true = 8 if seed % 2 else 6, 0.0
+    while not got.max < 1.01 * true and n < 32:  # samples come to the largest distance from below
+        n *= 2
+        of_a, of_b = sampled(a, n), sampled(b, n // (1 + seed % 2))
+        from_a, from_b = distances(of_a.points, of_b), distances(of_b.points, of_a)
+        true = max(from_a.max(), from_b.max())
     rms = math.sqrt((from_a ** 2 * of_a.area).sum() / of_a.area.sum())
     assert got.bound >= true * (1 - 1e-6)
     assert got.bound <= PROMISED * max(got.max, true)
@@ -76,6 +78,8 @@ def test_bound_holds_and_is_close(seed):
     limits = of_b.points[m:m + b.n_vertices]
     farthest = np.argsort(-distances(limits, of_a))[:20]
     by_samples = distances(limits[farthest], of_a)  # of so few, every one by closer samples
+    if not np.allclose(of_vertices[farthest], by_samples, rtol=2e-2, atol=0):  # they are from above, near a pole by much
+        by_samples = np.minimum(by_samples, distances(limits[farthest], sampled(a, 96)))
     np.testing.assert_allclose(of_vertices[farthest], by_samples, rtol=2e-2)
 
 

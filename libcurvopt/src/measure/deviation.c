@@ -336,7 +336,7 @@ static void add_patches(void *context, size_t begin, size_t end) {
 
 static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
                          co_deviation *out, curvopt_error *error) {
-    enum { LEAST_CELLS = 512 }; /* with four points each */
+    enum { LEAST_CELLS = 1024 }; /* with four points each */
     const int32_t n = surface[0].pieces->patches.n_patches;
     mean m = {.surface = surface, .sums = CO_NEW(double, 2 * (size_t)n), .n_cells = 1, .cancel = cancel};
     double square = 0, area = 0;
