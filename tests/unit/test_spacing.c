@@ -98,7 +98,7 @@ static void check_sum(variables_setting *s) {
     for (int32_t node = 0; node < s->dofs.n_nodes; node++) /* nodes ascend */
         for (int k = 0; k < MOST; k++)
             if (s->dofs.node[s->c.vertices[k]] == node)
-                sum[n_terms++] = (co_weighted_vertex){node, s->c.vertices[k], weights[k]};
+                sum[n_terms++] = (co_weighted_vertex){{node, s->c.vertices[k]}, weights[k]};
     CHECK_TRUE(n_terms > 0);
     for (int sign = -1; sign <= 1; sign += 2)
         for (int i = 0; i < n; i++) {
@@ -107,7 +107,7 @@ static void check_sum(variables_setting *s) {
             s->z[i] -= sign;
             for (size_t t = 0; t < n_terms; t++)
                 for (int c = 0; c < 3; c++)
-                    change[3 * i + c] += sign * sum[t].weight * s->x[3 * sum[t].vertex + c] / 2;
+                    change[3 * i + c] += sign * sum[t].weight * s->x[3 * sum[t].at.vertex + c] / 2;
         }
     co_sparse_hessian_add_sum(&hessian, n_terms, sum, block);
     for (int j = 0; j < n; j++) {

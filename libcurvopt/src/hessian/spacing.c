@@ -65,69 +65,40 @@ double co_spacing_value(const co_spacing *s, const double *x, double *gradient) 
     return s->weight * sum;
 }
 
-static int compare(const void *a, const void *b) {
-    const co_weighted_vertex *x = a, *y = b;
-    if (x->node != y->node)
-        return (x->node > y->node) - (x->node < y->node);
-    return (x->vertex > y->vertex) - (x->vertex < y->vertex);
-}
-
-/* An edge's vector as a sum of positions. */
-typedef struct edge_sum {
-    int32_t *slot;            /* [n_vertices] place of a vertex in `term`; -1: none */
-    co_weighted_vertex *term; /* [n_vertices], of which n are used */
-    size_t n;
-} edge_sum;
-
-static int32_t edge_sum_create(size_t n_vertices, edge_sum *sum, curvopt_error *error) {
-    *sum = (edge_sum){.slot = CO_NEW(int32_t, n_vertices), .term = CO_NEW(co_weighted_vertex, n_vertices)};
-    if (!sum->slot || !sum->term)
-        return co_status_no_memory(error);
-    for (size_t v = 0; v < n_vertices; v++)
-        sum->slot[v] = -1;
-    return CURVOPT_OK;
-}
-
-static void edge_sum_free(edge_sum *sum) {
-    free(sum->slot);
-    free(sum->term);
-}
-
-static void make_sum(const co_spacing *s, const edge *e, edge_sum *sum) {
+/* The vector of an edge as a sum of positions, into sum; returns their number. Each end may have the same ones. */
+static size_t make_sum(const co_spacing *s, const edge *e, co_weighted_vertex *sum) {
     const int32_t end[2] = {e->v, e->w};
-    sum->n = 0;
+    size_t n = 0, n_made = 0;
     for (int k = 0; k < 2; k++) {
         const co_point_row row = positions_of(s, &end[k]);
         for (size_t i = 0; i < row.n; i++) {
-            const int32_t v = row.vertex[i];
-            if (s->dofs->node[v] < 0 || fabs(row.weight[i]) <= NEGLIGIBLE)
-                continue;
-            if (sum->slot[v] < 0) {
-                sum->slot[v] = (int32_t)sum->n;
-                sum->term[sum->n++] = (co_weighted_vertex){.node = s->dofs->node[v], .vertex = v};
-            }
-            sum->term[sum->slot[v]].weight += k ? -row.weight[i] : row.weight[i];
+            const int32_t v = row.vertex[i], node = s->dofs->node[v];
+            if (node >= 0 && fabs(row.weight[i]) > NEGLIGIBLE)
+                sum[n++] = (co_weighted_vertex){{node, v}, k ? -row.weight[i] : row.weight[i]};
         }
     }
-    for (size_t i = 0; i < sum->n; i++)
-        sum->slot[sum->term[i].vertex] = -1;
-    if (sum->n > 1)
-        qsort(sum->term, sum->n, sizeof *sum->term, compare);
+    if (n > 1)
+        qsort(sum, n, sizeof *sum, co_numbered_vertex_compare);
+    for (size_t i = 0; i < n; i++)
+        if (n_made && sum[n_made - 1].at.vertex == sum[i].at.vertex)
+            sum[n_made - 1].weight += sum[i].weight;
+        else
+            sum[n_made++] = sum[i];
+    return n_made;
 }
 
 int32_t co_spacing_add_hessian(const co_spacing *s, const double *x, co_sparse_hessian *hessian, curvopt_error *error) {
-    edge_sum sum;
+    co_weighted_vertex *sum = CO_NEW(co_weighted_vertex, 2 * (size_t)s->mesh->info.n_vertices);
+    const int32_t status = sum ? CURVOPT_OK : co_status_no_memory(error);
     edge e;
-    const int32_t status = edge_sum_create((size_t)s->mesh->info.n_vertices, &sum, error);
-    for (int32_t k = 0; status == CURVOPT_OK && k < s->mesh->info.n_edges; k++) {
+    for (int32_t k = 0; sum && k < s->mesh->info.n_edges; k++) {
         double own[9];
         if (!find_edge(s, x, k, &e))
             continue;
         for (int i = 0; i < 9; i++)
             own[i] = 4 * s->weight * ((i % 4 == 0) * e.square + 2 * e.along[i / 3] * e.along[i % 3]);
-        make_sum(s, &e, &sum);
-        co_sparse_hessian_add_sum(hessian, sum.n, sum.term, own);
+        co_sparse_hessian_add_sum(hessian, make_sum(s, &e, sum), sum, own);
     }
-    edge_sum_free(&sum);
+    free(sum);
     return status;
 }

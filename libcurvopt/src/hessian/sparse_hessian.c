@@ -203,8 +203,8 @@ static void add_own_block(const face_matrix *f, size_t i, size_t j, const double
 
 /* out = weight * block B_v, as many columns as v's node has variables. */
 static void project_columns(const co_dof_map *r, const co_weighted_vertex *v, const double block[9], double out[3][3]) {
-    const double *basis = r->basis + 9 * (size_t)v->vertex;
-    const int32_t n = co_dof_map_dimension(r, v->node);
+    const double *basis = r->basis + 9 * (size_t)v->at.vertex;
+    const int32_t n = co_dof_map_dimension(r, v->at.node);
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < n; k++)
             out[i][k] = v->weight *
@@ -215,8 +215,8 @@ static void project_columns(const co_dof_map *r, const co_weighted_vertex *v, co
  * the node's own block the lower triangle alone. */
 static void add_rows(const co_dof_map *r, const co_weighted_vertex *v, double half[3][3], int32_t n_columns, int is_own,
                      int is_twin, double *const to[3]) {
-    const double *basis = r->basis + 9 * (size_t)v->vertex;
-    const int32_t n_rows = co_dof_map_dimension(r, v->node);
+    const double *basis = r->basis + 9 * (size_t)v->at.vertex;
+    const int32_t n_rows = co_dof_map_dimension(r, v->at.node);
     double full[3][3] = {{0}};
     for (int c = 0; c < n_rows; c++)
         for (int k = 0; k < n_columns; k++)
@@ -231,15 +231,15 @@ void co_sparse_hessian_add_sum(co_sparse_hessian *h, size_t n, const co_weighted
     const co_dof_map *r = h->dofs;
     const co_sparsity *p = &h->pattern;
     for (size_t j = 0; j < n; j++) {
-        const int32_t low = sum[j].node, n_columns = co_dof_map_dimension(r, low);
+        const int32_t low = sum[j].at.node, n_columns = co_dof_map_dimension(r, low);
         size_t at = p->neighbour_start[low];
         double half[3][3], *own[3], *to[3];
         project_columns(r, &sum[j], block, half);
         for (int32_t k = 0; k < n_columns; k++)
             own[k] = h->value + p->column_start[r->first[low] + k] - k;
         for (size_t i = j; i < n; i++) {
-            const int is_own = sum[i].node == low;
-            while (!is_own && p->neighbour[at] < sum[i].node)
+            const int is_own = sum[i].at.node == low;
+            while (!is_own && p->neighbour[at] < sum[i].at.node)
                 at++;
             for (int32_t k = 0; k < n_columns; k++)
                 to[k] = own[k] + (is_own ? 0 : n_columns + p->neighbour_row[at]);

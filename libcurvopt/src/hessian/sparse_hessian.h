@@ -59,7 +59,7 @@ int32_t co_sparse_hessian_assemble(co_assembly *assembly, const double *x, const
                                    co_sparse_hessian *hessian, curvopt_error *error);
 /* A vertex in a sum of some. */
 typedef struct co_weighted_vertex {
-    int32_t node, vertex; /* the node is the vertex' own in the dof_map, and no -1 */
+    co_numbered_vertex at; /* of a node that is no -1 */
     double weight;
 } co_weighted_vertex;
 

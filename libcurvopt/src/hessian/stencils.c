@@ -16,12 +16,8 @@ void co_stencils_free(co_stencils *s) {
     *s = (co_stencils){0};
 }
 
-typedef struct numbered_vertex {
-    int32_t node, vertex;
-} numbered_vertex;
-
-static int compare_vertices(const void *a, const void *b) {
-    const numbered_vertex *x = a, *y = b;
+int co_numbered_vertex_compare(const void *a, const void *b) {
+    const co_numbered_vertex *x = a, *y = b;
     if (x->node != y->node)
         return (x->node > y->node) - (x->node < y->node);
     return (x->vertex > y->vertex) - (x->vertex < y->vertex);
@@ -31,8 +27,8 @@ static int compare_vertices(const void *a, const void *b) {
 typedef struct survey {
     const co_patches *patches;
     const co_dof_map *dofs;
-    int32_t *number;        /* [n_cage] number of a vertex among the present patch's; -1: it is none of them */
-    numbered_vertex *found; /* [n_cage] the present patch's vertices */
+    int32_t *number;           /* [n_cage] number of a vertex among the present patch's; -1: it is none of them */
+    co_numbered_vertex *found; /* [n_cage] the present patch's vertices */
 } survey;
 
 /* The row of own point k of a patch; empty if nothing depends on it. */
@@ -57,10 +53,10 @@ static size_t find_vertices(const survey *v, int32_t patch, size_t *n_entries) {
             if (v->number[vertex] >= 0)
                 continue;
             v->number[vertex] = 0;
-            v->found[n++] = (numbered_vertex){v->dofs->node[vertex], vertex};
+            v->found[n++] = (co_numbered_vertex){v->dofs->node[vertex], vertex};
         }
     }
-    qsort(v->found, n, sizeof *v->found, compare_vertices);
+    qsort(v->found, n, sizeof *v->found, co_numbered_vertex_compare);
     for (size_t i = 0; i < n; i++)
         v->number[v->found[i].vertex] = (int32_t)i;
     return n;
@@ -153,7 +149,7 @@ static int32_t fill(const survey *v, const co_sparsity *pattern, co_cancel *canc
 int32_t co_stencils_create(const co_patches *patches, const co_dof_map *dofs, const co_sparsity *pattern,
                            co_cancel *cancel, co_stencils *s, curvopt_error *error) {
     size_t n_patches = (size_t)patches->n_patches, n_entries = 0;
-    survey v = {patches, dofs, CO_NEW(int32_t, patches->n_cage), CO_NEW(numbered_vertex, patches->n_cage)};
+    survey v = {patches, dofs, CO_NEW(int32_t, patches->n_cage), CO_NEW(co_numbered_vertex, patches->n_cage)};
     *s = (co_stencils){.start = CO_NEW(size_t, n_patches + 1), .pair = CO_NEW(size_t, n_patches + 1)};
     int done = v.number && v.found && s->start && s->pair;
     for (int32_t i = 0; done && i < patches->n_cage; i++)

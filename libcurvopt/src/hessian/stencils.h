@@ -6,6 +6,12 @@
 #include "base/cancel.h"
 #include "hessian/sparsity.h"
 
+/* A vertex and its node in a dof_map, and their order: by nodes, then by vertices. Of what begins with one, too. */
+typedef struct co_numbered_vertex {
+    int32_t node, vertex;
+} co_numbered_vertex;
+int co_numbered_vertex_compare(const void *a, const void *b);
+
 /* With x_p the own points of a patch (patches.h) and z_v its vertices, x_p = sum over v of T_pv z_v. A patch's own
  * points are vertices, or derived from as many as some fifty; its vertices are those of all own points together that
  * its surface can depend on.
