@@ -378,7 +378,7 @@ static void test_steps_small_by_their_shift(void **state) {
         o.decrement_tolerance = 1e-2;
         o.closely = closely;
         co_outcome end = run(&p, o, 0.05, 0, x, &value);
-        CHECK_INT(end.stop == CURVOPT_STOP_CONVERGED || (closely && end.stop == CURVOPT_STOP_SETTLED), 1);
+        CHECK_INT(end.stop, closely ? CURVOPT_STOP_SETTLED : CURVOPT_STOP_CONVERGED);
         CHECK_BETWEEN(end.iterations, closely, closely ? 20 : 0);
         CHECK_INT(0.5 * x[0] * x[0] / p.seen < 1e-2 * value, closely);
     }
