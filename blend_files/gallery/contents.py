@@ -22,7 +22,8 @@ TABLES = {
 }  # fmt: skip
 REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
 ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
-GROUPS = ("cover", *TABLES, "figures", "answers", *ANSWERS)
+README = "readme"
+GROUPS = (README, *TABLES, "figures", "answers", *ANSWERS)
 COVER = "lawson_g2"
 README_ROWS = {
     "table1": ("torus_010", "torus_030", "torus_060", "torus_090"),
@@ -68,6 +69,22 @@ def columns(table: str) -> list[tuple[str, str]]:
     return [(energy, setting) for setting in settings for energy in solve.ENERGIES]
 
 
+def published() -> tuple[str, ...]:
+    """The items that draw the README's pictures."""
+    return ("cover", *(f"sheet.{table}" for table in README_ROWS))
+
+
+def solves(items: Mapping[str, Item], item: Item) -> list[str]:
+    """The minimizers that an item shows, by name, in their order."""
+    found: list[str] = []
+    for need in item.needs:
+        if need.startswith(("solve.", "cover.")):
+            found.append(need)
+        elif need.startswith("row."):
+            found += solves(items, items[need])
+    return found
+
+
 def items(
     cages: Mapping[str, Cage], make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]
 ) -> list[Item]:
@@ -101,7 +118,7 @@ def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) 
 
 def _cover(cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
     """The README's first pictures, by the library's own defaults."""
-    tags, cages = frozenset({"cover"}), {COVER: cage}
+    tags, cages = frozenset({README}), {COVER: cage}
     inputs = {"energy": "mvs", "levels": measure.levels, "strength": 1.0}
     solved = Item(f"cover.{COVER}", pairs.minimize, inputs, tags, cages=cages, cost=5.0)
     files = ("pictures/lawson_g2_mvs.png", "pictures/lawson_g2_zebra.png")
@@ -143,7 +160,7 @@ def row_files(cage: str, setting: str, count: int) -> tuple[str, ...]:
 def _sheet(table: str, names: tuple[str, ...], measure: Measure, draw: Draw) -> Item:
     needs = tuple(row_name(name, "default") for name in names)
     inputs = {"table": table, "width": measure.width, "samples": measure.samples}
-    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, (f"pictures/{table}.png",), True, 5.0)
+    return Item(f"sheet.{table}", draw, inputs, frozenset({table, README}), needs, (f"pictures/{table}.png",), True, 5.0)
 
 
 def _extrapolation(cages: Mapping[str, Cage], measure: Measure) -> Item:

@@ -48,7 +48,7 @@ def shaded(shape: Dense, colour: np.ndarray, axes: np.ndarray) -> tuple[np.ndarr
             sky = np.array(lamp.colour) * (_sky(direction) if lamp is SKY else 1.0)
             toward = axes @ direction
             seen = share * visible(shape, toward, rng.random(2))
-            facing = shape.normals @ toward
+            facing = _along(shape.normals, toward)
             for side, turned in enumerate((facing, -facing)):
                 light[side] += (seen * np.maximum(turned, 0.0))[:, None] * sky
             if lamp is KEY:
@@ -86,8 +86,8 @@ def _shine(normals: np.ndarray, seen: np.ndarray, axes: np.ndarray) -> np.ndarra
     """Reflections of the key lamp, and a sheen where the surface turns away from the camera."""
     toward_camera = axes[:, 2]
     middle = axes @ _unit(KEY.middle) + toward_camera
-    spot = np.maximum(normals @ (middle / np.linalg.norm(middle)), 0.0) ** _SHARPNESS
-    turned = (1.0 - np.maximum(normals @ toward_camera, 0.0)) ** 4
+    spot = np.maximum(_along(normals, middle / np.linalg.norm(middle)), 0.0) ** _SHARPNESS
+    turned = (1.0 - np.maximum(_along(normals, toward_camera), 0.0)) ** 4
     return (_GLOSS * spot * seen)[:, None] * np.array(KEY.colour) + (_SHEEN * turned * (0.3 + 0.7 * seen))[:, None]
 
 
@@ -104,6 +104,11 @@ def directions(lamp: Lamp) -> Iterator[tuple[np.ndarray, float]]:
         yield frame @ vector, 1.0 / lamp.count
 
 
+def _along(vectors: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Products (n,) of vectors (n, 3) with one. Without BLAS, whose threads wait for each other on a busy machine."""
+    return vectors[:, 0] * direction[0] + vectors[:, 1] * direction[1] + vectors[:, 2] * direction[2]
+
+
 def _unit(vector: object) -> np.ndarray:
     vector = np.asarray(vector, float)
     return vector / np.linalg.norm(vector)
@@ -114,14 +119,14 @@ def visible(shape: Dense, toward: np.ndarray, offset: np.ndarray) -> np.ndarray:
     a depth map shades it. `offset` (2,) in [0, 1) moves the cells."""
     width = _BIN * np.sqrt(shape.areas.sum() / len(shape.points))
     across = _unit(np.cross(toward, (0.0, 0.0, 1.0) if abs(toward[2]) < 0.9 else (1.0, 0.0, 0.0)))
-    plane = shape.points @ np.stack([across, np.cross(toward, across)], 1)
+    plane = np.stack([_along(shape.points, axis) for axis in (across, np.cross(toward, across))], 1)
     cell = np.floor((plane - plane.min(0)) / width + offset).astype(np.int64)
     index = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
-    height = shape.points @ toward
+    height = _along(shape.points, toward)
     highest = np.full(index.max() + 1, -np.inf)
     order = np.argsort(height)
     highest[index[order]] = height[order]  # of several the last, so the highest, stays
-    cosine = np.abs(shape.normals @ toward)
+    cosine = np.abs(_along(shape.normals, toward))
     slope = np.minimum(np.sqrt(1 - np.minimum(cosine, 1) ** 2) / np.maximum(cosine, 1e-9), _STEEPEST)
     own = width * (0.6 + 1.4 * slope)  # by so much a smooth surface itself is higher in its cell
     return np.clip(1.0 + (own - (highest[index] - height)) / width, 0.0, 1.0)

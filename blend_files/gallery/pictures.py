@@ -19,11 +19,13 @@ from addon.binding.values import Cage
 from addon.core.energy import number_text
 from addon.scene.write_result import make_mesh
 from addon.render import studio
-from . import contents, figures, light, solve
+from . import contents, figures, light, png, solve
+from . import dense as dense_shapes
 from .dense import Dense, centre_and_size, dense, faceted
 from .png import halved, write_below, write_png
 from .store import Item, Store
 
+USES = (light, dense_shapes, png, studio, figures)  # on these, too, it depends how pictures look (`store`)
 COLOURS = {
     "input": (0.50, 0.50, 0.50), "willmore": (0.16, 0.34, 0.66),
     "mvs": (0.16, 0.46, 0.26), "mvs_cross": (0.74, 0.28, 0.11),
@@ -34,7 +36,7 @@ SETTING_TITLES = {"default": "curvopt", "report": "as the report"}
 _WHITE = (1.0, 1.0, 1.0)
 _ACROSS, _ABOVE = 0.92, 0.04  # the largest shape's width, and the room above and below it, in cells
 _TALLEST = 0.95  # height of a shape, in cells, at most
-_LINE, _LETTER = 0.079, 0.064  # of captions, in cells
+_LINE, _LETTER = 0.078, 0.061  # of captions, in cells
 _HEAD = 0.105  # a line of a sheet's head
 _SHEET_BYTES = 1_400_000  # of a picture that is committed
 _RULE = 216  # grey of the line between rows
@@ -138,7 +140,7 @@ def draw_row(store: Store, item: Item) -> dict[str, object]:
             solved = contents.solve_name(name, energy, setting)
             record = store.result(solved)
             shape = minimizer(store, solved, record["surface"])
-            cells.append(Cell(shape, COLOURS[energy], result_lines(record)))
+            cells.append(Cell(shape, COLOURS[energy], result_lines(name, record)))
     direction = studio.view_direction(first.points)
     row, *small = (store.path(file) for file in item.files)
     shown = draw_cells(cells, row, item.inputs, direction)
@@ -161,21 +163,21 @@ def input_lines(name: str, figures: Mapping[str, float]) -> tuple[str, ...]:
     )
 
 
-def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
-    """Under a minimizer: its energy, int H^2, and what is certain of it."""
+def result_lines(cage: str, record: Mapping[str, object]) -> tuple[str, ...]:
+    """Under a minimizer: its energy, int H^2, what is left open of the energy, and what is certain of it."""
     label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
-    mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
-    if not figures.seen(record["value"], record["resolved"]["value"]):
-        mark = "the rule does not see it"
     return (
         f"{label} {number_text(record['value'])}   int H² {record['h2']:.4f}",
-        f"net {share_text(record['net_share'])}   rule {share_text(record['quadrature_error'])}", mark,
+        f"net {share_text(record['net_share'])}   rule {share_text(record['quadrature_error'])}",
+        figures.mark(cage, record),
     )  # fmt: skip
 
 
 def share_text(value: float | None) -> str:
     """An error to one or two digits; "not known" for none."""
-    return "not known" if value is None else f"{value:.2g}"
+    if value is None:
+        return "not known"
+    return f"{value:,.0f}" if 10 <= value < 1e8 else f"{value:.2g}"
 
 
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:
