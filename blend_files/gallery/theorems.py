@@ -5,10 +5,9 @@ that. No bpy.
 A run says that its result is a minimum among shapes nearby and of the symmetries that it kept. Theorems say more, where
 the value is theirs within what net and quadrature leave open:
 
-  genus 0    int H^2 >= 4 pi, with equality for round spheres only (Willmore 1965)
-  genus 1    int H^2 >= 2 pi^2 (Marques and Neves 2014)
+  genus 0, 1 `addon/core/least.py`
   Lawson's   least among surfaces of their genus with the symmetries of xi_{g,1} in the 3-sphere (Kusner, Lue, Wang 2024,
-             arXiv 2410.12582). These are conformal maps of space; the rotations and reflections that a run keeps are half
+             arXiv 2410.12582). These are conformal maps of space; the rotations and reflections that a run keeps are some
              of them, so a run's own class is wider than the theorem's, and only the value says which surface it is. That
              the value is least of all surfaces of that genus is a conjecture (Kusner 1989)."""
 
@@ -17,24 +16,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from addon.core import least
 from . import solve
 
 SPHERES = ("sphere_cube",)
 OPEN = ("branch_open",)  # with a boundary: none of this is about them
-_LEAST_H2 = {0: 4 * math.pi, 1: 2 * math.pi**2}  # of all closed surfaces of a genus
 _GLOBAL = {
-    0: "global minimum: no closed surface has less, and of genus 0 only round spheres have as little (Willmore 1965)",
-    1: "global minimum of genus 1 (Marques and Neves 2014)",
+    0: "global minimum: no closed surface has less, and of genus 0 only round spheres have as little",
+    1: "global minimum of genus 1",
 }  # fmt: skip
 _LAWSON = (
     "least among surfaces of genus {} with all symmetries of Lawson's in the 3-sphere (Kusner, Lü, Wang 2024, arXiv "
     "2410.12582); among all of that genus a conjecture (Kusner 1989)"
 )
-
-
-def genus(euler: int) -> int:
-    """Of a closed surface with an Euler characteristic."""
-    return 1 - euler // 2
 
 
 def exact(cage: str, energy: str, euler: int) -> float | None:
@@ -47,23 +41,26 @@ def exact(cage: str, energy: str, euler: int) -> float | None:
     return 0.0 if round_shape else None
 
 
-def inside(record: Mapping[str, object], least: float | None) -> bool | None:
+def inside(record: Mapping[str, object], known: float | None) -> bool | None:
     """Whether the least energy lies within what a result says: not above it by more than the quadrature's error, and
     not below by more than that and the net's share. None where nothing is claimed: no minimum, or no estimate."""
-    if least is None or record["net_share"] is None or record["verdict"] != "minimum":
+    if known is None or record["net_share"] is None or record["verdict"] != "minimum":
         return None
     error = record["quadrature_error"]
-    return -error <= record["value"] - least <= record["net_share"] + error
+    return -error <= record["value"] - known <= record["net_share"] + error
 
 
 def said(cage: str, record: Mapping[str, object]) -> str:
     """What a theorem says of a result, or nothing. Of Willmore's energy of closed surfaces only."""
     if record["energy"] != "willmore" or cage in OPEN:
         return ""
-    found = genus(record["euler"])
+    found = least.genus(record["euler"])
     if found in _GLOBAL:
-        least = 4 * (_LEAST_H2[found] - math.pi * record["euler"])
-        return _GLOBAL[found] if inside(record, least) else ""
+        known = least.least("willmore", record["euler"])
+        sure = inside(record, known) and least.is_least(
+            record["value"], known, record["net_share"], record["quadrature_error"]
+        )
+        return f"{_GLOBAL[found]} ({least.SOURCES[found]})" if sure else ""
     lawson = cage.startswith("lawson_g") and inside(record, exact(cage, "willmore", record["euler"]))
     return _LAWSON.format(found) if lawson else ""
 
