@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from addon.binding.values import Cage
-from . import answers, pairs, solve, torus_nets, torus_profile
+from . import answers, artists, pairs, solve, torus_nets, torus_profile
 from .store import Item, Store
 
 Draw = Callable[[Store, Item], object]
@@ -23,7 +23,8 @@ TABLES = {
 REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
 ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
 README = "readme"
-GROUPS = (README, *TABLES, "figures", "answers", *ANSWERS)
+PAIRS = "pairs"
+GROUPS = (README, *TABLES, PAIRS, "figures", "answers", *ANSWERS)
 COVER = "lawson_g2"
 README_ROWS = {
     "table1": ("torus_010", "torus_030", "torus_060", "torus_090"),
@@ -89,7 +90,8 @@ def items(
     cages: Mapping[str, Cage], make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]
 ) -> list[Item]:
     """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
-    functions of cages.py; `draw` has the functions that need Blender: "row", "sheet", "flat", "refined", "look"."""
+    functions of cages.py; `draw` has the functions that need Blender: "cover", "row",
+    "sheet", "pair", "flat", "refined", "look"."""
 
     def torus(ratio: float, around: int, tube: int) -> Cage:
         return make("torus", ratio, around, tube, interpolate=True)
@@ -101,6 +103,7 @@ def items(
         if table in README_ROWS:
             found.append(_sheet(table, README_ROWS[table], measure, draw["sheet"]))
     found.append(_extrapolation(cages, measure))
+    found += _pairs(measure, draw["pair"])
     found += _figures(make("sphere_cube", 2), measure, draw)
     found += _answers_on_tori(torus, measure)
     found += _answer_plane(cages, measure)
@@ -144,6 +147,19 @@ def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> lis
         files = row_files(name, setting, 1 + len(solved))
         parts += [*solved, Item(row_name(name, setting), draw, inputs, tags, needs, files, True, 15.0, cages)]
     return parts
+
+
+def _pairs(measure: Measure, draw: Draw) -> list[Item]:
+    """Artists' shapes before and after the first press."""
+    found: list[Item] = []
+    for name, make in artists.CAGES.items():
+        tags, cages = frozenset({PAIRS}), {name: make()}
+        inputs = {"energy": "willmore", "levels": 1, "strength": artists.STRENGTHS[name]}
+        solved = Item(f"pair.{name}", pairs.minimize, inputs, tags, cages=cages, cost=2.0)
+        inputs = {"width": measure.width, "samples": measure.samples}
+        files = (f"pictures/pair.{name}.png",)
+        found += [solved, Item(f"picture.{name}", draw, inputs, tags, (solved.name,), files, True, 20.0, cages)]
+    return found
 
 
 def row_name(cage: str, setting: str) -> str:

@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 
 from addon.core.energy import number_text
-from . import answers_page, contents, figures, solve
+from . import answers_page, artists, contents, figures, solve
 from .markup import cells, grid, picture, section, significant
 from .store import Item, Store
 
@@ -90,7 +90,7 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
     figures.write(store, found)
     seconds = sum(store.entry(name)["seconds"] for name in fresh)
     parts = [_table(store, fresh, table, found) for table in contents.TABLES]
-    parts += [_figures(store, fresh), *answers_page.sections(store, fresh)]
+    parts += [_pairs(store, fresh), _figures(store, fresh), *answers_page.sections(store, fresh)]
     parts = [part for part in parts if part]
     names = [part.split('id="', 1)[1].split('"', 1)[0] for part in parts]
     lacking = len(items) - len(fresh)
@@ -235,6 +235,32 @@ def _accuracy(mine: Sequence[Mapping[str, object]]) -> str:
         names = ", ".join(row["cage"] for row in compared if row["exact_from"] == source)
         parts.append(f"Compared with: {names}: {source}.")
     return f"<p>{escape(' '.join(parts))}</p>" if parts else ""
+
+
+def _pairs(store: Store, fresh: Collection[str]) -> str:
+    """Artists' shapes before and after."""
+    body, shown = [], []
+    for name in artists.CAGES:
+        if f"picture.{name}" not in fresh:
+            continue
+        record = store.result(f"pair.{name}")
+        shown.append(f"<h3>{escape(name)}</h3>" + picture(f"pictures/pair.{name}.png", f"{name}, before and after"))
+        body.append((
+            name, record["vertices"], f"{record['strength']:g}", significant(record["start"], 5), significant(record["value"], 5),
+            significant(record["quadrature_error"], 2), f"{100 * record['deviation']:.1f}",
+            f"{record['seconds']:.2f}", record["verdict"],
+        ))  # fmt: skip
+    if not shown:
+        return ""
+    heads = ("shape", "vertices", "strength", "Willmore before", "after", "rule", "moved, % of the size", "s", "verdict")
+    return section(
+        "pairs", "Before and after",
+        "<p>Shapes as artists have them, with the bumps of modelling by hand or of a scan, and what one press of "
+        "<i>Minimize</i> makes of them at a strength of 0.3, where the panel begins, or 0.5: their own "
+        "vertices move, bumps go, and what is larger stays. The stripes are reflections; they waver where the surface "
+        "does. The minimum is one of energy and nearness to the original together; the net's share is not known after "
+        "one level.</p>", *shown, grid(heads, body), f"<pre>{command('--only pairs')}</pre>",
+    )  # fmt: skip
 
 
 def _figures(store: Store, fresh: Collection[str]) -> str:

@@ -18,8 +18,8 @@ from addon.binding.values import Cage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_files"))
 import cages  # noqa: E402
-from gallery import answers, contents, dense, figures, light, markup, pairs, plot, png, publish, schedule  # noqa: E402
-from gallery import solve, theorems, torus_nets, torus_profile  # noqa: E402
+from gallery import answers, artists, contents, dense, figures, light, markup, pairs, plot, png, publish  # noqa: E402
+from gallery import schedule, solve, theorems, torus_nets, torus_profile  # noqa: E402
 from gallery import store as stored  # noqa: E402
 from gallery.store import Item  # noqa: E402
 
@@ -415,3 +415,21 @@ def test_marks_say_no_more_than_is_known():
     assert figures.mark("torus_010", {**record, "net_share": None}) == "minimum, certified"
     assert figures.mark("torus_010", {**record, "verdict": "saddle"}) == "saddle"
     assert figures.mark("torus_010", {**record, "resolved": {"value": 90.0}}) == "the rule does not see it"
+
+
+@pytest.mark.parametrize("name, euler", [("bottle", 2), ("mug", 0), ("face", -1), ("fender", 1)])
+def test_artists_cages_are_surfaces_that_face_outwards(name, euler):
+    """A bottle is a sphere, a mug a torus; a head with holes for eyes and neck, and a sheet, are open. A fender bulges
+    towards -y."""
+    cage = artists.CAGES[name]()
+    ends = np.split(cage.face_vertices, np.cumsum(cage.face_sizes)[:-1])
+    directed = [edge for face in ends for edge in zip(face.tolist(), np.roll(face, -1).tolist())]
+    assert len(set(directed)) == len(directed), "neighbours agree on the side that is outside"
+    edges = {frozenset(edge) for edge in directed}
+    assert len(cage.positions) - len(edges) + len(ends) == euler
+    if euler in (0, 2):
+        assert solve.evaluate(cage, "willmore", "limit").volume > 0
+    else:
+        shape = dense.dense(cage, "limit", 2000)
+        outward = (shape.points - shape.points.mean(0)) if name == "face" else np.broadcast_to([0, -1, 0], shape.points.shape)
+        assert shape.areas @ (outward * shape.normals).sum(1) > 0
