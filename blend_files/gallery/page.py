@@ -65,8 +65,8 @@ _INTRO = (
 )
 _READING = (
     "Under each shape stand its energy, <b>net</b>, <b>rule</b> and what is certain. <b>net</b> is how much finer nets "
-    "would still take away: an estimate from the last levels, three to eight times too large in the middle, and not "
-    "known after one level. Where it is as large as the energy, the figure says nothing about the smooth surface but "
+    "would still take away: an estimate from the last levels, typically three (MVS) to eight (Willmore) times too "
+    "large, and not known after one level. Where it is as large as the energy, the figure says nothing about the smooth surface but "
     "that it has no more. <b>rule</b> is the error of the integration. <b>minimum, certified</b>: by its Hessian the "
     "shape is a minimum among shapes nearby of the same symmetry. <b>global minimum</b>: a theorem says so. A click on "
     "a picture shows its whole row, large.",
@@ -89,10 +89,10 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
     found = figures.rows(store, fresh)
     figures.write(store, found)
     seconds = sum(store.entry(name)["seconds"] for name in fresh)
-    parts = [_table(store, fresh, table, found) for table in contents.TABLES]
+    parts = [*(_table(store, fresh, table, found) for table in contents.TABLES), _theorems(found)]
     parts += [_pairs(store, fresh), _figures(store, fresh), *answers_page.sections(store, fresh)]
     parts = [part for part in parts if part]
-    names = [part.split('id="', 1)[1].split('"', 1)[0] for part in parts]
+    links = [_link(part) for part in parts]
     lacking = len(items) - len(fresh)
     head = [
         "<h1>curvopt: the fairest surfaces of their topology</h1>",
@@ -104,8 +104,7 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
         f"finished{f', {lacking} are not' if lacking else ''}; they took {seconds / 60:.1f} minutes of work. All "
         "figures: "
         '<a href="figures.csv">figures.csv</a>, <a href="figures.json">figures.json</a>.</p>',
-        "<nav>" + "".join(f'<a href="#{name}">{name}</a>' for name in names) + "</nav>",
-        _theorems(found),
+        f"<nav>{''.join(links)}</nav>",
     ]  # fmt: skip
     page = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>curvopt gallery</title>'
@@ -114,6 +113,12 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
     )
     store.write("index.html", page.encode())
     return store.path("index.html")
+
+
+def _link(part: str) -> str:
+    """A link to a section, by its name and title."""
+    name, title = (part.split(start, 1)[1].split(end, 1)[0] for start, end in (('id="', '"'), ("<h2>", "</h2>")))
+    return f'<a href="#{name}">{title}</a>'
 
 
 def _cover(fresh: Collection[str]) -> str:
@@ -130,7 +135,7 @@ def _theorems(found: Sequence[Mapping[str, object]]) -> str:
     for text in dict.fromkeys(row["theorem"] for row in mine if row["theorem"]):
         names = ", ".join(row["cage"] for row in mine if row["theorem"] == text)
         lines.append(f"<li>{escape(names)} (Willmore): {escape(text)}.</li>")
-    parts = [f"<p>What theorems say of these minimizers:</p><ul>{''.join(lines)}</ul>"] if lines else []
+    parts = [f"<ul>{''.join(lines)}</ul>"] if lines else []
     if lines:
         parts.append(
             "<p>Lawson's symmetries in the 3-sphere are conformal maps of space; the rotations and reflections that a "
@@ -142,7 +147,7 @@ def _theorems(found: Sequence[Mapping[str, object]]) -> str:
         parts.append(
             f"<p>{good} of {len(compared)} known least energies lie within what net and rule leave open of the figure.</p>"
         )
-    return "".join(parts)
+    return section("theorems", "What theorems say of these minimizers", *parts) if parts else ""
 
 
 def _table(store: Store, fresh: Collection[str], table: str, found: Sequence[Mapping[str, object]]) -> str:

@@ -26,8 +26,8 @@ _GLOBAL = {
     1: "global minimum of genus 1",
 }  # fmt: skip
 _LAWSON = (
-    "least among surfaces of genus {} with all symmetries of Lawson's in the 3-sphere (Kusner, Lü, Wang 2024, arXiv "
-    "2410.12582); among all of that genus a conjecture (Kusner 1989)"
+    "least among surfaces of its genus with all symmetries of Lawson's in the 3-sphere (Kusner, Lü, Wang 2024, arXiv "
+    "2410.12582); among all of its genus a conjecture (Kusner 1989)"
 )
 
 
@@ -62,7 +62,7 @@ def said(cage: str, record: Mapping[str, object]) -> str:
         )
         return f"{_GLOBAL[found]} ({least.SOURCES[found]})" if sure else ""
     lawson = cage.startswith("lawson_g") and inside(record, exact(cage, "willmore", record["euler"]))
-    return _LAWSON.format(found) if lawson else ""
+    return _LAWSON if lawson else ""
 
 
 def is_global(cage: str, record: Mapping[str, object]) -> bool:
