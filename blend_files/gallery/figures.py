@@ -13,8 +13,9 @@ from .store import Store
 
 FIELDS = (
     "table", "cage", "energy", "setting", "surface", "value", "resolved", "resolved_error", "quadrature_error",
-    "net_share", "exact", "inside", "theorem", "h2", "exact_h2", "h2_off", "exact_from", "gauss_bonnet_defect", "verdict", "certified", "newton_decrement",
-    "negative_directions", "symmetry_order", "stop", "iterations", "vertices", "ratio", "seconds",
+    "net_share", "exact", "inside", "theorem", "h2", "exact_h2", "h2_off", "exact_from", "gauss_bonnet_defect",
+    "verdict", "certified", "newton_decrement", "negative_directions", "symmetry_order", "stop", "iterations",
+    "vertices", "ratio", "seconds",
 )  # fmt: skip
 
 

@@ -66,8 +66,8 @@ _INTRO = (
 _READING = (
     "Under each shape stand its energy, <b>net</b>, <b>rule</b> and what is certain. <b>net</b> is how much finer nets "
     "would still take away: an estimate from the last levels, typically three (MVS) to eight (Willmore) times too "
-    "large, and not known after one level. Where it is as large as the energy, the figure says nothing about the smooth surface but "
-    "that it has no more. <b>rule</b> is the error of the integration. <b>minimum, certified</b>: by its Hessian the "
+    "large, and not known after one level. Where it is as large as the energy, the figure says nothing about the "
+    "smooth surface but that it has no more. <b>rule</b> is the error of the integration. <b>minimum, certified</b>: by its Hessian the "
     "shape is a minimum among shapes nearby of the same symmetry. <b>global minimum</b>: a theorem says so. A click on "
     "a picture shows its whole row, large.",
 )
@@ -251,7 +251,8 @@ def _pairs(store: Store, fresh: Collection[str]) -> str:
         record = store.result(f"pair.{name}")
         shown.append(f"<h3>{escape(name)}</h3>" + picture(f"pictures/pair.{name}.png", f"{name}, before and after"))
         body.append((
-            name, record["vertices"], f"{record['strength']:g}", significant(record["start"], 5), significant(record["value"], 5),
+            name, record["vertices"], f"{record['strength']:g}", significant(record["start"], 5),
+            significant(record["value"], 5),
             significant(record["quadrature_error"], 2), f"{100 * record['deviation']:.1f}",
             f"{record['seconds']:.2f}", record["verdict"],
         ))  # fmt: skip
