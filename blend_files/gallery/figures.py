@@ -18,6 +18,8 @@ FIELDS = (
     "vertices", "ratio", "seconds",
 )  # fmt: skip
 
+LEFT_OPEN = (("net", "net_share"), ("rule", "quadrature_error"))  # what is left open of an energy: its name and field
+
 
 def rows(store: Store, fresh: Collection[str]) -> list[dict[str, object]]:
     """One row for every minimizer of the tables that is finished, by FIELDS; `h2_off` is relative to what is exact, for
@@ -35,6 +37,13 @@ def rows(store: Store, fresh: Collection[str]) -> list[dict[str, object]]:
 def seen(value: float, resolved: float | None) -> bool:
     """Whether the rule that gave an energy saw the surface: a fine rule agrees to 1 %."""
     return resolved is not None and abs(resolved - value) <= 0.01 * abs(value)
+
+
+def error_text(value: float | None) -> str:
+    """An error for people, to two digits or whole; "not known" for none."""
+    if value is None:
+        return "not known"
+    return f"{value:,.0f}" if 10 <= value < 1e8 else f"{value:.2g}"
 
 
 def mark(cage: str, record: Mapping[str, object]) -> str:

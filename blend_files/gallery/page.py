@@ -198,10 +198,9 @@ def _row(store: Store, name: str, setting: str, mine: Sequence[Mapping[str, obje
 
 def _lines(name: str, record: Mapping[str, object]) -> tuple[str, ...]:
     """Under a minimizer."""
-    error = number_text(record["quadrature_error"])
-    share = "not known" if record["net_share"] is None else number_text(record["net_share"])
+    left_open = ", ".join(f"{label} {figures.error_text(record[key])}" for label, key in figures.LEFT_OPEN)
     return (
-        f"{_LABELS[record['energy']]} {number_text(record['value'])}", f"net {share}, rule {error}",
+        f"{_LABELS[record['energy']]} {number_text(record['value'])}", left_open,
         f"∫H² {record['h2']:.4f}", figures.mark(name, record),
     )  # fmt: skip
 

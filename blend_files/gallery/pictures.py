@@ -168,16 +168,9 @@ def result_lines(cage: str, record: Mapping[str, object]) -> tuple[str, ...]:
     label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
     return (
         f"{label} {number_text(record['value'])}   int H² {record['h2']:.4f}",
-        f"net {share_text(record['net_share'])}   rule {share_text(record['quadrature_error'])}",
+        "   ".join(f"{name} {figures.error_text(record[key])}" for name, key in figures.LEFT_OPEN),
         figures.mark(cage, record),
     )  # fmt: skip
-
-
-def share_text(value: float | None) -> str:
-    """An error to one or two digits; "not known" for none."""
-    if value is None:
-        return "not known"
-    return f"{value:,.0f}" if 10 <= value < 1e8 else f"{value:.2g}"
 
 
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:

@@ -408,6 +408,11 @@ def test_pictures_are_published_with_their_figures(tmp_path):
     assert json.loads((folder / "pictures.json").read_text()) == stamp
 
 
+def test_errors_are_written_for_people():
+    assert [figures.error_text(value) for value in (None, 0.0021902, 1.285e-6, 7.98, 315.6, 1206.2)] == [
+        "not known", "0.0022", "1.3e-06", "8", "316", "1,206"]  # fmt: skip
+
+
 def test_marks_say_no_more_than_is_known():
     record = {"energy": "willmore", "euler": 0, "value": 78.957, "net_share": 0.002, "quadrature_error": 1e-6,
               "verdict": "minimum", "resolved": {"value": 78.957}}  # fmt: skip
