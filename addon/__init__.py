@@ -29,6 +29,7 @@ core/               everything that works on arrays                       (no bp
     balls           empties as balls: where a surface touches one, and how it is curved there
     go_through      places in space -> points of the surface that go there
     guides          curves that chains of edges follow
+    least           least bending energies that theorems know
     messages        progress, outcome, verdict, failure as sentences
     variants        a finished run, and others like it
     inspected       a surface as Inspect draws it

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 from ..binding.library import CurvoptError, LibraryError
 from ..binding.values import Exceptions, Progress, Verification
-from .energy import number_text
+from . import least
+from .energy import number_text, weights_of
 from .job import ModalRun, Phase, Request, Solution
 from .live import View
 
@@ -235,10 +236,25 @@ def verdict_text(
 
 
 def verdict_of(request: Request, solution: Solution) -> str:
-    """The verdict on a run."""
-    return verdict_text(
+    """The verdict on a run; and where a theorem says that nothing of that topology has less, that, with its source."""
+    text = verdict_text(
         solution.verification, solution.end.objective, solution.symmetry_order, solution.stop, request.strength
     )
+    return f"{text}{_least_text(request, solution)}"
+
+
+def _least_text(request: Request, solution: Solution) -> str:
+    """Of bending alone, of a closed surface, by its value within the stated errors; otherwise nothing."""
+    end, weights = solution.end, weights_of(request.energy)
+    ((energy, weight),) = weights.items() if len(weights) == 1 else (("", 0.0),)
+    bare = weight == 1 and not request.options.get("spontaneous_curvature")
+    if not (bare and math.isfinite(end.volume) and solution.verification.verdict == "minimum"):
+        return ""
+    known = least.least(energy, solution.euler)
+    if not least.is_least(end.objective, known, solution.discretization_error, end.objective_error):
+        return ""
+    genus = least.genus(solution.euler)
+    return f" No surface of genus {genus} has less, within the error ({least.SOURCES[genus]})."
 
 
 # ------------------------------------------------------------------------------------------------------ its failure --

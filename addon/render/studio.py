@@ -80,6 +80,7 @@ def set_up_render(scene: bpy.types.Scene, picture: Picture, paper: Rgb = PAPER) 
     settings.image_settings.file_format = "PNG"
     settings.image_settings.color_mode = "RGB"
     settings.use_file_extension = False
+    settings.dither_intensity = 0.0
     scene.view_settings.view_transform = "Standard"
     scene.world = bpy.data.worlds.new(_NAME)
     scene.world.color = paper
@@ -136,6 +137,24 @@ def add_surface(
         mesh.materials.append(_zebra() if picture.look == "zebra" else _clay(colour, attribute))
     scene.collection.objects.link(surface)
     return surface
+
+
+def add_painted(scene: bpy.types.Scene, mesh: bpy.types.Mesh, front: str, back: str) -> bpy.types.Object:
+    """An object of `mesh` that shines in the colours of two attributes of the mesh, by the side that is seen: light and
+    shadow are in them already (cycles only)."""
+    material, nodes, links, output = _new_material()
+    shader, mix = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeMixRGB")
+    links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], mix.inputs["Fac"])
+    for name, socket in ((front, "Color1"), (back, "Color2")):
+        source = nodes.new("ShaderNodeAttribute")
+        source.attribute_name = name
+        links.new(source.outputs["Color"], mix.inputs[socket])
+    links.new(mix.outputs["Color"], shader.inputs["Color"])
+    links.new(shader.outputs[0], output.inputs["Surface"])
+    mesh.materials.append(material)
+    painted = bpy.data.objects.new(_NAME, mesh)
+    scene.collection.objects.link(painted)
+    return painted
 
 
 def _new_material() -> tuple[bpy.types.Material, bpy.types.Nodes, bpy.types.NodeLinks, bpy.types.Node]:

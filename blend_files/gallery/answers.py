@@ -71,6 +71,8 @@ def compare_plane(store: Store, item: Item) -> list[dict[str, object]]:
             "polynomial_minimizer_on_plane": solve.evaluate(cages[0], energy, "plane").objective,
             "distance": mean, "farthest": most, "h2": [own[0]["h2"], own[1]["h2"]],
             "verdicts": [own[0]["verdict"], own[1]["verdict"]],
+            "net_shares": [record["net_share"] for record in own],
+            "quadrature_errors": [record["quadrature_error"] for record in own],
         })  # fmt: skip
     series = []
     for energy, title in (("mvs", "MVS"), ("mvs_cross", "MVS_cross")):

@@ -73,21 +73,23 @@ def _rule(profile: Sequence[Mapping], points: int) -> str:
     return f"{points}: {there} of {len(mine)} at the Clifford torus, least energy by the rule {low:.2f}"
 
 
-_NET_HEADS = ("net", "r/R at the end", "by the law", "least of the measured curve", "energy", "∫H²", "verdict")
+_NET_HEADS = ("net", "r/R at the end", "by the law", "least of the measured curve", "energy", "rule", "∫H²", "verdict")
 
 
 def _third(result: Mapping[str, Sequence[Mapping]]) -> str:
     nets = [
         (row["net"], significant(row["ratio"], 4), significant(row["law_ratio"], 4), significant(row["curve_ratio"], 4),
-         significant(row["value"], 6), significant(row["h2"], 6), row["verdict"])
+         significant(row["value"], 6), significant(row["quadrature_error"], 2), significant(row["h2"], 6),
+         row["verdict"])
         for row in result["nets"]
     ]  # fmt: skip
     levels = [
         (row["level"], row["vertices"], significant(row["ratio"], 4), significant(row["value"], 6),
-         significant(row["h2"], 7), row["verdict"])
+         significant(row["net_share"], 2), significant(row["quadrature_error"], 2), significant(row["h2"], 7),
+         row["verdict"])
         for row in result["levels"]
     ]  # fmt: skip
-    heads = ("levels", "vertices", "r/R at the end", "energy", "∫H²", "verdict")
+    heads = ("levels", "vertices", "r/R at the end", "energy", "net", "rule", "∫H²", "verdict")
     return (
         f"<p>One level, by net:</p>{grid(_NET_HEADS, nets)}<p>From a net of 8 x 4, by levels (each subdivides the "
         f"cage once more):</p>{grid(heads, levels)}"
@@ -139,15 +141,21 @@ def _plane(rows: Sequence[Mapping]) -> str:
         "around; put on polynomial the same cages are not its minimizers, as the fifth column says.",
     ]
     heads = ("cage", "energy", "polynomial's minimizer", "plane's minimizer", "plane's, on polynomial",
-             "polynomial's, on plane", "mean distance, %", "farthest, %", "∫H²", "∫H², plane", "verdicts")  # fmt: skip
+             "polynomial's, on plane", "net", "rule", "mean distance, %", "farthest, %", "∫H²", "∫H², plane", "verdicts")  # fmt: skip
     body = [
         (row["cage"], _LABELS[row["energy"]], significant(row["polynomial"], 5), significant(row["plane"], 5),
          significant(row["plane_minimizer_on_polynomial"], 5), significant(row["polynomial_minimizer_on_plane"], 5),
+         _both(row["net_shares"]), _both(row["quadrature_errors"]),
          f"{100 * row['distance']:.2f}", f"{100 * row['farthest']:.1f}", significant(row["h2"][0], 5),
          significant(row["h2"][1], 5), " / ".join(row["verdicts"]))
         for row in rows
     ]  # fmt: skip
     return _answer("plane", "(d) How far plane moves the minimizers", text, grid(heads, body))
+
+
+def _both(values: Sequence[float | None]) -> str:
+    """Of `polynomial` and of `plane`."""
+    return " / ".join(significant(value, 2) for value in values)
 
 
 def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
@@ -162,11 +170,12 @@ def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
         "therefore stay where it is for the net's sake; what falls under a larger one was no global minimum at any "
         "rate.",
     ]
-    heads = ("cage", "energy", "levels", "vertices", "value", "∫H²", "verdict, symmetry kept",
+    heads = ("cage", "energy", "levels", "vertices", "value", "net", "rule", "∫H²", "verdict, symmetry kept",
              "negative, symmetry kept", "negative, none kept")  # fmt: skip
     body = [
         (row["cage"], _LABELS[row["energy"]], row["levels"], row["vertices"], significant(row["value"], 7),
-         significant(row["h2"], 7), row["verdict"], _counted(row["negative_directions"]),
+         significant(row["net_share"], 2), significant(row["quadrature_error"], 2), significant(row["h2"], 7),
+         row["verdict"], _counted(row["negative_directions"]),
          _counted(row["free_negative_directions"]))
         for row in verified
     ]  # fmt: skip

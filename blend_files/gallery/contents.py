@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from addon.binding.values import Cage
-from . import answers, solve, torus_nets, torus_profile
+from . import answers, artists, pairs, solve, torus_nets, torus_profile
 from .store import Item, Store
 
 Draw = Callable[[Store, Item], object]
@@ -22,7 +22,14 @@ TABLES = {
 }  # fmt: skip
 REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
 ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
-GROUPS = (*TABLES, "figures", "answers", *ANSWERS)
+README = "readme"
+PAIRS = "pairs"
+GROUPS = (README, *TABLES, PAIRS, "figures", "answers", *ANSWERS)
+COVER = "lawson_g2"
+README_ROWS = {
+    "table1": ("torus_010", "torus_030", "torus_060", "torus_090"),
+    "table2": ("lawson_g2", "lawson_g3", "tetrahedral_g3", "cubical_g5"),
+}  # fmt: skip
 OCTAHEDRAL = "octahedral_g7"
 SADDLES = ("tetrahedral_g3", "cubical_g5")
 PLANE_CAGES = ("lawson_g2", "tetrahedral_g3", "cubical_g5", "sphere_cube")
@@ -38,8 +45,8 @@ class Measure:
     """What the command line chooses: levels of an optimization, pixels of a cell's width, samples per pixel."""
 
     levels: int = 4
-    width: int = 300
-    samples: int = 48
+    width: int = 640
+    samples: int = 12
 
 
 def all_cages() -> tuple[str, ...]:
@@ -63,21 +70,40 @@ def columns(table: str) -> list[tuple[str, str]]:
     return [(energy, setting) for setting in settings for energy in solve.ENERGIES]
 
 
+def published() -> tuple[str, ...]:
+    """The items that draw the README's pictures."""
+    return ("cover", *(f"sheet.{table}" for table in README_ROWS))
+
+
+def solves(items: Mapping[str, Item], item: Item) -> list[str]:
+    """The minimizers that an item shows, by name, in their order."""
+    found: list[str] = []
+    for need in item.needs:
+        if need.startswith(("solve.", "cover.")):
+            found.append(need)
+        elif need.startswith("row."):
+            found += solves(items, items[need])
+    return found
+
+
 def items(
     cages: Mapping[str, Cage], make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]
 ) -> list[Item]:
     """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
-    functions of cages.py; `draw` has the functions that need Blender: "row", "sheet", "flat", "refined", "look"."""
+    functions of cages.py; `draw` has the functions that need Blender: "cover", "row",
+    "sheet", "pair", "flat", "refined", "look"."""
 
     def torus(ratio: float, around: int, tube: int) -> Cage:
         return make("torus", ratio, around, tube, interpolate=True)
 
-    found: list[Item] = []
+    found = _cover(cages[COVER], measure, draw["cover"])
     for table, names in TABLES.items():
         for name in names:
             found += _row(table, name, cages[name], measure, draw["row"])
-        found.append(_sheet(table, names, measure, draw["sheet"]))
+        if table in README_ROWS:
+            found.append(_sheet(table, README_ROWS[table], measure, draw["sheet"]))
     found.append(_extrapolation(cages, measure))
+    found += _pairs(measure, draw["pair"])
     found += _figures(make("sphere_cube", 2), measure, draw)
     found += _answers_on_tori(torus, measure)
     found += _answer_plane(cages, measure)
@@ -93,27 +119,64 @@ def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) 
     return measure.levels + ((name, energy, setting) == (OCTAHEDRAL, "willmore", "default"))
 
 
+def _cover(cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
+    """The README's first pictures, by the library's own defaults."""
+    tags, cages = frozenset({README}), {COVER: cage}
+    inputs = {"energy": "mvs", "levels": measure.levels, "strength": 1.0}
+    solved = Item(f"cover.{COVER}", pairs.minimize, inputs, tags, cages=cages, cost=5.0)
+    files = ("pictures/lawson_g2_mvs.png", "pictures/lawson_g2_zebra.png")
+    sizes = {"total": 4 * measure.width, "samples": 2 * measure.samples}
+    return [solved, Item("cover", draw, sizes, tags, (solved.name,), files, True, 30.0, cages)]
+
+
 def _row(table: str, name: str, cage: Cage, measure: Measure, draw: Draw) -> list[Item]:
-    """The cage's figures, its minimizers and their picture."""
+    """The cage's figures, its minimizers and their pictures, one row for each setting."""
     tags, cages = frozenset({table, name}), {name: cage}
-    parts = [Item(f"input.{name}", solve.inputs_figures, {}, tags, cages=cages, cost=0.2)]
-    for energy, setting in columns(table):
-        levels = _levels(table, name, energy, setting, measure)
-        inputs = {"energy": energy, "setting": setting, "levels": levels}
-        cost = (1.5 if energy == "willmore" else 20.0) if setting == "report" else 4.0
-        parts.append(
-            Item(solve_name(name, energy, setting), solve.minimize, inputs, tags, cages=cages, cost=cost)
-        )
-    inputs = {"table": table, "cage": name, "width": measure.width, "samples": measure.samples}
-    needs, picture = tuple(part.name for part in parts), f"pictures/row.{name}.png"
-    return [*parts, Item(f"row.{name}", draw, inputs, tags, needs, (picture,), True, 25.0, cages)]
+    start = Item(f"input.{name}", solve.inputs_figures, {}, tags, cages=cages, cost=0.2)
+    parts = [start]
+    for setting in dict.fromkeys(setting for _, setting in columns(table)):
+        solved = []
+        for energy in (energy for energy, found in columns(table) if found == setting):
+            levels = _levels(table, name, energy, setting, measure)
+            inputs = {"energy": energy, "setting": setting, "levels": levels}
+            cost = (1.5 if energy == "willmore" else 20.0) if setting == "report" else 4.0
+            item = solve_name(name, energy, setting)
+            solved.append(Item(item, solve.minimize, inputs, tags, cages=cages, cost=cost))
+        inputs = {"table": table, "cage": name, "setting": setting, "width": measure.width, "samples": measure.samples}
+        needs = (start.name, *(item.name for item in solved))
+        files = row_files(name, setting, 1 + len(solved))
+        parts += [*solved, Item(row_name(name, setting), draw, inputs, tags, needs, files, True, 15.0, cages)]
+    return parts
+
+
+def _pairs(measure: Measure, draw: Draw) -> list[Item]:
+    """Artists' shapes before and after the first press."""
+    found: list[Item] = []
+    for name, make in artists.CAGES.items():
+        tags, cages = frozenset({PAIRS}), {name: make()}
+        inputs = {"energy": "willmore", "levels": 1, "strength": artists.STRENGTHS[name]}
+        solved = Item(f"pair.{name}", pairs.minimize, inputs, tags, cages=cages, cost=2.0)
+        inputs = {"width": measure.width, "samples": measure.samples}
+        files = (f"pictures/pair.{name}.png",)
+        found += [solved, Item(f"picture.{name}", draw, inputs, tags, (solved.name,), files, True, 20.0, cages)]
+    return found
+
+
+def row_name(cage: str, setting: str) -> str:
+    """The item that draws what a setting makes of a cage."""
+    return f"row.{cage}" if setting == "default" else f"row.{cage}.{setting}"
+
+
+def row_files(cage: str, setting: str, count: int) -> tuple[str, ...]:
+    """A row's picture, and that of each of its cells."""
+    name = row_name(cage, setting)
+    return f"pictures/{name}.png", *(f"pictures/{name}.{index}.png" for index in range(count))
 
 
 def _sheet(table: str, names: tuple[str, ...], measure: Measure, draw: Draw) -> Item:
-    needs = tuple(f"row.{name}" for name in names)
+    needs = tuple(row_name(name, "default") for name in names)
     inputs = {"table": table, "width": measure.width, "samples": measure.samples}
-    files = (f"pictures/{table}.png", f"pictures/{table}_small.png")
-    return Item(f"sheet.{table}", draw, inputs, frozenset({table}), needs, files, True, 5.0)
+    return Item(f"sheet.{table}", draw, inputs, frozenset({table, README}), needs, (f"pictures/{table}.png",), True, 5.0)
 
 
 def _extrapolation(cages: Mapping[str, Cage], measure: Measure) -> Item:

@@ -47,6 +47,28 @@ def dense(cage: Cage, surface: str, n_quads: int = 40_000, faces: np.ndarray | N
     return Dense(jets[:, 0], found.normals, found.H, found.K, areas, net.quads)
 
 
+def faceted(cage: Cage, edge: float, side: int = 40) -> tuple[Dense, np.ndarray]:
+    """The quads of a cage itself, flat between its edges, by side x side pieces each; and which points (n,) lie within
+    `edge` faces of an edge. ValueError if it has other faces."""
+    if (np.asarray(cage.face_sizes) != 4).any():
+        raise ValueError("Only a cage of quads can be shown by its faces.")
+    corners = np.asarray(cage.positions)[np.asarray(cage.face_vertices).reshape(-1, 4)]
+    t = np.linspace(0.0, 1.0, side + 1)
+    u, v = (grid.ravel()[:, None] for grid in np.meshgrid(t, t, indexing="ij"))
+    a, b, c, d = (corners[:, None, k] for k in range(4))
+    points = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+    crossed = np.cross((1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b))
+    length = np.linalg.norm(crossed, axis=2, keepdims=True)
+    first = np.arange(side)[:, None] * (side + 1) + np.arange(side)
+    quad = np.stack([first, first + side + 1, first + side + 2, first + 1], -1).reshape(-1, 4)
+    quads = (np.arange(len(corners))[:, None, None] * (side + 1) ** 2 + quad).reshape(-1, 4)
+    none = np.zeros(points.shape[0] * points.shape[1])
+    near = np.tile((np.minimum(np.minimum(u, 1 - u), np.minimum(v, 1 - v)) < edge).ravel(), len(corners))
+    shape = Dense(points.reshape(-1, 3), (crossed / np.maximum(length, 1e-300)).reshape(-1, 3), none, none,
+                  length.ravel() / (side + 1) ** 2, quads)  # fmt: skip
+    return shape, near
+
+
 def centre_and_size(shape: Dense) -> tuple[np.ndarray, float]:
     """Centroid (3,) of the surface and the root mean square distance of its points from there, by area."""
     weight = shape.areas / shape.areas.sum()

@@ -2,7 +2,7 @@
 r"""The report's tables, figures and open questions, from the committed cages, as one HTML page:
 
     blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR \
-        [--only NAME ...] [--jobs N]
+        [--only NAME ...] [--jobs N] [--publish DIR]
 
 What is finished in DIR, and whose inputs, code and library have not changed, is not made again; a run that is killed
 loses the items in work and nothing else. Exit code 0: done, 1: something could not be made (said on stderr), 2: wrong
@@ -30,7 +30,7 @@ from addon.binding import library  # noqa: E402
 from addon.binding.values import Cage  # noqa: E402
 from addon.core.messages import UserError, failure_text  # noqa: E402
 from addon.scene.read_cage import read_faces, read_positions  # noqa: E402
-from gallery import contents, page, pictures, schedule  # noqa: E402
+from gallery import contents, page, pair_pictures, pictures, publish, schedule  # noqa: E402
 from gallery import store as stored  # noqa: E402
 
 
@@ -45,8 +45,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="where the gallery is, or is to be")
     parser.add_argument(
         "--only", nargs="+", choices=names, metavar="NAME",
-        help=f"only these tables ({', '.join(contents.TABLES)}), figures, answers ({', '.join(contents.ANSWERS)}; all "
-        "of them: answers) or rows of tables, by their cages",
+        help=f"only the README's pictures ({contents.README}), these tables ({', '.join(contents.TABLES)}), {contents.PAIRS}, figures, "
+        f"answers ({', '.join(contents.ANSWERS)}; all of them: answers) or rows of tables, by their cages",
     )  # fmt: skip
     parser.add_argument("--jobs", type=_count, default=os.cpu_count(), metavar="N",
                         help="calculations at a time (default: one a core)")  # fmt: skip
@@ -54,6 +54,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--levels", type=_level, default=measure.levels, help="of the tables (default %(default)s)")
     parser.add_argument("--width", type=_count, default=measure.width, help="pixels of a cell (default %(default)s)")
     parser.add_argument("--samples", type=_count, default=measure.samples, help="a pixel (default %(default)s)")
+    parser.add_argument("--publish", type=Path, metavar="DIR",
+                        help="where the README's pictures go, with a stamp of their figures (blend_files/pictures)")  # fmt: skip
     parser.add_argument("--cages", type=Path, metavar="DIR", default=Path(__file__).resolve().parents[1],
                         help="the .blend files and cages.py (default: blend_files)")  # fmt: skip
     return parser.parse_args(arguments)
@@ -113,13 +115,16 @@ def make(options: argparse.Namespace) -> bool:
     store = stored.Store(options.output.resolve(), stored.library_version(lib.path, lib.version))
     cages = {name: read_cage(options.cages, name) for name in contents.all_cages()}
     measure = contents.Measure(options.levels, options.width, options.samples)
-    items = contents.items(cages, cage_maker(options.cages), measure, pictures.DRAW)
+    items = contents.items(cages, cage_maker(options.cages), measure, {**pictures.DRAW, "pair": pair_pictures.draw})
     wanted = [item.name for item in items if not options.only or item.tags & set(options.only)]
     with _quiet_blender() as say:
         outcome = schedule.run(schedule.with_needs(items, wanted), store, options.jobs, say)
     shown = stored.keys(items, store.version)
     fresh = {item.name for item in items if store.fresh(item, shown[item.name])}
-    index = page.write(store, fresh, {item.name: item for item in items})
+    by_name = {item.name: item for item in items}
+    index = page.write(store, fresh, by_name)
+    if options.publish:
+        publish.publish(store, by_name, fresh, options.publish)
     for name, why in outcome.failed.items():
         print(f"gallery: {name} could not be made: {why}", file=sys.stderr)
     counts = f"{len(outcome.made)} made, {len(outcome.fresh)} finished before, {len(outcome.failed)} failed"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gallery's pictures: rows of shapes before one camera at one scale, with their figures under them, and sheets of
-rows. Shapes are dense meshes with exact normals, so that `plane` shows as it is, too. Captions do without signs
-that Blender's own font may lack."""
+rows. Shapes are dense meshes with exact normals, so that `plane` shows as it is, too, in the light of `light`. Captions
+do without signs that Blender's own font may lack."""
 
 from __future__ import annotations
 
@@ -19,28 +19,33 @@ from addon.binding.values import Cage
 from addon.core.energy import number_text
 from addon.scene.write_result import make_mesh
 from addon.render import studio
-from . import contents, figures, solve
-from .dense import Dense, centre_and_size, dense
+from . import contents, figures, light, png, solve
+from . import dense as dense_shapes
+from .dense import Dense, centre_and_size, dense, faceted
 from .png import halved, write_below, write_png
 from .store import Item, Store
 
+USES = (light, dense_shapes, png, studio, figures)  # on these, too, it depends how pictures look (`store`)
 COLOURS = {
-    "input": (0.50, 0.50, 0.50), "willmore": (0.20, 0.38, 0.66),
-    "mvs": (0.22, 0.50, 0.30), "mvs_cross": (0.70, 0.32, 0.17),
+    "input": (0.50, 0.50, 0.50), "willmore": (0.16, 0.34, 0.66),
+    "mvs": (0.16, 0.46, 0.26), "mvs_cross": (0.74, 0.28, 0.11),
 }  # fmt: skip
 TITLES = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 SETTING_TITLES = {"default": "curvopt", "report": "as the report"}
 
 _WHITE = (1.0, 1.0, 1.0)
-_ACROSS, _ABOVE = 0.90, 0.04  # the largest shape's width, and the room above and below it, in cells
+_ACROSS, _ABOVE = 0.92, 0.04  # the largest shape's width, and the room above and below it, in cells
 _TALLEST = 0.95  # height of a shape, in cells, at most
-_LINE, _LETTER = 0.072, 0.056  # of captions, in cells
-_HEAD = 0.09  # a line of a sheet's head
-_SMALL_BYTES = 600_000  # of a sheet at half the size
+_LINE, _LETTER = 0.078, 0.061  # of captions, in cells
+_HEAD = 0.105  # a line of a sheet's head
+_SHEET_BYTES = 1_400_000  # of a picture that is committed
 _RULE = 216  # grey of the line between rows
-_MAP = "curvature"
+_FRONT, _BACK = "front", "back"
 _FIGURE_QUADS = {"limit": 60_000, "plane": 60_000, "polynomial": 3_500}  # few: a point takes 4 ms on faces like these
+_TABLE_QUADS = 25_000
 _FROM_CORNER = np.array([-0.45, -0.62, 0.64]) / np.linalg.norm([-0.45, -0.62, 0.64])
+_COVER = (0.80, 0.30, 0.10)
+_EDGE = 0.03  # half the width of a cage's edges, in faces
 
 
 @dataclass(frozen=True)
@@ -62,9 +67,9 @@ def unit(shape: Dense) -> Dense:
 
 def draw_cells(
     cells: Sequence[Cell], path: Path, measure: Mapping[str, object], direction: np.ndarray, look: str = "clay"
-) -> None:
+) -> int:
     """A row of cells to a PNG, all at the scale that lets the largest fill its cell; `measure` has the `width` of a
-    cell in pixels and `samples`. RenderError."""
+    cell in pixels and `samples`. How many lines of pixels lie above the captions. RenderError."""
     rotation = studio.view_rotation(direction)
     axes = np.array(rotation)
     boxes = [((cell.shape.points @ axes).min(0), (cell.shape.points @ axes).max(0)) for cell in cells]
@@ -80,60 +85,69 @@ def draw_cells(
         studio.set_up_render(scene, picture, _WHITE)
         for index, (cell, (low, high)) in enumerate(zip(cells, boxes)):
             across = index - (len(cells) - 1) / 2
-            surface = studio.add_surface(scene, _mesh(cell), picture, cell.colour, _MAP if _mapped(cell) else "")
+            surface = _added(scene, cell, picture, axes)
             place = axes @ (across, text / 2, 0.0) - scale * (axes @ ((low + high) / 2))
             surface.matrix_world = Matrix.Translation(place) @ Matrix.Scale(scale, 4)
             for line, words in enumerate(cell.lines):
                 down = -height / 2 + text - _LINE * (line + 0.6)
                 studio.add_caption(scene, words, Vector(axes @ (across, down, 1.0)), rotation, _LETTER, picture)
-        studio.add_light(scene, rotation)
         studio.add_camera(scene, rotation, float(len(cells)), height, max(2.0, scale * float(extent[2])))
         draft = path.with_name(f".{path.stem}.{os.getpid()}.png")
         studio.render(scene, draft)
     os.replace(draft, path)
+    return round(measure["width"] * room)
 
 
-def _mapped(cell: Cell) -> bool:
-    return cell.colours is not None
+def _added(scene: bpy.types.Scene, cell: Cell, picture: studio.Picture, axes: np.ndarray) -> bpy.types.Object:
+    """The cell's shape in the scene: lit beforehand, or a mirror of stripes."""
+    mesh = _mesh(cell.shape)
+    if picture.look == "zebra":
+        return studio.add_surface(scene, mesh, picture)
+    own = cell.colour if cell.colours is None else cell.colours
+    for name, colours in zip((_FRONT, _BACK), light.shaded(cell.shape, np.asarray(own), axes)):
+        layer = mesh.color_attributes.new(name, "FLOAT_COLOR", "POINT")
+        with_alpha = np.concatenate([colours, np.ones((len(colours), 1))], 1)
+        layer.data.foreach_set("color", with_alpha.astype(np.float32).ravel())
+    return studio.add_painted(scene, mesh, _FRONT, _BACK)
 
 
-def _mesh(cell: Cell) -> bpy.types.Mesh:
-    shape = cell.shape
+def _mesh(shape: Dense) -> bpy.types.Mesh:
     sizes = np.full(len(shape.quads), 4, np.int32)
     mesh = make_mesh("Curvopt gallery", Cage(shape.points, sizes, shape.quads.ravel().astype(np.int32)))
     if bpy.app.version < (4, 1, 0):
         mesh.use_auto_smooth = True  # else its own normals are not looked at
     mesh.normals_split_custom_set_from_vertices(np.ascontiguousarray(shape.normals, np.float32))
-    if _mapped(cell):
-        layer = mesh.color_attributes.new(_MAP, "FLOAT_COLOR", "POINT")
-        with_alpha = np.concatenate([cell.colours, np.ones((len(cell.colours), 1))], 1)
-        layer.data.foreach_set("color", with_alpha.astype(np.float32).ravel())
     return mesh
 
 
 def minimizer(store: Store, solved: str, surface: str) -> Dense:
     """The shape that an item ended at: as Blender shows it, but for `plane`, which Blender cannot. `polynomial` differs
     from the limit surface by less than a pixel here, and takes a millisecond and more a point."""
-    return unit(dense(store.cage(solved), surface if surface == "plane" else "limit"))
+    return unit(dense(store.cage(solved), surface if surface == "plane" else "limit", _TABLE_QUADS))
 
 
 # ---------------------------------------------------------------------------------------------------------- tables --
 
 
 def draw_row(store: Store, item: Item) -> dict[str, object]:
-    """A cage and its minimizers, as its table has them."""
-    name, table = item.inputs["cage"], item.inputs["table"]
+    """A cage and its minimizers by one setting, as its table has them; and each cell by itself, smaller."""
+    name, table, setting = (item.inputs[key] for key in ("cage", "table", "setting"))
     (cage,) = item.cages.values()
-    figures = store.result(f"input.{name}")
-    first = unit(dense(cage, "limit"))
-    cells = [Cell(first, COLOURS["input"], input_lines(name, figures))]
-    for energy, setting in contents.columns(table):
-        solved = contents.solve_name(name, energy, setting)
-        record = store.result(solved)
-        shape = minimizer(store, solved, record["surface"])
-        cells.append(Cell(shape, COLOURS[energy], result_lines(record)))
+    first = unit(dense(cage, "limit", _TABLE_QUADS))
+    cells = [Cell(first, COLOURS["input"], input_lines(name, store.result(f"input.{name}")))]
+    for energy, found in contents.columns(table):
+        if found == setting:
+            solved = contents.solve_name(name, energy, setting)
+            record = store.result(solved)
+            shape = minimizer(store, solved, record["surface"])
+            cells.append(Cell(shape, COLOURS[energy], result_lines(name, record)))
     direction = studio.view_direction(first.points)
-    draw_cells(cells, store.path(item.files[0]), item.inputs, direction)
+    row, *small = (store.path(file) for file in item.files)
+    shown = draw_cells(cells, row, item.inputs, direction)
+    pixels = read_pixels(row)
+    for index, path in enumerate(small):
+        one = pixels[:shown, item.inputs["width"] * index : item.inputs["width"] * (index + 1)]
+        store.write(str(path.relative_to(store.root)), write_png(halved(one)))
     return {"cells": len(cells), "view": direction.tolist()}
 
 
@@ -149,44 +163,47 @@ def input_lines(name: str, figures: Mapping[str, float]) -> tuple[str, ...]:
     )
 
 
-def result_lines(record: Mapping[str, object]) -> tuple[str, ...]:
-    """Under a minimizer: its energy, int H^2, and what is certain of it."""
+def result_lines(cage: str, record: Mapping[str, object]) -> tuple[str, ...]:
+    """Under a minimizer: its energy, int H^2, what is left open of the energy, and what is certain of it."""
     label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
-    mark = {"minimum": "minimum, certified", "unknown": "not certified"}.get(record["verdict"], record["verdict"])
-    if not figures.seen(record["value"], record["resolved"]["value"]):
-        mark = "the rule does not see it"
-    return f"{label} {number_text(record['value'])}", f"int H² {record['h2']:.4f}", mark
+    return (
+        f"{label} {number_text(record['value'])}   int H² {record['h2']:.4f}",
+        "   ".join(f"{name} {figures.error_text(record[key])}" for name, key in figures.LEFT_OPEN),
+        figures.mark(cage, record),
+    )  # fmt: skip
 
 
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:
-    """A table's rows under its head; and the same at half the size."""
+    """Some rows of a table under a head, for the README: what curvopt makes of them."""
     table, width = item.inputs["table"], item.inputs["width"]
-    columns = contents.columns(table)
-    settings = list(dict.fromkeys(setting for _, setting in columns))
-    heads = ["Input"] + [f"{TITLES[energy]}" for energy, _ in columns]
-    if len(settings) > 1:
-        heads = ["Input"] + [f"{TITLES[energy]}, {SETTING_TITLES[setting]}" for energy, setting in columns]
-    head = store.path(f"pictures/.head.{table}.{os.getpid()}.png")
+    energies = [energy for energy, setting in contents.columns(table) if setting == "default"]
+    heads = ["Input", *(TITLES[energy] for energy in energies)]
+    head, foot = (store.path(f"pictures/.{end}.{table}.{os.getpid()}.png") for end in ("head", "foot"))
     try:
         _draw_head(heads, head, width)
-        pictures = [head, *(store.path(f"pictures/row.{name}.png") for name in contents.TABLES[table])]
+        _draw_head([_LEGEND], foot, width * len(heads), 0.72 * _HEAD / len(heads))
+        pictures = [head, *(store.path(f"pictures/row.{name}.png") for name in contents.README_ROWS[table]), foot]
         stacked = stack([read_pixels(path) for path in pictures])
     finally:
-        head.unlink(missing_ok=True)
-    store.write(item.files[0], write_png(stacked))
-    store.write(item.files[1], write_below(halved(stacked), _SMALL_BYTES))
+        for path in (head, foot):
+            path.unlink(missing_ok=True)
+    store.write(item.files[0], write_below(stacked, _SHEET_BYTES))
     return {"size": [stacked.shape[1], stacked.shape[0]]}
 
 
-def _draw_head(heads: Sequence[str], path: Path, width: int) -> None:
-    height = _HEAD * 1.4
+_LEGEND = "net: what finer nets would still take away, an estimate; rule: error of the integration; W: Willmore"
+
+
+def _draw_head(heads: Sequence[str], path: Path, width: int, line: float = _HEAD) -> None:
+    """Words over cells of `width` pixels; a line is `line` cells high."""
+    height = line * 1.4
     picture = studio.Picture(width * len(heads), round(width * height), 32)
     rotation = Matrix.Identity(3)
     with studio.temporary_scene() as scene:
         studio.set_up_render(scene, picture, _WHITE)
         for index, words in enumerate(heads):
             place = Vector((index - (len(heads) - 1) / 2, 0.0, 0.0))
-            studio.add_caption(scene, words, place, rotation, _HEAD * 0.72, picture)
+            studio.add_caption(scene, words, place, rotation, line * 0.72, picture)
         studio.add_camera(scene, rotation, float(len(heads)), height, 1.0)
         studio.render(scene, path)
 
@@ -211,6 +228,33 @@ def stack(pictures: Sequence[np.ndarray]) -> np.ndarray:
             parts.append(np.full((1, picture.shape[1], 3), _RULE, np.uint8))
         parts.append(picture)
     return np.concatenate(parts)
+
+
+def draw_cover(store: Store, item: Item) -> dict[str, object]:
+    """The README's first pictures: a cage, its surface and what becomes of it; the two surfaces as stripes."""
+    (cage,) = item.cages.values()
+    (solved,) = item.needs
+    record = store.result(solved)
+    before, after = unit(dense(cage, "limit")), unit(dense(store.cage(solved), "limit"))
+    net, on_edge = faceted(cage, _EDGE)
+    centre, size = centre_and_size(dense(cage, "limit", 2_000))
+    net = replace(net, points=(net.points - centre) / size)
+    label, direction = TITLES[record["energy"]], studio.view_direction(before.points)
+    grey, ink = np.array(COLOURS["input"]), np.array((0.06, 0.06, 0.07))
+    captions = f"{label} {number_text(record['start'])}", f"{label} {number_text(record['value'])}"
+    cells = [
+        Cell(net, COLOURS["input"], ("Your cage",), np.where(on_edge[:, None], ink, 1.25 * grey)),
+        Cell(before, COLOURS["input"], (f"its surface: {captions[0]}",)), Cell(after, _COVER, (f"minimized: {captions[1]}",)),
+    ]  # fmt: skip
+    for file, shown, look in zip(item.files, (cells, cells[1:]), ("clay", "zebra")):
+        measure = {**item.inputs, "width": item.inputs["total"] // len(shown)}
+        draft = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
+        try:
+            draw_cells(shown, draft, measure, direction, look)
+            store.write(file, write_below(read_pixels(draft), _SHEET_BYTES))
+        finally:
+            draft.unlink(missing_ok=True)
+    return {"total": item.inputs["total"]}
 
 
 # --------------------------------------------------------------------------------------------------------- figures --
@@ -319,4 +363,4 @@ def _saddle_cell(store: Store, name: str, title: str) -> Cell:
     return Cell(shape, COLOURS["willmore"], (title, f"int H² {record['h2']:.4f}"))
 
 
-DRAW = {"row": draw_row, "sheet": draw_sheet, "flat": draw_flat, "refined": draw_refined, "look": draw_saddles}
+DRAW = {"row": draw_row, "sheet": draw_sheet, "cover": draw_cover, "flat": draw_flat, "refined": draw_refined, "look": draw_saddles}

@@ -51,7 +51,8 @@ def minimize(store: Store, item: Item) -> dict[str, object]:
 
 
 def figures(solution: job.Solution, energy: str, setting: str) -> dict[str, object]:
-    """All that a run says of its result, and what a fine adaptive rule makes of the same surface."""
+    """All that a run says of its result, and what a fine adaptive rule makes of the same surface. `net_share` is what
+    finer nets would still take away, as the library estimates it; None where nothing is known of it."""
     end, cage = solution.end, solution.cage
     found, certified_by = solution.verification, "run"
     if setting == "report":
@@ -60,7 +61,8 @@ def figures(solution: job.Solution, energy: str, setting: str) -> dict[str, obje
         "energy": energy, "setting": setting, "surface": end.surface,
         "start": plain(solution.start.objective), "value": plain(end.objective), "h2": plain(end.h2),
         "terms": {name: plain(value) for name, value in end.terms.items()},
-        "quadrature_error": plain(end.objective_error), "gauss_bonnet_defect": plain(end.gauss_bonnet_defect),
+        "quadrature_error": plain(end.objective_error), "net_share": plain(solution.discretization_error),
+        "gauss_bonnet_defect": plain(end.gauss_bonnet_defect),
         "resolved": resolved(cage, energy, end.surface), "euler": solution.euler,
         "verdict": found.verdict, "newton_decrement": plain(found.newton_decrement),
         "negative_directions": found.negative_directions, "certified": certified_by,
@@ -109,6 +111,10 @@ def inputs_figures(store: Store, item: Item) -> dict[str, object]:
     return {
         "willmore": plain(bending.terms["willmore"]), "h2": plain(bending.h2),
         "mvs": plain(third.terms["mvs"]), "mvs_cross": plain(third.terms["mvs_cross"]),
+        "quadrature_errors": {
+            "willmore": plain(bending.term_errors["willmore"]),
+            **{name: plain(third.term_errors[name]) for name in ("mvs", "mvs_cross")},
+        },
         "gauss_bonnet_defect": plain(bending.gauss_bonnet_defect), "vertices": len(cage.positions),
         "ratio": torus_ratio(dense(cage, "limit", 8000).points),
     }  # fmt: skip
@@ -132,6 +138,7 @@ def verify(store: Store, item: Item) -> dict[str, object]:
         "free_negative_directions": summary.free_negative_directions,
         "all_negative_directions": summary.all_negative_directions,
         "vertices": summary.n_vertices, "value": plain(summary.end.objective), "h2": plain(summary.end.h2),
+        "quadrature_error": plain(summary.end.objective_error), "net_share": plain(summary.discretization_error),
     }  # fmt: skip
 
 

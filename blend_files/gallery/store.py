@@ -114,11 +114,17 @@ def keys(items: Sequence[Item], version: str) -> dict[str, str]:
             "inputs": item.inputs,
             "cages": {name: cage_digest(cage) for name, cage in item.cages.items()},
             "needs": [found[need] for need in item.needs],
-            "code": _source_digest(inspect.getsourcefile(item.work)),
+            "code": _code(item.work),
             "library": version,
         }
         found[item.name] = hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
     return found
+
+
+def _code(work: Callable[[Store, Item], object]) -> str:
+    """A digest of the source of `work`'s module, and of those that it lists as USES."""
+    used = getattr(inspect.getmodule(work), "USES", ())
+    return " ".join(_source_digest(path) for path in (inspect.getsourcefile(work), *(m.__file__ for m in used)))
 
 
 @lru_cache(maxsize=None)

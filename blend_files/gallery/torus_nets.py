@@ -101,6 +101,7 @@ def plot_third(store: Store, item: Item) -> dict[str, object]:
         row = {
             "net": net, "level": int(level), "ratio": result["ratio"], "value": result["value"],
             "h2": result["h2"], "verdict": result["verdict"], "vertices": result["vertices"],
+            "net_share": result["net_share"], "quadrature_error": result["quadrature_error"],
         }  # fmt: skip
         if int(level) == 1:
             best = lawful_best(energy, around, tube)

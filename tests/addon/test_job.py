@@ -11,7 +11,7 @@ import pytest
 import shapes
 from addon.binding import abi, library, locate
 from addon.binding.values import Cage, Exceptions, Held
-from addon.core import energy, job, messages
+from addon.core import energy, job, least, messages
 
 
 def progress(iteration: int) -> library.Progress:
@@ -430,3 +430,29 @@ def test_solutions_say_how_far_and_whether_they_cross():
     assert messages.crossings_text(crossed) == "The surface crosses itself at 2 pairs of faces"
     stopped = job.solve(cube, job.Request(energy="mvs", levels=3), lambda progress: True)
     assert stopped.deviation is None and messages.deviation_text(stopped) == messages.crossings_text(stopped) == ""
+
+
+def test_the_verdict_says_what_theorems_say_of_bending():
+    """Of a Clifford torus and a sphere with levels enough to know the error; not after one level, of MVS, nor of a
+    multiple of the energy."""
+
+    def verdict(cage, energy="willmore", levels=3):
+        request = job.Request(energy, levels)
+        return messages.verdict_of(request, job.solve(cage, request))
+
+    points, faces = shapes.cube()
+    cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
+    torus = torus_cage()
+    assert verdict(torus).endswith(" No surface of genus 1 has less, within the error (Marques and Neves 2014).")
+    assert "genus 1" in verdict(torus, "mean_curvature") and "Willmore 1965" in verdict(cube)
+    assert "genus" not in verdict(torus, levels=1) and "genus" not in verdict(torus, "mvs")
+    assert "genus" not in verdict(torus, "willmore:2")
+
+
+def test_least_energies():
+    assert least.least("willmore", 2) == pytest.approx(8 * math.pi) and least.least("willmore", 0) == pytest.approx(8 * math.pi**2)
+    assert least.least("mean_curvature", 0) == pytest.approx(2 * math.pi**2) and least.least("mvs", 0) is None
+    assert least.least("willmore", -2) is None and least.least("willmore", 1) is None
+    assert least.is_least(10.05, 10.0, 0.06, 0.001) and not least.is_least(10.07, 10.0, 0.06, 0.001)
+    assert not least.is_least(9.99, 10.0, 0.06, 0.001), "below a theorem's bound"
+    assert not least.is_least(10.0, 10.0, math.nan, 0.0) and not least.is_least(11.0, 10.0, 2.0, 0.0), "too much is open"

@@ -30,10 +30,10 @@ def gallery(tmp_path):
 def test_one_row_its_figures_and_resuming(gallery, tmp_path):
     code, said, complaints = gallery(*SMALL)
     assert code == 0, complaints
-    assert "8 made, 0 finished before, 0 failed" in said and "Saved" not in said
+    assert "9 made, 0 finished before, 0 failed" in said and "Saved" not in said
     folder = tmp_path / "gallery"
     image = bpy.data.images.load(str(folder / "pictures" / "row.torus_050.png"))
-    assert image.size[0] == 7 * 60
+    assert image.size[0] == 4 * 60
     pixels = list(image.pixels)
     assert min(pixels[0::4]) < 0.6 and max(pixels[0::4]) > 0.95
     with open(folder / "figures.csv", encoding="utf-8") as file:
@@ -42,16 +42,17 @@ def test_one_row_its_figures_and_resuming(gallery, tmp_path):
     # Clifford's torus on a net of 8 x 4; `tests/numeric` has the same of the library
     assert 19.74 < float(rows["willmore", "default"]["h2"]) < 21 and rows["willmore", "default"]["verdict"] == "minimum"
     page = (folder / "index.html").read_text(encoding="utf-8")
-    assert 'src="pictures/row.torus_050.png"' in page and "http" not in page
+    assert 'href="pictures/row.torus_050.png"' in page and 'src="pictures/row.torus_050.3.png"' in page and "http" not in page
+    assert rows["willmore", "default"]["quadrature_error"] and not rows["willmore", "default"]["net_share"], "one level"
     cage_as_the_command_line_sees_it(folder)
 
     picture = folder / "pictures" / "row.torus_050.png"
     stamp = picture.stat().st_mtime_ns
     code, said, _ = gallery(*SMALL)
-    assert code == 0 and "0 made, 8 finished before, 0 failed" in said and picture.stat().st_mtime_ns == stamp
+    assert code == 0 and "0 made, 9 finished before, 0 failed" in said and picture.stat().st_mtime_ns == stamp
     (folder / "data" / "solve.torus_050.mvs.default.json").unlink()
     code, said, _ = gallery(*SMALL)
-    assert code == 0 and "] solve.torus_050.mvs.default" in said and "7 finished before" in said
+    assert code == 0 and "] solve.torus_050.mvs.default" in said and "8 finished before" in said
     assert "1 made" in said, "the picture depends on the same inputs still"
 
 
