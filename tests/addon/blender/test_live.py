@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live from scripts: where handles are, what they hold, where the result is, and what is left in the file."""
 
+import time
 from types import SimpleNamespace
 
 import bmesh
@@ -556,3 +557,44 @@ def test_closing_the_window_of_finish_goes_back_to_dragging(shaken, part):
     part("ui.live").CURVOPT_OT_live_finish.cancel(operator, bpy.context)
     assert left == [{"CANCELLED"}] and bpy.ops.curvopt.live_finish.poll()
     assert look(part) and session.live.running and is_clean(finish())
+
+
+def spoken(part, until):
+    """The panel's words once `until` holds of them, with Live on; looks as the timer does."""
+    session, deadline = part("ui.live")._session, time.monotonic() + 120
+    while True:
+        bpy.context.view_layer.update()
+        part("ui.live")._look()
+        text = part("ui.properties").state.message
+        if until(text):
+            return text
+        assert time.monotonic() < deadline and part("ui.live")._session is session, text
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("place", [1e10, float("inf"), float("nan")])
+def test_a_handle_that_is_too_far_is_said_and_it_goes_on(shaken, empties, part, place):
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    spoken(part, lambda text: text.endswith("minimum."))
+    number, was = part("ui.live")._session.live.number, tuple(empties(shaken)[9].location)
+    empties(shaken)[9].location.y = place
+    text = spoken(part, lambda text: part("ui.properties").state.failed)
+    assert text.startswith("The handle of vertex 9 is too far away for any surface") and part("ui.properties").state.live == "ON"
+    with pytest.raises(RuntimeError, match="too far away for any surface"):
+        bpy.ops.curvopt.live_finish()
+    assert part("ui.live")._session.live.number == number
+    empties(shaken)[9].location = was
+    spoken(part, lambda text: text.endswith("minimum.") and not part("ui.properties").state.failed)
+    assert finish()["curvopt_verdict"].startswith("Checked: a true local minimum")
+
+
+def test_handles_in_one_place_are_said_and_it_goes_on(shaken, empties, part):
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    places = {vertex: handle.location.copy() for vertex, handle in empties(shaken).items()}
+    for handle in empties(shaken).values():
+        handle.location = places[0]
+    text = spoken(part, lambda text: text.endswith("move them apart."))
+    assert "Checked: not yet a minimum" in text and part("ui.properties").state.live == "ON"
+    for vertex, handle in empties(shaken).items():
+        handle.location = places[vertex]
+    assert finish()["curvopt_verdict"].startswith("Checked: a true local minimum")
