@@ -255,6 +255,8 @@ def verdict_of(request: Request, solution: Solution) -> str:
 
 
 GO_THROUGH_STRENGTH = "Go Through needs a Strength of 1"
+GO_THROUGH_LIVE = "Go Through does not count in Live: only handles and pins hold the surface"
+GO_THROUGH_EDIT = "Go Through does not count in Edit Mode: press Minimize in Object Mode for it"
 
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (

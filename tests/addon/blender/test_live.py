@@ -598,3 +598,51 @@ def test_handles_in_one_place_are_said_and_it_goes_on(shaken, empties, part):
     for vertex, handle in empties(shaken).items():
         handle.location = places[vertex]
     assert finish()["curvopt_verdict"].startswith("Checked: a true local minimum")
+
+
+class Layout:
+    """What the panel draws into: remembers names of properties, and labels."""
+
+    def __init__(self):
+        self.names, self.labels = [], []
+
+    def column(self, **_):
+        return self
+
+    def prop(self, _owner, name, **_):
+        self.names.append(name)
+
+    def label(self, text="", **_):
+        self.labels.append(text)
+
+    def operator(self, *_, **__):
+        pass
+
+    operator_menu_enum = operator
+
+
+def drawn(part, monkeypatch, name):
+    """The layout after a part of the panel was drawn, lines unbroken."""
+    panel, layout = part("ui.panel"), Layout()
+    monkeypatch.setattr(panel, "_lines", lambda _context, text: [text])
+    parts = {key: value for key, value in vars(panel.CURVOPT_PT_minimize).items() if key.startswith("_draw")}
+    getattr(type("Panel", (), parts)(), name)(bpy.context, layout)  # Blender makes no panel for us
+    return layout
+
+
+def test_the_panel_says_that_go_through_does_not_count(shaken, part, monkeypatch):
+    settings = bpy.context.scene.curvopt
+    for name, where in (("_draw_live", "Live"), ("_draw_edit", "Edit Mode")):
+        for through in ("", "Guides"):
+            settings.through = through
+            said = [text for text in drawn(part, monkeypatch, name).labels if "Go Through" in text]
+            assert [text.startswith(f"Go Through does not count in {where}: ") for text in said] == [True] * bool(through)
+
+
+def test_animation_can_be_ticked_before_finish(shaken, part, monkeypatch):
+    settings = bpy.context.scene.curvopt
+    for outcome, mode, there in (("NEW", "OBJECT", True), ("SHAPE_KEY", "OBJECT", False), ("NEW", "EDIT", False)):
+        settings.outcome = outcome
+        bpy.ops.object.mode_set(mode=mode)
+        assert ("animation" in drawn(part, monkeypatch, "_draw_live").names) == there
+    bpy.ops.object.mode_set(mode="OBJECT")
