@@ -39,7 +39,8 @@ class Aim:
 @dataclass(frozen=True)
 class View:
     """What is to be seen: a surface, `number` of the targets that it belongs to, its energy, and whether it is the first
-    answer to them; `summary`, with the verdict, if it is the optimum. `time` is that of time.monotonic()."""
+    answer to them; `summary`, with the verdict, if it is the optimum. `time` is that of time.monotonic(), `lag` how many
+    seconds before that the targets of the last first answer were given."""
 
     snapshot: Snapshot
     number: int
@@ -47,6 +48,7 @@ class View:
     is_first: bool
     time: float
     summary: Summary | None = None
+    lag: float = 0.0
 
 
 class Live:
@@ -66,6 +68,7 @@ class Live:
         self._aim = Aim(request, places, 1, time.monotonic())
         self._done, self._settled = 0, False  # number of the targets that were gone to, and whether to the end
         self._applied = request  # whose options the solver has
+        self._solved = self._aim  # the targets that are solved for
         self._good: np.ndarray | None = None  # positions (n, 3) of the last minimum; the cage's before there is one
         self._found: tuple[np.ndarray, Summary, LevelReport] | None = None  # the optimum of the newest targets
         self._finishing = self._closing = False
@@ -73,6 +76,7 @@ class Live:
         self._answered = False  # whether that one may be cancelled: its first answer is published
         self._seen: View | None = None
         self._not_before = 0.0
+        self._lag = 0.0
         self._watcher = Watcher()
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="curvopt", daemon=True)
@@ -182,6 +186,7 @@ class Live:
 
     def _solve(self, lib: library.Library, mesh: library.Mesh, solver: library.Solver, aim: Aim, settle: bool) -> None:
         """To a passing state of these targets, or to their optimum."""
+        self._solved = aim
         if not settle:
             if aim.request is not self._applied:
                 solver.set_options(_options(lib, aim))
@@ -247,7 +252,9 @@ class Live:
         self.recorder.see(xyz)
         snapshot = self._watcher.take(mesh, xyz, exact, None)
         end = time.monotonic()
-        self.latest = View(snapshot, number, energy, first, end, summary)  # replaced whole: a reader sees one or the other
+        if first:
+            self._lag = end - self._solved.time
+        self.latest = View(snapshot, number, energy, first, end, summary, self._lag)  # replaced whole: a reader sees one or the other
         self._not_before = end + _SHARE * (end - begin)
 
     def _solution(self, lib: library.Library, mesh: library.Mesh, aim: Aim) -> Solution:
@@ -270,5 +277,5 @@ def _options(lib: library.Library, aim: Aim) -> library.COptions:
 
 
 def _is_lost(summary: Summary) -> bool:
-    """Whether a solution ended where the surface has features too fine to resolve."""
-    return summary.stop == "unresolved" and summary.verification.verdict != "minimum"
+    """Whether a solution ended where the surface has features too fine to resolve, or still falling after all its steps."""
+    return summary.stop in ("unresolved", "limit") and summary.verification.verdict != "minimum"

@@ -37,18 +37,28 @@ def progress_text(progress: Progress) -> str:
     )
 
 
+_MANY = 2_000  # vertices from which on a cage is the reason why a surface comes late
+_LATE = 0.5  # seconds behind the hand from which on it is said
+
+
 def live_text(request: Request, view: View) -> str:
     """What a surface that follows the hand has come to."""
+    vertices = len(view.snapshot.cage)
     if view.number == 0:
-        return "Live: preparing"
+        slow = f": {vertices:,} vertices take their time" if vertices > _MANY else ""
+        return f"Live: preparing{slow}"
     now = f"Live: {request.label} {number_text(view.energy)}"
     summary = view.summary
     if summary is None:
-        return f"{now}, following"
+        behind = f" {view.lag:.1f} s behind the hand, because the cage is large ({vertices:,} vertices)"
+        return f"{now}, following{behind if view.lag > _LATE and vertices > _MANY else ''}"
     verdict = verdict_text(
         summary.verification, summary.end.objective, summary.symmetry_order, summary.stop, request.strength
     )
     return f"{now} (from {number_text(summary.start.objective)}). {verdict}"
+
+
+IN_ONE_PLACE = " Some handles are in one place: move them apart."  # behind an outcome that may be their fault
 
 
 # --------------------------------------------------------------------------------------------------------- its end --
@@ -220,7 +230,7 @@ def verdict_text(
     directions = verification.negative_directions
     more = "some directions" if directions < 1 else f"{directions} direction{'s' if directions > 1 else ''}"
     gain = verification.newton_decrement / energy if energy > 0 else math.nan
-    less = f"about {100 * gain:.2g} % less" if math.isfinite(gain) else "less"
+    less = "less" if not math.isfinite(gain) else f"about {100 * gain:.2g} % less" if gain < 1 else "much less"
     among = " among shapes of the same symmetry" if symmetry_order > 1 else ""
     both = "" if strength == 1 else " of energy and nearness to the original together"
     if verification.verdict == "minimum":
@@ -261,6 +271,8 @@ def _least_text(request: Request, solution: Solution) -> str:
 
 
 GO_THROUGH_STRENGTH = "Go Through needs a Strength of 1"
+GO_THROUGH_LIVE = "Go Through does not count in Live: only handles and pins hold the surface"
+GO_THROUGH_EDIT = "Go Through does not count in Edit Mode: press Minimize in Object Mode for it"
 
 # The library's words for what has another name in Blender.
 _IN_BLENDER = (

@@ -68,6 +68,12 @@ class Base:
                 to_do[partner[vertex]] = False
 
 
+def any_in_one_place(places: np.ndarray, size: float) -> bool:
+    """Whether two of places (k, 3), NAN for none, are the same to a millionth or so of a size."""
+    there = np.round(places[~np.isnan(places).any(axis=1)] / (1e-6 * size))
+    return len(np.unique(there, axis=0)) < len(there)
+
+
 def limit_points(cage: Cage) -> np.ndarray:
     """The points (n, 3) of the surface that belong to the cage's vertices."""
     with library.Mesh.of_cage(library.load(), cage) as mesh:

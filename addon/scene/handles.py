@@ -20,7 +20,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.targets import Base
-from .frame import space_of
+from .frame import inverse, space_of
 from .modifiers import CageError, read_mirror
 from .read_cage import Source, has_faces_of, read_positions
 from .write_result import link_beside, select_alone
@@ -130,12 +130,13 @@ def observe(
     moved[np.abs(moved).max(axis=1) <= _STILL * size] = 0.0
     is_handle = moved.any(axis=1)
     is_handle[chosen] = True
-    world, found = np.linalg.inv(np.array(obj.matrix_world, np.float64)), empties(obj)
+    world, found = np.array(obj.matrix_world, np.float64), empties(obj)
+    back, origin = inverse(world[:3, :3]), world[:3, 3]
     bound = np.array([vertex for vertex in found if vertex < len(moved)], np.intp)
     bound = bound[source.layout.in_cage(bound) >= 0]
     begins = source.space.to_mesh(base.of_vertices(bound)).astype(np.float32)  # as empties have it
     for vertex, place in zip(bound.tolist(), begins):
-        shift = (world @ np.array((*found[vertex].matrix_world.translation, 1.0)))[:3] - place
+        shift = back @ (np.array(found[vertex].matrix_world.translation) - origin) - place
         moved[vertex] = 0.0 if np.abs(shift).max() <= _STILL * size else shift
         is_handle[vertex] = True
     vertices = np.flatnonzero(is_handle)

@@ -15,13 +15,14 @@ from ..binding.values import Held
 from ..core import job, messages
 from ..core.energy import weights_of
 from ..core.live import Live, View
-from ..core.targets import Base
+from ..core.targets import Base, any_in_one_place
 from ..scene import handles, placement, read_cage, read_marks
 from ..scene.modifiers import CageError
 from . import display, properties
 
 _WORDS = 0.2  # seconds between two changes of the words in the sidebar
 _LAST_WAIT = 5.0  # seconds that the end waits for the worker, which looks up every few milliseconds
+_FARTHEST = 1e6  # sizes of the cage: float32, in which Blender has places and pictures, has steps of a sixteenth of it there
 # Settings that are looked at all the time. The others count when it starts, or are for runs on several levels.
 _WATCHED = tuple(
     name for name in properties.SETTINGS
@@ -51,11 +52,13 @@ class Session:
         if left is not None:
             on_surface = left[1]
         self.base = Base.of_cage(self.source.cage, self.source.layout, on_surface)
+        self._size = float(np.ptp(self.source.cage.positions, axis=0).max())
         self._values: dict[str, object] = {}
         self._plain = self._request = job.Request()
         self._seen: tuple[View | None, BaseException | None] = (None, None)
         self._spoken = 0.0
         self._refusal: BaseException | None = None  # of settings
+        self._too_far: BaseException | None = None  # of handles
         self.live: Live | None = None
         self._recorder: Recorder | None = None
         self._edits = edits
@@ -92,6 +95,11 @@ class Session:
         self.positions = seen.positions
         if not len(seen.vertices) and not len(self._pins.vertices) and obj.mode != "EDIT":
             raise CageError("All handles were deleted: Live has ended.")
+        self._too_far = _too_far(seen, self._size)
+        if self._too_far is not None:
+            if self.live is None:
+                raise self._too_far
+            return
         changed = self._read_settings()
         planes = ["xyz".index(axis) for axis in self._plain.symmetry.split(",") if axis in ("x", "y", "z")]
         others = [axis for axis in planes if axis not in self.source.layout.halves.axes]
@@ -122,8 +130,8 @@ class Session:
 
     def check_finish(self, outcome: str, animation: bool) -> None:
         """CageError or ValueError, before anything is written, where the result cannot be as the settings want it."""
-        if self._refusal is not None:
-            raise self._refusal
+        if self._refusal is not None or self._too_far is not None:
+            raise self._refusal or self._too_far
         plain = replace(self._plain, levels=1, records=animation and not self._edits)
         placement.check_outcome(outcome, plain)
         obj = handles.find(self.id, self.name)
@@ -167,7 +175,7 @@ class Session:
         live = self.live
         if live.error is not None and not self.finishing:
             raise live.error
-        seen = live.latest, self._refusal or live.trouble
+        seen = live.latest, self._refusal or self._too_far or live.trouble
         now = time.monotonic()
         if seen[0] is None or (seen[0] is self._seen[0] and seen[1] is self._seen[1]):
             return
@@ -180,9 +188,15 @@ class Session:
             return
         self._seen, self._spoken = seen, now
         if seen[1] is not None:
-            display.show(bpy.context, messages.failure_text(self.source.named(seen[1])), failed=True)
+            text = messages.failure_text(self.source.named(seen[1]))
+            display.show(bpy.context, text + (self._on_handles() if seen[1] is live.trouble else ""), failed=True)
         else:
-            display.show(bpy.context, messages.live_text(self._request, seen[0]))
+            is_good = seen[0].summary is None or seen[0].summary.verification.verdict == "minimum"
+            display.show(bpy.context, messages.live_text(self._request, seen[0]) + ("" if is_good else self._on_handles()))
+
+    def _on_handles(self) -> str:
+        """Where handles are, if that may be why there is no good surface."""
+        return messages.IN_ONE_PLACE if any_in_one_place(self._places, self._size) else ""
 
     @property
     def request(self) -> job.Request:
@@ -202,6 +216,18 @@ class Session:
         if self.view is not None:
             self.view.end()
         self.ended = True
+
+
+def _too_far(seen: handles.Observation, size: float) -> CageError | None:
+    """What is wrong with a handle that is at infinity, or nearly so; None if none is."""
+    with np.errstate(invalid="ignore"):
+        lost = seen.vertices[~(np.abs(seen.shifts) <= _FARTHEST * size).all(axis=1)]
+    if not len(lost):
+        return None
+    return CageError(
+        f"The handle of vertex {lost[0]} is too far away for any surface, which stays as it was: give the handle another "
+        "place, or undo."
+    )
 
 
 def _values(scene: bpy.types.Scene) -> dict[str, object]:

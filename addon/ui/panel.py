@@ -8,7 +8,7 @@ import textwrap
 import bpy
 
 from ..core.energy import number_text
-from ..core.messages import GO_THROUGH_STRENGTH
+from ..core.messages import GO_THROUGH_EDIT, GO_THROUGH_LIVE, GO_THROUGH_STRENGTH
 from ..scene.amount import has_blend
 from ..scene.animation import is_animated
 from ..scene.handles import owner, session_of
@@ -102,9 +102,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             column.prop(settings, "through_weight", slider=True)
             for line in _lines(context, GO_THROUGH_STRENGTH) if settings.strength < 1 else ():
                 column.label(text=line)
-        column.prop(settings, "outcome")
-        if settings.outcome != "SHAPE_KEY":
-            column.prop(settings, "animation")
+        self._draw_outcome(context, column, True)
 
     def _draw_edit(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """The vertices stay the same, the selection says which move, and the result is where they are."""
@@ -119,12 +117,27 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
         if settings.boundary != "FREE":  # then nothing is held that could slide
             column.prop(settings, "slide")
         self._draw_symmetry(context, column)
+        self._draw_ignored(context, column, GO_THROUGH_EDIT)
 
     def _draw_live(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """What can be changed while the surface follows its handles."""
         column.prop(context.scene.curvopt, "boundary")
         self._draw_symmetry(context, column)
-        column.prop(context.scene.curvopt, "outcome")
+        self._draw_ignored(context, column, GO_THROUGH_LIVE)
+        self._draw_outcome(context, column, context.mode == "OBJECT")
+
+    def _draw_outcome(self, context: bpy.types.Context, column: bpy.types.UILayout, has_animation: bool) -> None:
+        settings = context.scene.curvopt
+        column.prop(settings, "outcome")
+        if settings.outcome != "SHAPE_KEY" and has_animation:
+            column.prop(settings, "animation")
+
+    def _draw_ignored(self, context: bpy.types.Context, column: bpy.types.UILayout, sentence: str) -> None:
+        """That the collection which the surface is to go through does not count here, if one is chosen."""
+        if context.scene.curvopt.through:
+            lines = column.column(align=True)
+            for number, line in enumerate(_lines(context, sentence)):
+                lines.label(text=line, icon="NONE" if number else "INFO")
 
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """With a Mirror modifier there is nothing to choose but further planes."""

@@ -347,6 +347,7 @@ def test_a_minimum_of_symmetric_shapes_is_called_no_more_than_that():
         ("not stationary", 2.345e-3, 0, "Checked: not yet a minimum, about 0.0023 % less seems possible."),
         ("not stationary", 2.345e-3, 3, "Checked: not yet a minimum, about 0.0023 % less seems possible, more along 3 "
                                         "directions."),
+        ("not stationary", 2.345e5, 0, "Checked: not yet a minimum, much less seems possible."),
         ("not stationary", math.nan, 0, "Checked: not yet a minimum, less seems possible."),
         ("unknown", math.nan, -1, "Not checked: whether this is a minimum is not known."),
     ],

@@ -106,6 +106,40 @@ def test_a_hand_that_was_too_far_for_a_moment_does_no_harm(session):
     assert one.latest.energy == pytest.approx(energy, rel=3e-3)
 
 
+def test_a_hand_that_was_a_thousand_sizes_away_does_no_harm(session):
+    """On the way back all steps are used up while the energy still falls."""
+    cage = shaken_torus()
+    request, places = request_of(cage), cage.positions[PINS]
+    one = session(cage, request, places)
+    wait(lambda: one.is_settled)
+    energy, far = one.latest.energy, places.copy()
+    far[0, 2] += 1e3
+    for goal in (far, places):
+        one.aim(request, goal)
+        wait(lambda: one.is_settled)
+    assert one.latest.summary.verification.verdict == "minimum"
+    assert one.latest.energy == pytest.approx(energy, rel=3e-3)
+
+
+def test_a_large_cage_that_comes_late_is_said(session):
+    """How late is by this test's clock, which also counts that the answer is published."""
+    cage = shaken_torus()
+    request, places = request_of(cage), cage.positions[PINS]
+    one = session(cage, request, places)
+    wait(lambda: one.is_settled)
+    begin = time.monotonic()
+    one.aim(request, places + [0, 0, 0.05])
+    wait(lambda: one.latest.number == one.number)
+    assert 0 < one.latest.lag <= time.monotonic() - begin
+    late = dataclasses.replace(one.latest, summary=None, lag=1.26)
+    assert messages.live_text(request, late).endswith(", following")  # a small cage is not the reason
+    grid = shapes.torus(60, 40)[0]
+    large = dataclasses.replace(late, snapshot=dataclasses.replace(late.snapshot, cage=grid))
+    assert messages.live_text(request, large).endswith(", following 1.3 s behind the hand, because the cage is large (2,400 vertices)")
+    assert messages.live_text(request, dataclasses.replace(large, lag=0.1)).endswith(", following")
+    assert messages.live_text(request, dataclasses.replace(large, number=0)) == "Live: preparing: 2,400 vertices take their time"
+
+
 def drag_all(one, request, places, distances) -> None:
     for distance in distances:
         one.aim(request, places + [0, distance, distance])

@@ -116,3 +116,14 @@ def test_places_have_images_each_once():
         for k in finite:
             image = np.flatnonzero(np.abs(twice.points[finite] - twice.points[k] * sign).max(axis=1) < 1e-12)
             assert len(image) == 1 and (twice.normals[finite][image[0]] == twice.normals[k] * sign).all()
+
+
+def test_handles_in_one_place_are_seen():
+    places = np.random.default_rng(1).normal(size=(50, 3))
+    places[7] = np.nan  # held where it is
+    places[8] = np.nan
+    assert not targets.any_in_one_place(places, 2.0)
+    places[30] = places[2].astype(np.float32)
+    assert targets.any_in_one_place(np.round(places, 3), 2.0)
+    places[30, 1] += 1e-3
+    assert not targets.any_in_one_place(places, 2.0) and not targets.any_in_one_place(np.empty((0, 3)), 2.0)

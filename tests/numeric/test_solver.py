@@ -21,7 +21,7 @@ from osd import osd_jets  # noqa: E402
 import lib  # noqa: E402
 
 PINS = np.array([0, 11, 23, 40])
-DRAGS = 100 if lib.LONG else 4
+DRAGS = 300 if lib.LONG else 4
 TIGHT = {"tolerance": 1e-7, "decrement_tolerance": 1e-9}
 
 
@@ -50,7 +50,7 @@ def drags(cage: curvopt.Cage, start: np.ndarray, n: int, amount: float = 0.05):
 def test_warm_ends_where_cold_ends(pretzel):
     start = pretzel.positions[PINS]
     options = {"held": PINS, "threads": 2, **TIGHT}
-    worse = []  # where several minima are in reach, the cold one may be lower
+    gaps = []  # relative; where several minima are in reach, the cold one may be lower
     with curvopt.Solver(pretzel, "willmore", places=start, **options) as warm, curvopt.Problem(
         pretzel, "willmore", tolerance=1e-9
     ) as problem:
@@ -64,8 +64,10 @@ def test_warm_ends_where_cold_ends(pretzel):
             with curvopt.Solver(pretzel, "willmore", places=places, **options) as cold:
                 cold.solve()
                 least = problem.energies(cold.positions).objective
-            worse += [problem.energies(warm.positions).objective > least * (1 + 1e-6)]
-    assert np.mean(worse) <= 0.05
+            gaps += [problem.energies(warm.positions).objective / least - 1]
+    worse, better = (np.mean(sign * np.array(gaps) > 1e-6) for sign in (1, -1))
+    print(f"of {DRAGS} drags {worse:.1%} worse, by {max(gaps):.1e} at most, and {better:.1%} better, by {-min(gaps):.1e}")
+    assert worse <= 0.05
 
 
 def test_with_strength_it_ends_where_a_run_ends(pretzel):

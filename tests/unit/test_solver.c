@@ -454,6 +454,31 @@ static void test_wild_drags(void **state) {
     tear_down(&s);
 }
 
+/* Newton's method by matrices of far too coarse rules ends when these promise nothing more. A certificate that asks for
+ * more than they can see sends it on by the rules of the function, where it converges. */
+static void test_matrices_that_are_off_are_not_the_end(void **state) {
+    (void)state;
+    setting s;
+    curvopt_error error;
+    curvopt_summary summary;
+    curvopt_solver *solver;
+    co_tuning tuning = co_tuning_defaults;
+    tuning.newton_coarser = 7;
+    tuning.certificate_stationary = 1e-11;
+    set_up(&s, uneven_torus(), CURVOPT_SPACING_EVEN, CURVOPT_TERM_WILLMORE);
+    s.options.tolerance = 1e-4;
+    s.options.decrement_tolerance = 2e-7;
+    CHECK_OK(co_live_create(s.mesh, s.c.xyz, &s.options, &tuning, &solver, &error), &error);
+    for (int k = 0; k < 3; k++) {
+        drag(&s, solver);
+        solve(solver, 1);
+        curvopt_solver_get_summary(solver, &summary, sizeof summary);
+        CHECK_INT(summary.verdict, CURVOPT_VERDICT_MINIMUM);
+    }
+    curvopt_solver_destroy(solver);
+    tear_down(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_warm_solutions_are_cold_ones),
                                        cmocka_unit_test(test_first_answer_is_near_the_last),
@@ -463,6 +488,7 @@ int main(void) {
                                        cmocka_unit_test(test_same_bits_for_any_threads),
                                        cmocka_unit_test(test_symmetries),
                                        cmocka_unit_test(test_what_is_refused),
-                                       cmocka_unit_test(test_wild_drags)};
+                                       cmocka_unit_test(test_wild_drags),
+                                       cmocka_unit_test(test_matrices_that_are_off_are_not_the_end)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -182,11 +182,16 @@ static int is_result(const co_level *l) {
     return l->is_final || !l->hessian.exists;
 }
 
-/* Solves a level that has begun. By its factor: to what that says; else by Newton's method. */
-static int32_t finish(curvopt_solver *s, co_level *l, int by_factor, double started, curvopt_error *error) {
+/* How the optimum is found from near it, one after the other as long as it is not: by the factor that there is, to what
+ * that says; by Newton's method; by the same as co_run_solve_on. */
+typedef enum co_live_way { BY_FACTOR, BY_NEWTON, CLOSELY } co_live_way;
+
+/* Solves a level that has begun. */
+static int32_t finish(curvopt_solver *s, co_level *l, co_live_way way, double started, curvopt_error *error) {
     co_run *r = s->run;
     r->prospect = (co_level_prospect){.is_near = 1,
-                                      .stops_short = by_factor && l->hessian.has_factor,
+                                      .stops_short = way == BY_FACTOR && l->hessian.has_factor,
+                                      .closely = way == CLOSELY,
                                       .decrement = s->tuning->near_finished * s->options.decrement_tolerance};
     int32_t status = co_run_solve_level(r, l, started, error);
     r->prospect = (co_level_prospect){0};
@@ -195,7 +200,7 @@ static int32_t finish(curvopt_solver *s, co_level *l, int by_factor, double star
 }
 
 /* From the cage in normals_start along normals, until these stay what they are. */
-static int32_t settle_shape(curvopt_solver *s, int by_factor, double started, curvopt_error *error) {
+static int32_t settle_shape(curvopt_solver *s, co_live_way way, double started, curvopt_error *error) {
     co_run *r = s->run;
     double moved = INFINITY;
     int32_t status = CURVOPT_OK;
@@ -204,7 +209,7 @@ static int32_t settle_shape(curvopt_solver *s, int by_factor, double started, cu
             memcpy(s->normals_start, r->at.xyz, n_xyz(s) * sizeof *s->normals_start);
         status = bring_normals(s, 0, error);
         if (status == CURVOPT_OK)
-            status = finish(s, s->normals, by_factor, started, error);
+            status = finish(s, s->normals, way, started, error);
         if (status != CURVOPT_OK || co_run_stopped_early(r))
             return status;
         moved = co_level_moved(s->normals);
@@ -213,11 +218,10 @@ static int32_t settle_shape(curvopt_solver *s, int by_factor, double started, cu
 }
 
 /* The optimum from near it, its figures, and the verdict. */
-static int32_t finish_all(curvopt_solver *s, int by_factor, double started, curvopt_error *error) {
+static int32_t finish_all(curvopt_solver *s, co_live_way way, double started, curvopt_error *error) {
     co_run *r = s->run;
     const int is_final = is_result(s->level);
-    int32_t status =
-        is_final ? finish(s, s->level, by_factor, started, error) : settle_shape(s, by_factor, started, error);
+    int32_t status = is_final ? finish(s, s->level, way, started, error) : settle_shape(s, way, started, error);
     co_level *end = is_final ? s->level : s->normals;
     if (status == CURVOPT_OK)
         status = co_run_report_end(r, end, error);
@@ -234,14 +238,17 @@ static int32_t finish_all(curvopt_solver *s, int by_factor, double started, curv
     return status;
 }
 
-/* Whether the end is not what a factor of elsewhere took it for. */
-static int is_unfinished(const curvopt_solver *s) {
+/* Whether the end is not what a factor of elsewhere, or after that Newton's method took it for. */
+static int is_unfinished(const curvopt_solver *s, co_live_way way) {
     const co_run *r = s->run;
     const curvopt_summary *found = &r->result->summary;
     const double most = s->tuning->stationary * s->options.decrement_tolerance;
-    return co_run_wants_verdict(r) && !co_run_stopped_early(r) && !co_run_context_is_cancelled(&r->context) &&
-           (found->verdict == CURVOPT_VERDICT_SADDLE || found->verdict == CURVOPT_VERDICT_NOT_STATIONARY ||
-            found->newton_decrement > most * fabs(r->at.report.energy + r->at.penalty));
+    if (!co_run_wants_verdict(r) || co_run_stopped_early(r) || co_run_context_is_cancelled(&r->context))
+        return 0;
+    if (way != BY_FACTOR)
+        return co_run_ended_unstationary(r, is_result(s->level) ? s->level : s->normals);
+    return found->verdict == CURVOPT_VERDICT_SADDLE || found->verdict == CURVOPT_VERDICT_NOT_STATIONARY ||
+           found->newton_decrement > most * fabs(r->at.report.energy + r->at.penalty);
 }
 
 /* Takes what motion along normals has added to the level's cage. */
@@ -261,11 +268,11 @@ static int32_t settle(curvopt_solver *s, co_outcome *outcome, double started, cu
     if (status != CURVOPT_OK || !stands(outcome))
         return status;
     co_level_objective_to_user(&l->objective, l->now.x, size_now(l), s->normals_start);
-    status = finish_all(s, 1, started, error);
-    if (status == CURVOPT_OK && is_unfinished(s)) {
+    status = finish_all(s, BY_FACTOR, started, error);
+    for (int way = BY_FACTOR; way < CLOSELY && status == CURVOPT_OK && is_unfinished(s, (co_live_way)way); way++) {
         if (!is_result(l))
             memcpy(s->normals_start, s->run->at.xyz, n_xyz(s) * sizeof *s->normals_start);
-        status = finish_all(s, 0, started, error);
+        status = finish_all(s, (co_live_way)(way + 1), started, error);
     }
     if (status == CURVOPT_OK && !co_run_stopped_early(s->run))
         take_beside(s);

@@ -41,15 +41,6 @@ static int32_t judge(co_run *r, co_level *l, curvopt_error *error) {
     return status == CURVOPT_OK && co_run_wants_verdict(r) ? co_run_certify(r, l, NULL, error) : status;
 }
 
-/* Newton's method has ended by matrices that are off by a little, or by a step that was small by its shift, and by the
- * Hessian that is not stationary (libcurvopt/notes/52-when-newtons-method-has-converged.md). */
-static int is_unfinished(const co_run *r, const co_level *l) {
-    const int stop = r->at.report.stop;
-    return l->hessian.exists && co_run_wants_verdict(r) &&
-           (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_STALLED) &&
-           r->result->summary.verdict == CURVOPT_VERDICT_NOT_STATIONARY;
-}
-
 int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     co_level *level = NULL;
     int32_t status = co_run_take_shape(r, error);
@@ -67,7 +58,7 @@ int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     const int ends = level && co_run_level_ends_run(r, number);
     if (status == CURVOPT_OK && ends)
         status = judge(r, level, error);
-    if (status == CURVOPT_OK && ends && is_unfinished(r, level)) {
+    if (status == CURVOPT_OK && ends && co_run_ended_unstationary(r, level)) {
         status = co_run_solve_on(r, level, error);
         if (status == CURVOPT_OK)
             status = judge(r, level, error);

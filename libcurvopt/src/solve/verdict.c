@@ -75,3 +75,10 @@ int co_run_wants_verdict(const co_run *r) {
     return !r->context.options->joshi_sequin && r->at.report.stop != CURVOPT_STOP_CANCELLED &&
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
+
+int co_run_ended_unstationary(const co_run *r, const co_level *l) {
+    const int stop = r->at.report.stop;
+    return l->hessian.exists && co_run_wants_verdict(r) &&
+           (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_STALLED) &&
+           r->result->summary.verdict == CURVOPT_VERDICT_NOT_STATIONARY;
+}

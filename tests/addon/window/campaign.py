@@ -3,7 +3,7 @@
 
 After each, the run or Live that may be on is cancelled, and then there must be no worker left, nothing of ours on the screen,
 and the object, unless an action took it away. Environment: CURVOPT_CAMPAIGN is "first last"; the seed of a sequence is
-its number. Lines in RESULTS: "BEGIN n actions", then "PASS n" or "FAIL n why". One in ten ends by quitting Blender in
+its number. A third word, "live", has every one begin with Live. Lines in RESULTS: "BEGIN n actions", then "PASS n" or "FAIL n why". One in ten ends by quitting Blender in
 the middle of a run: "QUITTING n".
 """
 
@@ -12,6 +12,7 @@ import random
 import sys
 import threading
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
@@ -19,8 +20,12 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import RESULTS, invoke, log, part, press, setup, start, state, turns, viewport, window  # noqa: E402
 
-FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split())
-SPARED = {"start", "live", "drag", "grab", "finish live", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour", "settings"}  # keep the object
+FIRST, LAST = map(int, os.environ["CURVOPT_CAMPAIGN"].split()[:2])
+STARTS = ["live"] if os.environ["CURVOPT_CAMPAIGN"].split()[2:] == ["live"] else ["start", "live"]
+SPARED = {
+    "start", "live", "drag", "grab", "finish live", "wait", "escape", "enter", "keys", "save", "rename", "mode", "colour",
+    "settings", "coincide", "through", "far", "delete handle", "frame", "render",
+}  # keep the object  # fmt: skip
 
 
 def torus():
@@ -46,11 +51,14 @@ def begin_live(chance):
     bpy.ops.curvopt.live()
 
 
+def handles():
+    return [obj for obj in bpy.data.objects if "curvopt_handle" in obj]
+
+
 def drag(chance):
     """Move a handle, or a vertex in Edit Mode."""
-    empties = [obj for obj in bpy.data.objects if "curvopt_handle" in obj]
-    if empties:
-        chance.choice(empties).location.z += chance.uniform(-0.5, 0.5)
+    if handles():
+        chance.choice(handles()).location.z += chance.uniform(-0.5, 0.5)
     elif is_live() and bpy.context.mode == "EDIT_MESH":
         bpy.ops.transform.translate(value=(0, 0, 0.2))
 
@@ -59,6 +67,64 @@ def grab(_chance):
     """A grab that moves nothing; what comes while it is on is in live.py."""
     press("G")
     press("RET")
+
+
+def coincide(chance):
+    """One handle to where another one is."""
+    if len(handles()) > 1:
+        one, other = chance.sample(handles(), 2)
+        one.location = other.location
+
+
+def drag_through(chance):
+    """Two handles each through the other to where that was, in steps."""
+    if len(handles()) > 1:
+        pair = [obj.name for obj in chance.sample(handles(), 2)]
+        places = [bpy.data.objects[name].location.copy() for name in pair]
+        for step in range(1, 9):
+            if not all(name in bpy.data.objects for name in pair):
+                return
+            for name, begin, end in zip(pair, places, reversed(places)):
+                bpy.data.objects[name].location = begin.lerp(end, step / 8)
+            yield from turns(1)
+
+
+def drag_far(chance):
+    """A handle as far as nobody means to."""
+    if handles():
+        chance.choice(handles()).location[chance.randrange(3)] = chance.choice([1e10, -1e10, 3e38, float("inf")])
+
+
+def delete_handle(chance):
+    if handles():
+        bpy.data.objects.remove(chance.choice(handles()))
+
+
+def delete_while_grabbed(_chance):
+    """The object, while one of its handles is moved. Not what is moved: to remove that crashes Blender."""
+    if torus() is None or bpy.context.mode != "OBJECT" or not handles():
+        return
+    handle = handles()[0]
+    for obj in bpy.data.objects:
+        obj.select_set(obj == handle)
+    bpy.context.view_layer.objects.active = handle
+    press("G")
+    yield from turns(2)
+    bpy.data.objects.remove(torus())
+    yield from turns(3)
+    press("RET")
+
+
+def change_frame(chance):
+    bpy.context.scene.frame_set(chance.randrange(1, 100))
+
+
+def render(_chance):
+    scene = bpy.context.scene
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "BLENDER_WORKBENCH", 32, 32
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.ops.render.render()
 
 
 def begin_run(chance):
@@ -140,6 +206,13 @@ ACTIONS = {
     "live": begin_live,
     "drag": drag,
     "grab": grab,
+    "coincide": coincide,
+    "through": drag_through,
+    "far": drag_far,
+    "delete handle": delete_handle,
+    "delete while grabbed": delete_while_grabbed,
+    "frame": change_frame,
+    "render": render,
     "finish live": lambda _: is_live() and bpy.ops.curvopt.live_finish("INVOKE_DEFAULT"),
     "wait": None,
     "escape": lambda _: press("ESC"),
@@ -166,7 +239,7 @@ def sequence(number):
     chance = random.Random(number)
     names = [name for name in ACTIONS if name not in ("start", "wait")]
     middle = [chance.choice([*names, "wait", "wait", "start", "start", "drag"]) for _ in range(chance.randrange(3, 9))]
-    return [chance.choice(["start", "live"]), "wait", *middle, *(["drag", "finish live"] if number % 3 == 0 else [])]
+    return [chance.choice(STARTS), "wait", *middle, *(["drag", "finish live"] if number % 3 == 0 else [])]
 
 
 def play(number):
@@ -178,7 +251,8 @@ def play(number):
             yield from turns(chance.randrange(1, 8))
             continue
         try:
-            ACTIONS[name](chance)
+            steps = ACTIONS[name](chance)
+            yield from steps if isinstance(steps, Iterator) else ()
         except (RuntimeError, TypeError) as error:  # an operator that says no, a mode that the active object has not
             if "Traceback" in str(error):
                 raise

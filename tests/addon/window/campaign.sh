@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Sequences of random actions in a real Blender window: see campaign.py. Usage: campaign.sh [NUMBER] [FIRST]
-# (default 10, from 1). Last line: "N passed, N failed", counting sequences and quits.
+# Sequences of random actions in a real Blender window: see campaign.py. Usage:
+# campaign.sh [NUMBER] [FIRST] [live] (default 10, from 1; with "live" each begins with Live). Last line: "N passed, N
+# failed", counting sequences and quits.
 set -u
 # shellcheck source=tests/addon/window/screen.sh
 source "$(dirname "$0")/screen.sh"
@@ -13,7 +14,7 @@ touch "$CURVOPT_WINDOW_RESULTS"
 passed=0
 failed=0
 while [ "$first" -le "$last" ]; do
-    CURVOPT_CAMPAIGN="$first $last" blender_window 900 "$here/campaign.py" >"$work/out/log" 2>&1
+    CURVOPT_CAMPAIGN="$first $last ${3:-}" blender_window 900 "$here/campaign.py" >"$work/out/log" 2>&1
     code=$?
     ended=$(grep -E '^(BEGIN|QUITTING) ' "$CURVOPT_WINDOW_RESULTS" | tail -n 1)
     if [ "$code" -eq 0 ] && [[ $ended == QUITTING* ]]; then
