@@ -183,7 +183,7 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
         CHECK_OK(co_surface_springs_couple(&s.springs, &couplings, &error), &error);
     CHECK_INT(couplings.n, 2 * N_SPRINGS);
     CHECK_OK(co_sparse_hessian_create(&assembly, &s.dofs, &couplings, &hessian, &error), &error);
-    co_surface_springs_add_hessian(&s.springs, 0.5, &hessian);
+    co_surface_springs_add_hessian(&s.springs, s.z, 1, 0.5, &hessian);
     for (int j = 0; j < n; j++)
         for (int32_t e = hessian.pattern.column_start[j]; e < hessian.pattern.column_start[j + 1]; e++)
             matrix[hessian.pattern.row[e]][j] = matrix[j][hessian.pattern.row[e]] = hessian.value[e];

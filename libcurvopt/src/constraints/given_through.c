@@ -219,11 +219,6 @@ static int32_t read_curvatures(const curvopt_through *t, entry *e, curvopt_error
 static int32_t read_weight(const curvopt_through *t, entry *e, curvopt_error *error) {
     const int32_t i = e->number;
     e->weight = t->weights ? co_constraint_weight(t->weights[i]) : 1;
-    if (e->has_curvatures && e->weight > 0 && e->weight < 1)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d has curvatures and the weight %g: springs let tangents change, of which "
-                              "curvatures are made; hold it exactly, or give it no curvatures",
-                              i, e->weight);
     if (e->weight >= 0 && e->weight <= 1)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the weight %g; it must be 0 to 1", i,
@@ -326,6 +321,17 @@ static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *va
     return CURVOPT_OK;
 }
 
+/* Second derivatives from i on, which a spring draws, become those along the tangents before them. */
+static void follow_tangents(co_surface_values *fs, int32_t i) {
+    const double *a = fs->item[i - 2].along, *b = fs->item[i - 1].along;
+    for (int k = 0; k < 3; k++) {
+        const double *s = k < 2 ? a : b, *t = k ? b : a;
+        fs->item[i + k].along[0] = s[0] * t[0];
+        fs->item[i + k].along[1] = s[0] * t[1] + s[1] * t[0];
+        fs->item[i + k].along[2] = s[1] * t[1];
+    }
+}
+
 /* Points without a place are held where they are; springs draw tangents of length 1. */
 static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
     double *value = CO_NEW(double, 3 * (size_t)fs->n);
@@ -339,6 +345,8 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
             memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
         if (f->order == 1 && f->stiffness > 0 && !follows)
             status = scale_tangents(fs, i, value, error);
+        if (f->order == 2 && f->stiffness > 0 && f[-1].order == 1)
+            follow_tangents(fs, i);
     }
     free(value);
     return status;
