@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/vec3.h"
 #include "constraints/given_chains.h"
+#include "mesh/similarity.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -18,6 +19,9 @@ static const double LEAST_COSINE = 1e-3;
 
 /* Least sine of the angle between the tangents that springs draw, by rounding: below, there is no tangent plane. */
 static const double LEAST_SINE = 1e-9;
+
+/* Largest curvature, in parts of 1 / size of the input: of springs of 1e9 rounding hides the energy (note 125). */
+static const double LARGEST_CURVATURE = 1e6;
 
 /* An entry, checked. */
 typedef struct entry {
@@ -332,9 +336,22 @@ static void follow_tangents(co_surface_values *fs, int32_t i) {
     }
 }
 
+/* Refuses curvatures that are too large for a surface of this size. */
+static int32_t check_size(const co_surface_value *f, double size, curvopt_error *error) {
+    double square = 0;
+    for (int i = 0; i < 9; i++)
+        square += size * f->curvature[i] * size * f->curvature[i];
+    if (square <= LARGEST_CURVATURE * LARGEST_CURVATURE)
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d has curvatures that are too large: a radius is less than %g of the surface's size, %g",
+                          f->number, 1 / LARGEST_CURVATURE, size);
+}
+
 /* Points without a place are held where they are; springs draw tangents of length 1. */
 static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
-    double *value = CO_NEW(double, 3 * (size_t)fs->n);
+    double origin[3], *value = CO_NEW(double, 3 * (size_t)fs->n);
+    const double size = co_similarity_mesh_frame(m, xyz, origin);
     int32_t status = value ? co_surface_values_make_rows(m, fs, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         co_sparse_rows_apply(&fs->rows, xyz, value);
@@ -345,8 +362,11 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
             memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
         if (f->order == 1 && f->stiffness > 0 && !follows)
             status = scale_tangents(fs, i, value, error);
-        if (f->order == 2 && f->stiffness > 0 && f[-1].order == 1)
-            follow_tangents(fs, i);
+        if (f->order == 2 && f[-1].order == 1) {
+            if (f->stiffness > 0)
+                follow_tangents(fs, i);
+            status = check_size(f, size, error);
+        }
     }
     free(value);
     return status;
