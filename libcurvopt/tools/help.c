@@ -111,7 +111,7 @@ static const char help_of_constraints[] =
     "quad\n"
     "                       from its corner \"corner\" to the middles of edges. All is counted from 0, and holds "
     "exactly,\n"
-    "                       unless \"weight\" is below 1: then by a spring, as with --pin; springs may contradict each "
+    "                       unless \"weight\" is below 1: then all of it by springs, as with --pin; springs may contradict each "
     "other.\n"
     "                       Or an object with such a list, or with chains of edges and curves that these follow:\n"
     "                         {\"points\": [...], \"chains\": [{\"vertices\": [0, 1, 2], \"closed\": true,\n"

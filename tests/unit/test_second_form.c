@@ -123,7 +123,8 @@ static void test_a_plane_that_is_none(void **state) {
 /* Far from what is wanted, at angles up to some 60 degrees. */
 static void test_derivatives_are_differences(void **state) {
     (void)state;
-    const co_second_form wanted = {.normal = {0, 0.6, 0.8}, .tensor = {3, 0.4, -0.3, 0.4, 1.28, -0.96, -0.3, -0.96, 0.72}};
+    const co_second_form wanted = {.normal = {0, 0.6, 0.8},
+                                   .tensor = {3, 0.4, -0.3, 0.4, 1.28, -0.96, -0.3, -0.96, 0.72}};
     for (uint64_t seed = 1; seed < 6; seed++) {
         double y[N], gradient[N], hessian[N * N], gauss[N * N], size[N], vector[N * N], same[N];
         uint64_t random = seed;

@@ -1,5 +1,5 @@
-/* Springs of points, normals, tangents and curvatures of the surface, beside points that are held exactly: value, gradient
- * and second derivatives by differences; couplings. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Springs of points, normals, tangents and curvatures of the surface, beside points that are held exactly: value,
+ * gradient and second derivatives by differences; couplings. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "cages.h"
 #include "check.h"
 
@@ -15,8 +15,8 @@
 /* A second derivative of a curvature that is wanted is a value, and three are one spring. */
 enum { N_ENTRIES = 6, N_VALUES = 15, N_SPRINGS = 11 };
 
-/* On an 8 x 4 torus: one held, a point on a line with its normal, a normal and a tangent with curvatures, two points of a
- * face, curvatures in another one. */
+/* On an 8 x 4 torus: one held, a point on a line with its normal, a normal and a tangent with curvatures, two points of
+ * a face, curvatures in another one. */
 static const int32_t vertex[N_ENTRIES] = {5, 6, 10, -1, -1, -1}, face[N_ENTRIES] = {0, 0, 0, 4, 4, 20},
                      freedom[N_ENTRIES] = {0, 1, 3, 0, 2, 3}, toward[N_ENTRIES] = {0, 0, 9, 0, 0, 0};
 static const double uv[2 * N_ENTRIES] = {0, 0, 0, 0, 0, 0, 0.25, 0.5, 0.3, 0.5, 0.7, 0.4},
