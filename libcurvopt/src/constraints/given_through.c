@@ -343,9 +343,10 @@ static int32_t check_size(const co_surface_value *f, double size, curvopt_error 
         square += size * f->curvature[i] * size * f->curvature[i];
     if (square <= LARGEST_CURVATURE * LARGEST_CURVATURE)
         return CURVOPT_OK;
-    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
-                          "entry %d has curvatures that are too large: a radius is less than %g of the surface's size, %g",
-                          f->number, 1 / LARGEST_CURVATURE, size);
+    return co_status_fail(
+        error, CURVOPT_ERROR_ARGUMENT, f->number,
+        "entry %d has curvatures that are too large: a radius is less than %g of the surface's size, %g", f->number,
+        1 / LARGEST_CURVATURE, size);
 }
 
 /* Points without a place are held where they are; springs draw tangents of length 1. */

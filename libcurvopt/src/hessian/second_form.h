@@ -5,9 +5,9 @@
  *
  *     D(T_a, T_b) = -n . S_ab - A(Q T_a, Q T_b) ,
  *
- * Q being the least turn that takes n to m, or to -m where that is nearer: so A has its curvatures in any tangent plane,
- * and turning the plane makes none of them smaller. Half of |D|^2, by the surface's metric, depends on the surface alone
- * and not on its parameters (libcurvopt/notes/125-soft-curvatures.md).
+ * Q being the least turn that takes n to m, or to -m where that is nearer: so A has its curvatures in any tangent
+ * plane, and turning the plane makes none of them smaller. Half of |D|^2, by the surface's metric, depends on the
+ * surface alone and not on its parameters (libcurvopt/notes/125-soft-curvatures.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_HESSIAN_SECOND_FORM_H

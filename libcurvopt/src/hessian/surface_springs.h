@@ -30,9 +30,9 @@ typedef struct co_surface_springs {
     int32_t n;              /* number of springs */
     const co_dof_map *dofs; /* the caller's */
     co_surface_spring *spring;
-    int32_t *vertex;          /* of each spring one of each node */
-    co_node_derivative *by;   /* of each spring the derivatives of its first number by its nodes, ascending, and so on */
-    double *rest;             /* of each spring its numbers where all variables are 0 */
+    int32_t *vertex;        /* of each spring one of each node */
+    co_node_derivative *by; /* of each spring the derivatives of its first number by its nodes, ascending, and so on */
+    double *rest;           /* of each spring its numbers where all variables are 0 */
     co_node_derivative *work; /* [nodes of any spring] */
 } co_surface_springs;
 
