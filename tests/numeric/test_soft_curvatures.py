@@ -249,6 +249,13 @@ def test_curvatures_that_no_surface_has_are_refused_by_number(k, weight):
             [3, 5], normals=[[0, 0, 1]] * 2, curvatures=[[NAN, NAN], [k, k]], weights=[1, weight]))
 
 
+@pytest.mark.parametrize("weight", [1, 0.5])
+@pytest.mark.parametrize("far", [1e10, -1e300])
+def test_places_beyond_all_digits_are_refused_by_number(far, weight):
+    with pytest.raises(lib.CurvoptError, match="entry 1 has the place 0 0 .*, which is more than 1e\\+09 times the surface's size away"):
+        lib.minimize(torus_cage(8, 5, 0.4), levels=1, through=lib.through([3, 5], places=[[NAN] * 3, [0, 0, far]], weights=[1, weight]))
+
+
 def test_chosen_mirror_planes_are_refused():
     with pytest.raises(lib.CurvoptError, match="curvatures that the surface goes through cannot be had with mirror planes"):
         lib.minimize(torus_cage(8, 4, 0.4), levels=1, symmetry=4, symmetry_planes=1,

@@ -22,6 +22,8 @@ static const double LEAST_SINE = 1e-9;
 
 /* Largest curvature, in parts of 1 / size of the input: of springs of 1e9 rounding hides the energy (note 125). */
 static const double LARGEST_CURVATURE = 1e6;
+/* Largest distance of a place from the input's middle, in sizes of the input: doubles have no digits for both. */
+static const double FARTHEST = 1e9;
 
 /* An entry, checked. */
 typedef struct entry {
@@ -349,6 +351,19 @@ static int32_t check_size(const co_surface_value *f, double size, curvopt_error 
         1 / LARGEST_CURVATURE, size);
 }
 
+/* Refuses places that are too far for a surface of this size. */
+static int32_t check_place(const co_surface_value *f, const double origin[3], double size, curvopt_error *error) {
+    const double *p = f->anchor;
+    double square = 0;
+    for (int c = 0; c < 3; c++)
+        square += (p[c] - origin[c]) * (p[c] - origin[c]);
+    if (square <= FARTHEST * size * (FARTHEST * size))
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d has the place %g %g %g, which is more than %g times the surface's size away",
+                          f->number, p[0], p[1], p[2], FARTHEST);
+}
+
 /* Points without a place are held where they are; springs draw tangents of length 1. */
 static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
     double origin[3], *value = CO_NEW(double, 3 * (size_t)fs->n);
@@ -361,6 +376,8 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
         const int follows = i > 0 && is_pair_at(fs, i - 1);
         if (isnan(f->anchor[0]))
             memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
+        if (f->order == 0)
+            status = check_place(f, origin, size, error);
         if (f->order == 1 && f->stiffness > 0 && !follows)
             status = scale_tangents(fs, i, value, error);
         if (f->order == 2 && f[-1].order == 1) {
