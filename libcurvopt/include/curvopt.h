@@ -466,9 +466,12 @@ typedef struct curvopt_chain {
  * Principal curvatures k1 and k2 are held with a normal: k1 in its direction, k2 at right angles to that. Their signs
  * are by the faces, whatever the sign of the normal is: both are positive on a sphere whose faces are counterclockwise
  * as seen from outside. They can be held inside faces, and at vertices where four faces meet; at other vertices the
- * surface has no curvature. They cannot be drawn by springs. Each level begins with its minimum without them, of which
- * progress is told; then both tangents at the entry are held as vectors near those of that minimum, for by fixed
- * tangents curvatures are linear in the cage. Along a row of a regular net such entries must be three edges apart.
+ * surface has no curvature. Radii are at least 1e-6 of the input's size. A weight below 1 draws them by a spring, too:
+ * w / (1 - w) * half of the stiffness of a sphere, times the square of the tensor (second form - wanted one) * size of
+ * the input. Where the tangent plane is another one the wanted form is turned along with it. With entries of weight 1
+ * each level begins with its minimum without curvatures, of which progress is told; then both tangents at the entry are
+ * held as vectors near those of that minimum, for by fixed tangents curvatures are linear in the cage. Along a row of a
+ * regular net such entries must be three edges apart.
  *
  * Refused with a strength below 1, a distance `within`, and by solvers that stay; with the symmetry PLANES where
  * entries are not symmetric about these, and chains and curvatures in each case. */

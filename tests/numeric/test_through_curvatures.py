@@ -323,7 +323,6 @@ REFUSED = {
                      "entry 0 has the direction of curvature 0 0 0"),
     "along the normal": (dict(IN_FACE, curvatures=[[1, 2]], curvature_directions=[[0, 0, 2]]),
                          "entry 0 has a direction of curvature that is not at right angles to its normal: the cosine is 1"),
-    "a spring": (dict(IN_FACE, curvatures=[[1, 1]], weights=[0.5]), "entry 0 has curvatures and the weight 0.5: springs"),
     "twice": (dict(faces=[3, 3], uv=[[0.5, 0.5]] * 2, normals=[[0, 0, 1]] * 2, freedom=[FREE, FREE], curvatures=[[1, 1]] * 2),
               "entry [01]: its .* cannot be chosen freely beside entry [01]"),
 }

@@ -102,15 +102,17 @@ def test_the_surface_goes_through_points_with_normals(cube):
     assert np.abs(point - corner.at).max() < 1e-12
 
 
+@pytest.mark.parametrize("weight, askew, most", [(1, 1e-12, 1e-9), (0.9999, 1e-4, 1e-2)])
 @pytest.mark.parametrize("levels, place", [(1, (3, (0.25, 0.375))), (2, (12, (0.5, 0.75)))])
-def test_the_surface_has_curvatures_at_points(cube, levels, place):
+def test_the_surface_has_curvatures_at_points(cube, levels, place, weight, askew, most):
     with curvopt.Sampler(cube) as surface:
         normal = surface.curvatures([3], [0], [(0.25, 0.375)])[1][0]
     across = np.cross(normal, [0.3, 0.5, 0.8])
-    point = curvopt.Through(face=3, uv=(0.25, 0.375), at="here", normal=normal, curvatures=[3, 1.5], curvature_direction=across)
+    point = curvopt.Through(face=3, uv=(0.25, 0.375), at="here", normal=normal, curvatures=[3, 1.5], curvature_direction=across,
+                            weight=weight)
     with curvopt.Sampler(curvopt.minimize(cube, levels=levels, through=point).cage) as surface:
         _, found, mean, gauss = surface.curvatures([place[0]], [0], [place[1]])
-    assert np.abs(found - normal).max() < 1e-12 and np.abs([mean[0] + 2.25, gauss[0] - 4.5]).max() < 1e-9
+    assert np.abs(found - normal).max() < askew and np.abs([mean[0] + 2.25, gauss[0] - 4.5]).max() < most
 
 
 def test_a_chain_of_edges_follows_a_curve(cube):

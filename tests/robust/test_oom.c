@@ -328,17 +328,19 @@ static int32_t chain_parts(const cage *c, const curvopt_mesh *mesh, curvopt_erro
     return status;
 }
 
-/* What springs of points and normals add: rows, springs, couplings. */
+/* What springs of points, normals and curvatures add: rows, springs, couplings. */
 static int32_t spring_parts(const cage *c, const curvopt_mesh *mesh, curvopt_error *error) {
     const int32_t vertices[2] = {0, -1}, faces[2] = {0, 2};
-    const double uv[4] = {0, 0, 0.25, 0.5}, normals[6] = {1, 0, 0, 0, 0, 1}, weights[2] = {0.5, 0.25};
+    const double uv[4] = {0, 0, 0.25, 0.5}, normals[6] = {1, 0, 0, 0, 0, 1}, weights[2] = {0.5, 0.25},
+                 curvatures[4] = {(double)NAN, (double)NAN, 1, 1};
     const curvopt_through wanted = {.struct_size = sizeof wanted,
                                     .n = 2,
                                     .vertices = vertices,
                                     .faces = faces,
                                     .uv = uv,
                                     .normals = normals,
-                                    .weights = weights};
+                                    .weights = weights,
+                                    .curvatures = curvatures};
     const double centroid[3] = {0, 0, 0};
     const co_interpolation none = {0};
     curvopt_options o;

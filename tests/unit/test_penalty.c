@@ -148,7 +148,7 @@ static void test_springs_end(void **state) {
                    log(1 - square / (reach * reach));
         }
         CHECK_NEAR(co_penalty_value(&s.pull, s.v.z, g), sum, 1e-12);
-        co_penalty_add_hessian(&s.pull, s.v.z, &hessian);
+        co_penalty_add_hessian(&s.pull, s.v.z, 1, &hessian);
         for (int i = 0; i < n; i++) {
             const double at = s.v.z[i], h = 1e-6;
             double value[2];
@@ -183,7 +183,7 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
         double *g = calloc(4 * (size_t)n, sizeof *g), *up = g + n, *down = g + 2 * n, *column = g + 3 * n;
         co_sparse_hessian hessian = variables_hessian(&s.v);
         CHECK_TRUE(g);
-        co_penalty_add_hessian(&s.pull, s.v.z, &hessian);
+        co_penalty_add_hessian(&s.pull, s.v.z, 1, &hessian);
         move(&s, 9, 0.2);
         co_penalty_value(&s.pull, s.v.z, g);
         for (int i = 0; i < n; i++) {

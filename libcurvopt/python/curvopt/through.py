@@ -27,7 +27,7 @@ class Through:
     curvatures (2,) principal curvatures there, in 1 / units, with a normal; inside faces and at vertices where four faces meet.
                     Both are positive on a sphere whose faces are counterclockwise as seen from outside
     curvature_direction (3,) direction of the first curvature; None: that of the tangent, or none where both are the same
-    weight          0 to 1: how firmly. 1: exactly; less: a spring draws the point, normal and tangent; 0: not at all
+    weight          0 to 1: how firmly. 1: exactly; less: springs draw the point, normal, tangent and curvatures; 0: not at all
     """
 
     vertex: int | None = None

@@ -62,7 +62,7 @@ int co_constraints_allow_dilation(const curvopt_mesh *m, const double *xyz, cons
     double inverse[9], centre[3], origin[3];
     if (!all->freedom)
         return 1;
-    if (all->chains.n || co_held_curvatures_exist(&all->values))
+    if (all->chains.n || co_held_curvatures_exist(&all->values) || co_held_curvatures_exist(&all->drawn))
         return 0;
     co_similarity_mesh_frame(m, xyz, origin);
     places found = {.centre = origin}, left = {.centre = centre};

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/vec3.h"
 #include "constraints/given_chains.h"
+#include "mesh/similarity.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -18,6 +19,11 @@ static const double LEAST_COSINE = 1e-3;
 
 /* Least sine of the angle between the tangents that springs draw, by rounding: below, there is no tangent plane. */
 static const double LEAST_SINE = 1e-9;
+
+/* Largest curvature, in parts of 1 / size of the input: of springs of 1e9 rounding hides the energy (note 125). */
+static const double LARGEST_CURVATURE = 1e6;
+/* Largest distance of a place from the input's middle, in sizes of the input: doubles have no digits for both. */
+static const double FARTHEST = 1e9;
 
 /* An entry, checked. */
 typedef struct entry {
@@ -219,11 +225,6 @@ static int32_t read_curvatures(const curvopt_through *t, entry *e, curvopt_error
 static int32_t read_weight(const curvopt_through *t, entry *e, curvopt_error *error) {
     const int32_t i = e->number;
     e->weight = t->weights ? co_constraint_weight(t->weights[i]) : 1;
-    if (e->has_curvatures && e->weight > 0 && e->weight < 1)
-        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
-                              "entry %d has curvatures and the weight %g: springs let tangents change, of which "
-                              "curvatures are made; hold it exactly, or give it no curvatures",
-                              i, e->weight);
     if (e->weight >= 0 && e->weight <= 1)
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i, "entry %d has the weight %g; it must be 0 to 1", i,
@@ -326,9 +327,47 @@ static int32_t scale_tangents(co_surface_values *fs, int32_t i, const double *va
     return CURVOPT_OK;
 }
 
+/* Second derivatives from i on, which a spring draws, become those along the tangents before them. */
+static void follow_tangents(co_surface_values *fs, int32_t i) {
+    const double *a = fs->item[i - 2].along, *b = fs->item[i - 1].along;
+    for (int k = 0; k < 3; k++) {
+        const double *s = k < 2 ? a : b, *t = k ? b : a;
+        fs->item[i + k].along[0] = s[0] * t[0];
+        fs->item[i + k].along[1] = s[0] * t[1] + s[1] * t[0];
+        fs->item[i + k].along[2] = s[1] * t[1];
+    }
+}
+
+/* Refuses curvatures that are too large for a surface of this size. */
+static int32_t check_size(const co_surface_value *f, double size, curvopt_error *error) {
+    double square = 0;
+    for (int i = 0; i < 9; i++)
+        square += size * f->curvature[i] * size * f->curvature[i];
+    if (square <= LARGEST_CURVATURE * LARGEST_CURVATURE)
+        return CURVOPT_OK;
+    return co_status_fail(
+        error, CURVOPT_ERROR_ARGUMENT, f->number,
+        "entry %d has curvatures that are too large: a radius is less than %g of the surface's size, %g", f->number,
+        1 / LARGEST_CURVATURE, size);
+}
+
+/* Refuses places that are too far for a surface of this size. */
+static int32_t check_place(const co_surface_value *f, const double origin[3], double size, curvopt_error *error) {
+    const double *p = f->anchor;
+    double square = 0;
+    for (int c = 0; c < 3; c++)
+        square += (p[c] - origin[c]) * (p[c] - origin[c]);
+    if (square <= FARTHEST * size * (FARTHEST * size))
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
+                          "entry %d has the place %g %g %g, which is more than %g times the surface's size away",
+                          f->number, p[0], p[1], p[2], FARTHEST);
+}
+
 /* Points without a place are held where they are; springs draw tangents of length 1. */
 static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_values *fs, curvopt_error *error) {
-    double *value = CO_NEW(double, 3 * (size_t)fs->n);
+    double origin[3], *value = CO_NEW(double, 3 * (size_t)fs->n);
+    const double size = co_similarity_mesh_frame(m, xyz, origin);
     int32_t status = value ? co_surface_values_make_rows(m, fs, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         co_sparse_rows_apply(&fs->rows, xyz, value);
@@ -337,8 +376,15 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
         const int follows = i > 0 && is_pair_at(fs, i - 1);
         if (isnan(f->anchor[0]))
             memcpy(f->anchor, value + 3 * (size_t)i, sizeof f->anchor);
+        if (f->order == 0)
+            status = check_place(f, origin, size, error);
         if (f->order == 1 && f->stiffness > 0 && !follows)
             status = scale_tangents(fs, i, value, error);
+        if (f->order == 2 && f[-1].order == 1) {
+            if (f->stiffness > 0)
+                follow_tangents(fs, i);
+            status = check_size(f, size, error);
+        }
     }
     free(value);
     return status;

@@ -32,8 +32,8 @@ void co_surface_values_free(co_surface_values *f) {
 /* S_u is the part `factor` of what it was on the level before. Springs draw the same vector on every level; what is
  * held is the derivative by the level's parameters. */
 static void shrink(co_surface_value *f, double factor) {
-    for (int k = 0; k < 2 && f->stiffness > 0; k++)
-        f->along[k] *= 1 / factor;
+    for (int k = 0; k < 3 && f->stiffness > 0; k++)
+        f->along[k] *= f->order == 2 ? 1 / (factor * factor) : 1 / factor;
     for (int c = 0; c < 3 && f->stiffness == 0 && f->order > 0; c++)
         f->anchor[c] *= f->order == 1 ? factor : factor * factor;
 }

@@ -160,8 +160,8 @@ double co_penalty_value(const co_penalty *p, const double *z, double *gradient) 
     return p->weight * (value + co_surface_springs_value(&p->surface, z, p->weight, gradient));
 }
 
-void co_penalty_add_hessian(const co_penalty *p, const double *z, co_sparse_hessian *h) {
-    co_surface_springs_add_hessian(&p->surface, p->weight, h);
+void co_penalty_add_hessian(const co_penalty *p, const double *z, int exact, co_sparse_hessian *h) {
+    co_surface_springs_add_hessian(&p->surface, z, exact, p->weight, h);
     for (int32_t k = 0; k < p->n; k++) {
         double force[3], left = 1 - quadratic(p, k, z, force) / p->most[k];
         for (int j = 0; j < p->size[k]; j++) /* a column begins with its own block, from the diagonal on */

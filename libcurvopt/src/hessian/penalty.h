@@ -41,7 +41,8 @@ void co_penalty_free(co_penalty *penalty);
 /* The value at z [n_variables], INFINITY where a spring is beyond its end; gradient [n_variables] += the gradient,
  * unless NULL. */
 double co_penalty_value(const co_penalty *penalty, const double *z, double *gradient);
-/* hessian += the second derivatives at z [n_variables]. */
-void co_penalty_add_hessian(const co_penalty *penalty, const double *z, co_sparse_hessian *hessian);
+/* hessian += the second derivatives at z [n_variables]; where not `exact` a matrix near these that is positive
+ * semidefinite. */
+void co_penalty_add_hessian(const co_penalty *penalty, const double *z, int exact, co_sparse_hessian *hessian);
 
 #endif

@@ -62,9 +62,9 @@ double co_level_hessian_least_shift(const co_level_hessian *h, double value) {
 }
 
 /* What springs and spacing add at z, which was placed last. */
-static int32_t add_to_energy(co_level_hessian *h, const double *z, curvopt_error *error) {
+static int32_t add_to_energy(co_level_hessian *h, const double *z, int exact, curvopt_error *error) {
     co_level_objective *o = h->objective;
-    co_penalty_add_hessian(&o->penalty, z, &h->system.hessian);
+    co_penalty_add_hessian(&o->penalty, z, exact, &h->system.hessian);
     if (o->repulsion.mesh)
         co_repulsion_add_hessian(&o->repulsion, &h->system.hessian);
     if (o->spacing.weight > 0)
@@ -91,7 +91,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
     if (status == CURVOPT_OK)
         status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
     if (status == CURVOPT_OK)
-        status = add_to_energy(h, z, error);
+        status = add_to_energy(h, z, kind.exact, error);
     return status;
 }
 
@@ -145,7 +145,7 @@ static int32_t mix_with_gauss_newton(co_level_hessian *h, double mix, curvopt_er
         int32_t status = co_newton_system_begin_gauss_newton(&h->system, h->objective->positions, error);
         if (status != CURVOPT_OK)
             return status;
-        status = add_to_energy(h, h->assembled, error);
+        status = add_to_energy(h, h->assembled, 0, error);
         co_newton_system_end_gauss_newton(&h->system);
         if (status != CURVOPT_OK)
             return status;

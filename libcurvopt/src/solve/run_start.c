@@ -193,7 +193,8 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     const curvopt_options *o = r->context.options;
     const int has_planes = o->symmetry == CURVOPT_SYMMETRY_PLANES;
     co_constraints *c = &r->constraints;
-    const char *drops = c->chains.n ? "chains" : co_held_curvatures_exist(&c->values) ? "curvatures" : NULL;
+    const int has_curvatures = co_held_curvatures_exist(&c->values) || co_held_curvatures_exist(&c->drawn);
+    const char *drops = c->chains.n ? "chains" : has_curvatures ? "curvatures" : NULL;
     if (has_planes && drops)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
                               "%s that the surface goes through cannot be had with mirror planes that were chosen",

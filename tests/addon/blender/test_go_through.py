@@ -71,7 +71,7 @@ def test_balls_that_cannot_be_are_refused(ball, targets):
     empty = add_empty(targets, ball, (0, 0, 0.6), (0, 0, 1))
     empty.empty_display_type = "SPHERE"
     for scale, weight, match in (((1, 0, 1), 1.0, "Empty 'Place', a ball that the surface is to touch, is flat"),
-                                 ((1, 1, 1), 0.5, "Empty 'Place' has curvatures and the weight 0.5")):  # fmt: skip
+                                 ((1e-8, 1e-8, 1e-8), 0.5, "Empty 'Place' has curvatures that are too large")):  # fmt: skip
         empty.scale, cage = scale, positions(ball).copy()
         with pytest.raises(RuntimeError, match=match):
             minimize(ball, through="Targets", through_balls=True, through_weight=weight)
