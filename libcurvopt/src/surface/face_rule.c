@@ -22,7 +22,7 @@
  *   polynomial of the chart.
  * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
  *
- * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
+ * Example: rule 2 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
 enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
 static const struct {
