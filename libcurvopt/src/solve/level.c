@@ -371,10 +371,10 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Far from its minimum the shape forms under a sheet. */
+/* Far from its minimum the shape forms under a sheet. Later levels begin with shapes. */
 static int forms_under_sheet(const co_level *l, const co_level_prospect *prospect) {
     const curvopt_options *o = l->objective.run->options;
-    return l->motion == CO_MOTION_ALL && o->spacing == CURVOPT_SPACING_EVEN && l->hessian.exists &&
+    return l->number == 1 && l->motion == CO_MOTION_ALL && o->spacing == CURVOPT_SPACING_EVEN && l->hessian.exists &&
            !prospect->is_near && !prospect->stops_short && co_level_objective_may_have_sheet(&l->objective);
 }
 

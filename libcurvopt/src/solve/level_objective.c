@@ -203,7 +203,7 @@ void co_level_objective_weigh_spacing(co_level_objective *o, co_spaced_by by, do
 }
 
 int co_level_objective_may_have_sheet(const co_level_objective *o) {
-    return !o->assembly.functional.has_third && !map_to_cage(o);
+    return !o->assembly.functional.has_third && !o->interpolation.limit.n_rows && !o->repulsion.mesh;
 }
 
 double co_level_objective_value(co_level_objective *o, const double *z) {

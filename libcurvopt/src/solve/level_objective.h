@@ -99,7 +99,8 @@ typedef enum co_spaced_by { CO_SPACED_BY_EDGES, CO_SPACED_BY_SHEET } co_spaced_b
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, co_spaced_by by, double worth, co_iterate *now);
 int co_level_objective_is_spaced(const co_level_objective *objective);
-/* Whether a sheet brings anything: third order has more to say than it, and positions that interpolate are no cage. */
+/* Whether a sheet brings anything: third order has more to say than it, positions that interpolate are no cage, and
+ * beside parts that repel each other its pressure is in the way. */
 int co_level_objective_may_have_sheet(const co_level_objective *objective);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what
  * the run wants, or as much of that as vertices can go to at once by `most` mean edges at most. Returns whether they

@@ -28,7 +28,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .closely = f->closely,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
-        .has_sheet = f->has_sheet && f->is_last,
+        .has_sheet = f->has_sheet,
         .ends = f->has_hessian && f->is_final && !f->stops_short,
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)

@@ -4,7 +4,7 @@
  * tests a toy.
  *
  *   first       L-BFGS, preconditioned by the Gauss-Newton matrix, leads to the shape in a few steps; not on normals,
- *               where the shape nearly stands. On the last level there is another one before it, under a sheet
+ *               where the shape nearly stands; under a sheet to begin with, if there is one
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the

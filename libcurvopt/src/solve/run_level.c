@@ -47,7 +47,7 @@ static int is_unfinished(const co_run *r, const co_level *l) {
     const int stop = r->at.report.stop;
     return l->hessian.exists && co_run_wants_verdict(r) &&
            (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_STALLED) &&
-           r->result->summary.verdict == CURVOPT_VERDICT_NOT_STATIONARY;
+           (r->result->summary.verdict == CURVOPT_VERDICT_NOT_STATIONARY || r->result->summary.verdict == CURVOPT_VERDICT_SADDLE);
 }
 
 int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {

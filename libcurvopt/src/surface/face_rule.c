@@ -22,7 +22,7 @@
  *   polynomial of the chart.
  * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
  *
- * Example: rule 2 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
+ * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
 enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
 static const struct {
@@ -30,14 +30,14 @@ static const struct {
     double hole;
 } rules[N_RULE_SETS][CO_N_RULES] = {
     {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}},
-    {{2, 1, 1e-2},
-     {3, 2, 1e-3},
+    {{3, 2, 1e-3},
      {4, 3, 1e-4},
      {6, 4, 1e-5},
      {10, 5, 1e-6},
      {16, 6, 1e-7},
      {24, 8, 1e-8},
-     {36, 10, 1e-9}},
+     {36, 10, 1e-9},
+     {48, 12, 1e-9}},
     {{8, 3, 1e-3},
      {16, 4, 1e-4},
      {24, 5, 1e-5},
