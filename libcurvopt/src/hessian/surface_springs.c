@@ -265,7 +265,7 @@ static double value_of(const co_surface_spring *one, const double *number, doubl
 
 double co_surface_springs_value(const co_surface_springs *s, const double *z, double weight, double *gradient) {
     const co_dof_map *dofs = s->dofs;
-    double value = 0, number[CO_SECOND_FORM_VALUES], slope[CO_SECOND_FORM_VALUES];
+    double value = 0, number[CO_SECOND_FORM_VALUES], slope[CO_SECOND_FORM_VALUES] = {0};
     for (int32_t k = 0; k < s->n; k++) {
         const co_surface_spring *one = &s->spring[k];
         find_numbers(s, one, z, number);
