@@ -56,7 +56,7 @@ typedef struct stage {
 typedef struct script {
     const stage *stage;
     int n, at;
-    char log[200]; /* a letter for every call: L, N run; E edges; R review; D decrement */
+    char log[200]; /* a letter for every call: L, N run; R review; D decrement */
     int limit[20]; /* max_iterations of each run */
     int place;     /* the stage that the iterate is at */
 } script;
@@ -88,10 +88,6 @@ static int32_t review(void *context, co_step_verdict *verdict, curvopt_error *er
     return CURVOPT_OK;
 }
 
-static void space_by_edges(void *context) {
-    note(context, 'E');
-}
-
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     script *s = context;
     (void)error;
@@ -107,12 +103,8 @@ static double value(void *context) {
 
 static co_outcome play(const co_level_facts *facts, script *s) {
     const co_level_schedule schedule = co_level_schedule_make(facts, &co_tuning_defaults);
-    const co_scheduled on = {.context = s,
-                             .run = run,
-                             .space_by_edges = space_by_edges,
-                             .review_for_figures = review,
-                             .decrement = decrement,
-                             .value = value};
+    const co_scheduled on = {
+        .context = s, .run = run, .review_for_figures = review, .decrement = decrement, .value = value};
     co_outcome outcome;
     curvopt_error error;
     CHECK_OK(co_level_schedule_run(&schedule, &on, &outcome, &error), &error);
@@ -151,19 +143,6 @@ static void test_a_first_stage_that_fails_is_the_last(void **state) {
     PLAY(&f, end, s, {ENDS(LIMIT, 1000, 50)});
     assert_string_equal(s.log, "L");
     CHECK_INT(end.stop, LIMIT);
-}
-
-/* A shape forms under the sheet, and goes on without it. */
-static void test_the_sheet_comes_first(void **state) {
-    (void)state;
-    co_level_facts f = usual;
-    f.has_sheet = 1;
-    PLAY(&f, end, s, {ENDS(SETTLED, 12, 50)}, {ENDS(SETTLED, 20, 40)});
-    assert_string_equal(s.log, "LEL");
-    CHECK_INT(end.stop, SETTLED);
-    PLAY(&f, over, stopped, {ENDS(LIMIT, 1000, 50)});
-    assert_string_equal(stopped.log, "L");
-    CHECK_INT(over.stop, LIMIT);
 }
 
 /* Along normals Newton's method has the first word. */
@@ -220,7 +199,6 @@ int main(void) {
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
-        cmocka_unit_test(test_the_sheet_comes_first),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),
         cmocka_unit_test(test_newton_by_finer_rules),

@@ -270,13 +270,6 @@ void co_dof_map_normalized_gradient(const co_dof_map *r, const double *normalize
         gz[k] /= radius;
 }
 
-void co_dof_map_project(const co_dof_map *r, int32_t v, const double along[3], double by[3]) {
-    const double *basis = r->basis + 9 * (size_t)v;
-    const int32_t n = co_dof_map_dimension(r, r->node[v]);
-    for (int32_t k = 0; k < 3; k++)
-        by[k] = k < n ? basis[k] * along[0] + basis[3 + k] * along[1] + basis[6 + k] * along[2] : 0;
-}
-
 double co_dof_map_longest(const co_dof_map *r, const double *dz) {
     double longest = 0;
     for (int32_t node = 0; node < r->n_nodes; node++) {

@@ -63,8 +63,6 @@ void co_dof_map_variables(const co_dof_map *dofs, const double *x, double *z);
 void co_dof_map_gradient(const co_dof_map *dofs, const double *gx, double *gz);
 /* As co_dof_map_gradient() where gx is 0 except at the vertices listed; NULL: all. */
 void co_dof_map_gradient_of(const co_dof_map *dofs, const int32_t *vertices, int32_t n, const double *gx, double *gz);
-/* by = B_v^T along, by as many variables as v's node has, else 0; v can move. */
-void co_dof_map_project(const co_dof_map *dofs, int32_t v, const double along[3], double by[3]);
 /* Length of the longest displacement of a vertex that dz brings. */
 double co_dof_map_longest(const co_dof_map *dofs, const double *dz);
 

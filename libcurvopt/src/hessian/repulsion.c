@@ -239,10 +239,10 @@ static void add_vertex(derivative *d, const co_dof_map *dofs, int32_t v, const d
         d->part[d->n++] = (co_node_derivative){.node = node};
     }
     co_node_derivative *part = &d->part[d->slot[node]];
-    double by[3];
-    co_dof_map_project(dofs, v, along, by);
-    for (int j = 0; j < 3; j++)
-        part->by[j] += factor * by[j];
+    for (int j = 0; j < co_dof_map_dimension(dofs, node); j++)
+        for (int c = 0; c < 3; c++)
+            part->by[j] +=
+                factor * along[c] * (dofs->plain ? c == j : dofs->basis[9 * (size_t)v + (size_t)(3 * c + j)]);
 }
 
 static int by_node(const void *a, const void *b) {

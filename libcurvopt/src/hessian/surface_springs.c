@@ -320,9 +320,11 @@ void co_surface_springs_add_hessian(const co_surface_springs *s, const double *z
 
 int32_t co_surface_springs_couple(const co_surface_springs *s, co_couplings *couplings, curvopt_error *error) {
     const int32_t before = couplings->n;
-    const co_surface_spring *last = s->n ? &s->spring[s->n - 1] : NULL;
-    const size_t end = couplings->start ? couplings->start[before] : 0,
-                 n = last ? last->first_node + (size_t)last->n_nodes : 0;
+    const size_t end = couplings->start ? couplings->start[before] : 0;
+    if (!s->spring || s->n == 0)
+        return CURVOPT_OK;
+    const co_surface_spring *last = &s->spring[s->n - 1];
+    const size_t n = last->first_node + (size_t)last->n_nodes;
     co_couplings more = {.n = before + s->n,
                          .start = CO_NEW(size_t, (size_t)before + (size_t)s->n + 1),
                          .vertex = CO_NEW(int32_t, end + n)};

@@ -75,9 +75,7 @@ static double worth_of_spacing(const co_level *l, const co_iterate *at) {
     double energy = fabs(co_level_objective_energy(&l->objective, at));
     if (l->motion == CO_MOTION_SLIDE)
         return t->spacing_slide * fmax(energy, co_penalty_stiffness(l->objective.run->options->weights));
-    double worth = l->spaced_by == CO_SPACED_BY_SHEET           ? t->sheet
-                   : l->objective.assembly.functional.has_third ? t->spacing_third
-                                                                : t->spacing;
+    double worth = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
     for (int32_t k = 1; k < l->number; k++)
         worth *= t->spacing_fall;
     return worth * energy;
@@ -95,9 +93,9 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
     }
     if (co_level_objective_weigh_repulsion(o, energy, 0.5, now))
         verdict = CO_STEP_CHANGED;
-    if (!co_level_objective_is_spaced(o) || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
+    if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
         return verdict;
-    co_level_objective_weigh_spacing(o, l->spaced_by, worth_of_spacing(l, now), now);
+    co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
     return CO_STEP_CHANGED;
 }
 
@@ -226,7 +224,7 @@ static co_objective objective_of(co_level *l) {
 static void weigh_spacing(co_level *l) {
     int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
     if (wants_even || l->motion == CO_MOTION_SLIDE)
-        co_level_objective_weigh_spacing(&l->objective, l->spaced_by, worth_of_spacing(l, &l->now), &l->now);
+        co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
 /* Where numbers are held: to them, or as far as a step leads. As co_level_objective_aim. */
@@ -309,11 +307,6 @@ static int32_t decrement(void *context, double *left, curvopt_error *error) {
     return co_newton_decrement(&l->hessian, &l->now, left, error);
 }
 
-static void space_by_edges(void *context) {
-    co_level *l = context;
-    l->spaced_by = CO_SPACED_BY_EDGES;
-}
-
 static double value(void *context) {
     const co_level *l = context;
     return l->now.value;
@@ -324,7 +317,6 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
     int is_last = l->motion != CO_MOTION_SLIDE && co_run_context_is_last(l->objective.run, l->number);
     const co_level_facts facts = {.is_last = is_last,
                                   .is_final = l->is_final,
-                                  .has_sheet = l->spaced_by == CO_SPACED_BY_SHEET,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
                                   .expects_plateau = prospect->expects_plateau,
@@ -371,21 +363,12 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* Far from its minimum the shape forms under a sheet. Later levels begin with shapes. */
-static int forms_under_sheet(const co_level *l, const co_level_prospect *prospect) {
-    const curvopt_options *o = l->objective.run->options;
-    return l->number == 1 && l->motion == CO_MOTION_ALL && o->spacing == CURVOPT_SPACING_EVEN && l->hessian.exists &&
-           !prospect->is_near && !prospect->stops_short && co_level_objective_may_have_sheet(&l->objective);
-}
-
 int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error) {
     const co_step_record none = {
         .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
-    l->spaced_by = forms_under_sheet(l, prospect) ? CO_SPACED_BY_SHEET : CO_SPACED_BY_EDGES;
     const co_level_schedule schedule = schedule_of(l, prospect);
     const co_scheduled scheduled = {.context = l,
                                     .run = run_method,
-                                    .space_by_edges = space_by_edges,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
                                     .value = value};

@@ -27,9 +27,8 @@ typedef int (*co_level_report_fn)(const struct co_level *level, const co_step_re
 typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
     co_motion motion;
-    co_spaced_by spaced_by; /* where an even cage is wanted */
-    int is_final;           /* what is found here is the run's result: nothing follows that moves it */
-    co_iterate now;         /* where the level stands */
+    int is_final;   /* what is found here is the run's result: nothing follows that moves it */
+    co_iterate now; /* where the level stands */
     co_level_objective objective;
     co_level_hessian hessian;
     co_step_review review;

@@ -67,8 +67,6 @@ static int32_t add_to_energy(co_level_hessian *h, const double *z, int exact, cu
     co_penalty_add_hessian(&o->penalty, z, exact, &h->system.hessian);
     if (o->repulsion.mesh)
         co_repulsion_add_hessian(&o->repulsion, &h->system.hessian);
-    if (o->sheet.weight > 0)
-        co_sheet_add_hessian(&o->sheet, co_level_objective_cage(o), &h->system.hessian);
     if (o->spacing.weight > 0)
         return co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian, error);
     return CURVOPT_OK;

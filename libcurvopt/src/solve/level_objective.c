@@ -30,23 +30,12 @@ const double *co_level_objective_cage(co_level_objective *o) {
     return o->cage;
 }
 
-int co_level_objective_is_spaced(const co_level_objective *o) {
-    return o->spacing.weight > 0 || o->sheet.weight > 0;
-}
-
-/* Of the positions at hand. */
-static double spacing_value(co_level_objective *o, double *gradient) {
-    const double *cage = co_level_objective_cage(o);
-    return o->sheet.weight > 0 ? co_sheet_value(&o->sheet, cage, gradient)
-                               : co_spacing_value(&o->spacing, cage, gradient);
-}
-
 /* at->found and at->gradient, of normalized variables z. */
 static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) {
     size_t n = co_level_objective_n(o);
     double *gradient = at->gradient ? o->spacing_gradient : NULL;
     co_dof_map_expand(&o->reduction, z, o->positions);
-    at->found[CO_FOUND_SPACING] = spacing_value(o, gradient);
+    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, co_level_objective_cage(o), gradient);
     if (!gradient)
         return;
     if (map_to_cage(o))
@@ -112,7 +101,7 @@ void co_level_objective_evaluate(co_level_objective *o, co_iterate *at) {
     at->found[CO_FOUND_SPACING] = at->found[CO_FOUND_REPULSION] = 0;
     if (at->gradient)
         co_dof_map_gradient_of(&o->reduction, a->active, a->n_active_cage, o->point_gradient, at->gradient);
-    if (co_level_objective_is_spaced(o))
+    if (o->spacing.weight > 0)
         add_spacing(o, z, at);
     if (o->repulsion.mesh)
         add_repulsion(o, z, at);
@@ -178,32 +167,15 @@ int co_level_objective_crosses(co_level_objective *o, const double *z) {
     return !isfinite(value);
 }
 
-/* Weight of a sum that is to be worth so much. */
-static double weight_of(double worth, double sum) {
-    return sum > 0 ? worth / sum : 0;
-}
-
-void co_level_objective_weigh_spacing(co_level_objective *o, co_spaced_by by, double worth, co_iterate *now) {
-    const co_spacing edges = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
-    co_sheet sheet = {.mesh = o->mesh, .dofs = &o->reduction, .left_out = o->held.left_out, .weight = 1};
-    o->spaced_energy = co_level_objective_energy(o, now);
+void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
+    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
+    double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    const double *cage = co_level_objective_cage(o);
-    if (by == CO_SPACED_BY_SHEET) {
-        sheet.rest = co_sheet_rest(&sheet, cage, o->run->tuning->sheet_rest);
-        sheet.weight = weight_of(worth, co_sheet_value(&sheet, cage, NULL));
-        o->sheet = sheet;
-        o->spacing = (co_spacing){0};
-    } else {
-        o->spacing = edges;
-        o->spacing.weight = weight_of(worth, co_spacing_value(&edges, cage, NULL));
-        o->sheet = (co_sheet){0};
-    }
+    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
+    o->spacing = unit;
+    o->spacing.weight = sum > 0 ? worth / sum : 0;
+    o->spaced_energy = energy;
     co_level_objective_evaluate(o, now);
-}
-
-int co_level_objective_may_have_sheet(const co_level_objective *o) {
-    return !o->assembly.functional.has_third && !o->interpolation.limit.n_rows && !o->repulsion.mesh;
 }
 
 double co_level_objective_value(co_level_objective *o, const double *z) {
@@ -278,7 +250,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
     const double spacing = /* which has no weight before the level's first stage */
-        co_level_objective_is_spaced(o) ? spacing_value(o, NULL) : 0;
+        o->spacing.weight > 0 ? co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) : 0;
     return values.objective + values.reference + run->least + spacing + co_penalty_value(&o->penalty, o->step, NULL);
 }
 

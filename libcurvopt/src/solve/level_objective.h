@@ -14,7 +14,6 @@
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
 #include "hessian/repulsion.h"
-#include "hessian/sheet.h"
 #include "hessian/spacing.h"
 #include "optimize/objective.h"
 #include "solve/held_level.h"
@@ -43,7 +42,6 @@ typedef struct co_level_objective {
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
-    co_sheet sheet;                 /* the same in its place while the shape forms */
     double spaced_energy;           /* by which that was weighed */
     co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
@@ -93,15 +91,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* Where no crossings are wanted: whether z has one that a look on the way has missed. */
 int co_level_objective_crosses(co_level_objective *objective, const double *z);
-/* What spaces a cage. */
-typedef enum co_spaced_by { CO_SPACED_BY_EDGES, CO_SPACED_BY_SHEET } co_spaced_by;
-
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
-void co_level_objective_weigh_spacing(co_level_objective *objective, co_spaced_by by, double worth, co_iterate *now);
-int co_level_objective_is_spaced(const co_level_objective *objective);
-/* Whether a sheet brings anything: third order has more to say than it, positions that interpolate are no cage, and
- * beside parts that repel each other its pressure is in the way. */
-int co_level_objective_may_have_sheet(const co_level_objective *objective);
+void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what
  * the run wants, or as much of that as vertices can go to at once by `most` mean edges at most. Returns whether they
  * are what the run wants; *changed: whether they are others than before. */

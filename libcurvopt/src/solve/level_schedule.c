@@ -28,13 +28,10 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .closely = f->closely,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
-        .has_sheet = f->has_sheet,
         .ends = f->has_hessian && f->is_final && !f->stops_short,
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)
         start_near(f, t, &s);
-    s.under_sheet = s.options;
-    s.under_sheet.settled_steps = t->quick_steps;
     return s;
 }
 
@@ -53,9 +50,9 @@ static int ended_well(const runner *r) {
 }
 
 /* One stage, of as many steps as are left. */
-static int32_t run_stage(runner *r, co_method method, const co_method_options *options) {
+static int32_t run_stage(runner *r, co_method method) {
     const co_outcome before = *r->outcome;
-    co_method_options rest = *options;
+    co_method_options rest = r->schedule->options;
     rest.max_iterations -= before.iterations;
     int32_t status = r->on->run(r->on->context, method, &rest, &before, r->outcome, r->error);
     r->outcome->iterations += before.iterations;
@@ -72,7 +69,7 @@ static int32_t end_by_newton(runner *r) {
     for (int round = 0;; round++) {
         co_step_verdict verdict;
         double left;
-        int32_t status = run_stage(r, CO_METHOD_NEWTON, &s->options);
+        int32_t status = run_stage(r, CO_METHOD_NEWTON);
         if (status != CURVOPT_OK || !ended_well(r) || round == CO_LEVEL_SCHEDULE_ROUNDS)
             return status;
         status = on->review_for_figures(on->context, &verdict, r->error);
@@ -83,7 +80,7 @@ static int32_t end_by_newton(runner *r) {
         status = on->decrement(on->context, &left, r->error);
         if (status != CURVOPT_OK || !(left > s->stationary * fabs(on->value(on->context))))
             return status;
-        status = run_stage(r, CO_METHOD_LBFGS, &s->options);
+        status = run_stage(r, CO_METHOD_LBFGS);
         if (status != CURVOPT_OK || !ended_well(r))
             return status;
     }
@@ -94,15 +91,6 @@ int32_t co_level_schedule_run(const co_level_schedule *schedule, const co_schedu
     runner r = {.schedule = schedule, .on = on, .outcome = outcome, .error = error};
     *outcome = (co_outcome){0};
     outcome->stop = CURVOPT_STOP_CONVERGED;
-    int32_t status = CURVOPT_OK;
-    if (schedule->has_sheet) {
-        status = run_stage(&r, CO_METHOD_LBFGS, &schedule->under_sheet);
-        if (status == CURVOPT_OK && ended_well(&r))
-            on->space_by_edges(on->context);
-        else
-            return status;
-    }
-    if (schedule->starts)
-        status = run_stage(&r, CO_METHOD_LBFGS, &schedule->options);
+    int32_t status = schedule->starts ? run_stage(&r, CO_METHOD_LBFGS) : CURVOPT_OK;
     return status == CURVOPT_OK && ended_well(&r) && schedule->ends ? end_by_newton(&r) : status;
 }

@@ -4,7 +4,7 @@
  * tests a toy.
  *
  *   first       L-BFGS, preconditioned by the Gauss-Newton matrix, leads to the shape in a few steps; not on normals,
- *               where the shape nearly stands; under a sheet to begin with, if there is one
+ *               where the shape nearly stands
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the
@@ -24,7 +24,6 @@ enum { CO_LEVEL_SCHEDULE_ROUNDS = 5 };
 typedef struct co_level_facts {
     int is_last;         /* of the run's levels */
     int is_final;        /* what is found is the run's result */
-    int has_sheet;       /* an elastic sheet spaces the cage */
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
@@ -39,12 +38,10 @@ typedef struct co_level_facts {
 } co_level_facts;
 
 typedef struct co_level_schedule {
-    int has_sheet;                 /* whether another stage comes before the first, in which a sheet spaces the cage */
-    co_method_options under_sheet; /* of that */
-    int starts;                    /* whether there is a first stage */
-    co_method_options options;     /* of all stages; its iterations are those of all together */
-    int ends;                      /* whether the end follows once the first stage has settled */
-    double stationary;             /* relative decrement that meets the certificate */
+    int starts;                /* whether there is a first stage */
+    co_method_options options; /* of all stages; its iterations are those of all together */
+    int ends;                  /* whether the end follows once the first stage has settled */
+    double stationary;         /* relative decrement that meets the certificate */
 } co_level_schedule;
 
 co_level_schedule co_level_schedule_make(const co_level_facts *facts, const co_tuning *tuning);
@@ -55,8 +52,6 @@ typedef struct co_scheduled {
     /* Runs a method from the iterate; `before`: what earlier stages did, for the report. */
     int32_t (*run)(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                    co_outcome *outcome, curvopt_error *error);
-    /* From now on edges space the cage. */
-    void (*space_by_edges)(void *context);
     /* Reviews the iterate with the accuracy that the figures at the end need. */
     int32_t (*review_for_figures)(void *context, co_step_verdict *verdict, curvopt_error *error);
     /* Newton decrement at the iterate. */
