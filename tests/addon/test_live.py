@@ -93,10 +93,7 @@ def test_a_drag_ends_where_a_session_from_the_cage_ends(session, strength):
 
 def test_a_hand_that_was_too_far_for_a_moment_does_no_harm(session):
     """On the way back the surface is beyond repair by small steps; it is found again from the last minimum."""
-    cage = shaken_torus()
-    request, places = request_of(cage), cage.positions[PINS]
-    one = session(cage, request, places)
-    wait(lambda: one.is_settled)
+    request, places, one = settled(session)
     energy = one.latest.energy
     drag_all(one, request, places, np.linspace(0, 0.8, 9))
     wait(lambda: one.is_settled)
@@ -108,10 +105,7 @@ def test_a_hand_that_was_too_far_for_a_moment_does_no_harm(session):
 
 def test_a_hand_that_was_a_thousand_sizes_away_does_no_harm(session):
     """On the way back all steps are used up while the energy still falls."""
-    cage = shaken_torus()
-    request, places = request_of(cage), cage.positions[PINS]
-    one = session(cage, request, places)
-    wait(lambda: one.is_settled)
+    request, places, one = settled(session)
     energy, far = one.latest.energy, places.copy()
     far[0, 2] += 1e3
     for goal in (far, places):
@@ -123,10 +117,7 @@ def test_a_hand_that_was_a_thousand_sizes_away_does_no_harm(session):
 
 def test_a_large_cage_that_comes_late_is_said(session):
     """How late is by this test's clock, which also counts that the answer is published."""
-    cage = shaken_torus()
-    request, places = request_of(cage), cage.positions[PINS]
-    one = session(cage, request, places)
-    wait(lambda: one.is_settled)
+    request, places, one = settled(session)
     begin = time.monotonic()
     one.aim(request, places + [0, 0, 0.05])
     wait(lambda: one.latest.number == one.number)
@@ -138,6 +129,15 @@ def test_a_large_cage_that_comes_late_is_said(session):
     assert messages.live_text(request, large).endswith(", following 1.3 s behind the hand, because the cage is large (2,400 vertices)")
     assert messages.live_text(request, dataclasses.replace(large, lag=0.1)).endswith(", following")
     assert messages.live_text(request, dataclasses.replace(large, number=0)) == "Live: preparing: 2,400 vertices take their time"
+
+
+def settled(session):
+    """Of a shaken torus the request, the places (k, 3) of its pins, and Live on it, at rest."""
+    cage = shaken_torus()
+    request, places = request_of(cage), cage.positions[PINS]
+    one = session(cage, request, places)
+    wait(lambda: one.is_settled)
+    return request, places, one
 
 
 def drag_all(one, request, places, distances) -> None:
